@@ -1,0 +1,2 @@
+//! The snowblue command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! From spectra to colour: observer, illuminants, XYZ, RGB, CIELAB.

@@ -1,0 +1,2 @@
+//! Curves of snow on named axes.
+pub mod lookup;

@@ -1,0 +1,1 @@
+//! Statistical tests for random engines: z, t, chi-squared, Sidak.

@@ -1,0 +1,1 @@
+//! Light in snow: grains, media, Monte Carlo and discrete ordinates.
