@@ -1,0 +1,91 @@
+//! CIE 1931 tristimulus values: how strongly light excites a standard eye.
+//!
+//! x = X/(X + Y + Z), y = Y/(X + Y + Z) (CIE 015:2018).
+
+use std::ops::{Add, Mul};
+
+/// Tristimulus values, relative: Y, the luminance, is 1 for the light that serves as white.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Xyz {
+    /// X, mainly the long waves.
+    pub x: f64,
+    /// Y, the luminance.
+    pub y: f64,
+    /// Z, the short waves.
+    pub z: f64,
+}
+
+/// Hue and saturation without luminance, as the coordinates of the CIE 1931 diagram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chromaticity {
+    /// x = X/(X + Y + Z).
+    pub x: f64,
+    /// y = Y/(X + Y + Z).
+    pub y: f64,
+}
+
+impl Xyz {
+    /// The chromaticity. Darkness has none: it gives NaN.
+    ///
+    /// Candlelight and lamps are yellower than daylight, they lie at a larger x:
+    /// ```
+    /// # use snowblue_color::{Colorimeter, Illuminant, Observer};
+    /// # let wavelengths_nm: Vec<f64> = (0..31).map(|step| 400.0 + 10.0 * f64::from(step)).collect();
+    /// # let chromaticity = |illuminant| {
+    /// #     let colorimeter = Colorimeter::new(Observer::Cie1931, illuminant, &wavelengths_nm)?;
+    /// #     Ok::<_, snowblue_color::ColorError>(colorimeter.white().chromaticity())
+    /// # };
+    /// assert!(chromaticity(Illuminant::A)?.x > chromaticity(Illuminant::D65)?.x + 0.1);
+    /// # Ok::<(), snowblue_color::ColorError>(())
+    /// ```
+    pub fn chromaticity(self) -> Chromaticity {
+        let sum = self.x + self.y + self.z;
+        Chromaticity {
+            x: self.x / sum,
+            y: self.y / sum,
+        }
+    }
+}
+
+/// Light added to light.
+impl Add for Xyz {
+    type Output = Xyz;
+
+    fn add(self, other: Xyz) -> Xyz {
+        Xyz {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+        }
+    }
+}
+
+/// Light made stronger by a factor.
+impl Mul<f64> for Xyz {
+    type Output = Xyz;
+
+    fn mul(self, factor: f64) -> Xyz {
+        Xyz {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chromaticity_does_not_depend_on_strength() {
+        let dim = Xyz {
+            x: 0.25,
+            y: 0.5,
+            z: 0.25,
+        };
+        assert_eq!(dim.chromaticity(), Chromaticity { x: 0.25, y: 0.5 });
+        assert_eq!((dim * 8.0).chromaticity(), dim.chromaticity());
+        assert_eq!(dim + dim, dim * 2.0);
+    }
+}
