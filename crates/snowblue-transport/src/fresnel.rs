@@ -1,0 +1,62 @@
+//! Fresnel's laws at a smooth interface between two clear media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
+//!
+//! The absorption of ice is far too weak in 300–2500 nm to change them (k < 10⁻² there), so indices are real.
+
+/// What an interface does to unpolarised light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fresnel {
+    /// Reflected share of the power, mean of both polarisations; 1 under total internal reflection.
+    pub reflectance: f64,
+    /// Cosine of the angle of refraction; 0 under total internal reflection.
+    pub cos_refraction: f64,
+}
+
+/// Reflection and refraction of light that arrives with `cos_incidence` at a medium of relative index n_t/n_i.
+///
+/// ```
+/// # use snowblue_transport::fresnel::fresnel;
+/// // Ice in air reflects two hundredths of the light that falls on it straight on.
+/// assert!((fresnel(1.0, 1.31).reflectance - (0.31_f64 / 2.31).powi(2)).abs() < 1e-15);
+/// ```
+#[must_use]
+#[inline]
+pub fn fresnel(cos_incidence: f64, relative_index: f64) -> Fresnel {
+    let square = 1.0 - (1.0 - cos_incidence * cos_incidence) / (relative_index * relative_index);
+    if square <= 0.0 {
+        return Fresnel { reflectance: 1.0, cos_refraction: 0.0 };
+    }
+    let cos_refraction = square.sqrt();
+    let s = (cos_incidence - relative_index * cos_refraction) / (cos_incidence + relative_index * cos_refraction);
+    let p = (relative_index * cos_incidence - cos_refraction) / (relative_index * cos_incidence + cos_refraction);
+    Fresnel { reflectance: 0.5 * (s * s + p * p), cos_refraction }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reflectance_is_the_same_from_both_sides() {
+        for cos in [0.9, 0.5, 0.1] {
+            let down = fresnel(cos, 1.31);
+            let up = fresnel(down.cos_refraction, 1.0 / 1.31);
+            // The cosine is the root of a difference near cos², so rounding grows as 1/cos.
+            assert!((up.cos_refraction - cos).abs() < 1e-15 / cos);
+            assert!((up.reflectance - down.reflectance).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn brewster_angle_reflects_half_of_one_polarisation_only() {
+        let n: f64 = 1.31;
+        let cos = 1.0 / n.hypot(1.0);
+        let s = ((n * n - 1.0) / (n * n + 1.0)).powi(2);
+        assert!((fresnel(cos, n).reflectance - 0.5 * s).abs() < 1e-15);
+    }
+
+    #[test]
+    fn beyond_the_critical_angle_all_is_reflected() {
+        assert!((fresnel(0.6, 1.0 / 1.31).reflectance - 1.0).abs() < 1e-15);
+        assert!(fresnel(0.7, 1.0 / 1.31).reflectance < 1.0);
+    }
+}

@@ -1,0 +1,195 @@
+//! Optical constants and density of ice Ih.
+//!
+//! The refractive index is n + ik. Two published tables differ by a factor of up to eight in the blue, where ice is
+//! among the clearest of solids, and the hue behind some 20 cm of snow hangs on which is right: Warren & Brandt 2008
+//! (doi:10.1029/2007JD009744, inferred from light in Antarctic snow) and Picard, Libois & Arnaud 2016
+//! (doi:10.5194/tc-10-2655-2016, by the same method with more profiles). Both are inferred, so the choice is the user's.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use crate::TransportError;
+
+/// First and last wavelength of the Picard 2016 table, in nm, and where Warren & Brandt take over.
+const PICARD_RANGE_NM: (f64, f64) = (320.0, 600.0);
+const PICARD_JOIN_NM: f64 = 610.0;
+
+/// Which published absorption of ice to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IceTable {
+    /// Warren & Brandt 2008, which the paper cites.
+    #[default]
+    WarrenBrandt2008,
+    /// Picard, Libois & Arnaud 2016 from 320 to 600 nm, joined log-linearly to Warren & Brandt 2008 at 610 nm.
+    Picard2016,
+}
+
+/// Optical constants of ice, interpolated from a published table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ice {
+    table: IceTable,
+}
+
+struct Row {
+    wavelength_nm: f64,
+    n: f64,
+    k: f64,
+}
+
+static WARREN_BRANDT_2008: LazyLock<Vec<Row>> = LazyLock::new(|| {
+    rows(include_str!("../data/warren_brandt_2008.csv"))
+        .map(|v| Row { wavelength_nm: v[0], n: v[1], k: v[2] })
+        .collect()
+});
+
+static PICARD_2016: LazyLock<Vec<(f64, f64)>> =
+    LazyLock::new(|| rows(include_str!("../data/picard_2016_absorption.csv")).map(|v| (v[0], v[1])).collect());
+
+impl Ice {
+    /// Ice after the given table.
+    #[must_use]
+    pub fn new(table: IceTable) -> Self {
+        Self { table }
+    }
+
+    /// Ice after Warren & Brandt 2008.
+    #[must_use]
+    pub fn warren_brandt_2008() -> Self {
+        Self::new(IceTable::WarrenBrandt2008)
+    }
+
+    /// Ice after Picard, Libois & Arnaud 2016.
+    #[must_use]
+    pub fn picard_2016() -> Self {
+        Self::new(IceTable::Picard2016)
+    }
+
+    /// First and last wavelength of the table, in nm.
+    #[must_use]
+    pub fn range_nm(&self) -> (f64, f64) {
+        let (first, last) = (&WARREN_BRANDT_2008[0], &WARREN_BRANDT_2008[WARREN_BRANDT_2008.len() - 1]);
+        match self.table {
+            IceTable::WarrenBrandt2008 => (first.wavelength_nm, last.wavelength_nm),
+            IceTable::Picard2016 => (PICARD_RANGE_NM.0, last.wavelength_nm),
+        }
+    }
+
+    /// Checks that the table reaches `wavelength_nm`.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`] if it does not.
+    pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
+        let (low, high) = self.range_nm();
+        TransportError::check("wavelength", wavelength_nm, (low, high), " nm")
+    }
+
+    /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.
+    ///
+    /// # Panics
+    /// Outside [`Ice::range_nm`], as all look-ups do.
+    #[must_use]
+    pub fn index(&self, wavelength_nm: f64) -> f64 {
+        let (below, above, t) = bracket(wavelength_nm);
+        below.n + t * (above.n - below.n)
+    }
+
+    /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
+    ///
+    /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
+    /// ```
+    /// # use snowblue_transport::ice::Ice;
+    /// let ice = Ice::warren_brandt_2008();
+    /// assert!(ice.absorption_per_m(700.0) > 150.0 * ice.absorption_per_m(450.0));
+    /// ```
+    #[must_use]
+    pub fn absorption_per_m(&self, wavelength_nm: f64) -> f64 {
+        match self.table {
+            IceTable::Picard2016 if wavelength_nm < PICARD_JOIN_NM => absorption_per_m_picard_2016(wavelength_nm),
+            _ => absorption_per_m_warren_brandt_2008(wavelength_nm),
+        }
+    }
+}
+
+/// Density of ice in kg/m³: 917 − 0.1403 T, with T in °C (linear fit of the thermal expansion from −60 to 0 °C).
+#[must_use]
+pub fn density_kg_m3(temperature_c: f64) -> f64 {
+    917.0 - 0.1403 * temperature_c
+}
+
+/// k is interpolated log–log between the rows.
+fn absorption_per_m_warren_brandt_2008(wavelength_nm: f64) -> f64 {
+    let (below, above, _) = bracket(wavelength_nm);
+    let t = (wavelength_nm / below.wavelength_nm).ln() / (above.wavelength_nm / below.wavelength_nm).ln();
+    let k = (below.k.ln() + t * (above.k / below.k).ln()).exp();
+    4.0 * PI * k / (wavelength_nm * 1e-9)
+}
+
+/// ln γ is linear in the wavelength between the 5 nm rows, and from the last row to the join.
+fn absorption_per_m_picard_2016(wavelength_nm: f64) -> f64 {
+    let table = &*PICARD_2016;
+    assert!(wavelength_nm >= PICARD_RANGE_NM.0, "wavelength {wavelength_nm} nm is below the table of Picard 2016");
+    let join = (PICARD_JOIN_NM, absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
+    let next = table.partition_point(|row| row.0 <= wavelength_nm);
+    let (below, above) = (table[next - 1], *table.get(next).unwrap_or(&join));
+    let t = (wavelength_nm - below.0) / (above.0 - below.0);
+    (below.1.ln() + t * (above.1 / below.1).ln()).exp()
+}
+
+/// The rows of Warren & Brandt 2008 on both sides of a wavelength, and its place between them.
+fn bracket(wavelength_nm: f64) -> (&'static Row, &'static Row, f64) {
+    let table = &*WARREN_BRANDT_2008;
+    let last = table.len() - 1;
+    let inside = (table[0].wavelength_nm..=table[last].wavelength_nm).contains(&wavelength_nm);
+    assert!(inside, "wavelength {wavelength_nm} nm is outside the table of Warren & Brandt 2008");
+    let next = table.partition_point(|row| row.wavelength_nm <= wavelength_nm).min(last);
+    let (below, above) = (&table[next - 1], &table[next]);
+    (below, above, (wavelength_nm - below.wavelength_nm) / (above.wavelength_nm - below.wavelength_nm))
+}
+
+/// The numbers of a table that ships with this crate, a vector a line after the header.
+fn rows(csv: &'static str) -> impl Iterator<Item = Vec<f64>> {
+    csv.lines().skip(1).map(|line| {
+        line.split(',').map(|field| field.parse().unwrap_or_else(|_| unreachable!("'{line}' is not numeric"))).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_whole_and_ordered() {
+        assert_eq!((WARREN_BRANDT_2008.len(), PICARD_2016.len()), (223, 57));
+        assert!(WARREN_BRANDT_2008.is_sorted_by(|a, b| a.wavelength_nm < b.wavelength_nm));
+        assert!(PICARD_2016.is_sorted_by(|a, b| a.0 < b.0));
+    }
+
+    /// Warren & Brandt 2008, their printed table.
+    #[test]
+    fn warren_brandt_2008_in_print() {
+        let ice = Ice::warren_brandt_2008();
+        for (nm, n, k) in [(400.0, 1.3194, 2.365e-11), (500.0, 1.3130, 5.889e-10), (700.0, 1.3069, 2.900e-8)] {
+            assert!((ice.index(nm) - n).abs() < 1e-12);
+            assert!((ice.absorption_per_m(nm) * nm * 1e-9 / (4.0 * PI) / k - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// Picard et al. 2016, final table, in 1/m.
+    #[test]
+    fn picard_2016_in_print() {
+        let ice = Ice::picard_2016();
+        assert!((ice.absorption_per_m(400.0) - 0.01971).abs() < 5e-6);
+        assert!((ice.absorption_per_m(500.0) - 0.03131).abs() < 5e-6);
+        assert!((ice.absorption_per_m(600.0) - 0.13597).abs() < 5e-6);
+        assert!(ice.check_wavelength(319.0).is_err());
+    }
+
+    #[test]
+    fn picard_2016_joins_warren_brandt_2008_without_a_step() {
+        let (picard, warren) = (Ice::picard_2016(), Ice::warren_brandt_2008());
+        let join = warren.absorption_per_m(610.0);
+        assert!((picard.absorption_per_m(610.0) / join - 1.0).abs() < 1e-12);
+        assert!((picard.absorption_per_m(609.999_999) / join - 1.0).abs() < 1e-6);
+        assert!((picard.absorption_per_m(605.0).powi(2) / (join * picard.absorption_per_m(600.0)) - 1.0).abs() < 1e-12);
+    }
+}

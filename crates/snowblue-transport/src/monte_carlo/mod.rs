@@ -1,0 +1,126 @@
+//! The Monte Carlo engine: light walks from grain to grain, as in the paper.
+//!
+//! Each wavelength, thickness and direction is traced on its own. A ray is never absorbed outright: it carries the
+//! weight exp(−γℓ) of its path ℓ through ice. Every answer has its standard error, and rays depend on (seed, ray
+//! number) alone, so that any number of threads gives the same bits.
+
+mod walk;
+
+use crate::TransportError;
+use crate::ice::Ice;
+use crate::population::Population;
+use crate::rays::sum_over_rays;
+use crate::rng::Stream;
+use crate::slab::{Estimate, Incidence, Radiometry, Slab};
+use walk::{Medium, walk};
+
+/// Rays per wavelength that the paper uses.
+pub const DEFAULT_RAYS: u64 = 100_000;
+
+/// How the engine works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MonteCarloOptions {
+    /// Rays per wavelength, thickness and direction.
+    pub rays: u64,
+    /// Seed of all randomness.
+    pub seed: u64,
+}
+
+impl Default for MonteCarloOptions {
+    fn default() -> Self {
+        Self { rays: DEFAULT_RAYS, seed: 1 }
+    }
+}
+
+/// Means over all rays of a slab at one wavelength that do not depend on absorption.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanPaths {
+    /// Path between grains, in m.
+    pub pore_m: Estimate,
+    /// Grains hit.
+    pub hits: Estimate,
+    /// Path through ice, in m.
+    pub ice_m: Estimate,
+}
+
+/// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
+///
+/// `progress` is told how many of how many rays are traced, case by case.
+///
+/// # Errors
+/// If the question is out of range.
+pub fn solve(
+    slab: &Slab,
+    options: &MonteCarloOptions,
+    progress: impl Fn(u64, u64),
+) -> Result<Vec<Radiometry>, TransportError> {
+    slab.check()?;
+    check_rays(options.rays)?;
+    let ice = Ice::new(slab.sample.ice);
+    let mut answer = Vec::new();
+    let cases = slab.thicknesses_cm.len() * slab.incidences.len() * slab.wavelengths_nm.len();
+    for &thickness_cm in &slab.thicknesses_cm {
+        for &incidence in &slab.incidences {
+            for &wavelength_nm in &slab.wavelengths_nm {
+                let medium = medium(slab, &ice, wavelength_nm);
+                let (depth, absorption) = (slab.optical_depth(thickness_cm), ice.absorption_per_m(wavelength_nm));
+                let seed = options.seed.wrapping_add((answer.len() as u64) << 40);
+                let sums = sum_over_rays(options.rays, |ray| {
+                    let mut stream = Stream::new(seed, ray);
+                    let passage = walk(&medium, depth, cos_incidence(incidence, &mut stream), &mut stream);
+                    let left = (-absorption * passage.ice_path_m).exp();
+                    if passage.transmitted { [0.0, left, 1.0 - left] } else { [left, 0.0, 1.0 - left] }
+                });
+                answer.push(Radiometry {
+                    thickness_cm,
+                    incidence,
+                    wavelength_nm,
+                    reflectance: sums.estimate(0, options.rays),
+                    transmittance: sums.estimate(1, options.rays),
+                    absorptance: sums.estimate(2, options.rays),
+                });
+                progress(answer.len() as u64 * options.rays, cases as u64 * options.rays);
+            }
+        }
+    }
+    Ok(answer)
+}
+
+/// Mean paths through the first thickness of a slab under its first light, at its first wavelength.
+///
+/// # Errors
+/// If the question is out of range.
+pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
+    slab.check()?;
+    check_rays(options.rays)?;
+    let medium = medium(slab, &Ice::new(slab.sample.ice), slab.wavelengths_nm[0]);
+    let depth = slab.optical_depth(slab.thicknesses_cm[0]);
+    let extinction_per_m = slab.sample.extinction_per_m();
+    let sums = sum_over_rays(options.rays, |ray| {
+        let mut stream = Stream::new(options.seed, ray);
+        let passage = walk(&medium, depth, cos_incidence(slab.incidences[0], &mut stream), &mut stream);
+        [passage.optical_path / extinction_per_m, f64::from(passage.hits), passage.ice_path_m]
+    });
+    let [pore_m, hits, ice_m] = [0, 1, 2].map(|i| sums.estimate(i, options.rays));
+    Ok(MeanPaths { pore_m, hits, ice_m })
+}
+
+fn check_rays(rays: u64) -> Result<(), TransportError> {
+    TransportError::check("number of rays", rays as f64, (2.0, 1e12), "")
+}
+
+fn medium(slab: &Slab, ice: &Ice, wavelength_nm: f64) -> Medium {
+    Medium {
+        population: Population::of_sample(&slab.sample),
+        size: slab.sample.grain_size,
+        relative_index: ice.index(wavelength_nm),
+    }
+}
+
+/// Cosine from the normal with which a ray enters; Lambertian light has μ² uniform.
+fn cos_incidence(incidence: Incidence, stream: &mut Stream) -> f64 {
+    match incidence {
+        Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),
+        Incidence::Diffuse => stream.uniform().sqrt(),
+    }
+}

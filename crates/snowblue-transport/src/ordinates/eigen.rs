@@ -1,0 +1,148 @@
+//! The modes of a homogeneous medium: how light that varies with depth alone grows or fades in it.
+//!
+//! With S = I⁺ + I⁻ and D = I⁺ − I⁻ at the ordinates (μ_i, w_i), each scaled by √w_i, the azimuth-averaged equation of
+//! transfer splits into
+//!
+//! ```text
+//! M dS/dτ = −O D,   O = 1 − Σ_{l odd}  (2l + 1) ω χ_l p_l p_lᵀ,
+//! M dD/dτ = −E S,   E = 1 − Σ_{l even} (2l + 1) ω χ_l p_l p_lᵀ,   p_l,i = √w_i P_l(μ_i),   M = diag μ_i,
+//! ```
+//!
+//! with E and O symmetric (Nakajima & Tanaka 1986, doi:10.1016/0022-4073(86)90088-9; Stamnes et al. 1988,
+//! doi:10.1364/AO.27.002502). With the Cholesky factors O = L Lᵀ and E = F Fᵀ, the decay rates k are the singular
+//! values of Fᵀ M⁻¹ L and not, as usual, the square roots of the eigenvalues of its square: that keeps the full
+//! precision of the smallest k, which governs deep snow and vanishes with absorption. The right singular vectors u give
+//! V = M⁻¹ L U and H = L⁻ᵀ U, so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::phase::Scaled;
+use super::quadrature::{Quadrature, legendre_polynomials};
+
+/// The modes of a medium on a quadrature; columns belong to modes.
+pub(crate) struct Modes {
+    /// Decay rates k per scaled optical depth; 0 for the diffusion mode where nothing absorbs.
+    pub(crate) rates: Vec<f64>,
+    /// V: the shape of S in each mode.
+    pub(crate) sums: DMatrix<f64>,
+    /// H: the shape of −D per unit slope of the mode.
+    pub(crate) differences: DMatrix<f64>,
+}
+
+impl Modes {
+    pub(crate) fn new(medium: &Scaled, rule: &Quadrature) -> Self {
+        let n = rule.order();
+        let basis = legendre_basis(medium.albedo_moments.len(), rule);
+        let mut odd = DMatrix::identity(n, n);
+        for l in (1..medium.albedo_moments.len()).step_by(2) {
+            let column = basis.column(l);
+            odd.ger(-medium.albedo_moments[l], &column, &column, 1.0);
+        }
+        let lower = factor(odd);
+        let root = even_root(medium, &basis);
+        let mut product = lower.clone();
+        for (mut row, mu) in product.row_iter_mut().zip(&rule.cosines) {
+            row /= *mu;
+        }
+        let scaled_lower = product.clone();
+        let (rates, right) = singular_values(root * product);
+        let sums = scaled_lower * &right;
+        let differences = lower.tr_solve_lower_triangular(&right).unwrap_or_else(|| unreachable!("O is positive definite"));
+        Self { rates, sums, differences }
+    }
+}
+
+/// √((2l + 1) w_i) P_l(μ_i): a column for each l below `count`.
+pub(crate) fn legendre_basis(count: usize, rule: &Quadrature) -> DMatrix<f64> {
+    let mut basis = DMatrix::zeros(rule.order(), count);
+    let mut polynomials = vec![0.0; count];
+    for (i, (mu, weight)) in rule.cosines.iter().zip(&rule.weights).enumerate() {
+        legendre_polynomials(*mu, &mut polynomials);
+        for (l, value) in polynomials.iter().enumerate() {
+            basis[(i, l)] = ((2 * l + 1) as f64 * weight).sqrt() * value;
+        }
+    }
+    basis
+}
+
+/// Fᵀ with E = F Fᵀ, exact in its smallest direction.
+///
+/// The isotropic direction p_0 is an eigenvector of E with eigenvalue 1 − ω, however small. A reflection that takes the
+/// first axis to p_0 makes that entry stand alone, so that it is never the difference of two numbers near 1.
+fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = basis.nrows();
+    let isotropic = basis.column(0);
+    let mut mirror: DVector<f64> = isotropic.into_owned();
+    mirror[0] -= 1.0;
+    let square = mirror.norm_squared();
+    let reflect = |vector: &mut DVector<f64>| {
+        if square > 0.0 {
+            let along = 2.0 * mirror.dot(vector) / square;
+            vector.axpy(-along, &mirror, 1.0);
+        }
+    };
+    let mut rest = DMatrix::identity(n - 1, n - 1);
+    for l in (2..medium.albedo_moments.len()).step_by(2) {
+        let mut column = basis.column(l).into_owned();
+        reflect(&mut column);
+        let tail = column.rows(1, n - 1);
+        rest.ger(-medium.albedo_moments[l], &tail, &tail, 1.0);
+    }
+    let mut root = DMatrix::zeros(n, n);
+    root[(0, 0)] = medium.one_minus_albedo.sqrt();
+    if n > 1 {
+        root.view_mut((1, 1), (n - 1, n - 1)).copy_from(&factor(rest).transpose());
+    }
+    for mut row in root.row_iter_mut() {
+        let mut column = row.transpose();
+        reflect(&mut column);
+        row.copy_from(&column.transpose());
+    }
+    root
+}
+
+/// The lower Cholesky factor of a matrix that is positive definite because |χ_l| ≤ 1 and ω ≤ 1.
+fn factor(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    Cholesky::new(matrix).unwrap_or_else(|| unreachable!("moments are those of a non-negative phase function")).unpack()
+}
+
+/// Singular values and right singular vectors by one-sided Jacobi rotations (Hestenes 1958, doi:10.1137/0106005).
+///
+/// Rotations make the columns of `matrix` orthogonal; their lengths are then the singular values. Small ones keep
+/// their relative precision (Demmel & Veselić 1992, doi:10.1137/0613074).
+fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    const MOST_SWEEPS: usize = 40;
+    let n = matrix.ncols();
+    let mut right = DMatrix::identity(n, n);
+    for _ in 0..MOST_SWEEPS {
+        let mut rotated = false;
+        for p in 0..n {
+            for q in p + 1..n {
+                let (a, b) = (matrix.column(p), matrix.column(q));
+                let (alpha, beta, gamma) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
+                if gamma.abs() <= f64::EPSILON * (alpha * beta).sqrt() || alpha * beta < f64::MIN_POSITIVE {
+                    continue;
+                }
+                rotated = true;
+                let zeta = (beta - alpha) / (2.0 * gamma);
+                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+                let cosine = 1.0 / tangent.hypot(1.0);
+                rotate(&mut matrix, (p, q), (cosine, cosine * tangent));
+                rotate(&mut right, (p, q), (cosine, cosine * tangent));
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+    (matrix.column_iter().map(|column| column.norm()).collect(), right)
+}
+
+/// Turns columns p and q of `matrix` by the angle with the given cosine and sine.
+fn rotate(matrix: &mut DMatrix<f64>, (p, q): (usize, usize), (cosine, sine): (f64, f64)) {
+    let rows = matrix.nrows();
+    let (head, tail) = matrix.as_mut_slice().split_at_mut(q * rows);
+    for (a, b) in head[p * rows..(p + 1) * rows].iter_mut().zip(&mut tail[..rows]) {
+        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+    }
+}

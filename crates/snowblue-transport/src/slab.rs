@@ -1,0 +1,94 @@
+//! The question, and its answer: a slab of snow and what it does to light.
+
+use crate::TransportError;
+use crate::ice::Ice;
+use crate::sample::SnowSample;
+
+const THICKNESS_RANGE_CM: (f64, f64) = (0.0, 1e5);
+const ANGLE_RANGE_DEG: (f64, f64) = (0.0, 89.99);
+
+/// How light falls on the slab.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Incidence {
+    /// A parallel beam.
+    Beam {
+        /// Angle from the normal, in degrees.
+        angle_deg: f64,
+    },
+    /// Lambertian light: equal radiance from all the hemisphere.
+    Diffuse,
+}
+
+/// Slabs of one kind of snow: every thickness under every light at every wavelength.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slab {
+    /// The snow.
+    pub sample: SnowSample,
+    /// Thicknesses, in cm.
+    pub thicknesses_cm: Vec<f64>,
+    /// Directions of the light.
+    pub incidences: Vec<Incidence>,
+    /// Wavelengths, in nm.
+    pub wavelengths_nm: Vec<f64>,
+}
+
+/// A value and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// Standard error of the value.
+    pub standard_error: f64,
+}
+
+/// What one slab does to light of one wavelength: fluxes over the incident flux on a horizontal plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radiometry {
+    /// Thickness of the slab, in cm.
+    pub thickness_cm: f64,
+    /// Direction of the light.
+    pub incidence: Incidence,
+    /// Wavelength, in nm.
+    pub wavelength_nm: f64,
+    /// Share that leaves on top.
+    pub reflectance: Estimate,
+    /// Share that leaves below, direct and diffuse.
+    pub transmittance: Estimate,
+    /// Share that stays.
+    pub absorptance: Estimate,
+}
+
+impl Slab {
+    /// Checks the sample and every thickness, angle and wavelength.
+    ///
+    /// # Errors
+    /// The first quantity that is missing or lies outside its range.
+    pub fn check(&self) -> Result<(), TransportError> {
+        self.sample.check()?;
+        for (quantity, count) in [
+            ("thickness", self.thicknesses_cm.len()),
+            ("angle", self.incidences.len()),
+            ("wavelength", self.wavelengths_nm.len()),
+        ] {
+            if count == 0 {
+                return Err(TransportError::Nothing { quantity });
+            }
+        }
+        for thickness_cm in &self.thicknesses_cm {
+            TransportError::check("thickness", *thickness_cm, THICKNESS_RANGE_CM, " cm")?;
+        }
+        for incidence in &self.incidences {
+            if let Incidence::Beam { angle_deg } = incidence {
+                TransportError::check("angle", *angle_deg, ANGLE_RANGE_DEG, "°")?;
+            }
+        }
+        let ice = Ice::new(self.sample.ice);
+        self.wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))
+    }
+
+    /// Optical depth of a thickness, κh.
+    #[must_use]
+    pub fn optical_depth(&self, thickness_cm: f64) -> f64 {
+        self.sample.extinction_per_m() * thickness_cm * 0.01
+    }
+}
