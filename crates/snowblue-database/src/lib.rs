@@ -1,2 +1,38 @@
-//! Curves of snow on named axes.
+//! Curves of snow on named axes: filled, compressed, judged, looked up, kept in files.
+//!
+//! ```text
+//! Axes ─► fill ─► Table ─► pca ─► CompressedTable ─► lookup (PcaSnow) ─► a spectrum
+//!                   └──────── fidelity ────┘
+//! ```
+//!
+//! A [`Table`] holds transmittance and reflectance for every grain size, facetness, density, angle, thickness and
+//! wavelength; [`fill::by_ordinates`] computes it. A [`CompressedTable`] keeps a few principal components of it
+//! ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one snow out of a compressed
+//! table, ready to be asked for a spectrum at any thickness and angle: the paper's Algorithm 1. [`fidelity`] tells what
+//! the compression costs, and [`mod@file`] reads and writes NetCDF.
+//!
+//! **Simplified.** Grain size, facetness and density are taken at the table's grid values only, as in the paper.
+//!
+//! **Out of scope.** What snow does to light (`snowblue-transport`), and what becomes of a spectrum (`snowblue-render`).
+
+pub mod error;
+
+pub mod axes;
+pub mod table;
+
+pub mod fill;
+
+pub mod pca;
+
+pub mod fidelity;
+
 pub mod lookup;
+mod spline;
+
+pub mod file;
+
+pub use axes::Axes;
+pub use error::DatabaseError;
+pub use lookup::{GridSample, PcaSnow};
+pub use pca::{CompressedTable, Space};
+pub use table::{Quantity, Table};

@@ -13,7 +13,7 @@ const NORMAL: Incidence = Incidence::Beam { angle_deg: 0.0 };
 
 fn beam(medium: &Scattering, depth: f64, cos_incidence: f64, streams: usize) -> Fluxes {
     let medium = HomogeneousMedium::new(medium, streams);
-    medium.fluxes(depth, &[medium.direction(cos_incidence)]).0[0]
+    medium.fluxes(depth, &[medium.beam(cos_incidence)])[0]
 }
 
 fn isotropic(one_minus_albedo: f64, streams: usize) -> Scattering {
@@ -83,14 +83,14 @@ fn mean_paths_are_invariant() {
 }
 
 /// Law 3: a thick conservative isotropic slab passes T = (√3/4) H(μ₀) (4/3)/(τ + 2·.710446), with H from Chandrasekhar
-/// (1960). The formula's own error is of the order e^{−2τ}; H has seven figures.
+/// (1960). What the formula leaves out fades as e^{−τ}; H has seven figures.
 #[test]
 fn conservative_isotropic_slab() {
     for (cos_incidence, h) in [(1.0, 2.907_811), (0.5, 2.012_779)] {
         for depth in [10.0, 50.0, 200.0] {
             let expected = 3_f64.sqrt() / 4.0 * h * (4.0 / 3.0) / (depth + 1.420_892);
             let fluxes = beam(&isotropic(0.0, 64), depth, cos_incidence, 64);
-            assert!((fluxes.transmittance / expected - 1.0).abs() < 2e-6, "{depth} {cos_incidence} {fluxes:?}");
+            assert!((fluxes.transmittance / expected - 1.0).abs() < 1e-6 + (-depth).exp(), "{depth} {cos_incidence} {fluxes:?}");
         }
     }
     assert!((beam(&isotropic(0.0, 64), 1.0, 1.0, 64).reflectance - 0.341_329).abs() < 1e-6);
@@ -259,7 +259,6 @@ fn asymmetry_of_the_papers_population() {
         let asymmetry = tally.scattering(&sample.grain_size, &ice, 550.0).asymmetry();
         // Rounding of the third digit, the stated .0003, and 4 σ of this tally, σ ≤ .45/√2¹⁹.
         assert!((asymmetry - g).abs() < 0.0005 + 0.0003 + 0.0025, "{facetness}: {asymmetry}, expected {g}");
-        println!("{facetness} {asymmetry}");
     }
 }
 
@@ -279,7 +278,12 @@ fn threads_change_nothing() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 400,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(7),
+        ..ProptestConfig::default()
+    })]
 
     /// Any medium, depth and angle: fluxes are shares, finite, and darken with depth.
     #[test]

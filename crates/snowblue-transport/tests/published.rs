@@ -5,7 +5,7 @@ use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, Scattering};
 /// A Henyey–Greenstein slab under a beam.
 fn henyey_greenstein(one_minus_albedo: f64, g: f64, depth: f64, cos_incidence: f64, streams: usize) -> Fluxes {
     let medium = HomogeneousMedium::new(&Scattering::henyey_greenstein(one_minus_albedo, g, streams), streams);
-    medium.fluxes(depth, &[medium.direction(cos_incidence)]).0[0]
+    medium.fluxes(depth, &[medium.beam(cos_incidence)])[0]
 }
 
 /// van de Hulst (1980), *Multiple Light Scattering*, Table 35: g = .75, ω = .9, τ = 2, normal incidence. Five figures.

@@ -30,16 +30,16 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    pub(crate) fn new(medium: &Scaled, rule: &Quadrature) -> Self {
+    /// Solves `medium` on the directions of `rule`, whose [`legendre_basis`] is `basis`.
+    pub(crate) fn new(medium: &Scaled, rule: &Quadrature, basis: &DMatrix<f64>) -> Self {
         let n = rule.order();
-        let basis = legendre_basis(medium.albedo_moments.len(), rule);
         let mut odd = DMatrix::identity(n, n);
         for l in (1..medium.albedo_moments.len()).step_by(2) {
             let column = basis.column(l);
             odd.ger(-medium.albedo_moments[l], &column, &column, 1.0);
         }
         let lower = factor(odd);
-        let root = even_root(medium, &basis);
+        let root = even_root(medium, basis);
         let mut product = lower.clone();
         for (mut row, mu) in product.row_iter_mut().zip(&rule.cosines) {
             row /= *mu;

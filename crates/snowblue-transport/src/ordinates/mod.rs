@@ -13,7 +13,7 @@ mod solve;
 pub use phase::Scattering;
 pub use quadrature::Quadrature;
 pub(crate) use quadrature::legendre_polynomials;
-pub use slab::{Direction, Fluxes, HomogeneousMedium};
+pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use solve::{
     DEFAULT_STREAMS, MOST_STREAMS, OrdinatesOptions, check_streams, index_range, most_absorption, solve,
 };

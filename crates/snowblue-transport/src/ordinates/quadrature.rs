@@ -5,6 +5,12 @@
 //! the radiance at a slab's face jumps at the horizon (Sykes 1951, doi:10.1093/mnras/111.4.377).
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+/// Most nodes that a half-range rule may have.
+pub(crate) const MOST_NODES: usize = 128;
+
+static RULES: [OnceLock<Quadrature>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
 
 /// Cosines in (0, 1), ascending, and their weights, which sum to 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +22,7 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// The rule with `order` nodes in (0, 1).
+    /// The rule with `order` nodes in (0, 1), computed once and kept.
     ///
     /// ```
     /// # use snowblue_transport::ordinates::Quadrature;
@@ -25,8 +31,15 @@ impl Quadrature {
     /// let flux: f64 = rule.cosines.iter().zip(&rule.weights).map(|(mu, w)| mu * w).sum();
     /// assert!((flux - 0.5).abs() < 1e-15);
     /// ```
+    ///
+    /// # Panics
+    /// If `order` is not in 1–128.
     #[must_use]
-    pub fn half_range(order: usize) -> Self {
+    pub fn half_range(order: usize) -> &'static Self {
+        RULES[order - 1].get_or_init(|| Self::compute(order))
+    }
+
+    fn compute(order: usize) -> Self {
         let n = order as f64;
         let (mut cosines, mut weights) = (Vec::with_capacity(order), Vec::with_capacity(order));
         for i in (1..=order).rev() {

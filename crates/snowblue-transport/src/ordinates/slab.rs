@@ -35,8 +35,9 @@ pub struct Fluxes {
 /// A homogeneous medium, solved once for all thicknesses and angles.
 pub struct HomogeneousMedium {
     scaled: Scaled,
-    rule: Quadrature,
     modes: Modes,
+    /// √((2l + 1) w_i) P_l(μ_i): a column for each l.
+    basis: DMatrix<f64>,
     /// Γ = Hᵀ M H.
     gamma: DMatrix<f64>,
     /// Δ = Vᵀ M V.
@@ -45,7 +46,15 @@ pub struct HomogeneousMedium {
     entering: [DVector<f64>; 2],
 }
 
-/// How each mode shines into one direction, independent of thickness.
+/// Light that falls on a slab, and how each mode answers to it, independent of thickness.
+pub enum Light {
+    /// A parallel beam.
+    Beam(Direction),
+    /// Lambertian light.
+    Lambertian,
+}
+
+/// How each mode shines into one direction.
 pub struct Direction {
     cos_incidence: f64,
     /// Σ over even l of (2l + 1) ω χ_l P_l(μ₀) p_l · v, one for each mode.
@@ -78,7 +87,8 @@ impl HomogeneousMedium {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");
         let rule = Quadrature::half_range(streams / 2);
         let scaled = medium.delta_m(streams);
-        let modes = Modes::new(&scaled, &rule);
+        let basis = legendre_basis(streams, rule);
+        let modes = Modes::new(&scaled, rule, &basis);
         let weigh = |matrix: &DMatrix<f64>| {
             let mut weighed = matrix.clone();
             for (mut row, mu) in weighed.row_iter_mut().zip(&rule.cosines) {
@@ -93,52 +103,51 @@ impl HomogeneousMedium {
             delta: modes.sums.tr_mul(&sums),
             entering: [differences.tr_mul(&isotropic), sums.tr_mul(&isotropic)],
             scaled,
-            rule,
             modes,
+            basis,
         }
     }
 
-    /// Prepares the direction with cosine `cos_incidence` in (0, 1].
+    /// Prepares a beam whose cosine from the normal is `cos_incidence`, in (0, 1].
     #[must_use]
-    pub fn direction(&self, cos_incidence: f64) -> Direction {
-        let count = self.scaled.albedo_moments.len();
-        let basis = legendre_basis(count, &self.rule);
+    pub fn beam(&self, cos_incidence: f64) -> Light {
+        let count = self.basis.ncols();
         let mut polynomials = vec![0.0; count];
         legendre_polynomials(cos_incidence, &mut polynomials);
         let shape = |parity: usize, modes: &DMatrix<f64>| {
-            let mut source = DVector::zeros(self.rule.order());
+            let mut source = DVector::zeros(self.basis.nrows());
             for l in (parity..count).step_by(2) {
                 let strength = ((2 * l + 1) as f64).sqrt() * self.scaled.albedo_moments[l] * polynomials[l];
-                source.axpy(strength, &basis.column(l), 1.0);
+                source.axpy(strength, &self.basis.column(l), 1.0);
             }
             modes.tr_mul(&source).as_slice().to_vec()
         };
-        Direction { cos_incidence, even: shape(0, &self.modes.sums), odd: shape(1, &self.modes.differences) }
+        let (even, odd) = (shape(0, &self.modes.sums), shape(1, &self.modes.differences));
+        Light::Beam(Direction { cos_incidence, even, odd })
     }
 
-    /// Fluxes of a slab of `optical_depth` (unscaled) for each of `directions`, then for Lambertian light.
+    /// Fluxes of a slab of `optical_depth` (unscaled) under each of `lights`.
     #[must_use]
-    pub fn fluxes(&self, optical_depth: f64, directions: &[Direction]) -> (Vec<Fluxes>, Fluxes) {
+    pub fn fluxes(&self, optical_depth: f64, lights: &[Light]) -> Vec<Fluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
         let amplitudes = self.amplitudes(depth);
-        let beams = directions
-            .iter()
-            .map(|direction| {
+        let entering = &self.entering[1];
+        let under = |light: &Light| match light {
+            Light::Beam(direction) => {
                 let (reflectance, scattered) = self.leaving(&amplitudes, depth, direction);
                 Fluxes {
                     reflectance,
                     transmittance: scattered + (-depth / direction.cos_incidence).exp(),
                     direct: (-optical_depth / direction.cos_incidence).exp(),
                 }
-            })
-            .collect();
-        let entering = &self.entering[1];
-        let lambertian = Fluxes {
-            reflectance: 2.0 * entering.dot(&amplitudes.top) - 1.0,
-            transmittance: 2.0 * entering.dot(&amplitudes.bottom),
-            direct: 2.0 * third_exponential_integral(optical_depth),
+            }
+            Light::Lambertian => Fluxes {
+                reflectance: 2.0 * entering.dot(&amplitudes.top) - 1.0,
+                transmittance: 2.0 * entering.dot(&amplitudes.bottom),
+                direct: 2.0 * third_exponential_integral(optical_depth),
+            },
         };
-        (beams, lambertian)
+        lights.iter().map(under).collect()
     }
 
     fn amplitudes(&self, depth: f64) -> Amplitudes {

@@ -1,7 +1,8 @@
 //! The ordinates' answer for a slab of snow, with the error that its grain tally leaves.
 
 use super::phase::Scattering;
-use super::slab::{Direction, Fluxes, HomogeneousMedium};
+use super::quadrature::MOST_NODES;
+use super::slab::{Fluxes, HomogeneousMedium, Light};
 use crate::TransportError;
 use crate::ice::Ice;
 use crate::population::Population;
@@ -11,7 +12,7 @@ use crate::tally::{BATCHES, Tally, TallyPlan};
 /// Streams that keep T within 10⁻⁵ up to 89°.
 pub const DEFAULT_STREAMS: usize = 32;
 /// Most streams that are allowed.
-pub const MOST_STREAMS: usize = 256;
+pub const MOST_STREAMS: usize = 2 * MOST_NODES;
 
 /// How the engine works.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,19 +107,12 @@ pub fn most_absorption(ice: &Ice, wavelengths_nm: &[f64], max_um: f64) -> f64 {
 /// Fluxes for each thickness, then each incidence.
 fn slab_fluxes(slab: &Slab, scattering: &Scattering, streams: usize) -> Vec<Fluxes> {
     let medium = HomogeneousMedium::new(scattering, streams);
-    let cosine = |incidence: &Incidence| match incidence {
-        Incidence::Beam { angle_deg } => Some(angle_deg.to_radians().cos()),
-        Incidence::Diffuse => None,
+    let light = |incidence: &Incidence| match incidence {
+        Incidence::Beam { angle_deg } => medium.beam(angle_deg.to_radians().cos()),
+        Incidence::Diffuse => Light::Lambertian,
     };
-    let directions: Vec<Direction> =
-        slab.incidences.iter().filter_map(cosine).map(|cos_incidence| medium.direction(cos_incidence)).collect();
-    let at_thickness = |thickness_cm: &f64| {
-        let (beams, lambertian) = medium.fluxes(slab.optical_depth(*thickness_cm), &directions);
-        let mut beams = beams.into_iter();
-        let fluxes = |incidence: &Incidence| cosine(incidence).and_then(|_| beams.next()).unwrap_or(lambertian);
-        slab.incidences.iter().map(fluxes).collect::<Vec<_>>()
-    };
-    slab.thicknesses_cm.iter().flat_map(at_thickness).collect()
+    let lights: Vec<Light> = slab.incidences.iter().map(light).collect();
+    slab.thicknesses_cm.iter().flat_map(|h| medium.fluxes(slab.optical_depth(*h), &lights)).collect()
 }
 
 /// The value from all batches with the standard error from leaving out each: √((B − 1)/B Σ (v_b − v̄)²).

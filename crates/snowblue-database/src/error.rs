@@ -1,0 +1,63 @@
+//! What can be wrong with a table, its file or a question to it.
+
+use std::path::PathBuf;
+
+use snowblue_transport::TransportError;
+
+/// Why a table cannot be made, read or asked.
+#[derive(Debug, thiserror::Error)]
+pub enum DatabaseError {
+    /// An axis is empty or its values do not ascend.
+    #[error("the axis {name} must have ascending, finite values")]
+    Axis {
+        /// The axis.
+        name: &'static str,
+    },
+    /// The snow of an axis value is out of the model's range.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// A number of components that the table does not have.
+    #[error("components are {components}, but must lie in 1–{most}")]
+    Components {
+        /// What was asked.
+        components: usize,
+        /// How many there can be.
+        most: usize,
+    },
+    /// A curve has a value whose logarithm does not exist.
+    #[error("{quantity} of the curve {curve} is {value}, which has no logarithm; use the linear space")]
+    NoLogarithm {
+        /// Transmittance or reflectance.
+        quantity: &'static str,
+        /// Which snow.
+        curve: String,
+        /// The value.
+        value: f64,
+    },
+    /// A sample that is not on the table's grid.
+    #[error("{quantity} is {value}{unit}, but the table has {known}{unit}")]
+    OffGrid {
+        /// The axis.
+        quantity: &'static str,
+        /// What was asked.
+        value: f64,
+        /// The values on the axis.
+        known: String,
+        /// Unit with a leading space, or nothing.
+        unit: &'static str,
+    },
+    /// The singular value decomposition did not converge.
+    #[error("the singular value decomposition did not converge")]
+    Decomposition,
+    /// A file that is not a table of snow.
+    #[error("{path}: {what}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Colour of these wavelengths cannot be judged.
+    #[error(transparent)]
+    Color(#[from] snowblue_color::ColorError),
+}

@@ -1,0 +1,104 @@
+//! How well a few components keep every curve: as numbers (RMSE) and as an eye would see them (ΔE*ab 1976).
+
+use rayon::prelude::*;
+use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
+
+use crate::pca::Components;
+use crate::{DatabaseError, Quantity, Space, Table};
+
+/// Below this ΔE*ab an average observer sees no difference (the paper, after Kravchenko et al. 2017).
+pub const PERCEPTIBLE_DELTA_E: f64 = 2.3;
+
+/// Errors of one rebuilt curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CurveError {
+    rmse: f64,
+    delta_e: f64,
+    negative: usize,
+}
+
+/// Statistics of one measure over all curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Greatest value.
+    pub worst: f64,
+    /// The curve that has it.
+    pub worst_curve: usize,
+    /// 99th percentile.
+    pub percentile_99: f64,
+    /// Mean.
+    pub mean: f64,
+}
+
+/// How faithful a compressed table is to the full one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fidelity {
+    /// Root mean square error of each curve over its wavelengths.
+    pub rmse: Spread,
+    /// Colour difference of each curve under the illuminant, with the illuminant as white.
+    pub delta_e: Spread,
+    /// Share of the curves whose ΔE exceeds [`PERCEPTIBLE_DELTA_E`].
+    pub perceptible_share: f64,
+    /// Rebuilt values below zero, over all curves and wavelengths.
+    pub negative_values: usize,
+}
+
+/// Compares every rebuilt curve of a quantity with the original.
+///
+/// # Errors
+/// If the wavelengths do not allow colours under `illuminant`.
+pub fn judge(
+    table: &Table,
+    quantity: Quantity,
+    (components, space): (&Components, Space),
+    illuminant: Illuminant,
+) -> Result<Fidelity, DatabaseError> {
+    let colorimeter = Colorimeter::new(Observer::Cie1931, illuminant, &table.axes.wavelengths_nm)?;
+    let wavelengths = table.axes.wavelengths_nm.len();
+    let white = colorimeter.white();
+    let curves: Vec<&[f64]> = table.curves(quantity).collect();
+    let errors: Vec<CurveError> = curves
+        .par_iter()
+        .enumerate()
+        .map(|(number, curve)| {
+            let mut rebuilt = vec![0.0; wavelengths];
+            components.rebuild(number, space, &mut rebuilt);
+            let squares: f64 = curve.iter().zip(&rebuilt).map(|(a, b)| (a - b).powi(2)).sum();
+            let lab = |values: &[f64]| Lab::from_xyz(colorimeter.xyz(values), white);
+            CurveError {
+                rmse: (squares / wavelengths as f64).sqrt(),
+                delta_e: lab(curve).delta_e_1976(lab(&rebuilt)),
+                negative: rebuilt.iter().filter(|value| **value < 0.0).count(),
+            }
+        })
+        .collect();
+    let visible = errors.iter().filter(|error| error.delta_e > PERCEPTIBLE_DELTA_E).count();
+    Ok(Fidelity {
+        rmse: spread(errors.iter().map(|error| error.rmse)),
+        delta_e: spread(errors.iter().map(|error| error.delta_e)),
+        perceptible_share: visible as f64 / errors.len() as f64,
+        negative_values: errors.iter().map(|error| error.negative).sum(),
+    })
+}
+
+/// Worst, 99th percentile (nearest rank) and mean.
+fn spread(values: impl Iterator<Item = f64>) -> Spread {
+    let mut ranked: Vec<(f64, usize)> = values.enumerate().map(|(i, value)| (value, i)).collect();
+    let mean = ranked.iter().map(|(value, _)| value).sum::<f64>() / ranked.len() as f64;
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (worst, worst_curve) = ranked[ranked.len() - 1];
+    let rank = (ranked.len() * 99).div_ceil(100) - 1;
+    Spread { worst, worst_curve, percentile_99: ranked[rank].0, mean }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spread_of_a_hundred_numbers() {
+        let spread = spread((0..100).rev().map(f64::from));
+        assert_eq!((spread.worst_curve, spread.worst.to_bits()), (0, 99.0_f64.to_bits()));
+        assert!((spread.percentile_99 - 98.0).abs() < 1e-12 && (spread.mean - 49.5).abs() < 1e-12);
+    }
+}
