@@ -1,0 +1,109 @@
+//! The paper's claims about its table (Varsa & Baranoski 2024), on a table of the same axes.
+
+use std::sync::LazyLock;
+
+use snowblue_color::Illuminant;
+use snowblue_database::fidelity::{self, Fidelity, PERCEPTIBLE_DELTA_E};
+use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::pca::Decomposition;
+use snowblue_database::{Axes, CompressedTable, GridSample, PcaSnow, Quantity, Space, Table};
+
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
+    let options = FillOptions { streams: 16, tally_rays: 1 << 18, ..FillOptions::default() };
+    fill::by_ordinates(&Axes::paper(), &options, &|_, _| ()).unwrap().0
+});
+
+fn fidelity_of(space: Space, components: usize) -> Fidelity {
+    let decomposition = Decomposition::new(&TABLE, Quantity::Transmittance, space).unwrap();
+    let kept = decomposition.keep(&TABLE, Quantity::Transmittance, components).unwrap();
+    fidelity::judge(&TABLE, Quantity::Transmittance, (&kept, space), Illuminant::D65).unwrap()
+}
+
+/// Table 1: 9 sizes × 5 facetness × 5 densities × 10 angles × 11 thicknesses = 24,750 curves of 31 wavelengths.
+#[test]
+fn table_1() {
+    assert_eq!((TABLE.axes.samples(), TABLE.axes.curves(), TABLE.axes.wavelengths_nm.len()), (225, 24_750, 31));
+    for (t, r) in TABLE.transmittance.iter().zip(&TABLE.reflectance) {
+        assert!(*t > 0.0 && *r > 0.0 && t + r < 1.0);
+    }
+}
+
+/// Sidebar "Principal component analysis": l' = 2 keeps the RMSE below .002. It does here. It is also said to keep every
+/// ΔE below 2.3: here one curve in twelve exceeds it, the deep and dark ones, and l' = 3 is the least that keeps all.
+#[test]
+fn two_linear_components_keep_numbers_but_not_every_colour() {
+    let two = fidelity_of(Space::Linear, 2);
+    assert!(two.rmse.worst < 0.002, "{two:?}");
+    assert!(two.delta_e.mean < 1.0 && two.delta_e.worst > PERCEPTIBLE_DELTA_E, "{two:?}");
+    assert!((0.05..0.12).contains(&two.perceptible_share), "{two:?}");
+    assert!(fidelity_of(Space::Linear, 3).delta_e.worst < PERCEPTIBLE_DELTA_E);
+}
+
+/// In log space three components meet both of the paper's criteria with room, and nothing is ever negative.
+#[test]
+fn three_logarithmic_components_keep_everything() {
+    let three = fidelity_of(Space::Log, 3);
+    assert!(three.rmse.worst < 0.001 && three.delta_e.worst < 0.5, "{three:?}");
+    assert_eq!(three.negative_values, 0);
+}
+
+/// "Snow Spectral Responses": blue and green pass more than red, and transmittance falls with thickness, not linearly.
+#[test]
+fn spectral_trends() {
+    for (number, curve) in TABLE.curves(Quantity::Transmittance).enumerate() {
+        let thickness_cm = TABLE.axes.thicknesses_cm[number % 11];
+        if thickness_cm >= 3.0 {
+            assert!(curve[5] > curve[30] && curve[13] > curve[30], "{}", TABLE.axes.describe(number));
+        }
+    }
+    for sample_at_angle in TABLE.values(Quantity::Transmittance).chunks_exact(11 * 31) {
+        for wavelength in 0..31 {
+            let at = |thickness: usize| sample_at_angle[thickness * 31 + wavelength];
+            assert!((1..11).all(|thickness| at(thickness) < at(thickness - 1)));
+            // From 5 to 15 to 25 cm: the second step is the smaller.
+            assert!(at(4) - at(7) > at(7) - at(8));
+        }
+    }
+}
+
+/// Algorithm 1 at the grid's own places returns the grid's curves, in both forms.
+#[test]
+fn look_up_meets_the_table() {
+    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
+    let first = ((6 * 5 + 1) * 5 + 2) * TABLE.axes.curves_per_sample();
+    for (space, components) in [(Space::Linear, 2), (Space::Log, 3)] {
+        let compressed = CompressedTable::new(&TABLE, space, components).unwrap();
+        let snow = PcaSnow::new(&compressed, sample).unwrap();
+        let (mut found, mut rebuilt) = ([0.0_f32; 31], [0.0; 31]);
+        for (angle, angle_deg) in [(0, 0.0), (4, 40.0), (9, 89.0_f32)] {
+            for (thickness, thickness_cm) in [(0, 1.0), (7, 15.0), (10, 50.0_f32)] {
+                snow.transmittance(thickness_cm, angle_deg, &mut found);
+                compressed.transmittance.rebuild(first + angle * 11 + thickness, space, &mut rebuilt);
+                for (a, b) in found.iter().zip(&rebuilt) {
+                    // Single precision of coefficients up to 100 in log space, up to 1 in linear space.
+                    assert!((f64::from(*a) - b).abs() < 2e-5 * b.abs() + 2e-7, "{a} {b}");
+                }
+            }
+        }
+    }
+}
+
+/// The paper's ends: 0 cm is white, beyond 100 cm black, beyond 89° nothing. The log form goes on instead.
+#[test]
+fn ends_of_both_forms() {
+    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
+    let look_up = |space, thickness_cm, angle_deg| {
+        let snow = PcaSnow::new(&CompressedTable::new(&TABLE, space, 3).unwrap(), sample).unwrap();
+        let mut spectrum = [f32::NAN; 31];
+        snow.transmittance(thickness_cm, angle_deg, &mut spectrum);
+        spectrum
+    };
+    for space in [Space::Linear, Space::Log] {
+        assert!(look_up(space, 0.0, 0.0).iter().all(|t| t.to_bits() == 1.0_f32.to_bits()));
+        assert!(look_up(space, 5.0, 90.0).iter().all(|t| *t <= 0.0));
+    }
+    assert!(look_up(Space::Linear, 100.1, 0.0).iter().all(|t| *t <= 0.0));
+    assert!(look_up(Space::Linear, 5.0, 89.5).iter().all(|t| *t <= 0.0));
+    let (deep, deeper) = (look_up(Space::Log, 100.1, 0.0), look_up(Space::Log, 150.0, 0.0));
+    assert!(deep.iter().zip(&deeper).all(|(a, b)| *a > *b && *b > 0.0));
+}

@@ -1,0 +1,101 @@
+//! What is written is what is read, and what is not a table is refused in one line.
+
+use std::path::Path;
+
+use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::file::{self, AnyTable};
+use snowblue_database::{Axes, CompressedTable, DatabaseError, GridSample, PcaSnow, Quantity, Space, Table};
+
+fn small_table() -> Table {
+    let axes = Axes {
+        grain_sizes_um: vec![200.0, 400.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![250.0, 300.0],
+        angles_deg: vec![0.0, 60.0],
+        thicknesses_cm: vec![1.0, 3.0, 10.0],
+        ..Axes::paper()
+    };
+    let options = FillOptions { streams: 8, tally_rays: 1 << 10, ..FillOptions::default() };
+    fill::by_ordinates(&axes, &options, &|_, _| ()).unwrap().0
+}
+
+#[test]
+fn full_table_survives_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("full.nc");
+    let table = small_table();
+    table.write(&path).unwrap();
+    assert_eq!(file::read(&path).unwrap(), AnyTable::Full(table));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside the file");
+}
+
+#[test]
+fn compressed_table_survives_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for space in [Space::Linear, Space::Log] {
+        let path = folder.path().join("compressed.nc");
+        let compressed = CompressedTable::new(&small_table(), space, 3).unwrap();
+        compressed.write(&path).unwrap();
+        assert_eq!(file::read(&path).unwrap(), AnyTable::Compressed(compressed));
+    }
+}
+
+/// With all its components a table is what it was, to the rounding of single precision.
+#[test]
+fn all_components_rebuild_the_table() {
+    let table = small_table();
+    for space in [Space::Linear, Space::Log] {
+        let compressed = CompressedTable::new(&table, space, 24).unwrap();
+        for quantity in Quantity::ALL {
+            let mut rebuilt = vec![0.0; 31];
+            for (number, curve) in table.curves(quantity).enumerate() {
+                compressed.components(quantity).rebuild(number, space, &mut rebuilt);
+                for (a, b) in curve.iter().zip(&rebuilt) {
+                    // Coefficients up to 60 in single precision, in log space an error of the logarithm.
+                    assert!((a - b).abs() < 1e-5, "{a} {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn broken_and_foreign_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = folder.path().join("whole.nc");
+    CompressedTable::new(&small_table(), Space::Log, 3).unwrap().write(&whole).unwrap();
+    let bytes = std::fs::read(&whole).unwrap();
+    let path = folder.path().join("broken.nc");
+    let refuse = |contents: &[u8]| {
+        std::fs::write(&path, contents).unwrap();
+        let message = file::read(&path).unwrap_err().to_string();
+        assert!(message.contains("broken.nc") && !message.contains('\n'), "{message}");
+    };
+    // Every truncation, and every damaged byte of the header.
+    for length in (0..bytes.len() - 4).step_by(97) {
+        refuse(&bytes[..length]);
+    }
+    refuse(b"");
+    refuse(b"PK\x03\x04 not a table");
+    for place in (0..bytes.len()).step_by(11) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0xff;
+        std::fs::write(&path, &damaged).unwrap();
+        // Damage to a number may go unseen; damage to the layout must be an error and never a panic.
+        drop(file::read(&path));
+    }
+    let missing = file::read(Path::new("no/such/file.nc")).unwrap_err().to_string();
+    assert!(missing.starts_with("no/such/file.nc: cannot be read"), "{missing}");
+}
+
+#[test]
+fn messages_name_the_axis_and_its_values() {
+    let compressed = CompressedTable::new(&small_table(), Space::Log, 3).unwrap();
+    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 320.0 };
+    let message = PcaSnow::new(&compressed, sample).unwrap_err().to_string();
+    assert_eq!(message, "density is 320 kg/m³, but the table has 250, 300 kg/m³");
+    assert!(matches!(
+        CompressedTable::new(&small_table(), Space::Log, 0),
+        Err(DatabaseError::Components { components: 0, .. })
+    ));
+}
