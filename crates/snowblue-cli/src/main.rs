@@ -1,2 +1,68 @@
-//! The snowblue command.
-fn main() {}
+//! The `snowblue` command: the blue of light through snow, predicted from what the snow is made of.
+
+mod color;
+mod database;
+mod failure;
+mod options;
+mod parse;
+mod progress;
+mod report;
+mod slab;
+mod spectrum;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use failure::{Failure, Outcome};
+
+/// The blue of light through snow, predicted from what the snow is made of
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, after_help = "Every command tells its options with --help.")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Threads to work on [default: one for each core]; results do not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Say nothing but results
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Spectrum(Box<spectrum::Spectrum>),
+    Slab(slab::Slab),
+    #[command(subcommand)]
+    Database(database::Database),
+    Color(Box<color::Color>),
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if let Failure::Input(message) | Failure::Work(message) = &failure {
+                complain(message);
+            }
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn run() -> Outcome {
+    let arguments = Arguments::try_parse()?;
+    let threads = usize::from(arguments.threads.unwrap_or(0));
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::work)?;
+    match arguments.command {
+        Command::Spectrum(command) => command.run(arguments.quiet),
+        Command::Slab(command) => command.run(),
+        Command::Database(command) => command.run(arguments.quiet),
+        Command::Color(command) => command.run(),
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "this is where the command speaks of failure")]
+fn complain(message: &str) {
+    eprintln!("snowblue: {message}");
+}

@@ -7,6 +7,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use netcdf3::error::{ReadError, WriteError};
 use netcdf3::{DataSet, FileReader, FileWriter, Version};
 
 use crate::pca::{Components, MOST_COMPONENTS};
@@ -90,11 +91,9 @@ impl CompressedTable {
 /// # Errors
 /// If the file cannot be read or is not a table of snow; nothing is guessed or repaired.
 pub fn read(path: &Path) -> Result<AnyTable, DatabaseError> {
-    let reader = FileReader::open(path).map_err(|error| match error {
-        netcdf3::error::ReadError::IOErrorKind(kind) => wrong(path, &format!("cannot be read: {kind}")),
-        other => broken(path, &other),
-    })?;
-    read_tables(path, reader)
+    // Opened first by itself, so that a missing file and a broken one are told apart.
+    std::fs::File::open(path).map_err(|error| wrong(path, &format!("cannot be read: {error}")))?;
+    read_tables(path, FileReader::open(path).map_err(|error| broken(path, &error))?)
 }
 
 fn read_tables(path: &Path, mut reader: FileReader) -> Result<AnyTable, DatabaseError> {
@@ -224,7 +223,7 @@ fn write(
         writer.close()
     })();
     let renamed = written
-        .map_err(|error| failed(&format!("{error:?}")))
+        .map_err(|error: WriteError| failed(&reason(&error)))
         .and_then(|()| std::fs::rename(beside, path).map_err(|error| failed(&error)));
     if renamed.is_err() {
         // What is left of a failed write is of no use; a second failure would only hide the first.
@@ -268,6 +267,17 @@ fn wrong(path: &Path, what: &str) -> DatabaseError {
     DatabaseError::File { path: path.to_owned(), what: what.to_owned() }
 }
 
-fn broken(path: &Path, error: &netcdf3::error::ReadError) -> DatabaseError {
-    wrong(path, &format!("is not a whole NetCDF classic file ({error:?})"))
+fn broken(path: &Path, error: &ReadError) -> DatabaseError {
+    let reason = match error {
+        ReadError::IOErrorKind(kind) => kind.to_string(),
+        other => format!("{other:?}"),
+    };
+    wrong(path, &format!("is not a whole NetCDF classic file: {reason}"))
+}
+
+fn reason(error: &WriteError) -> String {
+    match error {
+        WriteError::IOErrorKind(kind) => kind.to_string(),
+        other => format!("{other:?}"),
+    }
 }

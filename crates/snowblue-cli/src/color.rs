@@ -1,0 +1,121 @@
+//! `snowblue color`: the colour of the light that comes through.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use snowblue_color::{Colorimeter, Lab, LinearRgb, Observer, Srgb8};
+use snowblue_transport::ordinates;
+
+use crate::failure::{Failure, Outcome};
+use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
+use crate::parse::{self, Wavelengths};
+use crate::report::{Cell, Report};
+
+/// The paper's three sample wavelengths, in nm.
+const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
+
+const COLUMNS: [&str; 13] = [
+    "thickness_cm", "angle_deg", "illuminant", "X", "Y", "Z", "L", "a", "b", "r_linear", "g_linear", "b_linear", "hex",
+];
+
+/// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow
+#[derive(Debug, Args)]
+#[command(after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
+
+Examples:
+  snowblue color --thickness 5,10,15,30 --illuminant D65
+  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value)")]
+pub(crate) struct Color {
+    #[command(flatten)]
+    sample: SampleOptions,
+    #[command(flatten)]
+    slab: SlabOptions,
+    #[command(flatten)]
+    ordinates: OrdinatesWords,
+    #[command(flatten)]
+    light: LightOptions,
+    /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
+    #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
+    samples: String,
+    /// Colour of a spectrum in a CSV file (wavelength_nm,value) instead of snow
+    #[arg(long, value_name = "FILE")]
+    spectrum: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Color {
+    pub(crate) fn run(&self) -> Outcome {
+        let rows = match &self.spectrum {
+            Some(path) => vec![self.of_file(path)?],
+            None => self.of_snow()?,
+        };
+        let metadata = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("observer", Observer::Cie1931.name().to_owned()),
+            ("ice", self.sample.ice_name().to_owned()),
+            ("seed", self.ordinates.seed.to_string()),
+        ];
+        Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output)
+    }
+
+    fn of_snow(&self) -> Result<Vec<Vec<Cell>>, Failure> {
+        let wavelengths = match self.samples.as_str() {
+            "3" => Wavelengths(THREE_SAMPLES_NM.to_vec()),
+            _ => parse::wavelengths("400:700:10").map_err(Failure::Work)?,
+        };
+        let slab = self.sample.slab(&self.slab, &wavelengths)?;
+        let colorimeter = self.colorimeter(&slab.wavelengths_nm)?;
+        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let row = |curve: &[snowblue_transport::slab::Radiometry]| {
+            let values: Vec<f64> = curve.iter().map(|row| row.transmittance.value).collect();
+            let place = [curve[0].thickness_cm.into(), Cell::Word(incidence_name(curve[0].incidence))];
+            self.row(place, &colorimeter, &values)
+        };
+        Ok(solved.chunks_exact(slab.wavelengths_nm.len()).map(row).collect())
+    }
+
+    fn of_file(&self, path: &Path) -> Result<Vec<Cell>, Failure> {
+        let (wavelengths_nm, values) = read_spectrum(path)?;
+        let colorimeter = self.colorimeter(&wavelengths_nm)?;
+        Ok(self.row([Cell::Word(String::new()), Cell::Word(String::new())], &colorimeter, &values))
+    }
+
+    fn colorimeter(&self, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
+        Colorimeter::new(Observer::Cie1931, self.light.illuminant, wavelengths_nm).map_err(Failure::input)
+    }
+
+    fn row(&self, place: [Cell; 2], colorimeter: &Colorimeter, values: &[f64]) -> Vec<Cell> {
+        let xyz = colorimeter.xyz(values);
+        let lab = Lab::from_xyz(xyz, colorimeter.white());
+        let rgb = LinearRgb::from_xyz(xyz);
+        let hex = Srgb8::encode(rgb.into_gamut()).to_string();
+        let mut row = place.to_vec();
+        row.push(Cell::Word(self.light.illuminant.name().to_owned()));
+        row.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, rgb.r, rgb.g, rgb.b].map(Cell::from));
+        row.push(Cell::Word(hex));
+        row
+    }
+}
+
+/// Reads `wavelength_nm,value` rows; a first line that is not numeric is a header.
+fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
+    let (mut wavelengths_nm, mut values) = (Vec::new(), Vec::new());
+    for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let fields: Result<Vec<f64>, String> = line.split(',').map(parse::number).collect();
+        match fields.as_deref() {
+            Ok([wavelength_nm, value]) if wavelength_nm.is_finite() && value.is_finite() => {
+                wavelengths_nm.push(*wavelength_nm);
+                values.push(*value);
+            }
+            Err(_) if number == 0 => {}
+            _ => {
+                let place = format!("{name}:{}", number + 1);
+                return Err(Failure::Input(format!("{place}: expected wavelength_nm,value but found '{line}'")));
+            }
+        }
+    }
+    Ok((wavelengths_nm, values))
+}

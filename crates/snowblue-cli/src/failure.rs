@@ -1,0 +1,58 @@
+//! Why a command stops, and with which exit code: 2 for bad input, 1 for a failure at work.
+
+use std::fmt::Display;
+
+/// One clear line for the user, and an exit code.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The input is at fault.
+    Input(String),
+    /// The input was good, but the work failed.
+    Work(String),
+    /// What was asked has been said (help, version), and all is well.
+    Told,
+}
+
+/// What commands return.
+pub(crate) type Outcome = Result<(), Failure>;
+
+impl Failure {
+    pub(crate) fn input(error: impl Display) -> Self {
+        Self::Input(error.to_string())
+    }
+
+    pub(crate) fn work(error: impl Display) -> Self {
+        Self::Work(error.to_string())
+    }
+
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Told => 0,
+            Self::Work(_) => 1,
+            Self::Input(_) => 2,
+        }
+    }
+}
+
+/// clap's message in one line: what is wrong, and its advice.
+impl From<clap::Error> for Failure {
+    fn from(error: clap::Error) -> Self {
+        use clap::error::ErrorKind;
+        let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+        if asked || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            return match error.print() {
+                Ok(()) if asked => Self::Told,
+                Ok(()) => Self::Input(String::from("no command is given")),
+                Err(error) => Self::work(error),
+            };
+        }
+        let text = error.render().to_string();
+        let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        let mut message = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        for line in lines.take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more")) {
+            message.push_str(if line.starts_with("tip:") { "; " } else { " " });
+            message.push_str(line.trim_start_matches("tip: "));
+        }
+        Self::Input(message)
+    }
+}

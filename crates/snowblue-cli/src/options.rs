@@ -1,0 +1,179 @@
+//! Options that mean the same on every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use snowblue_color::Illuminant;
+use snowblue_transport::ice::IceTable;
+use snowblue_transport::ordinates::{DEFAULT_STREAMS, OrdinatesOptions};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Incidence, Slab};
+
+use crate::failure::Failure;
+use crate::parse::{self, SizeWords, Wavelengths};
+
+/// What the snow is made of.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Snow")]
+pub(crate) struct SampleOptions {
+    /// Grain size in µm: a mean, which stands for mean ± 50, or MIN:MAX, uniform in number [20–5000]
+    #[arg(long, value_name = "SIZE", default_value = "400", value_parser = parse::size, conflicts_with = "ssa")]
+    grain_size: SizeWords,
+    /// Specific surface area in m²/kg, instead of a grain size [1–300]
+    #[arg(long, value_name = "AREA", value_parser = parse::number)]
+    ssa: Option<f64>,
+    /// What the grain size measures
+    #[arg(long, value_name = "MEASURE", value_enum, default_value = "greatest-extension", conflicts_with = "ssa")]
+    size_measure: SizeMeasureWord,
+    /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
+    #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
+    facetness: TruncatedNormal,
+    /// Riley sphericity of the grains: one value or MIN:MAX:MEAN:SD [0.5–1]
+    #[arg(long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity)]
+    sphericity: TruncatedNormal,
+    /// Density of the snow in kg/m³ [10–900]
+    #[arg(long, value_name = "DENSITY", default_value = "300", value_parser = parse::number)]
+    density: f64,
+    /// Temperature in °C [-60–0]
+    #[arg(long, value_name = "T", default_value = "-5", value_parser = parse::number, allow_negative_numbers = true)]
+    temperature: f64,
+    /// Whose absorption of ice to use; the two differ in the blue
+    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008")]
+    ice: IceWord,
+}
+
+/// How thick the snow is, and how light falls on it.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Slab")]
+pub(crate) struct SlabOptions {
+    /// Thickness in cm, one or several separated by commas
+    #[arg(long, value_name = "CM", default_value = "15", value_delimiter = ',', value_parser = parse::number)]
+    thickness: Vec<f64>,
+    /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian); several by commas
+    #[arg(long, value_name = "DEG", default_value = "0", value_delimiter = ',', value_parser = parse::incidence)]
+    angle: Vec<Incidence>,
+}
+
+/// How the discrete ordinates work.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Engine")]
+pub(crate) struct OrdinatesWords {
+    /// Ordinates, counting both hemispheres; an even number
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_STREAMS)]
+    pub(crate) streams: usize,
+    /// Seed of all randomness
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+/// Where the answer goes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputOptions {
+    /// Write to a file instead of the terminal
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Format [default: by the file's ending, else a table on a terminal and CSV into a pipe]
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    pub(crate) format: Option<Format>,
+}
+
+/// The light that colours are seen under.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Light")]
+pub(crate) struct LightOptions {
+    /// CIE illuminant: E, A, C, D50, D55, D65, D75, FL1–FL12, FL3.1–FL3.15, HP1–HP5, LED-B1…
+    #[arg(long, value_name = "NAME", default_value = "D65", value_parser = parse::illuminant)]
+    pub(crate) illuminant: Illuminant,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Table,
+    Csv,
+    Json,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SizeMeasureWord {
+    GreatestExtension,
+    VolumeDiameter,
+    OpticalDiameter,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IceWord {
+    /// Warren & Brandt 2008
+    Warren2008,
+    /// Picard, Libois & Arnaud 2016
+    Picard2016,
+}
+
+impl IceWord {
+    pub(crate) fn table(self) -> IceTable {
+        match self {
+            Self::Warren2008 => IceTable::WarrenBrandt2008,
+            Self::Picard2016 => IceTable::Picard2016,
+        }
+    }
+}
+
+impl SampleOptions {
+    fn grain_size(&self) -> Result<GrainSize, Failure> {
+        let measure = match self.size_measure {
+            SizeMeasureWord::GreatestExtension => SizeMeasure::GreatestExtension,
+            SizeMeasureWord::VolumeDiameter => SizeMeasure::VolumeDiameter,
+            SizeMeasureWord::OpticalDiameter => SizeMeasure::OpticalDiameter,
+        };
+        if let Some(area_m2_kg) = self.ssa {
+            return GrainSize::from_specific_surface_area(area_m2_kg, self.temperature).map_err(Failure::input);
+        }
+        match self.grain_size {
+            SizeWords::Mean(mean_um) => {
+                GrainSize::around(mean_um).map(|size| GrainSize { measure, ..size }).map_err(Failure::input)
+            }
+            SizeWords::Range(min_um, max_um) => Ok(GrainSize { min_um, max_um, measure }),
+        }
+    }
+
+    /// The slab of this snow that the other options ask for, checked.
+    pub(crate) fn slab(&self, slab: &SlabOptions, wavelengths: &Wavelengths) -> Result<Slab, Failure> {
+        let slab = Slab {
+            sample: SnowSample {
+                grain_size: self.grain_size()?,
+                sphericity: self.sphericity,
+                facetness: self.facetness,
+                density_kg_m3: self.density,
+                temperature_c: self.temperature,
+                ice: self.ice.table(),
+            },
+            thicknesses_cm: slab.thickness.clone(),
+            incidences: slab.angle.clone(),
+            wavelengths_nm: wavelengths.0.clone(),
+        };
+        slab.check().map_err(Failure::input)?;
+        Ok(slab)
+    }
+
+    /// Name of the ice constants, for metadata.
+    pub(crate) fn ice_name(&self) -> &'static str {
+        match self.ice {
+            IceWord::Warren2008 => "warren2008",
+            IceWord::Picard2016 => "picard2016",
+        }
+    }
+}
+
+impl OrdinatesWords {
+    pub(crate) fn options(self) -> OrdinatesOptions {
+        OrdinatesOptions { streams: self.streams, seed: self.seed, ..OrdinatesOptions::default() }
+    }
+}
+
+/// `diffuse`, or the angle in degrees.
+pub(crate) fn incidence_name(incidence: Incidence) -> String {
+    match incidence {
+        Incidence::Beam { angle_deg } => angle_deg.to_string(),
+        Incidence::Diffuse => "diffuse".to_owned(),
+    }
+}

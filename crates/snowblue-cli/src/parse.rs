@@ -1,0 +1,115 @@
+//! Option values as users write them: ranges, lists, distributions.
+
+use snowblue_color::Illuminant;
+use snowblue_transport::sample::TruncatedNormal;
+use snowblue_transport::slab::Incidence;
+
+/// A grain size as it was written; the measure is another option.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum SizeWords {
+    /// `400`: a mean.
+    Mean(f64),
+    /// `350:450`: a range.
+    Range(f64, f64),
+}
+
+/// Some wavelengths, in nm.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
+
+/// Most wavelengths that a range may stand for.
+const MOST_WAVELENGTHS: f64 = 100_000.0;
+
+pub(crate) fn number(word: &str) -> Result<f64, String> {
+    word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
+}
+
+fn numbers(words: &str) -> Result<Vec<f64>, String> {
+    words.split(':').map(number).collect()
+}
+
+pub(crate) fn size(words: &str) -> Result<SizeWords, String> {
+    match numbers(words)?[..] {
+        [mean] => Ok(SizeWords::Mean(mean)),
+        [min, max] => Ok(SizeWords::Range(min, max)),
+        _ => Err("give a mean (400) or a range (350:450), in µm".to_owned()),
+    }
+}
+
+pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
+    match numbers(words)?[..] {
+        [mean] if (0.0..=1.0).contains(&mean) => Ok(TruncatedNormal::facetness_around(mean)),
+        [mean] => Err(format!("facetness is {mean}, but must lie in 0–1")),
+        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
+        _ => Err("give a mean (0.3) or MIN:MAX:MEAN:SD (0.2:0.4:0.3:0.075)".to_owned()),
+    }
+}
+
+pub(crate) fn sphericity(words: &str) -> Result<TruncatedNormal, String> {
+    match numbers(words)?[..] {
+        [value] => Ok(TruncatedNormal::exactly(value)),
+        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
+        _ => Err("give one value (0.8) or MIN:MAX:MEAN:SD (0.7:0.9:0.8:0.1)".to_owned()),
+    }
+}
+
+pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
+    if word == "diffuse" {
+        return Ok(Incidence::Diffuse);
+    }
+    let angle_deg = number(word).map_err(|_| format!("'{word}' is neither an angle in degrees nor 'diffuse'"))?;
+    Ok(Incidence::Beam { angle_deg })
+}
+
+pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
+    if !words.contains(':') {
+        return words.split(',').map(number).collect::<Result<_, _>>().map(Wavelengths);
+    }
+    let [first, last, step] = numbers(words)?[..] else {
+        return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());
+    };
+    let count = (last - first) / step;
+    if !(step > 0.0 && (0.0..MOST_WAVELENGTHS).contains(&count)) {
+        return Err(format!("the range {words} nm must ascend, in steps above 0 nm and at most 100000 of them"));
+    }
+    let mut wavelengths = Vec::new();
+    for i in 0_u32.. {
+        let wavelength_nm = first + f64::from(i) * step;
+        // The last wavelength counts in spite of rounding.
+        if wavelength_nm > last + 1e-9 * step {
+            break;
+        }
+        wavelengths.push(wavelength_nm.min(last));
+    }
+    Ok(Wavelengths(wavelengths))
+}
+
+pub(crate) fn illuminant(word: &str) -> Result<Illuminant, String> {
+    word.parse::<Illuminant>().map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_wavelengths_hold_both_ends() {
+        let visible = wavelengths("400:700:10").unwrap().0;
+        assert_eq!((visible.len(), visible[0].to_bits(), visible[30].to_bits()), (31, 400_f64.to_bits(), 700_f64.to_bits()));
+        assert_eq!(wavelengths("0.1:0.7:0.1").unwrap().0.len(), 7);
+        assert_eq!(wavelengths("450,550").unwrap().0.len(), 2);
+        for bad in ["400:700:0", "700:400:10", "400:700", "blue", "1:1e12:1", "1:2:nan"] {
+            assert!(wavelengths(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_distributions() {
+        assert_eq!(size("400").unwrap(), SizeWords::Mean(400.0));
+        assert_eq!(size("350:450").unwrap(), SizeWords::Range(350.0, 450.0));
+        assert!(size("1:2:3").is_err() && size("big").is_err());
+        assert!(facetness("1.2").is_err() && sphericity("0.7:0.9").is_err());
+        assert_eq!(incidence("diffuse").unwrap(), Incidence::Diffuse);
+        assert!(incidence("steep").is_err());
+    }
+}

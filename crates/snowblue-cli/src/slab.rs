@@ -1,0 +1,59 @@
+//! `snowblue slab`: a bare Henyey–Greenstein slab, to check the solver.
+
+use clap::Args;
+use snowblue_transport::ordinates::{self, HomogeneousMedium, Scattering};
+
+use crate::failure::{Failure, Outcome};
+use crate::options::OutputOptions;
+use crate::parse;
+use crate::report::Report;
+
+/// Fluxes of a bare Henyey–Greenstein slab under a beam, to check the solver
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  snowblue slab --one-minus-omega 0.1 --g 0.75 --tau 2 --mu0 1 --streams 32
+      van de Hulst (1980, Table 35) prints R .09739 and T .66096")]
+pub(crate) struct Slab {
+    /// Co-albedo 1 − ω of single scattering [0–1]
+    #[arg(long, value_name = "X", value_parser = parse::number)]
+    one_minus_omega: f64,
+    /// Asymmetry parameter g [-1–1]
+    #[arg(long, value_name = "G", value_parser = parse::number, allow_negative_numbers = true)]
+    g: f64,
+    /// Optical depth τ [0–1e9]
+    #[arg(long, value_name = "TAU", value_parser = parse::number)]
+    tau: f64,
+    /// Cosine μ₀ of the angle of incidence [1e-4–1]
+    #[arg(long, value_name = "MU0", default_value = "1", value_parser = parse::number)]
+    mu0: f64,
+    /// Ordinates, counting both hemispheres; an even number
+    #[arg(long, value_name = "N", default_value_t = ordinates::DEFAULT_STREAMS)]
+    streams: usize,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Slab {
+    pub(crate) fn run(&self) -> Outcome {
+        ordinates::check_streams(self.streams).map_err(Failure::input)?;
+        for (option, value, low, high) in [
+            ("--one-minus-omega", self.one_minus_omega, 0.0, 1.0),
+            ("--g", self.g, -1.0, 1.0),
+            ("--tau", self.tau, 0.0, 1e9),
+            ("--mu0", self.mu0, 1e-4, 1.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(Failure::Input(format!("{option} is {value}, but must lie in {low}–{high}")));
+            }
+        }
+        let scattering = Scattering::henyey_greenstein(self.one_minus_omega, self.g, self.streams);
+        let medium = HomogeneousMedium::new(&scattering, self.streams);
+        let fluxes = medium.fluxes(self.tau, &[medium.beam(self.mu0)])[0];
+        let report = Report {
+            columns: vec!["reflectance", "transmittance", "direct"],
+            rows: vec![vec![fluxes.reflectance.into(), fluxes.transmittance.into(), fluxes.direct.into()]],
+            metadata: vec![],
+        };
+        report.write(&self.output)
+    }
+}

@@ -1,0 +1,105 @@
+//! `snowblue spectrum`: reflectance, transmittance and absorptance of a slab, per wavelength.
+
+use clap::{Args, ValueEnum};
+use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
+use snowblue_transport::ordinates;
+use snowblue_transport::slab::{Radiometry, Slab};
+
+use crate::failure::{Failure, Outcome};
+use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
+use crate::parse::{self, Wavelengths};
+use crate::progress::Progress;
+use crate::report::{Cell, Report};
+
+/// Reflectance, transmittance and absorptance of a slab of snow, per wavelength
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  snowblue spectrum --grain-size 400 --facetness 0.3 --density 300 --thickness 15
+  snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
+  snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3")]
+pub(crate) struct Spectrum {
+    #[command(flatten)]
+    sample: SampleOptions,
+    #[command(flatten)]
+    slab: SlabOptions,
+    /// Wavelengths in nm: FIRST:LAST:STEP or a list
+    #[arg(
+        long, value_name = "NM", default_value = "400:700:10", value_parser = parse::wavelengths,
+        help_heading = "Slab"
+    )]
+    wavelengths: Wavelengths,
+    /// Discrete ordinates, or the Monte Carlo walk of each wavelength on its own
+    #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
+    engine: Engine,
+    #[command(flatten)]
+    ordinates: OrdinatesWords,
+    /// Rays of the Monte Carlo engine, for each wavelength, thickness and angle
+    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
+    rays: u64,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    Ordinates,
+    Montecarlo,
+}
+
+impl Spectrum {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let slab = self.sample.slab(&self.slab, &self.wavelengths)?;
+        let rows = self.solve(&slab, quiet)?;
+        self.report(&rows).write(&self.output)
+    }
+
+    fn solve(&self, slab: &Slab, quiet: bool) -> Result<Vec<Radiometry>, Failure> {
+        match self.engine {
+            Engine::Ordinates => ordinates::solve(slab, &self.ordinates.options()).map_err(Failure::input),
+            Engine::Montecarlo => {
+                let options = MonteCarloOptions { rays: self.rays, seed: self.ordinates.seed };
+                let bar = Progress::new("rays", quiet);
+                let solved = monte_carlo::solve(slab, &options, |done, all| bar.at(done, all));
+                bar.end();
+                solved.map_err(Failure::input)
+            }
+        }
+    }
+
+    /// The standard errors stand in columns of their own where every number has one that matters: Monte Carlo.
+    fn report(&self, rows: &[Radiometry]) -> Report {
+        let with_errors = self.engine == Engine::Montecarlo;
+        let mut columns =
+            vec!["thickness_cm", "angle_deg", "wavelength_nm", "reflectance", "transmittance", "absorptance"];
+        if with_errors {
+            columns.extend(["reflectance_se", "transmittance_se", "absorptance_se"]);
+        }
+        let row = |row: &Radiometry| {
+            let quantities = [row.reflectance, row.transmittance, row.absorptance];
+            let mut cells: Vec<Cell> =
+                vec![row.thickness_cm.into(), Cell::Word(incidence_name(row.incidence)), row.wavelength_nm.into()];
+            cells.extend(quantities.iter().map(|estimate| Cell::from(estimate.value)));
+            if with_errors {
+                cells.extend(quantities.iter().map(|estimate| Cell::from(estimate.standard_error)));
+            }
+            cells
+        };
+        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows) }
+    }
+
+    fn metadata(&self, rows: &[Radiometry]) -> Vec<(&'static str, String)> {
+        let engine = match self.engine {
+            Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
+            Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
+        };
+        let relative = |row: &Radiometry| row.transmittance.standard_error / row.transmittance.value;
+        let worst = rows.iter().map(relative).fold(0.0, f64::max);
+        vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("engine", engine),
+            ("ice", self.sample.ice_name().to_owned()),
+            ("seed", self.ordinates.seed.to_string()),
+            ("transmittance standard error at most", format!("{:.2} %", 100.0 * worst)),
+        ]
+    }
+}
