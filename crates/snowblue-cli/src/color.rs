@@ -15,7 +15,19 @@ use crate::report::{Cell, Report};
 const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
 
 const COLUMNS: [&str; 13] = [
-    "thickness_cm", "angle_deg", "illuminant", "X", "Y", "Z", "L", "a", "b", "r_linear", "g_linear", "b_linear", "hex",
+    "thickness_cm",
+    "angle_deg",
+    "illuminant",
+    "X",
+    "Y",
+    "Z",
+    "L",
+    "a",
+    "b",
+    "r_linear",
+    "g_linear",
+    "b_linear",
+    "hex",
 ];
 
 /// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow
@@ -101,7 +113,8 @@ impl Color {
 /// Reads `wavelength_nm,value` rows; a first line that is not numeric is a header.
 fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
     let (mut wavelengths_nm, mut values) = (Vec::new(), Vec::new());
     for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let fields: Result<Vec<f64>, String> = line.split(',').map(parse::number).collect();

@@ -178,8 +178,17 @@ impl Info {
 }
 
 const FIDELITY_COLUMNS: [&str; 11] = [
-    "quantity", "space", "components", "rmse_worst", "rmse_p99", "rmse_mean", "delta_e_worst", "delta_e_p99",
-    "delta_e_mean", "share_above_2.3", "negative_values",
+    "quantity",
+    "space",
+    "components",
+    "rmse_worst",
+    "rmse_p99",
+    "rmse_mean",
+    "delta_e_worst",
+    "delta_e_p99",
+    "delta_e_mean",
+    "share_above_2.3",
+    "negative_values",
 ];
 
 impl Fidelity {
@@ -216,8 +225,15 @@ impl Fidelity {
                     let mut row = vec![Cell::Word(quantity.name().to_owned()), Cell::Word(space.name().to_owned())];
                     let (rmse, delta_e) = (&found.rmse, &found.delta_e);
                     let numbers = [
-                        components as f64, rmse.worst, rmse.percentile_99, rmse.mean, delta_e.worst,
-                        delta_e.percentile_99, delta_e.mean, found.perceptible_share, found.negative_values as f64,
+                        components as f64,
+                        rmse.worst,
+                        rmse.percentile_99,
+                        rmse.mean,
+                        delta_e.worst,
+                        delta_e.percentile_99,
+                        delta_e.mean,
+                        found.perceptible_share,
+                        found.negative_values as f64,
                     ];
                     debug_assert!(PERCEPTIBLE_DELTA_E.to_bits() == 2.3_f64.to_bits(), "the column says 2.3");
                     row.extend(numbers.map(Cell::from));

@@ -95,7 +95,10 @@ mod tests {
     #[test]
     fn ranges_of_wavelengths_hold_both_ends() {
         let visible = wavelengths("400:700:10").unwrap().0;
-        assert_eq!((visible.len(), visible[0].to_bits(), visible[30].to_bits()), (31, 400_f64.to_bits(), 700_f64.to_bits()));
+        assert_eq!(
+            (visible.len(), visible[0].to_bits(), visible[30].to_bits()),
+            (31, 400_f64.to_bits(), 700_f64.to_bits())
+        );
         assert_eq!(wavelengths("0.1:0.7:0.1").unwrap().0.len(), 7);
         assert_eq!(wavelengths("450,550").unwrap().0.len(), 2);
         for bad in ["400:700:0", "700:400:10", "400:700", "blue", "1:1e12:1", "1:2:nan"] {

@@ -88,7 +88,8 @@ impl Report {
             let cells = self.columns.iter().zip(row).map(|(name, cell)| ((*name).to_owned(), cell.json()));
             Value::Object(cells.collect::<Map<_, _>>())
         };
-        let metadata: Map<_, _> = self.metadata.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
+        let metadata: Map<_, _> =
+            self.metadata.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
         let document = json!({ "metadata": metadata, "rows": self.rows.iter().map(row).collect::<Vec<_>>() });
         format!("{document:#}\n")
     }

@@ -35,10 +35,7 @@ impl Colorimeter {
     pub fn new(observer: Observer, illuminant: Illuminant, wavelengths_nm: &[f64]) -> Result<Colorimeter, ColorError> {
         for pair in wavelengths_nm.windows(2) {
             if pair[1] <= pair[0] {
-                return Err(ColorError::NotIncreasing {
-                    wavelength_nm: pair[1],
-                    previous_nm: pair[0],
-                });
+                return Err(ColorError::NotIncreasing { wavelength_nm: pair[1], previous_nm: pair[0] });
             }
         }
         let mut weights = Vec::with_capacity(wavelengths_nm.len());
@@ -47,20 +44,12 @@ impl Colorimeter {
         }
         let Xyz { x, y, z } = sum(weights.iter().copied());
         if x <= 0.0 || y <= 0.0 || z <= 0.0 {
-            return Err(ColorError::NoWhite {
-                x,
-                y,
-                z,
-                count: wavelengths_nm.len(),
-            });
+            return Err(ColorError::NoWhite { x, y, z, count: wavelengths_nm.len() });
         }
         for weight in &mut weights {
             *weight = *weight * y.recip();
         }
-        Ok(Colorimeter {
-            wavelengths_nm: wavelengths_nm.to_vec(),
-            weights,
-        })
+        Ok(Colorimeter { wavelengths_nm: wavelengths_nm.to_vec(), weights })
     }
 
     /// The wavelengths of the spectra, in nm.
@@ -80,11 +69,7 @@ impl Colorimeter {
     /// # Panics
     /// If there is not one value per wavelength.
     pub fn xyz(&self, values: &[f64]) -> Xyz {
-        assert_eq!(
-            values.len(),
-            self.weights.len(),
-            "a spectrum needs one value per wavelength of the colorimeter"
-        );
+        assert_eq!(values.len(), self.weights.len(), "a spectrum needs one value per wavelength of the colorimeter");
         sum(self.weights.iter().zip(values).map(|(&weight, &value)| weight * value))
     }
 
@@ -119,12 +104,7 @@ mod tests {
         }
         let colorimeter = three_samples(Illuminant::D65, &wavelengths_nm).unwrap();
         assert!((colorimeter.xyz(&values).z - numerator / denominator).abs() < 1e-15);
-        let luminance: f64 = colorimeter
-            .weights()
-            .iter()
-            .zip(values)
-            .map(|(weight, value)| weight.y * value)
-            .sum();
+        let luminance: f64 = colorimeter.weights().iter().zip(values).map(|(weight, value)| weight.y * value).sum();
         assert!((colorimeter.xyz(&values).y - luminance).abs() < 1e-15);
     }
 
@@ -132,33 +112,18 @@ mod tests {
     #[test]
     fn wavelengths_without_white_are_refused() {
         let message = three_samples(Illuminant::E, &[660.0, 700.0]).unwrap_err().to_string();
-        assert!(
-            message.contains("Z = 0 (relative) on 2 wavelengths, but each must be above 0"),
-            "{message}"
-        );
-        assert!(matches!(
-            three_samples(Illuminant::E, &[]),
-            Err(ColorError::NoWhite { count: 0, .. })
-        ));
+        assert!(message.contains("Z = 0 (relative) on 2 wavelengths, but each must be above 0"), "{message}");
+        assert!(matches!(three_samples(Illuminant::E, &[]), Err(ColorError::NoWhite { count: 0, .. })));
         let dark: Illuminant = "LED-B2".parse().unwrap();
-        assert!(matches!(
-            three_samples(dark, &[380.0, 385.0]),
-            Err(ColorError::NoWhite { .. })
-        ));
+        assert!(matches!(three_samples(dark, &[380.0, 385.0]), Err(ColorError::NoWhite { .. })));
     }
 
     #[test]
     fn wavelengths_that_go_back_or_leave_the_tables_are_refused() {
         let message = three_samples(Illuminant::E, &[450.0, 450.0]).unwrap_err().to_string();
         assert_eq!(message, "wavelengths must increase, but 450 nm follows 450 nm");
-        assert!(matches!(
-            three_samples(Illuminant::E, &[450.0, f64::NAN]),
-            Err(ColorError::OutsideTable { .. })
-        ));
-        assert!(matches!(
-            three_samples(Illuminant::D65, &[450.0, 800.0]),
-            Err(ColorError::OutsideTable { .. })
-        ));
+        assert!(matches!(three_samples(Illuminant::E, &[450.0, f64::NAN]), Err(ColorError::OutsideTable { .. })));
+        assert!(matches!(three_samples(Illuminant::D65, &[450.0, 800.0]), Err(ColorError::OutsideTable { .. })));
     }
 
     #[test]

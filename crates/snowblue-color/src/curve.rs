@@ -16,10 +16,7 @@ impl Curve {
             return None;
         }
         let last = self.wavelengths_nm.len() - 1;
-        let right = self
-            .wavelengths_nm
-            .partition_point(|&known_nm| known_nm <= wavelength_nm)
-            .min(last);
+        let right = self.wavelengths_nm.partition_point(|&known_nm| known_nm <= wavelength_nm).min(last);
         let left = right - 1;
         let step_nm = self.wavelengths_nm[right] - self.wavelengths_nm[left];
         let fraction = (wavelength_nm - self.wavelengths_nm[left]) / step_nm;
@@ -41,26 +38,14 @@ impl Curve {
 pub(crate) fn parse<const COLUMNS: usize>(csv: &str, header: &str) -> [Curve; COLUMNS] {
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some(header), "unexpected header");
-    assert_eq!(
-        header.split(',').count(),
-        COLUMNS + 1,
-        "unexpected number of columns in the header"
-    );
+    assert_eq!(header.split(',').count(), COLUMNS + 1, "unexpected number of columns in the header");
     let rows: Vec<Vec<f64>> = lines.map(|line| parse_row(line, COLUMNS + 1)).collect();
     assert!(rows.len() >= 2, "a curve needs two rows, but there are {}", rows.len());
     let step_nm = rows[1][0] - rows[0][0];
-    assert!(
-        step_nm > 0.0,
-        "wavelengths must increase, but the first step is {step_nm} nm"
-    );
+    assert!(step_nm > 0.0, "wavelengths must increase, but the first step is {step_nm} nm");
     for pair in rows.windows(2) {
         let error_nm = (pair[1][0] - pair[0][0] - step_nm).abs();
-        assert!(
-            error_nm < 1e-9,
-            "the step from {} to {} nm is not {step_nm} nm",
-            pair[0][0],
-            pair[1][0]
-        );
+        assert!(error_nm < 1e-9, "the step from {} to {} nm is not {step_nm} nm", pair[0][0], pair[1][0]);
     }
     std::array::from_fn(|column| Curve {
         wavelengths_nm: rows.iter().map(|row| row[0]).collect(),
@@ -71,17 +56,10 @@ pub(crate) fn parse<const COLUMNS: usize>(csv: &str, header: &str) -> [Curve; CO
 fn parse_row(line: &str, fields: usize) -> Vec<f64> {
     let row: Vec<f64> = line
         .split(',')
-        .map(|field| {
-            field
-                .parse()
-                .unwrap_or_else(|error| panic!("`{field}` in row `{line}`: {error}"))
-        })
+        .map(|field| field.parse().unwrap_or_else(|error| panic!("`{field}` in row `{line}`: {error}")))
         .collect();
     assert_eq!(row.len(), fields, "unexpected number of fields in row `{line}`");
-    assert!(
-        row.iter().all(|value| value.is_finite() && *value >= 0.0),
-        "row `{line}` is not finite and ≥ 0"
-    );
+    assert!(row.iter().all(|value| value.is_finite() && *value >= 0.0), "row `{line}` is not finite and ≥ 0");
     row
 }
 
@@ -106,10 +84,7 @@ mod tests {
     #[test]
     fn entries_are_met_exactly_and_joined_by_straight_lines() {
         let [a, b] = parse_two("400,1,0\n410,3,0.5\n420,0,0.1\n");
-        assert_eq!(
-            [400.0, 410.0, 420.0].map(|nm| a.at(nm)),
-            [Some(1.0), Some(3.0), Some(0.0)]
-        );
+        assert_eq!([400.0, 410.0, 420.0].map(|nm| a.at(nm)), [Some(1.0), Some(3.0), Some(0.0)]);
         assert_eq!([405.0, 415.0].map(|nm| a.at(nm)), [Some(2.0), Some(1.5)]);
         assert_eq!(b.at(405.0), Some(0.25));
     }
@@ -117,10 +92,7 @@ mod tests {
     #[test]
     fn there_is_no_value_outside() {
         let [a, _] = parse_two("400,1,0\n410,3,0.5\n");
-        assert_eq!(
-            [399.999, 410.001, f64::NAN, f64::INFINITY].map(|nm| a.at(nm)),
-            [None; 4]
-        );
+        assert_eq!([399.999, 410.001, f64::NAN, f64::INFINITY].map(|nm| a.at(nm)), [None; 4]);
     }
 
     #[test]

@@ -111,14 +111,12 @@ impl Illuminant {
     /// Outside the table ([`range_nm`](Self::range_nm)).
     pub fn relative_power(self, wavelength_nm: f64) -> Result<f64, ColorError> {
         let range_nm = self.range_nm();
-        CURVES[self.index]
-            .at(wavelength_nm)
-            .ok_or_else(|| ColorError::OutsideTable {
-                wavelength_nm,
-                first_nm: *range_nm.start(),
-                last_nm: *range_nm.end(),
-                table: format!("illuminant {self}"),
-            })
+        CURVES[self.index].at(wavelength_nm).ok_or_else(|| ColorError::OutsideTable {
+            wavelength_nm,
+            first_nm: *range_nm.start(),
+            last_nm: *range_nm.end(),
+            table: format!("illuminant {self}"),
+        })
     }
 
     /// The first and the last wavelength of the table, in nm.
@@ -182,11 +180,7 @@ mod tests {
         ];
         for (name, wavelength_nm, power) in printed {
             let illuminant: Illuminant = name.parse().unwrap();
-            assert_eq!(
-                illuminant.relative_power(wavelength_nm),
-                Ok(power),
-                "{name} at {wavelength_nm} nm"
-            );
+            assert_eq!(illuminant.relative_power(wavelength_nm), Ok(power), "{name} at {wavelength_nm} nm");
         }
     }
 
@@ -213,19 +207,13 @@ mod tests {
     #[test]
     fn an_unknown_name_is_told_the_known_ones() {
         let message = "D66".parse::<Illuminant>().unwrap_err().to_string();
-        assert!(
-            message.starts_with("illuminant is `D66`, but must be one of E, A, C, D50, "),
-            "{message}"
-        );
+        assert!(message.starts_with("illuminant is `D66`, but must be one of E, A, C, D50, "), "{message}");
         assert!(message.ends_with("LED-V1, LED-V2"), "{message}");
     }
 
     #[test]
     fn a_wavelength_outside_is_refused() {
         let message = Illuminant::D65.relative_power(781.0).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "wavelength is 781 nm, but must lie in 300–780 nm for illuminant D65"
-        );
+        assert_eq!(message, "wavelength is 781 nm, but must lie in 300–780 nm for illuminant D65");
     }
 }

@@ -30,16 +30,8 @@ impl Lab {
     /// If X, Y or Z of `white` is not above 0; a [`Colorimeter`](crate::Colorimeter) has no such white.
     pub fn from_xyz(xyz: Xyz, white: Xyz) -> Lab {
         assert!(white.x > 0.0 && white.y > 0.0 && white.z > 0.0, "{white:?} is no white");
-        let (x, y, z) = (
-            compress(xyz.x / white.x),
-            compress(xyz.y / white.y),
-            compress(xyz.z / white.z),
-        );
-        Lab {
-            l: 116.0 * y - 16.0,
-            a: 500.0 * (x - y),
-            b: 200.0 * (y - z),
-        }
+        let (x, y, z) = (compress(xyz.x / white.x), compress(xyz.y / white.y), compress(xyz.z / white.z));
+        Lab { l: 116.0 * y - 16.0, a: 500.0 * (x - y), b: 200.0 * (y - z) }
     }
 
     /// Colour difference ΔE*ab of 1976, the distance of two colours; about 2.3 is just noticeable (Mahy, Van Eycken &
@@ -52,11 +44,7 @@ impl Lab {
 /// f: the cube root, straightened near 0.
 fn compress(ratio: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
-    if ratio > DELTA * DELTA * DELTA {
-        ratio.cbrt()
-    } else {
-        ratio / (3.0 * DELTA * DELTA) + 4.0 / 29.0
-    }
+    if ratio > DELTA * DELTA * DELTA { ratio.cbrt() } else { ratio / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
 
 #[cfg(test)]
@@ -67,19 +55,9 @@ mod tests {
 
     #[test]
     fn white_and_black_are_the_ends_of_the_lightness() {
-        assert_eq!(
-            Lab::from_xyz(WHITE, WHITE),
-            Lab {
-                l: 100.0,
-                a: 0.0,
-                b: 0.0
-            }
-        );
+        assert_eq!(Lab::from_xyz(WHITE, WHITE), Lab { l: 100.0, a: 0.0, b: 0.0 });
         let black = Lab::from_xyz(Xyz::default(), WHITE);
-        assert!(
-            black.l.abs() < 1e-13 && black.a.abs() < 1e-13 && black.b.abs() < 1e-13,
-            "{black:?}"
-        );
+        assert!(black.l.abs() < 1e-13 && black.a.abs() < 1e-13 && black.b.abs() < 1e-13, "{black:?}");
     }
 
     /// Near black, lightness is 903.3 Y (κ = 24389/27).
@@ -99,16 +77,8 @@ mod tests {
 
     #[test]
     fn difference_is_a_distance() {
-        let first = Lab {
-            l: 50.0,
-            a: 2.0,
-            b: -7.0,
-        };
-        let second = Lab {
-            l: 52.0,
-            a: 5.0,
-            b: -1.0,
-        };
+        let first = Lab { l: 50.0, a: 2.0, b: -7.0 };
+        let second = Lab { l: 52.0, a: 5.0, b: -1.0 };
         assert!((first.delta_e_1976(second) - 7.0).abs() < 1e-14);
         assert!((second.delta_e_1976(first) - 7.0).abs() < 1e-14);
     }

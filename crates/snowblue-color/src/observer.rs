@@ -8,12 +8,8 @@ use crate::curve::{self, Curve};
 use crate::error::ColorError;
 use crate::xyz::Xyz;
 
-static CIE_1931: LazyLock<[Curve; 3]> = LazyLock::new(|| {
-    curve::parse(
-        include_str!("../data/cmf_1931_2deg_1nm.csv"),
-        "wavelength_nm,x_bar,y_bar,z_bar",
-    )
-});
+static CIE_1931: LazyLock<[Curve; 3]> =
+    LazyLock::new(|| curve::parse(include_str!("../data/cmf_1931_2deg_1nm.csv"), "wavelength_nm,x_bar,y_bar,z_bar"));
 
 /// A standard eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -40,11 +36,7 @@ impl Observer {
     /// Outside the table, 360–830 nm.
     pub fn matching(self, wavelength_nm: f64) -> Result<Xyz, ColorError> {
         let [x_bar, y_bar, z_bar] = self.curves();
-        match (
-            x_bar.at(wavelength_nm),
-            y_bar.at(wavelength_nm),
-            z_bar.at(wavelength_nm),
-        ) {
+        match (x_bar.at(wavelength_nm), y_bar.at(wavelength_nm), z_bar.at(wavelength_nm)) {
             (Some(x), Some(y), Some(z)) => Ok(Xyz { x, y, z }),
             _ => Err(ColorError::OutsideTable {
                 wavelength_nm,
@@ -81,38 +73,10 @@ mod tests {
             assert_eq!(curve.range_nm(), 360.0..=830.0);
         }
         let printed = [
-            (
-                360.0,
-                Xyz {
-                    x: 0.0001299,
-                    y: 0.000003917,
-                    z: 0.0006061,
-                },
-            ),
-            (
-                450.0,
-                Xyz {
-                    x: 0.3362,
-                    y: 0.038,
-                    z: 1.77211,
-                },
-            ),
-            (
-                600.0,
-                Xyz {
-                    x: 1.0622,
-                    y: 0.631,
-                    z: 0.0008,
-                },
-            ),
-            (
-                830.0,
-                Xyz {
-                    x: 0.000001251141,
-                    y: 0.00000045181,
-                    z: 0.0,
-                },
-            ),
+            (360.0, Xyz { x: 0.0001299, y: 0.000003917, z: 0.0006061 }),
+            (450.0, Xyz { x: 0.3362, y: 0.038, z: 1.77211 }),
+            (600.0, Xyz { x: 1.0622, y: 0.631, z: 0.0008 }),
+            (830.0, Xyz { x: 0.000001251141, y: 0.00000045181, z: 0.0 }),
         ];
         for (wavelength_nm, matching) in printed {
             assert_eq!(Observer::Cie1931.matching(wavelength_nm), Ok(matching));
@@ -126,18 +90,12 @@ mod tests {
         let area = matching.fold(Xyz::default(), |sum, matching| sum + matching);
         assert!((area.y - 106.857).abs() < 1e-3, "{area:?}");
         // The published functions are rounded: their areas differ by 3 parts in 10⁴.
-        assert!(
-            (area.x / area.y - 1.0).abs() < 4e-4 && (area.z / area.y - 1.0).abs() < 4e-4,
-            "{area:?}"
-        );
+        assert!((area.x / area.y - 1.0).abs() < 4e-4 && (area.z / area.y - 1.0).abs() < 4e-4, "{area:?}");
     }
 
     #[test]
     fn a_wavelength_outside_is_refused() {
         let message = Observer::Cie1931.matching(359.5).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "wavelength is 359.5 nm, but must lie in 360–830 nm for the CIE 1931 2° observer"
-        );
+        assert_eq!(message, "wavelength is 359.5 nm, but must lie in 360–830 nm for the CIE 1931 2° observer");
     }
 }

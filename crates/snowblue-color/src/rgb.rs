@@ -9,11 +9,8 @@ use crate::xyz::{Chromaticity, Xyz};
 type Matrix = [[f64; 3]; 3];
 
 /// Red, green and blue of sRGB (the primaries of ITU-R BT.709).
-const PRIMARIES: [Chromaticity; 3] = [
-    Chromaticity { x: 0.64, y: 0.33 },
-    Chromaticity { x: 0.30, y: 0.60 },
-    Chromaticity { x: 0.15, y: 0.06 },
-];
+const PRIMARIES: [Chromaticity; 3] =
+    [Chromaticity { x: 0.64, y: 0.33 }, Chromaticity { x: 0.30, y: 0.60 }, Chromaticity { x: 0.15, y: 0.06 }];
 /// D65 as sRGB defines it.
 const WHITE: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
 const RGB_TO_XYZ: Matrix = rgb_to_xyz();
@@ -78,25 +75,13 @@ impl LinearRgb {
         let saturation = grey / (grey - lowest);
         // Rounding may leave the lowest channel just below 0.
         let move_to_grey = |channel: f64| (grey + saturation * (channel - grey)).max(0.0);
-        LinearRgb {
-            r: move_to_grey(self.r),
-            g: move_to_grey(self.g),
-            b: move_to_grey(self.b),
-        }
+        LinearRgb { r: move_to_grey(self.r), g: move_to_grey(self.g), b: move_to_grey(self.b) }
     }
 }
 
 const fn rgb_to_xyz() -> Matrix {
-    let [red, green, blue] = [
-        of_luminance_1(PRIMARIES[0]),
-        of_luminance_1(PRIMARIES[1]),
-        of_luminance_1(PRIMARIES[2]),
-    ];
-    let primaries = [
-        [red[0], green[0], blue[0]],
-        [red[1], green[1], blue[1]],
-        [red[2], green[2], blue[2]],
-    ];
+    let [red, green, blue] = [of_luminance_1(PRIMARIES[0]), of_luminance_1(PRIMARIES[1]), of_luminance_1(PRIMARIES[2])];
+    let primaries = [[red[0], green[0], blue[0]], [red[1], green[1], blue[1]], [red[2], green[2], blue[2]]];
     let scales = product(inverse(primaries), of_luminance_1(WHITE));
     let [x, y, z] = primaries;
     [multiply(x, scales), multiply(y, scales), multiply(z, scales)]
@@ -156,10 +141,7 @@ mod tests {
     fn there_and_back_is_the_same_colour() {
         let back = LinearRgb::from_xyz(rgb(0.1, -0.2, 3.0).xyz());
         let differences = [back.r - 0.1, back.g + 0.2, back.b - 3.0];
-        assert!(
-            differences.iter().all(|difference| difference.abs() < 1e-14),
-            "{back:?}"
-        );
+        assert!(differences.iter().all(|difference| difference.abs() < 1e-14), "{back:?}");
     }
 
     #[test]

@@ -30,21 +30,13 @@ impl Srgb8 {
     /// assert_eq!(Srgb8::encode(LinearRgb { r: 0.0, g: 0.2159, b: 1.0 }).to_string(), "#0080ff");
     /// ```
     pub fn encode(colour: LinearRgb) -> Srgb8 {
-        Srgb8 {
-            r: encode_8_bit(colour.r),
-            g: encode_8_bit(colour.g),
-            b: encode_8_bit(colour.b),
-        }
+        Srgb8 { r: encode_8_bit(colour.r), g: encode_8_bit(colour.g), b: encode_8_bit(colour.b) }
     }
 
     /// The linear colour that the codes stand for.
     pub fn decode(self) -> LinearRgb {
         let decode = |code: u8| decode_channel(f64::from(code) / 255.0);
-        LinearRgb {
-            r: decode(self.r),
-            g: decode(self.g),
-            b: decode(self.b),
-        }
+        LinearRgb { r: decode(self.r), g: decode(self.g), b: decode(self.b) }
     }
 }
 
@@ -61,29 +53,19 @@ impl FromStr for Srgb8 {
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
         let digits = digits.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
         let code = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
-        let [_, r, g, b] = code
-            .ok_or_else(|| ColorError::NotHex { text: text.to_owned() })?
-            .to_be_bytes();
+        let [_, r, g, b] = code.ok_or_else(|| ColorError::NotHex { text: text.to_owned() })?.to_be_bytes();
         Ok(Srgb8 { r, g, b })
     }
 }
 
 /// Code value of one channel, 0–1, from its linear value (IEC 61966-2-1).
 pub fn encode_channel(linear: f64) -> f64 {
-    if linear <= 0.0031308 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// Linear value of one channel from its code value, 0–1: the inverse of [`encode_channel`].
 pub fn decode_channel(code: f64) -> f64 {
-    if code <= 0.04045 {
-        code / 12.92
-    } else {
-        ((code + 0.055) / 1.055).powf(2.4)
-    }
+    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "the value is rounded and lies in 0–255")]
@@ -98,11 +80,7 @@ mod tests {
     #[test]
     fn all_codes_survive_decoding_and_encoding() {
         for code in 0..=u8::MAX {
-            let colour = Srgb8 {
-                r: code,
-                g: 255 - code,
-                b: 7,
-            };
+            let colour = Srgb8 { r: code, g: 255 - code, b: 7 };
             assert_eq!(Srgb8::encode(colour.decode()), colour);
             assert_eq!(colour.to_string().parse(), Ok(colour));
         }

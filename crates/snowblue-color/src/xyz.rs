@@ -40,10 +40,7 @@ impl Xyz {
     /// ```
     pub fn chromaticity(self) -> Chromaticity {
         let sum = self.x + self.y + self.z;
-        Chromaticity {
-            x: self.x / sum,
-            y: self.y / sum,
-        }
+        Chromaticity { x: self.x / sum, y: self.y / sum }
     }
 }
 
@@ -52,11 +49,7 @@ impl Add for Xyz {
     type Output = Xyz;
 
     fn add(self, other: Xyz) -> Xyz {
-        Xyz {
-            x: self.x + other.x,
-            y: self.y + other.y,
-            z: self.z + other.z,
-        }
+        Xyz { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
 }
 
@@ -65,11 +58,7 @@ impl Mul<f64> for Xyz {
     type Output = Xyz;
 
     fn mul(self, factor: f64) -> Xyz {
-        Xyz {
-            x: self.x * factor,
-            y: self.y * factor,
-            z: self.z * factor,
-        }
+        Xyz { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
 
@@ -79,11 +68,7 @@ mod tests {
 
     #[test]
     fn chromaticity_does_not_depend_on_strength() {
-        let dim = Xyz {
-            x: 0.25,
-            y: 0.5,
-            z: 0.25,
-        };
+        let dim = Xyz { x: 0.25, y: 0.5, z: 0.25 };
         assert_eq!(dim.chromaticity(), Chromaticity { x: 0.25, y: 0.5 });
         assert_eq!((dim * 8.0).chromaticity(), dim.chromaticity());
         assert_eq!(dim + dim, dim * 2.0);

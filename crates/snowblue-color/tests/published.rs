@@ -6,15 +6,11 @@ use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, Srgb8, X
 
 fn every(step_nm: f64, first_nm: f64, last_nm: f64) -> Vec<f64> {
     let wavelengths_nm = (0..).map(|index| first_nm + step_nm * f64::from(index));
-    wavelengths_nm
-        .take_while(|wavelength_nm| *wavelength_nm <= last_nm)
-        .collect()
+    wavelengths_nm.take_while(|wavelength_nm| *wavelength_nm <= last_nm).collect()
 }
 
 fn white(illuminant: Illuminant, wavelengths_nm: &[f64]) -> Xyz {
-    Colorimeter::new(Observer::Cie1931, illuminant, wavelengths_nm)
-        .expect("a white")
-        .white()
+    Colorimeter::new(Observer::Cie1931, illuminant, wavelengths_nm).expect("a white").white()
 }
 
 fn rows(csv: &str) -> impl Iterator<Item = Vec<&str>> {
@@ -51,36 +47,16 @@ fn white_points_of_astm_e308() {
         assert_xyz(white(illuminant, &every(5.0, first_nm, 780.0)), [x, 1.0, z], 2e-5, name);
     }
     let d65 = [0.95047, 1.0, 1.08883];
-    assert_xyz(
-        white(Illuminant::D65, &every(1.0, 360.0, 780.0)),
-        d65,
-        1e-5,
-        "D65 at 1 nm",
-    );
+    assert_xyz(white(Illuminant::D65, &every(1.0, 360.0, 780.0)), d65, 1e-5, "D65 at 1 nm");
     // The coarser sum is 1.4e-4 too high in Z.
-    assert_xyz(
-        white(Illuminant::D65, &every(5.0, 360.0, 780.0)),
-        d65,
-        1.5e-4,
-        "D65 at 5 nm",
-    );
+    assert_xyz(white(Illuminant::D65, &every(5.0, 360.0, 780.0)), d65, 1.5e-4, "D65 at 5 nm");
 }
 
 /// The colour-matching functions have equal areas by construction, up to 3.4e-4 by their rounding.
 #[test]
 fn equal_power_is_white() {
-    assert_xyz(
-        white(Illuminant::E, &every(1.0, 360.0, 830.0)),
-        [1.0; 3],
-        3.4e-4,
-        "1 nm",
-    );
-    assert_xyz(
-        white(Illuminant::E, &every(5.0, 360.0, 830.0)),
-        [1.0; 3],
-        3.5e-4,
-        "5 nm",
-    );
+    assert_xyz(white(Illuminant::E, &every(1.0, 360.0, 830.0)), [1.0; 3], 3.4e-4, "1 nm");
+    assert_xyz(white(Illuminant::E, &every(5.0, 360.0, 830.0)), [1.0; 3], 3.5e-4, "5 nm");
 }
 
 /// CIE 015:2018 prints the chromaticity of each light that it tabulates, mostly with four decimals: half a unit of the
@@ -113,10 +89,7 @@ fn spectral_locus() {
     ];
     for (wavelength_nm, x, y) in printed {
         let found = Observer::Cie1931.matching(wavelength_nm).unwrap().chromaticity();
-        assert!(
-            (found.x - x).abs() < 6e-5 && (found.y - y).abs() < 6e-5,
-            "{wavelength_nm} nm: {found:?}"
-        );
+        assert!((found.x - x).abs() < 6e-5 && (found.y - y).abs() < 6e-5, "{wavelength_nm} nm: {found:?}");
     }
 }
 
@@ -138,30 +111,9 @@ fn matrix_of_srgb() {
 fn lab_of_the_srgb_primaries() {
     let white = "#ffffff".parse::<Srgb8>().unwrap().decode().xyz();
     let printed = [
-        (
-            "#ff0000",
-            Lab {
-                l: 53.24,
-                a: 80.09,
-                b: 67.20,
-            },
-        ),
-        (
-            "#00ff00",
-            Lab {
-                l: 87.73,
-                a: -86.18,
-                b: 83.18,
-            },
-        ),
-        (
-            "#0000ff",
-            Lab {
-                l: 32.30,
-                a: 79.19,
-                b: -107.86,
-            },
-        ),
+        ("#ff0000", Lab { l: 53.24, a: 80.09, b: 67.20 }),
+        ("#00ff00", Lab { l: 87.73, a: -86.18, b: 83.18 }),
+        ("#0000ff", Lab { l: 32.30, a: 79.19, b: -107.86 }),
     ];
     for (hex, expected) in printed {
         let lab = Lab::from_xyz(hex.parse::<Srgb8>().unwrap().decode().xyz(), white);
@@ -190,10 +142,7 @@ fn colours_of_colour_science() {
         let found = [xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, rgb.r, rgb.g, rgb.b];
         for (value, expected) in found.into_iter().zip(numbers(&row[2..])) {
             // The file has 12 digits; a* and b* are up to 500 times a difference of numbers near 1.
-            assert!(
-                (value - expected).abs() < 1e-9,
-                "{context}: {value}, expected {expected}"
-            );
+            assert!((value - expected).abs() < 1e-9, "{context}: {value}, expected {expected}");
         }
     }
 }

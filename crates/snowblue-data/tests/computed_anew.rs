@@ -1,5 +1,7 @@
 //! The embedded table is what the engine computes: random rows, and places between the knots, solved directly.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 use snowblue_data::embedded;
 use snowblue_database::fill::{self, FillOptions};

@@ -268,9 +268,11 @@ fn wrong(path: &Path, what: &str) -> DatabaseError {
 }
 
 fn broken(path: &Path, error: &ReadError) -> DatabaseError {
+    // The debugging form of a header's error holds the file's bytes: nothing for a person.
     let reason = match error {
         ReadError::IOErrorKind(kind) => kind.to_string(),
-        other => format!("{other:?}"),
+        ReadError::ParseHeader(_) => "its header makes no sense".to_owned(),
+        other => format!("{other:?}").chars().take(100).collect(),
     };
     wrong(path, &format!("is not a whole NetCDF classic file: {reason}"))
 }

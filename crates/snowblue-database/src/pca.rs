@@ -139,8 +139,7 @@ impl CompressedTable {
     /// # Errors
     /// If there are not so many, or a value has no logarithm.
     pub fn new(table: &Table, space: Space, count: usize) -> Result<Self, DatabaseError> {
-        let components =
-            |quantity| Decomposition::new(table, quantity, space)?.keep(table, quantity, count);
+        let components = |quantity| Decomposition::new(table, quantity, space)?.keep(table, quantity, count);
         Ok(Self {
             axes: table.axes.clone(),
             space,

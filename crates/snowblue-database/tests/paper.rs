@@ -1,5 +1,7 @@
 //! The paper's claims about its table (Varsa & Baranoski 2024), on a table of the same axes.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::sync::LazyLock;
 
 use snowblue_color::Illuminant;

@@ -1,9 +1,11 @@
 //! What is written is what is read, and what is not a table is refused in one line.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::path::Path;
 
-use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::file::{self, AnyTable};
+use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::{Axes, CompressedTable, DatabaseError, GridSample, PcaSnow, Quantity, Space, Table};
 
 fn small_table() -> Table {

@@ -49,10 +49,7 @@ mod tests {
         for sample in [4.0, 7.0, 13.0, 16.0] {
             moments.push(1e9 + sample);
         }
-        assert_eq!(
-            (moments.count(), moments.mean(), moments.variance()),
-            (4, 1e9 + 10.0, 30.0)
-        );
+        assert_eq!((moments.count(), moments.mean(), moments.variance()), (4, 1e9 + 10.0, 30.0));
         assert!((moments.standard_error() - 7.5_f64.sqrt()).abs() < 1e-14);
     }
 }

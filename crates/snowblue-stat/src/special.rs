@@ -28,11 +28,7 @@ pub(crate) fn beta_ratio(a: f64, b: f64, x: f64, y: f64) -> f64 {
     let front = (a * x.ln() + b * y.ln() + ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b)).exp() / a;
     let numerator = |n: f64| {
         let m = (n / 2.0).floor();
-        let factor = if n % 2.0 < 0.5 {
-            m * (b - m)
-        } else {
-            -(a + m) * (a + b + m)
-        };
+        let factor = if n % 2.0 < 0.5 { m * (b - m) } else { -(a + m) * (a + b + m) };
         factor * x / ((a + n - 1.0) * (a + n))
     };
     let ratio = front * continued_fraction(numerator, |_| 1.0);

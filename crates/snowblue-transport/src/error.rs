@@ -30,7 +30,9 @@ pub enum TransportError {
         unit: &'static str,
     },
     /// A mean grain size whose range of ± 50 µm would leave the model's range.
-    #[error("mean grain size is {mean_um} µm, but its range of ± 50 µm would start below 20 µm; give the range as MIN:MAX")]
+    #[error(
+        "mean grain size is {mean_um} µm, but its range of ± 50 µm would start below 20 µm; give the range as MIN:MAX"
+    )]
     MeanTooSmall {
         /// The mean that was given.
         mean_um: f64,

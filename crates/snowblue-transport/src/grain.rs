@@ -95,11 +95,8 @@ impl Spheroid {
     /// Follows a ray through the inside: the length of the chord, and where it ends on the unit sphere.
     #[inline]
     pub(crate) fn cross(&self, hit: Hit) -> (f64, DVec3) {
-        let step = DVec3::new(
-            hit.direction.x / self.across,
-            hit.direction.y / self.across,
-            hit.direction.z / self.along,
-        );
+        let step =
+            DVec3::new(hit.direction.x / self.across, hit.direction.y / self.across, hit.direction.z / self.along);
         let length = (-2.0 * hit.point.dot(step) / step.length_squared()).max(0.0);
         (length, (hit.point + step * length).normalize())
     }

@@ -1,19 +1,61 @@
-//! Light in snow.
+//! Light in snow: what a layer of ice grains reflects, transmits and absorbs, wavelength by wavelength.
+//!
+//! ```text
+//! ice, fresnel ─► grain, microsurface ─► scatter (one grain) ─┬─► monte_carlo: walk from grain to grain ─┐
+//! sample (what snow is) ─► population ────────────────────────┴─► tally ─► ordinates: solve the equation ─┴─► R, T, A ± σ
+//! ```
+//!
+//! A [`sample::SnowSample`] says what the snow is made of, a [`slab::Slab`] asks what a thickness of it does to light, and
+//! two independent engines answer with the same types: [`monte_carlo::solve`] and [`ordinates::solve`].
+//!
+//! ```
+//! use snowblue_transport::ordinates::{self, OrdinatesOptions};
+//! use snowblue_transport::sample::SnowSample;
+//! use snowblue_transport::slab::{Incidence, Slab};
+//!
+//! let slab = Slab {
+//!     sample: SnowSample::default(),
+//!     thicknesses_cm: vec![15.0],
+//!     incidences: vec![Incidence::Beam { angle_deg: 0.0 }],
+//!     wavelengths_nm: vec![450.0, 700.0],
+//! };
+//! let answer = ordinates::solve(&slab, &OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() })?;
+//! // 15 cm of snow pass two hundredths of the blue light and a third of that of the red.
+//! assert!(answer[0].transmittance.value > 3.0 * answer[1].transmittance.value);
+//! # Ok::<(), snowblue_transport::TransportError>(())
+//! ```
+//!
+//! **The model** fills the outline of SPLITSnow (Varsa, Baranoski & Kimmel 2021, doi:10.1016/j.rse.2020.112272) by the
+//! choices that obey the conservation laws: grains are prolate spheroids in random orientation with a rough surface,
+//! light is a ray, and free paths between grains are exponential, so that the answer is exactly that of radiative
+//! transfer with the grains' own phase function. Outside it speaks µm, cm, kg/m³, degrees and nm; inside SI and radians.
+//!
+//! **Simplified.** No diffraction, no polarisation; a grain is a point in the slab; no step of the refractive index at
+//! the slab's faces; dry, clean, homogeneous snow.
+//!
+//! **Out of scope.** Where radiance goes (only fluxes are computed), and colour.
 
 pub mod error;
+
 pub mod fresnel;
-pub mod grain;
 pub mod ice;
+
+pub mod rng;
+
+pub mod sample;
+
+pub mod grain;
 pub mod microsurface;
+pub mod scatter;
+
+mod population;
+mod tally;
+
+pub mod slab;
+
 pub mod monte_carlo;
 pub mod ordinates;
-mod population;
 mod rays;
-pub mod rng;
-pub mod sample;
-pub mod scatter;
-pub mod slab;
-mod tally;
 
 pub use error::TransportError;
 pub use population::Population;

@@ -3,6 +3,8 @@
 //! The Monte Carlo engine traces grain by grain through the slab; discrete ordinates solve the equation of transfer with
 //! the moments of the same grains. They share the grain itself and nothing else.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use snowblue_transport::ice::IceTable;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
@@ -50,7 +52,7 @@ fn engines_agree() {
     }
 }
 
-/// The comparison can fail: light of another wavelength is told apart.
+/// The comparison can fail: other snow is told apart.
 #[test]
 fn engines_disagree_about_different_snow() {
     let (walked, solved) = (slab(CASES[0], 0), slab(CASES[1], 0));

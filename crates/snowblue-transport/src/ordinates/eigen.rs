@@ -47,7 +47,8 @@ impl Modes {
         let scaled_lower = product.clone();
         let (rates, right) = singular_values(root * product);
         let sums = scaled_lower * &right;
-        let differences = lower.tr_solve_lower_triangular(&right).unwrap_or_else(|| unreachable!("O is positive definite"));
+        let differences =
+            lower.tr_solve_lower_triangular(&right).unwrap_or_else(|| unreachable!("O is positive definite"));
         Self { rates, sums, differences }
     }
 }

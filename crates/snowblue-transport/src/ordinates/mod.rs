@@ -14,6 +14,4 @@ pub use phase::Scattering;
 pub use quadrature::Quadrature;
 pub(crate) use quadrature::legendre_polynomials;
 pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
-pub use solve::{
-    DEFAULT_STREAMS, MOST_STREAMS, OrdinatesOptions, check_streams, index_range, most_absorption, solve,
-};
+pub use solve::{DEFAULT_STREAMS, MOST_STREAMS, OrdinatesOptions, check_streams, index_range, most_absorption, solve};

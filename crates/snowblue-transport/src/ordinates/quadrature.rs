@@ -95,8 +95,12 @@ mod tests {
             let rule = Quadrature::half_range(order);
             assert!((rule.weights.iter().sum::<f64>() - 1.0).abs() < 4e-16 * order as f64);
             for degree in 0..2 * order {
-                let sum: f64 =
-                    rule.cosines.iter().zip(&rule.weights).map(|(mu, w)| w * mu.powi(i32::try_from(degree).unwrap())).sum();
+                let sum: f64 = rule
+                    .cosines
+                    .iter()
+                    .zip(&rule.weights)
+                    .map(|(mu, w)| w * mu.powi(i32::try_from(degree).unwrap()))
+                    .sum();
                 // Rounding of `order` terms, each below 1.
                 assert!((sum * (degree + 1) as f64 - 1.0).abs() < 1e-13 * (degree + 1) as f64, "{order} {degree}");
             }

@@ -42,12 +42,16 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
     check_streams(options.streams)?;
     let ice = Ice::new(slab.sample.ice);
     let size = slab.sample.grain_size;
-    let tally = Tally::new(&Population::of_sample(&slab.sample), index_range(&ice, &slab.wavelengths_nm), &TallyPlan {
-        degree: options.streams,
-        most_absorption: most_absorption(&ice, &slab.wavelengths_nm, size.max_um),
-        rays: options.tally_rays,
-        seed: options.seed,
-    });
+    let tally = Tally::new(
+        &Population::of_sample(&slab.sample),
+        index_range(&ice, &slab.wavelengths_nm),
+        &TallyPlan {
+            degree: options.streams,
+            most_absorption: most_absorption(&ice, &slab.wavelengths_nm, size.max_um),
+            rays: options.tally_rays,
+            seed: options.seed,
+        },
+    );
     // [wavelength][thickness × incidence]
     let spectra: Vec<Vec<Radiometry>> = slab
         .wavelengths_nm
@@ -84,7 +88,7 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
 /// # Errors
 /// [`TransportError::Streams`] if it is odd, zero or too large.
 pub fn check_streams(streams: usize) -> Result<(), TransportError> {
-    if streams >= 2 && streams <= MOST_STREAMS && streams.is_multiple_of(2) {
+    if (2..=MOST_STREAMS).contains(&streams) && streams.is_multiple_of(2) {
         Ok(())
     } else {
         Err(TransportError::Streams { streams, most: MOST_STREAMS })
