@@ -1,6 +1,7 @@
 //! Why a command stops, and with which exit code: 2 for bad input, 1 for a failure at work.
 
 use std::fmt::Display;
+use std::process::ExitCode;
 
 /// One clear line for the user, and an exit code.
 #[derive(Debug)]
@@ -25,11 +26,19 @@ impl Failure {
         Self::Work(error.to_string())
     }
 
-    pub(crate) fn exit_code(&self) -> u8 {
+    /// Tells the user, and returns the exit code.
+    #[expect(clippy::print_stderr, reason = "this is where the command speaks of failure")]
+    pub(crate) fn report(&self) -> ExitCode {
         match self {
-            Self::Told => 0,
-            Self::Work(_) => 1,
-            Self::Input(_) => 2,
+            Self::Told => ExitCode::SUCCESS,
+            Self::Work(message) => {
+                eprintln!("snowblue: {message}");
+                ExitCode::from(1)
+            }
+            Self::Input(message) => {
+                eprintln!("snowblue: {message}");
+                ExitCode::from(2)
+            }
         }
     }
 }

@@ -6,6 +6,7 @@ mod failure;
 mod options;
 mod parse;
 mod progress;
+mod render;
 mod report;
 mod slab;
 mod spectrum;
@@ -36,18 +37,11 @@ enum Command {
     #[command(subcommand)]
     Database(database::Database),
     Color(Box<color::Color>),
+    Render(render::Render),
 }
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            if let Failure::Input(message) | Failure::Work(message) = &failure {
-                complain(message);
-            }
-            ExitCode::from(failure.exit_code())
-        }
-    }
+    run().map_or_else(|failure| failure.report(), |()| ExitCode::SUCCESS)
 }
 
 fn run() -> Outcome {
@@ -59,10 +53,6 @@ fn run() -> Outcome {
         Command::Slab(command) => command.run(),
         Command::Database(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(),
+        Command::Render(command) => command.run(arguments.quiet),
     }
-}
-
-#[expect(clippy::print_stderr, reason = "this is where the command speaks of failure")]
-fn complain(message: &str) {
-    eprintln!("snowblue: {message}");
 }

@@ -1,0 +1,157 @@
+//! `snowblue render`: a scene as a picture.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use snowblue_database::CompressedTable;
+use snowblue_database::file::{self, AnyTable};
+use snowblue_render::image_file::{write_exr, write_png};
+use snowblue_render::material::pca_snow::PathMode;
+use snowblue_render::render;
+use snowblue_render::scene::{Exposure, Scene};
+use snowblue_render::scene_file::Overrides;
+
+use crate::failure::{Failure, Outcome};
+use crate::parse;
+use crate::progress::Progress;
+use crate::report::print;
+
+/// Render a scene (TOML) as PNG or EXR
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  snowblue render scenes/block_30cm.toml -o block.png
+  snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
+  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr")]
+pub(crate) struct Render {
+    /// Scene file
+    scene: PathBuf,
+    /// Where to write the picture: .png (8-bit sRGB) or .exr (linear RGB, 32-bit)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Compressed table to look snow up in [default: the embedded one]
+    #[arg(long, value_name = "FILE")]
+    database: Option<PathBuf>,
+    /// Way through all snow of the scene, instead of the scene's
+    #[arg(long, value_name = "MODE", value_enum)]
+    path: Option<PathWord>,
+    /// Width in pixels, instead of the scene's
+    #[arg(long, value_name = "N")]
+    width: Option<u32>,
+    /// Height in pixels, instead of the scene's
+    #[arg(long, value_name = "N")]
+    height: Option<u32>,
+    /// Paths per pixel, instead of the scene's
+    #[arg(long, value_name = "N")]
+    spp: Option<u32>,
+    /// Surfaces after the first that a path may visit, instead of the scene's; 0 is direct light only
+    #[arg(long, value_name = "N")]
+    max_bounces: Option<u32>,
+    /// Seed of all randomness, instead of the scene's
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Brightness of a PNG in stops, or 'auto', instead of the scene's
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PathWord {
+    /// Of the next two the one that lets the brighter light through
+    Easiest,
+    /// Straight in from the surface
+    Normal,
+    /// Towards the light
+    Light,
+    /// On along the viewing ray, as in the paper
+    View,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Picture {
+    Png,
+    Exr,
+}
+
+fn exposure(word: &str) -> Result<Exposure, String> {
+    match word {
+        "auto" => Ok(Exposure::Auto),
+        stops => parse::number(stops).map(Exposure::Stops).map_err(|_| format!("'{word}' is neither stops nor 'auto'")),
+    }
+}
+
+impl Render {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        // Checked before the work, not after it.
+        let picture = picture(&self.output)?;
+        let scene = self.load()?;
+        let bar = Progress::new("rows", quiet);
+        let rendering = render::render(&scene, &|at| bar.at(at.rows_done.into(), at.rows.into()));
+        bar.end();
+        let settings = &scene.integrator;
+        let seed = settings.seed.to_string();
+        let samples = settings.samples_per_pixel.to_string();
+        let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
+        let scene_name = self.scene.display().to_string();
+        let notes =
+            [("Software", &*software), ("Scene", &*scene_name), ("Samples per pixel", &*samples), ("Seed", &*seed)];
+        let film = &rendering.film;
+        match picture {
+            Picture::Png => write_png(film, scene.film.exposure, &notes, &self.output),
+            Picture::Exr => write_exr(film, &notes, &self.output),
+        }
+        .map_err(Failure::work)?;
+        let odd = rendering.statistics.odd_depth_lines;
+        if odd > 0 && !quiet {
+            let lines = rendering.statistics.depth_lines;
+            print(&format!("{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open\n"))?;
+        }
+        Ok(())
+    }
+
+    fn load(&self) -> Result<Scene, Failure> {
+        let overrides = Overrides {
+            path: self.path.map(PathWord::mode),
+            width: self.width,
+            height: self.height,
+            exposure: self.exposure,
+            samples_per_pixel: self.spp,
+            max_bounces: self.max_bounces,
+            seed: self.seed,
+        };
+        let read;
+        let table: &CompressedTable = match &self.database {
+            None => snowblue_data::embedded(),
+            Some(path) => match file::read(path).map_err(Failure::input)? {
+                AnyTable::Compressed(table) => {
+                    read = table;
+                    &read
+                }
+                AnyTable::Full(_) => {
+                    let what = "is a full table; rendering needs a compressed one (database build --space log)";
+                    return Err(Failure::Input(format!("{}: {what}", path.display())));
+                }
+            },
+        };
+        Scene::load(&self.scene, table, &overrides).map_err(Failure::input)
+    }
+}
+
+impl PathWord {
+    fn mode(self) -> PathMode {
+        match self {
+            Self::Easiest => PathMode::Easiest,
+            Self::Normal => PathMode::Normal,
+            Self::Light => PathMode::Light,
+            Self::View => PathMode::View,
+        }
+    }
+}
+
+/// The kind of picture that a file's ending asks for.
+fn picture(path: &Path) -> Result<Picture, Failure> {
+    match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
+        Some("png") => Ok(Picture::Png),
+        Some("exr") => Ok(Picture::Exr),
+        _ => Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
+    }
+}

@@ -1,0 +1,142 @@
+//! The command as users meet it: columns, exit codes, one clear line for bad input, nothing half-written.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn snowblue(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_snowblue")).args(arguments).output().unwrap()
+}
+
+fn stdout(arguments: &[&str]) -> String {
+    let output = snowblue(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs a command that must fail on its input: exit code 2, nothing on stdout, one line on stderr.
+fn refused(arguments: &[&str]) -> String {
+    let output = snowblue(arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert_eq!(message.trim_end().lines().count(), 1, "{arguments:?}: {message}");
+    message
+}
+
+/// The scene of the README, in a folder of its own with one thing changed.
+fn changed_scene(folder: &Path, from: &str, to: &str) -> String {
+    let scene = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml")).unwrap();
+    assert!(scene.contains(from), "the scene has no '{from}'");
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, scene.replacen(from, to, 1)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn slab_prints_van_de_hulsts_numbers() {
+    let text = stdout(&["slab", "--one-minus-omega", "0.1", "--g", "0.75", "--tau", "2", "--mu0", "1"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "reflectance,transmittance,direct");
+    let values: Vec<f64> = lines[1].split(',').map(|field| field.parse().unwrap()).collect();
+    assert!((values[0] - 0.09739).abs() < 5e-6 && (values[1] - 0.66096).abs() < 5e-6, "{text}");
+}
+
+#[test]
+fn spectrum_has_its_columns_and_adds_up() {
+    let text = stdout(&["spectrum", "--thickness", "1,15", "--angle", "0,diffuse", "--wavelengths", "450,700"]);
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance"));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 8);
+    assert_eq!((rows[0][1], rows[2][1]), ("0", "diffuse"));
+    for row in rows {
+        let sum: f64 = row[3..].iter().map(|field| field.parse::<f64>().unwrap()).sum();
+        // Nine significant digits each.
+        assert!((sum - 1.0).abs() < 2e-8, "{row:?}");
+    }
+}
+
+#[test]
+fn engines_print_the_same_figures() {
+    let common = ["spectrum", "--thickness", "2", "--wavelengths", "500"];
+    let numbers = |text: String| -> Vec<f64> {
+        text.lines().nth(1).unwrap().split(',').map(|field| field.parse().unwrap()).collect()
+    };
+    let solved = numbers(stdout(&common));
+    let walked = stdout(&[&common[..], &["--engine", "montecarlo", "--rays", "4000"]].concat());
+    assert!(walked.starts_with(
+        "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance,\
+         reflectance_se,transmittance_se,absorptance_se\n"
+    ));
+    let walked = numbers(walked);
+    for quantity in 3..6 {
+        assert!((walked[quantity] - solved[quantity]).abs() < 4.0 * walked[quantity + 3], "{walked:?} {solved:?}");
+    }
+}
+
+#[test]
+fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
+    let text = stdout(&["color", "--thickness", "0", "--illuminant", "E"]);
+    assert!(text.starts_with("thickness_cm,angle_deg,illuminant,X,Y,Z,L,a,b,r_linear,g_linear,b_linear,hex\n0,0,E,"));
+    let luminance: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
+    assert!((luminance - 1.0).abs() < 1e-8);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.csv");
+    std::fs::write(&path, "wavelength_nm,value\n450,0.5\n550,0.5\n650,0.5\n").unwrap();
+    let text = stdout(&["color", "--spectrum", path.to_str().unwrap()]);
+    let half: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
+    assert!((half - 0.5).abs() < 1e-8);
+}
+
+#[test]
+fn bad_input_gets_one_clear_line() {
+    assert!(refused(&["spectrum", "--densty", "300"]).contains("'--densty'"));
+    assert!(
+        refused(&["spectrum", "--density", "1200"]).contains("density is 1200 kg/m³, but must lie in 10–900 kg/m³")
+    );
+    assert!(refused(&["spectrum", "--grain-size", "60"]).contains("below 20 µm"));
+    assert!(refused(&["spectrum", "--streams", "7"]).contains("even"));
+    assert!(refused(&["spectrum", "--wavelengths", "100"]).contains("199–4099 nm"));
+    assert!(refused(&["color", "--illuminant", "D66"]).contains("D65"));
+    assert!(refused(&["slab", "--one-minus-omega", "2", "--g", "0", "--tau", "1"]).contains("0–1"));
+    assert!(refused(&["database", "info", "no.nc"]).contains("no.nc: cannot be read"));
+    assert!(refused(&["render", "no.toml", "-o", "picture.png"]).contains("no.toml"));
+    assert!(refused(&["render", "no.toml", "-o", "picture.gif"]).contains(".png or .exr"));
+}
+
+#[test]
+fn broken_scenes_meshes_and_tables_get_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let picture = at("picture.png");
+    let typo = changed_scene(folder.path(), "facetness = 0.3", "facetnes = 0.3");
+    assert!(refused(&["render", &typo, "-o", &picture]).contains("scene.toml:"));
+    let missing = changed_scene(folder.path(), "shape = \"box\"\nsize = [0.6, 0.3, 0.6]", "mesh = \"none.ply\"");
+    assert!(refused(&["render", &missing, "-o", &picture]).contains("none.ply"));
+    std::fs::write(at("none.ply"), "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n").unwrap();
+    assert!(refused(&["render", &missing, "-o", &picture]).contains("none.ply"));
+    let table = include_bytes!("../../snowblue-data/data/snow.nc");
+    std::fs::write(at("cut.nc"), &table[..table.len() / 2]).unwrap();
+    assert!(refused(&["database", "info", &at("cut.nc")]).contains("cut.nc"));
+    assert!(refused(&["render", &typo, "--database", &at("cut.nc"), "-o", &picture]).contains("cut.nc"));
+    assert!(!Path::new(&picture).exists());
+}
+
+#[test]
+fn a_table_goes_through_its_file_into_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (table, picture) = (at("paper.nc"), at("picture.exr"));
+    let build = ["database", "build", "--tally-rays", "1024", "--streams", "8", "--quiet"];
+    stdout(&[&build[..], &["--space", "linear", "--components", "2", "-o", &table]].concat());
+    assert!(
+        stdout(&["database", "info", &table]).contains("24750 curves of 225 samples, 2 components in linear space")
+    );
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml");
+    let small = ["--width", "24", "--height", "24", "--spp", "2", "--path", "view"];
+    stdout(&[&["render", scene, "--database", &table, "-o", &picture][..], &small].concat());
+    assert_eq!(std::fs::read(&picture).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01], "the magic number of OpenEXR");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the files");
+}
