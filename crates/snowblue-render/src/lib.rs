@@ -1,1 +1,60 @@
 //! From a scene with snow to an image: a spectral path tracer with PCASnow.
+//!
+//! ```text
+//! scene_file ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
+//!                 │         └─ path: one path of light, 31 wavelengths at once
+//!                 ├─ objects: boxes and meshes ─ what a ray hits, and how deep a line runs through a solid
+//!                 ├─ materials: diffuse, pca_snow
+//!                 └─ lights, camera
+//! ```
+//!
+//! [`Scene::load`](scene::Scene::load) reads a scene and takes the curves of its snow from a table,
+//! [`render::render`] makes the picture, and [`image_file`] stores it. What a hit on snow means is told in
+//! [`material::pca_snow`]. Past the door nothing fails: a scene that was read can be rendered.
+//!
+//! A picture has the same bits on any number of threads. Geometry is single precision, in metres; where a sign decides
+//! what is inside (the edges of triangles) arithmetic is exact, so that depths hold from every direction and through
+//! every edge.
+//!
+//! **Simplified.** Snow takes in light at one point and gives it out at another on a straight line, with the curves of a
+//! slab; light leaves it alike in all directions. Faces are flat: normals of a mesh's vertices are not used.
+//!
+//! **Out of scope.** Building tables (`snowblue-database`); names of files, options and progress bars (the faces).
+
+pub mod error;
+
+pub mod spectrum;
+
+pub mod bounds;
+pub mod ray;
+mod triangle;
+
+pub mod cuboid;
+pub mod mesh;
+pub mod ply_file;
+
+pub mod chord;
+pub mod objects;
+pub mod probe;
+
+pub mod light;
+pub mod material;
+
+pub mod camera;
+pub mod scene;
+pub mod scene_file;
+
+pub mod sampling;
+
+mod path;
+
+pub mod film;
+pub mod render;
+
+pub mod image_file;
+
+pub use error::RenderError;
+pub use film::Film;
+pub use render::{Progress, Rendering, render};
+pub use scene::Scene;
+pub use scene_file::Overrides;

@@ -1,0 +1,301 @@
+//! Triangle meshes: first hit, blocked or not, and all crossings along a line.
+//!
+//! The hierarchy is the compressed wide one of Ylitie, Karras & Laine (2017, "Efficient incoherent ray traversal on
+//! GPUs through compressed wide BVHs", doi:10.1145/3105762.3105773), from `obvhs`; the triangle test is our own,
+//! without cracks, and neither knows front from back. Both are made fit for exact counting here:
+//! every query first moves its start to the mesh's bounding box, so that rounding is that of the mesh's size and not
+//! of its distance, and the boxes of the hierarchy are padded by more than that rounding.
+
+use std::time::Duration;
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::ray::RayHit;
+use obvhs::{Boundable, BvhBuildParams};
+
+use crate::bounds::{Bounds, finite_inverse};
+use crate::ray::{Crossing, Ray, ShapeHit, narrow};
+use crate::triangle::ShearedRay;
+
+/// Padding of the hierarchy's boxes as a share of the mesh's greatest coordinate and size: 16 units in the last
+/// place, where a box test rounds three times.
+const BOX_PADDING: f32 = 16.0 * f32::EPSILON;
+
+/// How far before the mesh's box a query starts, in m: the hierarchy ignores boxes nearer than 1e-4.
+const RUN_UP_M: f32 = 1e-3;
+
+/// A surface of triangles in the coordinates of the scene, in m.
+#[derive(Debug)]
+pub struct Mesh {
+    /// Corners, in the order of the hierarchy's leaves.
+    triangles: Vec<[Vec3; 3]>,
+    hierarchy: CwBvh,
+    bounds: Bounds,
+}
+
+struct PaddedTriangle {
+    corners: [Vec3; 3],
+    padding: f32,
+}
+
+impl Boundable for PaddedTriangle {
+    fn aabb(&self) -> Aabb {
+        let bounds = Bounds::of(self.corners.iter().copied()).padded(self.padding);
+        Aabb::new(bounds.low, bounds.high)
+    }
+}
+
+impl Mesh {
+    /// Builds the hierarchy over triangles given by their corners, in m.
+    ///
+    /// # Panics
+    ///
+    /// When there is no triangle, or a coordinate is not finite: the file reader refuses both.
+    pub fn new(triangles: &[[Vec3; 3]]) -> Self {
+        assert!(!triangles.is_empty(), "a mesh has at least one triangle");
+        let tight = Bounds::of(triangles.iter().flatten().copied());
+        let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
+        let padded: Vec<_> = triangles.iter().map(|&corners| PaddedTriangle { corners, padding }).collect();
+        let hierarchy = build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default());
+        let triangles = hierarchy.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        Self { triangles, hierarchy, bounds: tight.padded(padding) }
+    }
+
+    /// The axis-parallel box around it.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The first hit beyond the ray's origin and nearer than `limit_m`.
+    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+        let query = Query::new(self, ray, 0.0, limit_m)?;
+        let mut found = RayHit::none();
+        let mut weights = [0.0; 3];
+        self.hierarchy.ray_traverse(query.box_ray, &mut found, |near, index| {
+            match query.sheared.intersect(&self.triangles[index]) {
+                Some(hit) if query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < near.tmax => {
+                    weights = hit.weights;
+                    narrow(hit.distance_m)
+                }
+                _ => f32::INFINITY,
+            }
+        });
+        let corners = self.triangles.get(found.primitive_id as usize)?;
+        let [u, v, w] = weights.map(narrow);
+        Some(ShapeHit {
+            distance_m: found.t + query.start_m,
+            point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
+            normal: area_normal(corners).normalize(),
+        })
+    }
+
+    /// Whether anything lies beyond the ray's origin and nearer than `limit_m`.
+    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
+        let Some(query) = Query::new(self, ray, 0.0, limit_m) else {
+            return false;
+        };
+        !self.hierarchy.ray_traverse_miss(query.box_ray, |_, index| {
+            match query.sheared.intersect(&self.triangles[index]) {
+                Some(hit) if query.beyond_origin(hit.distance_m) => narrow(hit.distance_m),
+                _ => f32::INFINITY,
+            }
+        })
+    }
+
+    /// Adds every crossing of the whole line of the ray, before and behind its origin, in no particular order.
+    pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
+        let Some(query) = Query::new(self, ray, f32::NEG_INFINITY, f32::INFINITY) else {
+            return;
+        };
+        self.hierarchy.ray_traverse_anyhit(query.box_ray, |_, index| {
+            let corners = &self.triangles[index];
+            if let Some(hit) = query.sheared.intersect(corners) {
+                crossings.push(Crossing {
+                    distance_m: narrow(hit.distance_m + f64::from(query.start_m)),
+                    normal: area_normal(corners),
+                });
+            }
+        });
+    }
+}
+
+/// A ray moved to the mesh's box; `start_m` is where, along the original ray.
+struct Query {
+    start_m: f32,
+    sheared: ShearedRay,
+    box_ray: obvhs::ray::Ray,
+}
+
+impl Query {
+    /// The part from `from_m` to `limit_m` of a ray, or none where it misses the box.
+    fn new(mesh: &Mesh, ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
+        let (enter_m, _) = mesh.bounds.span(ray, from_m, limit_m)?;
+        let start_m = enter_m - RUN_UP_M;
+        let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
+        Some(Self {
+            start_m,
+            sheared: ShearedRay::new(&moved),
+            box_ray: obvhs::ray::Ray {
+                origin: moved.origin,
+                direction: moved.direction,
+                inv_direction: finite_inverse(moved.direction),
+                tmin: 0.0,
+                tmax: limit_m - start_m,
+            },
+        })
+    }
+
+    fn beyond_origin(&self, distance_m: f64) -> bool {
+        distance_m + f64::from(self.start_m) > 0.0
+    }
+}
+
+/// Normal with the length of twice the area, by the order of the corners.
+fn area_normal(corners: &[Vec3; 3]) -> Vec3A {
+    (corners[1] - corners[0]).cross(corners[2] - corners[0]).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sphere of `4 · steps²` · 2 triangles on the sides of an octahedron, radius 1 m.
+    fn sphere(steps: usize) -> Vec<[Vec3; 3]> {
+        let mut triangles = Vec::new();
+        for octant in 0..8 {
+            let sign = Vec3::from_array([1, 2, 4].map(|bit| if octant & bit == 0 { 1.0 } else { -1.0 }));
+            let point = |i: usize, j: usize| (Vec3::new(i as f32, j as f32, (steps - i - j) as f32) * sign).normalize();
+            for i in 0..steps {
+                for j in 0..steps - i {
+                    triangles.push([point(i, j), point(i + 1, j), point(i, j + 1)]);
+                    if i + j + 1 < steps {
+                        triangles.push([point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
+                    }
+                }
+            }
+        }
+        triangles
+    }
+
+    fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
+        (0..count).map(move |k| {
+            let z = 1.0 - 2.0 * (k as f32 + 0.5) / count as f32;
+            let turn = 2.399_963 * k as f32;
+            let radius = (1.0 - z * z).sqrt();
+            Vec3A::new(radius * turn.cos(), radius * turn.sin(), z)
+        })
+    }
+
+    #[test]
+    fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
+        let triangles = sphere(16);
+        let mesh = Mesh::new(&triangles);
+        let mut crossings = Vec::new();
+        let mut through = 0;
+        for (k, direction) in directions(4000).enumerate() {
+            // Aim at a vertex or the middle of an edge, the worst places, from near and from far.
+            let corners = &triangles[k * 7 % triangles.len()];
+            let target: Vec3A = if k % 2 == 0 { corners[0].into() } else { ((corners[0] + corners[1]) * 0.5).into() };
+            let origin = target - direction * [0.0, 2.0, 100.0][k % 3];
+            crossings.clear();
+            mesh.crossings(&Ray { origin, direction }, &mut crossings);
+            assert_eq!(crossings.len() % 2, 0, "line {k}");
+            through += usize::from(!crossings.is_empty());
+        }
+        assert!(through > 3500, "{through}");
+    }
+
+    #[test]
+    fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
+        // Far from the origin and small: coordinates are coarse against the triangles.
+        let shift = Vec3::new(3.0, -5.0, 2.0);
+        let triangles: Vec<_> = sphere(24).into_iter().map(|corners| corners.map(|c| c * 0.01 + shift)).collect();
+        let mesh = Mesh::new(&triangles);
+        let mut crossings = Vec::new();
+        for (k, mut direction) in directions(30_000).enumerate() {
+            if k % 4 == 0 {
+                direction = [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X][k / 4 % 4];
+            }
+            let beside = direction.any_orthonormal_vector() * (((k % 41) as f32 - 20.0) * 5e-8);
+            let origin = Vec3A::from(triangles[k * 7 % triangles.len()][0]) + beside - direction * (k % 3) as f32;
+            crossings.clear();
+            mesh.crossings(&Ray { origin, direction }, &mut crossings);
+            assert_eq!(crossings.len() % 2, 0, "line {k}");
+        }
+    }
+
+    #[test]
+    fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
+        // A cube of small squares, and lines parallel to its edges through the corners of the squares.
+        let at = |step: usize| 0.7 + step as f32 * 0.1;
+        let mut triangles = Vec::new();
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 16)]) {
+            for (i, j) in (0..16).flat_map(|i| (0..16).map(move |j| (i, j))) {
+                let corner = |i: usize, j: usize| {
+                    let mut corner = Vec3::splat(at(side));
+                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (at(i), at(j));
+                    corner
+                };
+                let (a, b, c, d) = (corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let mesh = Mesh::new(&triangles);
+        let mut crossings = Vec::new();
+        for axis in 0..3 {
+            for (i, j) in (1..16).flat_map(|i| (1..16).map(move |j| (i, j))) {
+                let mut origin = Vec3A::splat(-2.9);
+                (origin[(axis + 1) % 3], origin[(axis + 2) % 3]) = (at(i), at(j));
+                crossings.clear();
+                let direction = Vec3A::from(Vec3::AXES[axis]);
+                mesh.crossings(&Ray { origin, direction }, &mut crossings);
+                assert_eq!(crossings.len(), 2, "axis {axis}, corner {i}, {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
+        let mesh = Mesh::new(&sphere(16));
+        let mut crossings = Vec::new();
+        for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
+            for k in 0..64 {
+                let side = axis.any_orthonormal_vector() * (k as f32 / 64.0);
+                crossings.clear();
+                mesh.crossings(&Ray { origin: side - axis * 3.0, direction: axis }, &mut crossings);
+                assert_eq!(crossings.len(), 2, "{axis} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn first_hit_blocking_and_crossings_tell_the_same_distances() {
+        let mesh = Mesh::new(&sphere(12));
+        for direction in directions(500) {
+            let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
+            let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
+            let mut crossings = Vec::new();
+            mesh.crossings(&ray, &mut crossings);
+            crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+            assert_eq!(crossings.len(), 2);
+            assert!((crossings[0].distance_m - hit.distance_m).abs() < 2e-6);
+            assert!((hit.point - ray.at(hit.distance_m)).length() < 2e-6);
+            assert!(mesh.blocks(&ray, hit.distance_m + 1e-4));
+            assert!(!mesh.blocks(&ray, hit.distance_m - 1e-4));
+            assert!(mesh.first_hit(&ray, hit.distance_m - 1e-4).is_none());
+            // From inside, the same far crossing is the first hit.
+            let inside = Ray { origin: ray.at(3.0), direction };
+            let far = mesh.first_hit(&inside, f32::INFINITY).unwrap();
+            assert!((far.distance_m + 3.0 - crossings[1].distance_m).abs() < 2e-6);
+        }
+    }
+
+    #[test]
+    fn a_single_triangle_is_a_mesh() {
+        let mesh = Mesh::new(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
+        let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
+        let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
+        assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);
+    }
+}

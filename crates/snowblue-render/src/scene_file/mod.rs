@@ -1,0 +1,224 @@
+//! Scenes from TOML files: metres, degrees, watts; z is up unless the camera says otherwise.
+//!
+//! ```toml
+//! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
+//! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops
+//! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1
+//! [material.NAME]          # type = "diffuse": reflectance
+//!                          # type = "pca_snow": grain_size_um, facetness, density_kg_m3,
+//!                          #   path = "easiest" | "normal" | "light" | "view", exit = "last" | "first",
+//!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
+//! [[light]]                # type = "point": position, illuminant = "D65", radiant_intensity_w_sr
+//! [[object]]               # shape = "box": size; or mesh = "FILE.ply": scale = 1
+//!                          # position = [0, 0, 0], rotation_deg = [0, 0, 0], material
+//! ```
+//!
+//! A box is placed by its centre, a mesh by its own origin. Rotations are about x, then y, then z, each
+//! counter-clockwise seen from the axis' tip; scale comes before rotation, position after. Mesh files are looked for
+//! beside the scene file.
+
+mod materials;
+mod placing;
+mod section;
+
+use std::path::Path;
+
+use glam::Vec3A;
+use snowblue_color::Illuminant;
+use snowblue_database::CompressedTable;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::camera::{PinholeCamera, View};
+use crate::error::RenderError;
+use crate::light::PointLight;
+use crate::material::pca_snow::PathMode;
+use crate::objects::Objects;
+use crate::ray::narrow;
+use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
+
+use materials::read_materials;
+use placing::read_object;
+use section::{SceneText, Section};
+
+/// Greatest coordinate of anything in a scene, in m.
+const GREATEST_COORDINATE_M: f64 = 1e5;
+/// Most pixels along a side.
+const GREATEST_SIDE: u32 = 16_384;
+/// Most samples of a pixel.
+const GREATEST_SAMPLES: u32 = 1 << 24;
+/// Most surfaces on a path after the first.
+const GREATEST_BOUNCES: u32 = 10_000;
+/// Greatest exposure, in stops.
+const GREATEST_STOPS: f64 = 100.0;
+
+/// Settings from outside that replace those of the file; `None` leaves the file's.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Overrides {
+    /// The path through all snow of the scene.
+    pub path: Option<PathMode>,
+    /// Pixels from left to right.
+    pub width: Option<u32>,
+    /// Pixels from top to bottom.
+    pub height: Option<u32>,
+    /// Brightness of the PNG.
+    pub exposure: Option<Exposure>,
+    /// Paths per pixel.
+    pub samples_per_pixel: Option<u32>,
+    /// Surfaces after the first one that a path may visit.
+    pub max_bounces: Option<u32>,
+    /// Which random numbers.
+    pub seed: Option<u32>,
+}
+
+type Read<T> = Result<T, RenderError>;
+
+impl Scene {
+    /// Reads a scene file and the meshes it names; snow takes its curves from `table`.
+    ///
+    /// # Errors
+    ///
+    /// When a file is missing or malformed, a key is unknown or missing, a value is out of range, or the table has no
+    /// such snow. The message names the file and the line.
+    pub fn load(path: &Path, table: &CompressedTable, overrides: &Overrides) -> Read<Self> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        Self::parse(SceneText { path, text: &text }, table, overrides)
+    }
+
+    fn parse(source: SceneText, table: &CompressedTable, overrides: &Overrides) -> Read<Self> {
+        let root = DeTable::parse(source.text)
+            .map_err(|error| source.error(&error.span().unwrap_or(0..0), error.message()))?;
+        let place = root.span();
+        let root = root.into_inner();
+        for (key, _) in &root {
+            if !["camera", "film", "integrator", "material", "light", "object"].contains(&key.get_ref().as_ref()) {
+                return Err(source.error(&key.span(), format!("unknown table `{}`", key.get_ref())));
+            }
+        }
+        let mut film = FilmSettings { width: 1080, height: 1080, exposure: Exposure::Auto };
+        let mut integrator = IntegratorSettings { samples_per_pixel: 64, max_bounces: 8, seed: 1 };
+        if let Some(value) = root.get("film") {
+            film = read_film(Section::new(source, "film".into(), value)?, film)?;
+        }
+        if let Some(value) = root.get("integrator") {
+            integrator = read_integrator(Section::new(source, "integrator".into(), value)?, integrator)?;
+        }
+        replace(&mut film, &mut integrator, overrides)?;
+        let camera = root.get("camera").ok_or_else(|| source.error(&place, "the table [camera] is missing"))?;
+        let aspect = film.width as f32 / film.height as f32;
+        let materials = read_materials(source, &root, table, overrides)?;
+        let lights = list(source, &root, "light", read_light)?;
+        let objects = list(source, &root, "object", |section| read_object(section, source.path, &materials))?;
+        Ok(Self {
+            camera: read_camera(Section::new(source, "camera".into(), camera)?, aspect)?,
+            objects: Objects::new(objects),
+            materials: materials.into_iter().map(|(_, material)| material).collect(),
+            lights,
+            film,
+            integrator,
+        })
+    }
+}
+
+fn read_camera(section: Section, aspect: f32) -> Read<PinholeCamera> {
+    section.only(&["position", "look_at", "up", "vertical_fov_deg"])?;
+    let anywhere = -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M;
+    let view = View {
+        position: section.vector("position", None, anywhere.clone(), "m")?,
+        look_at: section.vector("look_at", None, anywhere, "m")?,
+        up: section.vector("up", Some(Vec3A::Z), -1e6..=1e6, "")?,
+        vertical_fov_deg: narrow(section.number("vertical_fov_deg", Some(40.0), 0.1..=170.0, "deg")?),
+    };
+    let camera = PinholeCamera::new(&view, aspect)
+        .ok_or_else(|| section.error_at("look_at", "camera.look_at must lie off the camera's position and up axis"))?;
+    Ok(camera)
+}
+
+fn read_film(section: Section, defaults: FilmSettings) -> Read<FilmSettings> {
+    section.only(&["width", "height", "exposure"])?;
+    let exposure = if section.is_text("exposure") {
+        section.choice("exposure", Exposure::Auto, &[("auto", Exposure::Auto)])?
+    } else if section.has("exposure") {
+        Exposure::Stops(section.number("exposure", None, -GREATEST_STOPS..=GREATEST_STOPS, "stops")?)
+    } else {
+        section.choice("exposure", defaults.exposure, &[])?
+    };
+    let film = FilmSettings {
+        width: section.count("width", defaults.width, 1..=GREATEST_SIDE)?,
+        height: section.count("height", defaults.height, 1..=GREATEST_SIDE)?,
+        exposure,
+    };
+    Ok(film)
+}
+
+fn read_integrator(section: Section, defaults: IntegratorSettings) -> Read<IntegratorSettings> {
+    section.only(&["samples_per_pixel", "max_bounces", "seed"])?;
+    let integrator = IntegratorSettings {
+        samples_per_pixel: section.count("samples_per_pixel", defaults.samples_per_pixel, 1..=GREATEST_SAMPLES)?,
+        max_bounces: section.count("max_bounces", defaults.max_bounces, 0..=GREATEST_BOUNCES)?,
+        seed: section.count("seed", defaults.seed, 0..=u32::MAX)?,
+    };
+    Ok(integrator)
+}
+
+fn read_light(section: Section) -> Read<PointLight> {
+    section.only(&["type", "position", "illuminant", "radiant_intensity_w_sr"])?;
+    section.required_text("type")?;
+    section.choice("type", (), &[("point", ())])?;
+    let position = section.vector("position", None, -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M, "m")?;
+    let name = section.text("illuminant")?.unwrap_or("D65");
+    let intensity_w_sr = section.number("radiant_intensity_w_sr", None, 0.0..=1e12, "W/sr")?;
+    let illuminant: Illuminant =
+        name.parse().map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
+    let light = PointLight::new(position, illuminant, narrow(intensity_w_sr))
+        .map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
+    Ok(light)
+}
+
+/// Reads every table of an array like `[[light]]`; none at all is an empty list.
+fn list<'text, T>(
+    source: SceneText<'text>,
+    root: &'text DeTable<'text>,
+    name: &str,
+    read: impl Fn(Section<'text>) -> Read<T>,
+) -> Read<Vec<T>> {
+    let Some(value) = root.get(name) else {
+        return Ok(Vec::new());
+    };
+    let Some(tables) = value.get_ref().as_array() else {
+        return Err(source.error(&value.span(), format!("`{name}` must be written as [[{name}]]")));
+    };
+    let section = |table: &'text Spanned<DeValue<'text>>| Section::new(source, name.into(), table);
+    tables.iter().map(|table| read(section(table)?)).collect()
+}
+
+/// Puts the settings from outside in place of the file's.
+fn replace(film: &mut FilmSettings, integrator: &mut IntegratorSettings, overrides: &Overrides) -> Read<()> {
+    let settings = [
+        ("width", &mut film.width, overrides.width, 1..=GREATEST_SIDE),
+        ("height", &mut film.height, overrides.height, 1..=GREATEST_SIDE),
+        ("samples per pixel", &mut integrator.samples_per_pixel, overrides.samples_per_pixel, 1..=GREATEST_SAMPLES),
+        ("bounces", &mut integrator.max_bounces, overrides.max_bounces, 0..=GREATEST_BOUNCES),
+        ("seed", &mut integrator.seed, overrides.seed, 0..=u32::MAX),
+    ];
+    for (name, setting, value, range) in settings {
+        let Some(value) = value else { continue };
+        if !range.contains(&value) {
+            let (low, high) = range.into_inner();
+            return Err(RenderError::Override(format!("{name} is {value}, but must lie in {low}–{high}")));
+        }
+        *setting = value;
+    }
+    if let Some(exposure) = overrides.exposure {
+        if let Exposure::Stops(stops) = exposure
+            && !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops)
+        {
+            let reason =
+                format!("exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops");
+            return Err(RenderError::Override(reason));
+        }
+        film.exposure = exposure;
+    }
+    Ok(())
+}

@@ -1,0 +1,184 @@
+//! Depths through solids, told from the light that comes through snow with a simple law.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3, Vec3A};
+use snow::{SNOW, directions, extinction_per_cm, scene, seen, simple_law};
+use snowblue_render::ray::Ray;
+use snowblue_render::render::render;
+use snowblue_render::scene::Scene;
+
+const SIZE_M: [f64; 3] = [0.6, 0.3, 0.5];
+const TURN_DEG: [f64; 3] = [20.0, -35.0, 70.0];
+const POSITION_M: [f64; 3] = [0.2, 0.1, -0.3];
+
+/// The sides of a box with these corners as quadrilaterals, all outwards.
+const SIDES: &str = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
+
+/// A PLY file of boxes, each from one corner to the other, with the first `sides` sides of each.
+fn boxes(corners: &[(DVec3, DVec3)], sides: usize) -> String {
+    let mut vertices = String::new();
+    let mut faces = String::new();
+    for (number, (low, high)) in corners.iter().enumerate() {
+        for bits in 0..8 {
+            let pick = |axis: usize| if bits >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            vertices += &format!("{} {} {}\n", pick(0), pick(1), pick(2));
+        }
+        for side in SIDES.lines().take(sides) {
+            let moved: Vec<String> = side
+                .split(' ')
+                .skip(1)
+                .map(|index| (index.parse::<usize>().unwrap() + 8 * number).to_string())
+                .collect();
+            faces += &format!("4 {}\n", moved.join(" "));
+        }
+    }
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n{vertices}{faces}",
+        8 * corners.len(),
+        sides * corners.len()
+    )
+}
+
+/// One object of snow, with one light that the test moves about.
+fn lone(object: &str, keys: &str, files: &[(&str, String)]) -> Scene {
+    let text = format!(
+        "{SNOW}{keys}\n[[object]]\n{object}\nmaterial = \"snow\"\n\
+         [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 10\n"
+    );
+    scene(&text, &simple_law(), files)
+}
+
+/// Enters and leaves a box at these distances, and the cosine to the normal on leaving; none if it misses.
+fn through_box(origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
+    let [x, y, z] = TURN_DEG.map(f64::to_radians);
+    let to_box = (DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x)).transpose();
+    let (origin, direction) = (to_box * (origin - DVec3::from_array(POSITION_M)), to_box * direction);
+    let half = DVec3::from_array(SIZE_M) * 0.5;
+    let (a, b) = ((-half - origin) / direction, (half - origin) / direction);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    let cos = direction[a.max(b).min_position()].abs();
+    (enter < leave).then_some((enter, leave, cos))
+}
+
+/// Checks the depth of a placed box, given as `object`, along lines in all directions.
+fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
+    let placed = format!("{object}\nposition = {POSITION_M:?}\nrotation_deg = {TURN_DEG:?}");
+    let mut scene = lone(&placed, &format!("path = \"{path}\"\nreflectance = 0"), files);
+    let centre = DVec3::from_array(POSITION_M);
+    let mut checked = 0;
+    for (k, towards) in directions(2000).enumerate() {
+        let direction = towards.as_dvec3().normalize();
+        let aside = direction.any_orthonormal_vector() * (0.3 * (k % 13) as f64 / 13.0);
+        let eye = centre + aside - direction * 3.0;
+        let Some((enter, leave, cos)) = through_box(eye, direction) else {
+            continue;
+        };
+        if leave - enter < 1e-3 {
+            // Nearer to an edge than the rounding of single precision lets a pixel aim.
+            continue;
+        }
+        // The light stands on the same line behind the box: every mode of path but `normal` is this line.
+        let beyond_m = 2.0;
+        scene.lights[0].position = (eye + direction * (leave + beyond_m)).as_vec3a();
+        let seen = seen(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
+        let irradiance = f64::from(scene.lights[0].intensity.0[15]) * cos / (beyond_m * beyond_m);
+        let angle_deg = cos.acos().to_degrees().min(89.0);
+        let depth_cm =
+            -(f64::from(seen.0[15]) * PI / irradiance).ln() / (extinction_per_cm(15) * (1.0 + angle_deg / 100.0));
+        // Coordinates near 3 m carry 2e-7 m; oblique exits turn that into depth divided by the cosine, and the arc
+        // cosine near 1 is good to 0.02°.
+        let allowed_cm = 1e-4 * depth_cm + 1e-3 / cos;
+        assert!(
+            (depth_cm - 100.0 * (leave - enter)).abs() < allowed_cm,
+            "line {k}: {depth_cm} cm for {}",
+            leave - enter
+        );
+        checked += 1;
+    }
+    assert!(checked > 1500, "{checked}");
+}
+
+#[test]
+fn a_box_has_its_exact_thickness_from_any_direction() {
+    for path in ["view", "light"] {
+        check_thickness(&format!("shape = \"box\"\nsize = {SIZE_M:?}"), path, &[]);
+    }
+}
+
+#[test]
+fn a_box_of_triangles_has_its_exact_thickness_from_any_direction() {
+    let half = DVec3::from_array(SIZE_M) * 0.5;
+    let file = boxes(&[(-half, half)], 6);
+    check_thickness("mesh = \"box.ply\"", "view", &[("box.ply", file.clone())]);
+    // The same box in half the size, scaled.
+    let small = boxes(&[(-half * 0.5, half * 0.5)], 6);
+    check_thickness("mesh = \"box.ply\"\nscale = 2", "light", &[("box.ply", small)]);
+}
+
+#[test]
+fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
+    // Two walls of one object, 10 and 20 cm thick, 30 cm apart.
+    let walls = [
+        (DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.1, 1.0)),
+        (DVec3::new(-1.0, 0.4, -1.0), DVec3::new(1.0, 0.6, 1.0)),
+    ];
+    let files = [("walls.ply", boxes(&walls, 6))];
+    for (exit, depth_cm) in [("last", 30.0), ("first", 10.0)] {
+        let keys = format!("path = \"view\"\nexit = \"{exit}\"\nemission = \"relative\"\nreflectance = 0");
+        let mut scene = lone("mesh = \"walls.ply\"", &keys, &files);
+        scene.lights[0].position = Vec3A::new(0.2, 9.0, 0.3);
+        let seen = seen(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
+        let share = f64::from(seen.0[15]) / f64::from(scene.lights[0].relative.0[15]);
+        assert!((share.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {share}");
+    }
+}
+
+#[test]
+fn open_meshes_are_counted_and_closed_ones_are_not() {
+    let corners = [(DVec3::splat(-0.5), DVec3::splat(0.5))];
+    for (sides, open) in [(6, false), (5, true)] {
+        let mut scene =
+            lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &[("box.ply", boxes(&corners, sides))]);
+        (scene.film.width, scene.film.height) = (40, 40);
+        scene.integrator.samples_per_pixel = 4;
+        scene.camera = snowblue_render::camera::PinholeCamera::new(
+            &snowblue_render::camera::View {
+                position: Vec3A::new(1.0, -3.0, 1.0),
+                look_at: Vec3A::ZERO,
+                up: Vec3A::Z,
+                vertical_fov_deg: 30.0,
+            },
+            1.0,
+        )
+        .unwrap();
+        scene.lights[0].position = Vec3A::new(-1.0, 3.0, 1.0);
+        let statistics = render(&scene, &|_| {}).statistics;
+        assert!(statistics.depth_lines > 1000, "{statistics:?}");
+        assert_eq!(statistics.odd_depth_lines > 100, open, "{statistics:?}");
+        assert_eq!(statistics.odd_depth_lines == 0, !open, "{statistics:?}");
+    }
+}
+
+#[test]
+fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
+    // More objects than are tried one by one: the hierarchy over objects answers.
+    let text: String = (0..40)
+        .map(|k| {
+            format!(
+                "[[object]]\nshape = \"box\"\nsize = [0.5, 0.5, 0.5]\nposition = [{k}, 0, 0]\nmaterial = \"snow\"\n"
+            )
+        })
+        .collect();
+    let scene = scene(&format!("{SNOW}{text}"), &simple_law(), &[]);
+    for k in 0..40 {
+        let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
+        assert_eq!(scene.objects.first_hit(&ray).unwrap().object, k);
+        assert!(scene.objects.blocked(&ray, 5.0) && !scene.objects.blocked(&ray, 4.7));
+    }
+}
