@@ -29,11 +29,18 @@ impl Report {
     /// Writes the report where and how the options say.
     pub(crate) fn write(&self, options: &OutputOptions) -> Outcome {
         let ending = options.output.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
-        let format = options.format.unwrap_or(match (&options.output, ending) {
-            (Some(_), Some("json")) => Format::Json,
-            (None, _) if io::stdout().is_terminal() => Format::Table,
-            _ => Format::Csv,
-        });
+        let format = match (options.format, &options.output, ending) {
+            (Some(format), ..) => format,
+            (None, Some(_), Some("csv")) => Format::Csv,
+            (None, Some(_), Some("json")) => Format::Json,
+            (None, Some(_), Some("txt")) => Format::Table,
+            (None, Some(path), _) => {
+                let name = path.display();
+                return Err(Failure::Input(format!("{name}: the file must end in .csv, .json or .txt, or give --format")));
+            }
+            (None, None, _) if io::stdout().is_terminal() => Format::Table,
+            (None, None, _) => Format::Csv,
+        };
         let text = match format {
             Format::Table => self.table(),
             Format::Csv => self.csv(),

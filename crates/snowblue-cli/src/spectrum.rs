@@ -1,5 +1,7 @@
 //! `snowblue spectrum`: reflectance, transmittance and absorptance of a slab, per wavelength.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
@@ -8,6 +10,7 @@ use snowblue_transport::slab::{Radiometry, Slab};
 use crate::failure::{Failure, Outcome};
 use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
+use crate::plot;
 use crate::progress::Progress;
 use crate::report::{Cell, Report};
 
@@ -28,16 +31,22 @@ pub(crate) struct Spectrum {
         help_heading = "Slab"
     )]
     wavelengths: Wavelengths,
-    /// Discrete ordinates, or the Monte Carlo walk of each wavelength on its own
+    /// Discrete ordinates, or the Monte Carlo walk from grain to grain
     #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
     engine: Engine,
     #[command(flatten)]
     ordinates: OrdinatesWords,
-    /// Rays of the Monte Carlo engine, for each wavelength, thickness and angle
+    /// Rays of the Monte Carlo engine for each angle, shared by all wavelengths and thicknesses
     #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
     rays: u64,
+    /// Monte Carlo as the paper did it: every wavelength and thickness with rays of its own
+    #[arg(long, help_heading = "Engine")]
+    per_wavelength: bool,
     #[command(flatten)]
     output: OutputOptions,
+    /// Draw transmittance and reflectance against wavelength into an SVG file
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -50,16 +59,24 @@ impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let slab = self.sample.slab(&self.slab, &self.wavelengths)?;
         let rows = self.solve(&slab, quiet)?;
-        self.report(&rows).write(&self.output)
+        let report = self.report(&rows);
+        if let Some(path) = &self.plot {
+            plot::spectrum(path, &rows, &report.metadata)?;
+        }
+        report.write(&self.output)
     }
 
     fn solve(&self, slab: &Slab, quiet: bool) -> Result<Vec<Radiometry>, Failure> {
         match self.engine {
             Engine::Ordinates => ordinates::solve(slab, &self.ordinates.options()).map_err(Failure::input),
             Engine::Montecarlo => {
-                let options = MonteCarloOptions { rays: self.rays, seed: self.ordinates.seed };
+                let options = MonteCarloOptions {
+                    rays: self.rays,
+                    seed: self.ordinates.seed,
+                    per_wavelength: self.per_wavelength,
+                };
                 let bar = Progress::new("rays", quiet);
-                let solved = monte_carlo::solve(slab, &options, |done, all| bar.at(done, all));
+                let solved = monte_carlo::solve(slab, &options, &|done, all| bar.at(done, all));
                 bar.end();
                 solved.map_err(Failure::input)
             }

@@ -98,7 +98,7 @@ fn bad_input_gets_one_clear_line() {
     );
     assert!(refused(&["spectrum", "--grain-size", "60"]).contains("below 20 µm"));
     assert!(refused(&["spectrum", "--streams", "7"]).contains("even"));
-    assert!(refused(&["spectrum", "--wavelengths", "100"]).contains("199–4099 nm"));
+    assert!(refused(&["spectrum", "--wavelengths", "100"]).contains("300–2500 nm"));
     assert!(refused(&["color", "--illuminant", "D66"]).contains("D65"));
     assert!(refused(&["slab", "--one-minus-omega", "2", "--g", "0", "--tau", "1"]).contains("0–1"));
     assert!(refused(&["database", "info", "no.nc"]).contains("no.nc: cannot be read"));

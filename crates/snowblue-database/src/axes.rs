@@ -19,6 +19,8 @@ pub struct Axes {
     pub wavelengths_nm: Vec<f64>,
 }
 
+/// Greatest angle of incidence, in degrees.
+const MOST_ANGLE_DEG: f64 = 89.99;
 /// Thin and thick knots beside the paper's thicknesses, in cm, for splines that hold from nothing to a metre of snow.
 const THIN_KNOTS_CM: [f64; 11] = [0.000_5, 0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12, 0.25, 0.5];
 const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
@@ -98,16 +100,24 @@ impl Axes {
         )
     }
 
-    /// Checks that every axis has values in ascending order.
+    /// Checks that every axis has finite values in ascending order, that there are two thicknesses or more, all above
+    /// 0 cm, and that angles lie in 0–89.99°.
     ///
     /// # Errors
-    /// [`DatabaseError::Axis`] for the first that has not.
+    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is otherwise.
     pub fn check(&self) -> Result<(), DatabaseError> {
         for (name, _, values) in self.named() {
             let ascending = values.is_sorted_by(|a, b| a < b) && values.iter().all(|value| value.is_finite());
             if values.is_empty() || !ascending {
                 return Err(DatabaseError::Axis { name });
             }
+        }
+        // A thickness of 0 is not a knot: look-ups know what no snow does.
+        if self.thicknesses_cm.len() < 2 || self.thicknesses_cm[0] <= 0.0 {
+            return Err(DatabaseError::AxisRange { name: "thickness", what: "two values or more, all above 0 cm" });
+        }
+        if self.angles_deg[0] < 0.0 || self.angles_deg[self.angles_deg.len() - 1] > MOST_ANGLE_DEG {
+            return Err(DatabaseError::AxisRange { name: "angle", what: "values in 0–89.99°" });
         }
         Ok(())
     }

@@ -13,6 +13,14 @@ pub enum DatabaseError {
         /// The axis.
         name: &'static str,
     },
+    /// The values of an axis are out of range.
+    #[error("the axis {name} must have {what}")]
+    AxisRange {
+        /// The axis.
+        name: &'static str,
+        /// What it must have.
+        what: &'static str,
+    },
     /// The snow of an axis value is out of the model's range.
     #[error(transparent)]
     Transport(#[from] TransportError),

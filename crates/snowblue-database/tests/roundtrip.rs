@@ -101,3 +101,25 @@ fn messages_name_the_axis_and_its_values() {
         Err(DatabaseError::Components { components: 0, .. })
     ));
 }
+
+/// Axes on which no spline or no slab could stand are refused, in memory and in files.
+#[test]
+fn impossible_axes_are_refused() {
+    let table = small_table();
+    for (thicknesses_cm, angles_deg) in [
+        (vec![-1.0, 1.0, 3.0], vec![0.0, 60.0]),
+        (vec![0.0, 1.0, 3.0], vec![0.0, 60.0]),
+        (vec![15.0], vec![0.0]),
+        (vec![3.0, 1.0, 10.0], vec![0.0, 60.0]),
+        (vec![1.0, 3.0, 10.0], vec![0.0, 90.0]),
+        (vec![1.0, 3.0, f64::NAN], vec![0.0, 60.0]),
+    ] {
+        let axes = Axes { thicknesses_cm, angles_deg, ..table.axes.clone() };
+        assert!(fill::by_ordinates(&axes, &FillOptions::default(), &|_, _| ()).is_err(), "{axes:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("axes.nc");
+        let values = vec![0.5; axes.curves() * 31];
+        Table { axes, transmittance: values.clone(), reflectance: values, metadata: vec![] }.write(&path).unwrap();
+        assert!(file::read(&path).is_err());
+    }
+}

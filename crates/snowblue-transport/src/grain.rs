@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::rng::Stream;
+use crate::microsurface::renormalized;
+use crate::rng::{Stream, unit_circle};
 use crate::sample::SizeMeasure;
 
 /// A prolate spheroid about the z axis.
@@ -76,9 +77,13 @@ impl Spheroid {
     }
 
     /// Area of the surface per solid angle of the unit sphere at height `z`, over its greatest value a c.
-    #[inline]
     pub(crate) fn relative_area(&self, z: f64) -> f64 {
-        (1.0 - self.square_eccentricity() * z * z).sqrt()
+        self.square_relative_area(z).sqrt()
+    }
+
+    #[inline]
+    fn square_relative_area(&self, z: f64) -> f64 {
+        1.0 - self.square_eccentricity() * z * z
     }
 
     /// Mean of [`Spheroid::relative_area`] over the unit sphere, S/(4π a c).
@@ -98,14 +103,15 @@ impl Spheroid {
         let step =
             DVec3::new(hit.direction.x / self.across, hit.direction.y / self.across, hit.direction.z / self.along);
         let length = (-2.0 * hit.point.dot(step) / step.length_squared()).max(0.0);
-        (length, (hit.point + step * length).normalize())
+        (length, renormalized(hit.point + step * length))
     }
 
     /// Isotropic light on a convex body: uniform over the surface, cosine-distributed about the inward normal.
     pub(crate) fn random_hit(&self, stream: &mut Stream) -> Hit {
         let z = loop {
             let z = 2.0 * stream.uniform() - 1.0;
-            if stream.uniform() < self.relative_area(z) {
+            let chance = stream.uniform();
+            if chance * chance < self.square_relative_area(z) {
                 break z;
             }
         };
@@ -115,7 +121,7 @@ impl Spheroid {
     /// The hit at height `z`, whose direction is drawn from two uniform numbers.
     pub(crate) fn hit_at(&self, z: f64, uniform: [f64; 2]) -> Hit {
         let point = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
-        let (sin_phi, cos_phi) = (TAU * uniform[1]).sin_cos();
+        let (cos_phi, sin_phi) = unit_circle(uniform[1]);
         let radius = uniform[0].sqrt();
         let local = DVec3::new(radius * cos_phi, radius * sin_phi, (1.0 - uniform[0]).sqrt());
         let direction = Frame::around(-self.normal(point)).to_world(local);

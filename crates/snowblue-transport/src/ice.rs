@@ -1,7 +1,7 @@
 //! Optical constants and density of ice Ih.
 //!
-//! The refractive index is n + ik. Two published tables differ by a factor of up to eight in the blue, where ice is
-//! among the clearest of solids, and the hue behind some 20 cm of snow hangs on which is right: Warren & Brandt 2008
+//! The refractive index is n + ik. Two published tables differ by a factor of 7 at 450 nm and of 26 at 400 nm,
+//! where ice is among the clearest of solids, and the hue behind some 20 cm of snow hangs on which is right: Warren & Brandt 2008
 //! (doi:10.1029/2007JD009744, inferred from light in Antarctic snow) and Picard, Libois & Arnaud 2016
 //! (doi:10.5194/tc-10-2655-2016, by the same method with more profiles). Both are inferred, so the choice is the user's.
 
@@ -10,6 +10,8 @@ use std::sync::LazyLock;
 
 use crate::TransportError;
 
+/// Wavelengths of the model, in nm: beyond 2500 nm ice is too black for rays.
+const MODEL_RANGE_NM: (f64, f64) = (300.0, 2500.0);
 /// First and last wavelength of the Picard 2016 table, in nm, and where Warren & Brandt take over.
 const PICARD_RANGE_NM: (f64, f64) = (320.0, 600.0);
 const PICARD_JOIN_NM: f64 = 610.0;
@@ -64,17 +66,16 @@ impl Ice {
         Self::new(IceTable::Picard2016)
     }
 
-    /// First and last wavelength of the table, in nm.
+    /// First and last wavelength, in nm, at which the table is there and ice is clear enough for real indices.
     #[must_use]
     pub fn range_nm(&self) -> (f64, f64) {
-        let (first, last) = (&WARREN_BRANDT_2008[0], &WARREN_BRANDT_2008[WARREN_BRANDT_2008.len() - 1]);
         match self.table {
-            IceTable::WarrenBrandt2008 => (first.wavelength_nm, last.wavelength_nm),
-            IceTable::Picard2016 => (PICARD_RANGE_NM.0, last.wavelength_nm),
+            IceTable::WarrenBrandt2008 => MODEL_RANGE_NM,
+            IceTable::Picard2016 => (PICARD_RANGE_NM.0, MODEL_RANGE_NM.1),
         }
     }
 
-    /// Checks that the table reaches `wavelength_nm`.
+    /// Checks that the table and the model reach `wavelength_nm`.
     ///
     /// # Errors
     /// [`TransportError::OutOfRange`] if it does not.
@@ -86,7 +87,7 @@ impl Ice {
     /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.
     ///
     /// # Panics
-    /// Outside [`Ice::range_nm`], as all look-ups do.
+    /// Outside the table, 199–4099 nm.
     #[must_use]
     pub fn index(&self, wavelength_nm: f64) -> f64 {
         let (below, above, t) = bracket(wavelength_nm);
@@ -94,6 +95,9 @@ impl Ice {
     }
 
     /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
+    ///
+    /// # Panics
+    /// Outside the table: below 199 nm or, for Picard 2016, 320 nm; beyond 4099 nm.
     ///
     /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
     /// ```

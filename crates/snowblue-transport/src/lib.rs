@@ -48,6 +48,7 @@ pub mod grain;
 pub mod microsurface;
 pub mod scatter;
 
+mod index_nodes;
 mod population;
 mod tally;
 

@@ -41,9 +41,35 @@ impl Population {
     }
 }
 
-/// The size of a hit grain, in m: uniform in number, weighted with its square.
+/// The sizes of hit grains: uniform in number, weighted with their square.
+#[derive(Debug, Clone)]
+pub(crate) struct HitSizes(Quantiles);
+
+impl HitSizes {
+    pub(crate) fn new(size: &GrainSize) -> Self {
+        Self(Quantiles::new(size.min_um, size.max_um, |size_um| size_um * size_um))
+    }
+}
+
+/// The size of a hit grain, in m.
 #[inline]
-pub(crate) fn hit_size_m(size: &GrainSize, stream: &mut Stream) -> f64 {
-    let (low, high) = (size.min_um.powi(3), size.max_um.powi(3));
-    (low + stream.uniform() * (high - low)).cbrt() * 1e-6
+pub(crate) fn hit_size_m(sizes: &HitSizes, stream: &mut Stream) -> f64 {
+    sizes.0.at(stream.uniform()) * 1e-6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The inverse of a cumulative distribution that goes as s³ is a cube root.
+    #[test]
+    fn hit_sizes_follow_their_square() {
+        let sizes = HitSizes::new(&GrainSize { min_um: 100.0, max_um: 900.0, measure: SizeMeasure::default() });
+        for i in 1..100 {
+            let share = f64::from(i) / 100.0;
+            let expected = (100_f64.powi(3) + share * (900_f64.powi(3) - 100_f64.powi(3))).cbrt();
+            // Linear between 1024 quantiles; the cube root bends most at the thin end, by 0.03 µm.
+            assert!((sizes.0.at(share) - expected).abs() < 0.05, "{share}");
+        }
+    }
 }

@@ -2,8 +2,14 @@
 
 use rayon::prelude::*;
 
+use crate::slab::Estimate;
+
 /// Rays that one task traces before its sums are added to the others'.
 const RAYS_PER_TASK: u64 = 64;
+/// Tasks whose sums are kept at a time.
+const TASKS_PER_BLOCK: usize = 1 << 12;
+/// Rays whose single answers are kept at a time.
+const RAYS_PER_BLOCK: usize = 1 << 15;
 
 /// Sums and sums of squares of N quantities over rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,23 +30,43 @@ pub(crate) fn sum_over_rays<const N: usize>(rays: u64, trace: impl Fn(u64) -> [f
         }
         sums
     };
-    let parts: Vec<Sums<N>> = (0..rays.div_ceil(RAYS_PER_TASK)).into_par_iter().map(task).collect();
     let mut total = Sums { first: [0.0; N], second: [0.0; N] };
-    for part in parts {
-        for i in 0..N {
-            total.first[i] += part.first[i];
-            total.second[i] += part.second[i];
+    let tasks = rays.div_ceil(RAYS_PER_TASK);
+    for first in (0..tasks).step_by(TASKS_PER_BLOCK) {
+        let last = (first + TASKS_PER_BLOCK as u64).min(tasks);
+        let parts: Vec<Sums<N>> = (first..last).into_par_iter().map(task).collect();
+        for part in parts {
+            for i in 0..N {
+                total.first[i] += part.first[i];
+                total.second[i] += part.second[i];
+            }
         }
     }
     total
 }
 
+/// Traces rays 0 … `rays` − 1 and hands what `trace` returns to `take`, in ray order, block by block.
+///
+/// It serves where a ray adds to few of many sums: these need not be kept for every task.
+pub(crate) fn trace_in_order<T: Send>(rays: u64, trace: impl Fn(u64) -> T + Sync, mut take: impl FnMut(&[T])) {
+    for first in (0..rays).step_by(RAYS_PER_BLOCK) {
+        let last = (first + RAYS_PER_BLOCK as u64).min(rays);
+        let block: Vec<T> = (first..last).into_par_iter().map(&trace).collect();
+        take(&block);
+    }
+}
+
+/// Mean of a quantity over `rays` rays, and its standard error, from the sum of its values and that of their squares.
+pub(crate) fn estimate(first: f64, second: f64, rays: u64) -> Estimate {
+    let count = rays as f64;
+    let mean = first / count;
+    let variance = (second / count - mean * mean).max(0.0);
+    Estimate { value: mean, standard_error: (variance / (count - 1.0).max(1.0)).sqrt() }
+}
+
 impl<const N: usize> Sums<N> {
     /// Mean of quantity `i` over `rays` rays, and its standard error.
-    pub(crate) fn estimate(&self, i: usize, rays: u64) -> crate::slab::Estimate {
-        let count = rays as f64;
-        let mean = self.first[i] / count;
-        let variance = (self.second[i] / count - mean * mean).max(0.0);
-        crate::slab::Estimate { value: mean, standard_error: (variance / (count - 1.0).max(1.0)).sqrt() }
+    pub(crate) fn estimate(&self, i: usize, rays: u64) -> Estimate {
+        estimate(self.first[i], self.second[i], rays)
     }
 }

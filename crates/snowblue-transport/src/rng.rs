@@ -4,6 +4,8 @@
 //! multiplicative one (O'Neill 2014); its state is spread over the seeds by SplitMix64 (Steele, Lea & Flood 2014,
 //! doi:10.1145/2714064.2660195).
 
+use std::f64::consts::TAU;
+
 use rand_core::Rng as _;
 use rand_pcg::Pcg64Mcg;
 
@@ -17,7 +19,7 @@ pub struct Stream {
 }
 
 /// Coordinates of the low-discrepancy point that a stream may start with.
-pub const POINT_DIMENSIONS: usize = 16;
+pub(crate) const POINT_DIMENSIONS: usize = 16;
 
 impl Stream {
     /// The stream of ray `ray` under `seed`.
@@ -30,8 +32,7 @@ impl Stream {
     }
 
     /// The same, but its first numbers are point `index` of an Owen-scrambled Sobol' sequence (Burley 2020, JCGT 9(4)).
-    #[must_use]
-    pub fn on_sequence(seed: u64, ray: u64, index: u32, scramble: u32) -> Self {
+    pub(crate) fn on_sequence(seed: u64, ray: u64, index: u32, scramble: u32) -> Self {
         let mut point = [0.0; POINT_DIMENSIONS];
         for (set, four) in point.rchunks_mut(4).enumerate() {
             let mut coordinates = sobol_burley::sample_4d(index, u32::try_from(set).unwrap_or(0), scramble);
@@ -41,16 +42,48 @@ impl Stream {
         Self { point, point_left: POINT_DIMENSIONS, ..Self::new(seed, ray) }
     }
 
+    /// A seed for the streams of all that happens to ray `ray` under `seed`.
+    #[must_use]
+    pub fn key(seed: u64, ray: u64) -> u64 {
+        split_mix(seed ^ split_mix(!ray))
+    }
+
     /// A uniform number in the open interval (0, 1).
     #[inline]
     pub fn uniform(&mut self) -> f64 {
+        /// The sequence has 23 bits.
+        const HALF_CELL: f64 = 0.5 / 8_388_608.0;
         const HALF_STEP: f64 = 1.0 / (1_u64 << 54) as f64;
         if self.point_left > 0 {
             self.point_left -= 1;
-            return f64::from(self.point[self.point_left]) + 0.5 / 16_777_216.0;
+            return f64::from(self.point[self.point_left]) + HALF_CELL;
         }
         (self.generator.next_u64() >> 11) as f64 * (2.0 * HALF_STEP) + HALF_STEP
     }
+}
+
+/// Cosine and sine of a uniform share of the full turn, to rounding.
+///
+/// The share is exact in its quadrant, so no range need be reduced: Taylor's series to the 15th and 14th power, whose
+/// rest at an eighth of a turn is below 10⁻¹⁵.
+#[inline]
+pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
+    // A cast rounds down without a call; the argument is below 5.
+    #[expect(clippy::cast_possible_truncation, reason = "0.5 ≤ argument < 5")]
+    let quadrant = (4.0 * turn + 0.5) as i32;
+    let x = (turn - 0.25 * f64::from(quadrant)) * TAU;
+    let y = x * x;
+    let odd = [-1.0 / 1_307_674_368_000.0, 1.0 / 6_227_020_800.0, -1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5040.0];
+    let even = [-1.0 / 87_178_291_200.0, 1.0 / 479_001_600.0, -1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0];
+    let series = |terms: [f64; 5]| terms.into_iter().fold(0.0, |sum, term| sum * y + term);
+    let sine = x * (1.0 + y * (-1.0 / 6.0 + y * (1.0 / 120.0 + y * series(odd))));
+    let cosine = 1.0 + y * (-0.5 + y * (1.0 / 24.0 + y * series(even)));
+    // Quadrants 0, 1, 2, 3, and 4, which is 0 again.
+    let swap = quadrant & 1 == 1;
+    let (a, b) = if swap { (sine, cosine) } else { (cosine, sine) };
+    let cosine_sign = if quadrant == 1 || quadrant == 2 { -1.0 } else { 1.0 };
+    let sine_sign = if quadrant == 2 || quadrant == 3 { -1.0 } else { 1.0 };
+    (cosine_sign * a, sine_sign * b)
 }
 
 /// The output function of SplitMix64 one step after `state`.
@@ -69,6 +102,17 @@ mod tests {
     fn split_mix_matches_its_reference_sequence() {
         // First output of SplitMix64 from state 0 in the authors' program.
         assert_eq!(split_mix(0), 0xe220_a839_7b1d_cdaf);
+    }
+
+    #[test]
+    fn unit_circle_is_cosine_and_sine() {
+        for i in 0..=4000 {
+            let turn = f64::from(i) / 4000.0;
+            let (cosine, sine) = unit_circle(turn);
+            let (expected_sine, expected_cosine) = (TAU * turn).sin_cos();
+            // Rounding of 2π times the share.
+            assert!((cosine - expected_cosine).abs() < 2e-15 && (sine - expected_sine).abs() < 2e-15, "{turn}");
+        }
     }
 
     #[test]

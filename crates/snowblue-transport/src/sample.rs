@@ -16,6 +16,7 @@ const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
 const SIZE_RANGE_UM: (f64, f64) = (20.0, 5000.0);
 const SPHERICITY_RANGE: (f64, f64) = (0.5, 1.0);
 const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
+const DEVIATION_RANGE: (f64, f64) = (0.0, 10.0);
 const DENSITY_RANGE_KG_M3: (f64, f64) = (10.0, 900.0);
 const TEMPERATURE_RANGE_C: (f64, f64) = (-60.0, 0.0);
 const SURFACE_AREA_RANGE_M2_KG: (f64, f64) = (1.0, 300.0);
@@ -137,9 +138,6 @@ impl TruncatedNormal {
     /// The mean of `f` over the distribution weighted by `weight`, and the inverse of its cumulative distribution.
     pub(crate) fn weighted(&self, weight: impl Fn(f64) -> f64) -> Quantiles {
         let (low, high) = self.support();
-        if low >= high {
-            return Quantiles(vec![low]);
-        }
         Quantiles::new(low, high, |x| self.relative_density(x) * weight(x))
     }
 
@@ -170,10 +168,10 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    fn check(&self, quantity: &'static str, range: (f64, f64)) -> Result<(), TransportError> {
+    fn check(&self, [quantity, deviation]: [&'static str; 2], range: (f64, f64)) -> Result<(), TransportError> {
         TransportError::check_range(quantity, (self.min, self.max), range, "")?;
         TransportError::check(quantity, self.mean, (self.min, self.max), "")?;
-        TransportError::check("standard deviation", self.standard_deviation, (0.0, f64::MAX), "")
+        TransportError::check(deviation, self.standard_deviation, DEVIATION_RANGE, "")
     }
 }
 
@@ -208,8 +206,8 @@ impl SnowSample {
     /// The first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.grain_size.check()?;
-        self.sphericity.check("sphericity", SPHERICITY_RANGE)?;
-        self.facetness.check("facetness", FACETNESS_RANGE)?;
+        self.sphericity.check(["sphericity", "standard deviation of sphericity"], SPHERICITY_RANGE)?;
+        self.facetness.check(["facetness", "standard deviation of facetness"], FACETNESS_RANGE)?;
         TransportError::check("density", self.density_kg_m3, DENSITY_RANGE_KG_M3, " kg/m³")?;
         TransportError::check("temperature", self.temperature_c, TEMPERATURE_RANGE_C, " °C")
     }
@@ -235,7 +233,10 @@ pub(crate) struct Quantiles(Vec<f64>);
 
 impl Quantiles {
     /// From a density that need not be normalised.
-    fn new(low: f64, high: f64, density: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn new(low: f64, high: f64, density: impl Fn(f64) -> f64) -> Self {
+        if low >= high {
+            return Self(vec![low]);
+        }
         const CELLS: usize = 8192;
         const STEPS: usize = 1024;
         let at = |i: usize| low + (high - low) * i as f64 / CELLS as f64;

@@ -1,6 +1,10 @@
 //! One grain: which way light leaves it, and how far it went through the ice.
 //!
 //! Light meets a grain, is reflected or enters, crosses the ice in straight segments between interfaces, and leaves.
+//! Grains that are nearly smooth keep some light inside for long: below a roughness of about .025 the ice paths are
+//! heavy-tailed, and their mean steps from the smooth grain's to n² times the mean chord as the roughness leaves 0.
+//! Only a facetness of 0 is smooth.
+//!
 //! The grain does not turn its size into anything: directions depend on shape, roughness and index alone, and the ice
 //! path is proportional to the size.
 
@@ -58,7 +62,7 @@ impl Grain {
             let frame = Frame::around(near_side);
             let Outcome { direction, transmitted } =
                 interact(frame.to_local(hit.direction), self.roughness, relative_index, stream);
-            let direction = frame.to_world(direction).normalize();
+            let direction = frame.to_world(direction);
             inside ^= transmitted;
             if !inside {
                 let cos_scattering = direction.dot(entry.direction).clamp(-1.0, 1.0);

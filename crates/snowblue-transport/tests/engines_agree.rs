@@ -38,7 +38,7 @@ const CASES: [Case; 14] = [
 fn engines_agree() {
     for (number, case) in CASES.into_iter().enumerate() {
         let slab = slab(case, number);
-        let walked = monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 11 }, |_, _| ()).unwrap()[0];
+        let walked = monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() }, &|_, _| ()).unwrap()[0];
         let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap()[0];
         for (quantity, a, b) in [
             ("reflectance", walked.reflectance, solved.reflectance),
@@ -56,7 +56,7 @@ fn engines_agree() {
 #[test]
 fn engines_disagree_about_different_snow() {
     let (walked, solved) = (slab(CASES[0], 0), slab(CASES[1], 0));
-    let walked = monte_carlo::solve(&walked, &MonteCarloOptions { rays: RAYS, seed: 11 }, |_, _| ()).unwrap()[0];
+    let walked = monte_carlo::solve(&walked, &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() }, &|_, _| ()).unwrap()[0];
     let solved = ordinates::solve(&solved, &OrdinatesOptions::default()).unwrap()[0];
     assert!(z_score(walked.transmittance, solved.transmittance).abs() > 10.0);
 }
@@ -91,5 +91,32 @@ fn slab(case: Case, number: usize) -> Slab {
         thicknesses_cm: vec![thickness_cm],
         incidences: vec![angle_deg.map_or(Incidence::Diffuse, |angle_deg| Incidence::Beam { angle_deg })],
         wavelengths_nm: vec![wavelength_nm],
+    }
+}
+
+/// One trace for all wavelengths and thicknesses gives what tracing each on its own gives, and what ordinates give.
+#[test]
+fn shared_paths_agree_with_single_ones() {
+    let slab = Slab {
+        sample: SnowSample::default(),
+        thicknesses_cm: vec![2.0, 0.5, 1.0],
+        incidences: vec![Incidence::Beam { angle_deg: 40.0 }, Incidence::Diffuse],
+        wavelengths_nm: vec![400.0, 450.0, 500.0, 600.0, 700.0],
+    };
+    let run = |per_wavelength| {
+        monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 4, per_wavelength }, &|_, _| ()).unwrap()
+    };
+    let (shared, single) = (run(false), run(true));
+    let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap();
+    for ((a, b), c) in shared.iter().zip(&single).zip(&solved) {
+        assert_eq!((a.thickness_cm.to_bits(), a.incidence), (b.thickness_cm.to_bits(), b.incidence));
+        for (a, b, c) in [
+            (a.reflectance, b.reflectance, c.reflectance),
+            (a.transmittance, b.transmittance, c.transmittance),
+            (a.absorptance, b.absorptance, c.absorptance),
+        ] {
+            // 180 comparisons, most of them correlated; 4 σ is a false alarm in a hundred seeds.
+            assert!(z_score(a, b).abs() < 4.0 && z_score(a, c).abs() < 4.0, "{a:?} {b:?} {c:?}");
+        }
     }
 }

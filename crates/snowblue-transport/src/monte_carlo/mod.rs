@@ -1,18 +1,23 @@
 //! The Monte Carlo engine: light walks from grain to grain, as in the paper.
 //!
-//! Each wavelength, thickness and direction is traced on its own. A ray is never absorbed outright: it carries the
-//! weight exp(−γℓ) of its path ℓ through ice. Every answer has its standard error, and rays depend on (seed, ray
-//! number) alone, so that any number of threads gives the same bits.
+//! A ray is never absorbed outright: it carries the weight exp(−γℓ) of its path ℓ through ice. One trace thus serves all
+//! wavelengths and thicknesses ([`spectral`]); the paper's way, each wavelength on its own, stays as the check. Every
+//! answer has its standard error, and rays depend on (seed, ray number) alone, so that any number of threads gives the
+//! same bits.
 
+mod gonio;
+mod spectral;
 mod walk;
 
 use crate::TransportError;
 use crate::ice::Ice;
-use crate::population::Population;
+use crate::population::{HitSizes, Population};
 use crate::rays::sum_over_rays;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 use walk::{Medium, walk};
+
+pub use gonio::{Distribution, GoniometricOptions, Patch, PatchGrid, distribute};
 
 /// Rays per wavelength that the paper uses.
 pub const DEFAULT_RAYS: u64 = 100_000;
@@ -20,15 +25,17 @@ pub const DEFAULT_RAYS: u64 = 100_000;
 /// How the engine works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MonteCarloOptions {
-    /// Rays per wavelength, thickness and direction.
+    /// Rays per direction and index node; or, one wavelength at a time, per direction, thickness and wavelength.
     pub rays: u64,
     /// Seed of all randomness.
     pub seed: u64,
+    /// Whether to trace each wavelength and thickness on its own, as the paper did.
+    pub per_wavelength: bool,
 }
 
 impl Default for MonteCarloOptions {
     fn default() -> Self {
-        Self { rays: DEFAULT_RAYS, seed: 1 }
+        Self { rays: DEFAULT_RAYS, seed: 1, per_wavelength: false }
     }
 }
 
@@ -45,17 +52,30 @@ pub struct MeanPaths {
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
 ///
-/// `progress` is told how many of how many rays are traced, case by case.
+/// `progress` is told how many of how many rays are traced, from any thread.
 ///
 /// # Errors
 /// If the question is out of range.
 pub fn solve(
     slab: &Slab,
     options: &MonteCarloOptions,
-    progress: impl Fn(u64, u64),
+    progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
+    if options.per_wavelength {
+        Ok(solve_per_wavelength(slab, options, progress))
+    } else {
+        Ok(spectral::solve(slab, options, progress))
+    }
+}
+
+/// The paper's way: every wavelength, thickness and direction traced on its own.
+fn solve_per_wavelength(
+    slab: &Slab,
+    options: &MonteCarloOptions,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Vec<Radiometry> {
     let ice = Ice::new(slab.sample.ice);
     let mut answer = Vec::new();
     let cases = slab.thicknesses_cm.len() * slab.incidences.len() * slab.wavelengths_nm.len();
@@ -83,7 +103,7 @@ pub fn solve(
             }
         }
     }
-    Ok(answer)
+    answer
 }
 
 /// Mean paths through the first thickness of a slab under its first light, at its first wavelength.
@@ -112,7 +132,7 @@ fn check_rays(rays: u64) -> Result<(), TransportError> {
 fn medium(slab: &Slab, ice: &Ice, wavelength_nm: f64) -> Medium {
     Medium {
         population: Population::of_sample(&slab.sample),
-        size: slab.sample.grain_size,
+        size: HitSizes::new(&slab.sample.grain_size),
         relative_index: ice.index(wavelength_nm),
     }
 }

@@ -1,16 +1,13 @@
 //! One ray's way through a slab: free flights between grains, until it leaves.
 
-use std::f64::consts::TAU;
-
-use crate::population::{Population, hit_size_m};
-use crate::rng::Stream;
-use crate::sample::GrainSize;
+use crate::population::{HitSizes, Population, hit_size_m};
+use crate::rng::{Stream, unit_circle};
 
 /// Snow as a ray sees it.
 #[derive(Debug, Clone)]
 pub(crate) struct Medium {
     pub(crate) population: Population,
-    pub(crate) size: GrainSize,
+    pub(crate) size: HitSizes,
     pub(crate) relative_index: f64,
 }
 
@@ -54,7 +51,8 @@ pub(crate) fn walk(medium: &Medium, optical_depth: f64, cos_incidence: f64, stre
 }
 
 /// The cosine from the normal after scattering through an angle with a random azimuth.
-fn turn(cosine: f64, cos_scattering: f64, stream: &mut Stream) -> f64 {
+#[inline]
+pub(crate) fn turn(cosine: f64, cos_scattering: f64, stream: &mut Stream) -> f64 {
     let sines = ((1.0 - cosine * cosine) * (1.0 - cos_scattering * cos_scattering)).max(0.0).sqrt();
-    (cosine * cos_scattering + sines * (TAU * stream.uniform()).cos()).clamp(-1.0, 1.0)
+    (cosine * cos_scattering + sines * unit_circle(stream.uniform()).0).clamp(-1.0, 1.0)
 }

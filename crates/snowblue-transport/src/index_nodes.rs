@@ -1,0 +1,75 @@
+//! Interpolation in the refractive index of ice.
+//!
+//! Geometry and Fresnel's laws see the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over
+//! 400–700 nm. What grains do is therefore computed at a few Chebyshev nodes in n, with common random numbers, and
+//! interpolated by Lagrange's polynomial.
+
+use std::f64::consts::PI;
+
+use crate::ice::Ice;
+
+/// Nodes lie no further apart than this on average; three then serve 400–700 nm.
+const STEP: f64 = 0.006_25;
+
+/// Indices at which something is computed, and how each wavelength is composed of them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct IndexNodes(Vec<f64>);
+
+impl IndexNodes {
+    /// Nodes for some wavelengths: Chebyshev's, or the wavelengths' own indices where those are no more.
+    pub(crate) fn new(ice: &Ice, wavelengths_nm: &[f64]) -> Self {
+        let mut own: Vec<f64> = wavelengths_nm.iter().map(|wavelength_nm| ice.index(*wavelength_nm)).collect();
+        own.sort_by(f64::total_cmp);
+        own.dedup();
+        let between = Self::between(own[0], own[own.len() - 1]);
+        if own.len() <= between.0.len() { Self(own) } else { between }
+    }
+
+    /// Chebyshev nodes between two indices, as many as keep their mean distance below [`STEP`].
+    pub(crate) fn between(low: f64, high: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a range of indices is some 0.1 wide")]
+        let count = ((high - low) / STEP).ceil() as usize + 1;
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        Self((0..count).map(|i| middle - half * (PI * (i as f64 + 0.5) / count as f64).cos()).collect())
+    }
+
+    /// The indices.
+    pub(crate) fn nodes(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// Lagrange's weights of the nodes at index `n`.
+    pub(crate) fn weights(&self, n: f64) -> Vec<f64> {
+        lagrange(&self.0, n)
+    }
+}
+
+/// Lagrange's weights of any nodes at `x`.
+pub(crate) fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
+    let weight = |(i, node): (usize, &f64)| {
+        nodes.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| (x - other) / (node - other)).product()
+    };
+    nodes.iter().enumerate().map(weight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_nodes_serve_the_visible_and_few_wavelengths_their_own() {
+        let ice = Ice::warren_brandt_2008();
+        let visible: Vec<f64> = (40..=70).map(|ten| 10.0 * f64::from(ten)).collect();
+        assert_eq!(IndexNodes::new(&ice, &visible).nodes().len(), 3);
+        assert_eq!(IndexNodes::new(&ice, &[550.0, 550.0]).nodes(), [ice.index(550.0)]);
+        assert_eq!(IndexNodes::new(&ice, &[400.0, 700.0]).nodes(), [ice.index(700.0), ice.index(400.0)]);
+    }
+
+    #[test]
+    fn lagrange_keeps_polynomials() {
+        let nodes = [1.30, 1.31, 1.33];
+        let weights = lagrange(&nodes, 1.325);
+        let square: f64 = weights.iter().zip(nodes).map(|(w, n)| w * n * n).sum();
+        assert!((square - 1.325 * 1.325).abs() < 1e-14);
+    }
+}
