@@ -50,7 +50,10 @@ pub(crate) struct Color {
     #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
     samples: String,
     /// Colour of a spectrum in a CSV file (wavelength_nm,value) instead of snow
-    #[arg(long, value_name = "FILE")]
+    #[arg(
+        long, value_name = "FILE",
+        conflicts_with_all = ["SampleOptions", "SlabOptions", "OrdinatesWords", "samples"]
+    )]
     spectrum: Option<PathBuf>,
     #[command(flatten)]
     output: OutputOptions,
@@ -62,12 +65,14 @@ impl Color {
             Some(path) => vec![self.of_file(path)?],
             None => self.of_snow()?,
         };
-        let metadata = vec![
+        let mut metadata = vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("observer", Observer::Cie1931.name().to_owned()),
-            ("ice", self.sample.ice_name().to_owned()),
-            ("seed", self.ordinates.seed.to_string()),
         ];
+        if self.spectrum.is_none() {
+            metadata.push(("ice", self.sample.ice_name().to_owned()));
+            metadata.push(("seed", self.ordinates.seed.to_string()));
+        }
         Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output)
     }
 
@@ -110,25 +115,29 @@ impl Color {
     }
 }
 
-/// Reads `wavelength_nm,value` rows; a first line that is not numeric is a header.
+/// Reads `wavelength_nm,value` rows; a first line that starts with a letter is a header.
 fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let name = path.display();
     let text =
         std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
     let (mut wavelengths_nm, mut values) = (Vec::new(), Vec::new());
+    let text = text.trim_start_matches('\u{feff}');
     for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let fields: Result<Vec<f64>, String> = line.split(',').map(parse::number).collect();
         match fields.as_deref() {
-            Ok([wavelength_nm, value]) if wavelength_nm.is_finite() && value.is_finite() => {
+            Ok([wavelength_nm, value]) if wavelength_nm.is_finite() && value.is_finite() && *value >= 0.0 => {
                 wavelengths_nm.push(*wavelength_nm);
                 values.push(*value);
             }
-            Err(_) if number == 0 => {}
+            Err(_) if number == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic()) => {}
             _ => {
                 let place = format!("{name}:{}", number + 1);
-                return Err(Failure::Input(format!("{place}: expected wavelength_nm,value but found '{line}'")));
+                return Err(Failure::Input(format!("{place}: expected a wavelength in nm and a value of 0 or more, but found '{line}'")));
             }
         }
+    }
+    if wavelengths_nm.len() < 2 {
+        return Err(Failure::Input(format!("{name}: a colour needs values at two wavelengths or more")));
     }
     Ok((wavelengths_nm, values))
 }

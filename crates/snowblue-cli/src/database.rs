@@ -61,6 +61,9 @@ struct Filling {
 
 /// Tell what a table holds and how it was made
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  snowblue database info            the embedded table
+  snowblue database info paper.nc")]
 pub(crate) struct Info {
     /// Table to read [default: the embedded one]
     file: Option<PathBuf>,
@@ -68,8 +71,12 @@ pub(crate) struct Info {
 
 /// Judge how well 1–4 principal components keep every curve of a full table, beside the paper's claims
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  snowblue database fidelity full.nc
+  snowblue database fidelity --illuminant E --format csv -o fidelity.csv")]
 pub(crate) struct Fidelity {
     /// Full table to judge [default: the paper's axes, filled now]
+    #[arg(conflicts_with_all = ["Filling", "OrdinatesWords"])]
     file: Option<PathBuf>,
     #[command(flatten)]
     filling: Filling,
@@ -130,6 +137,11 @@ impl Filling {
 
 impl Build {
     fn run(&self, quiet: bool) -> Outcome {
+        // Said before the work, not after it.
+        let folder = self.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(Failure::Input(format!("{}: there is no folder {}", self.output.display(), folder.display())));
+        }
         let (table, times) = self.filling.fill(quiet)?;
         match (self.space, self.components) {
             (Some(space), Some(components)) => {

@@ -17,6 +17,11 @@ pub(crate) enum Failure {
 /// What commands return.
 pub(crate) type Outcome = Result<(), Failure>;
 
+/// The exit code of the command; a failure is told first.
+pub(crate) fn exit_code(outcome: &Outcome) -> ExitCode {
+    outcome.as_ref().map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+}
+
 impl Failure {
     pub(crate) fn input(error: impl Display) -> Self {
         Self::Input(error.to_string())
@@ -28,7 +33,7 @@ impl Failure {
 
     /// Tells the user, and returns the exit code.
     #[expect(clippy::print_stderr, reason = "this is where the command speaks of failure")]
-    pub(crate) fn report(&self) -> ExitCode {
+    fn report(&self) -> ExitCode {
         match self {
             Self::Told => ExitCode::SUCCESS,
             Self::Work(message) => {

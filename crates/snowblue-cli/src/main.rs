@@ -1,17 +1,18 @@
 //! The `snowblue` command: the blue of light through snow, predicted from what the snow is made of.
 
+mod bsdf;
 mod color;
 mod database;
 mod failure;
+mod layers;
 mod options;
 mod parse;
+mod plot;
 mod progress;
 mod render;
 mod report;
 mod slab;
 mod spectrum;
-
-use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use failure::{Failure, Outcome};
@@ -33,6 +34,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Spectrum(Box<spectrum::Spectrum>),
+    Bsdf(Box<bsdf::Bsdf>),
     Slab(slab::Slab),
     #[command(subcommand)]
     Database(database::Database),
@@ -40,8 +42,8 @@ enum Command {
     Render(render::Render),
 }
 
-fn main() -> ExitCode {
-    run().map_or_else(|failure| failure.report(), |()| ExitCode::SUCCESS)
+fn main() -> std::process::ExitCode {
+    failure::exit_code(&run())
 }
 
 fn run() -> Outcome {
@@ -50,6 +52,7 @@ fn run() -> Outcome {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::work)?;
     match arguments.command {
         Command::Spectrum(command) => command.run(arguments.quiet),
+        Command::Bsdf(command) => command.run(arguments.quiet),
         Command::Slab(command) => command.run(),
         Command::Database(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(),

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use serde::Deserialize;
 use snowblue_color::Illuminant;
+use snowblue_transport::TransportError;
 use snowblue_transport::ice::IceTable;
-use snowblue_transport::ordinates::{DEFAULT_STREAMS, OrdinatesOptions};
+use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
 
@@ -48,19 +50,19 @@ pub(crate) struct SampleOptions {
 pub(crate) struct SlabOptions {
     /// Thickness in cm, one or several separated by commas
     #[arg(long, value_name = "CM", default_value = "15", value_delimiter = ',', value_parser = parse::number)]
-    thickness: Vec<f64>,
+    pub(crate) thickness: Vec<f64>,
     /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian); several by commas
     #[arg(long, value_name = "DEG", default_value = "0", value_delimiter = ',', value_parser = parse::incidence)]
-    angle: Vec<Incidence>,
+    pub(crate) angle: Vec<Incidence>,
 }
 
 /// How the discrete ordinates work.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Engine")]
 pub(crate) struct OrdinatesWords {
-    /// Ordinates, counting both hemispheres; an even number
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_STREAMS)]
-    pub(crate) streams: usize,
+    /// Ordinates, counting both hemispheres: an even number, or 'auto': 16 up to 80° and diffuse, 48 beyond
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = parse::streams)]
+    pub(crate) streams: Streams,
     /// Seed of all randomness
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -94,19 +96,36 @@ pub(crate) enum Format {
     Json,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SizeMeasureWord {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SizeMeasureWord {
     GreatestExtension,
     VolumeDiameter,
     OpticalDiameter,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum IceWord {
     /// Warren & Brandt 2008
     Warren2008,
     /// Picard, Libois & Arnaud 2016
     Picard2016,
+}
+
+impl SizeWords {
+    /// The sizes that the words stand for.
+    pub(crate) fn measured_by(self, measure: SizeMeasureWord) -> Result<GrainSize, TransportError> {
+        let measure = match measure {
+            SizeMeasureWord::GreatestExtension => SizeMeasure::GreatestExtension,
+            SizeMeasureWord::VolumeDiameter => SizeMeasure::VolumeDiameter,
+            SizeMeasureWord::OpticalDiameter => SizeMeasure::OpticalDiameter,
+        };
+        match self {
+            Self::Mean(mean_um) => GrainSize::around(mean_um).map(|size| GrainSize { measure, ..size }),
+            Self::Range(min_um, max_um) => Ok(GrainSize { min_um, max_um, measure }),
+        }
+    }
 }
 
 impl IceWord {
@@ -116,37 +135,40 @@ impl IceWord {
             Self::Picard2016 => IceTable::Picard2016,
         }
     }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Warren2008 => "warren2008",
+            Self::Picard2016 => "picard2016",
+        }
+    }
 }
 
 impl SampleOptions {
     fn grain_size(&self) -> Result<GrainSize, Failure> {
-        let measure = match self.size_measure {
-            SizeMeasureWord::GreatestExtension => SizeMeasure::GreatestExtension,
-            SizeMeasureWord::VolumeDiameter => SizeMeasure::VolumeDiameter,
-            SizeMeasureWord::OpticalDiameter => SizeMeasure::OpticalDiameter,
+        let size = match self.ssa {
+            Some(area_m2_kg) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
+            None => self.grain_size.measured_by(self.size_measure),
         };
-        if let Some(area_m2_kg) = self.ssa {
-            return GrainSize::from_specific_surface_area(area_m2_kg, self.temperature).map_err(Failure::input);
-        }
-        match self.grain_size {
-            SizeWords::Mean(mean_um) => {
-                GrainSize::around(mean_um).map(|size| GrainSize { measure, ..size }).map_err(Failure::input)
-            }
-            SizeWords::Range(min_um, max_um) => Ok(GrainSize { min_um, max_um, measure }),
-        }
+        size.map_err(Failure::input)
+    }
+
+    /// The snow, not checked yet but for its grain size.
+    pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
+        Ok(SnowSample {
+            grain_size: self.grain_size()?,
+            sphericity: self.sphericity,
+            facetness: self.facetness,
+            density_kg_m3: self.density,
+            temperature_c: self.temperature,
+            ice: self.ice.table(),
+        })
     }
 
     /// The slab of this snow that the other options ask for, checked.
     pub(crate) fn slab(&self, slab: &SlabOptions, wavelengths: &Wavelengths) -> Result<Slab, Failure> {
         let slab = Slab {
-            sample: SnowSample {
-                grain_size: self.grain_size()?,
-                sphericity: self.sphericity,
-                facetness: self.facetness,
-                density_kg_m3: self.density,
-                temperature_c: self.temperature,
-                ice: self.ice.table(),
-            },
+            sample: self.sample()?,
             thicknesses_cm: slab.thickness.clone(),
             incidences: slab.angle.clone(),
             wavelengths_nm: wavelengths.0.clone(),
@@ -157,10 +179,7 @@ impl SampleOptions {
 
     /// Name of the ice constants, for metadata.
     pub(crate) fn ice_name(&self) -> &'static str {
-        match self.ice {
-            IceWord::Warren2008 => "warren2008",
-            IceWord::Picard2016 => "picard2016",
-        }
+        self.ice.name()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Option values as users write them: ranges, lists, distributions.
 
 use snowblue_color::Illuminant;
+use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::TruncatedNormal;
 use snowblue_transport::slab::Incidence;
 
@@ -29,7 +30,11 @@ fn numbers(words: &str) -> Result<Vec<f64>, String> {
 }
 
 pub(crate) fn size(words: &str) -> Result<SizeWords, String> {
-    match numbers(words)?[..] {
+    size_of(&numbers(words)?)
+}
+
+pub(crate) fn size_of(numbers: &[f64]) -> Result<SizeWords, String> {
+    match *numbers {
         [mean] => Ok(SizeWords::Mean(mean)),
         [min, max] => Ok(SizeWords::Range(min, max)),
         _ => Err("give a mean (400) or a range (350:450), in µm".to_owned()),
@@ -37,7 +42,11 @@ pub(crate) fn size(words: &str) -> Result<SizeWords, String> {
 }
 
 pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
-    match numbers(words)?[..] {
+    facetness_of(&numbers(words)?)
+}
+
+pub(crate) fn facetness_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
+    match *numbers {
         [mean] if (0.0..=1.0).contains(&mean) => Ok(TruncatedNormal::facetness_around(mean)),
         [mean] => Err(format!("facetness is {mean}, but must lie in 0–1")),
         [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
@@ -46,10 +55,22 @@ pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
 }
 
 pub(crate) fn sphericity(words: &str) -> Result<TruncatedNormal, String> {
-    match numbers(words)?[..] {
+    sphericity_of(&numbers(words)?)
+}
+
+pub(crate) fn sphericity_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
+    match *numbers {
         [value] => Ok(TruncatedNormal::exactly(value)),
         [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
         _ => Err("give one value (0.8) or MIN:MAX:MEAN:SD (0.7:0.9:0.8:0.1)".to_owned()),
+    }
+}
+
+/// `auto`, or a number of streams that is checked later.
+pub(crate) fn streams(word: &str) -> Result<Streams, String> {
+    match word {
+        "auto" => Ok(Streams::Auto),
+        number => number.parse().map(Streams::Exactly).map_err(|_| format!("'{word}' is neither a number nor 'auto'")),
     }
 }
 

@@ -36,7 +36,9 @@ impl Report {
             (None, Some(_), Some("txt")) => Format::Table,
             (None, Some(path), _) => {
                 let name = path.display();
-                return Err(Failure::Input(format!("{name}: the file must end in .csv, .json or .txt, or give --format")));
+                return Err(Failure::Input(format!(
+                    "{name}: the file must end in .csv, .json or .txt, or give --format"
+                )));
             }
             (None, None, _) if io::stdout().is_terminal() => Format::Table,
             (None, None, _) => Format::Csv,

@@ -6,8 +6,10 @@ use clap::{Args, ValueEnum};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::{Radiometry, Slab};
+use snowblue_transport::stack::{Stack, StackRadiometry};
 
 use crate::failure::{Failure, Outcome};
+use crate::layers::{PROFILE_COLUMNS, StackOptions, profile_rows};
 use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
 use crate::plot;
@@ -19,12 +21,15 @@ use crate::report::{Cell, Report};
 #[command(after_help = "Examples:
   snowblue spectrum --grain-size 400 --facetness 0.3 --density 300 --thickness 15
   snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
-  snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3")]
+  snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
+  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650")]
 pub(crate) struct Spectrum {
     #[command(flatten)]
     sample: SampleOptions,
     #[command(flatten)]
     slab: SlabOptions,
+    #[command(flatten)]
+    stack: StackOptions,
     /// Wavelengths in nm: FIRST:LAST:STEP or a list
     #[arg(
         long, value_name = "NM", default_value = "400:700:10", value_parser = parse::wavelengths,
@@ -58,12 +63,37 @@ enum Engine {
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let slab = self.sample.slab(&self.slab, &self.wavelengths)?;
-        let rows = self.solve(&slab, quiet)?;
-        let report = self.report(&rows);
+        let mut ice = self.sample.ice_name();
+        let (rows, report) = if self.stack.asked() {
+            let (stacks, ice_of_file) = self.stack.stacks(&slab)?;
+            ice = ice_of_file.unwrap_or(ice);
+            let answers = self.solve_stacks(&stacks)?;
+            let rows: Vec<Radiometry> = answers.iter().map(|answer| answer.whole).collect();
+            let mut report = self.report(&rows, ice);
+            if self.stack.with_depths() {
+                report.columns = PROFILE_COLUMNS.to_vec();
+                report.rows = answers.iter().flat_map(profile_rows).collect();
+            }
+            (rows, report)
+        } else {
+            let rows = self.solve(&slab, quiet)?;
+            let report = self.report(&rows, ice);
+            (rows, report)
+        };
         if let Some(path) = &self.plot {
             plot::spectrum(path, &rows, &report.metadata)?;
         }
         report.write(&self.output)
+    }
+
+    fn solve_stacks(&self, stacks: &[Stack]) -> Result<Vec<StackRadiometry>, Failure> {
+        if self.engine != Engine::Ordinates {
+            let what = "--layers, --ground-albedo and --depths need --engine ordinates";
+            return Err(Failure::Input(what.to_owned()));
+        }
+        let options = self.ordinates.options();
+        let solved: Result<Vec<_>, _> = stacks.iter().map(|stack| ordinates::solve_stack(stack, &options)).collect();
+        Ok(solved.map_err(Failure::input)?.concat())
     }
 
     fn solve(&self, slab: &Slab, quiet: bool) -> Result<Vec<Radiometry>, Failure> {
@@ -84,7 +114,7 @@ impl Spectrum {
     }
 
     /// The standard errors stand in columns of their own where every number has one that matters: Monte Carlo.
-    fn report(&self, rows: &[Radiometry]) -> Report {
+    fn report(&self, rows: &[Radiometry], ice: &str) -> Report {
         let with_errors = self.engine == Engine::Montecarlo;
         let mut columns =
             vec!["thickness_cm", "angle_deg", "wavelength_nm", "reflectance", "transmittance", "absorptance"];
@@ -101,10 +131,10 @@ impl Spectrum {
             }
             cells
         };
-        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows) }
+        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows, ice) }
     }
 
-    fn metadata(&self, rows: &[Radiometry]) -> Vec<(&'static str, String)> {
+    fn metadata(&self, rows: &[Radiometry], ice: &str) -> Vec<(&'static str, String)> {
         let engine = match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
@@ -114,7 +144,7 @@ impl Spectrum {
         vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("engine", engine),
-            ("ice", self.sample.ice_name().to_owned()),
+            ("ice", ice.to_owned()),
             ("seed", self.ordinates.seed.to_string()),
             ("transmittance standard error at most", format!("{:.2} %", 100.0 * worst)),
         ]

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use snowblue_transport::ice::{Ice, IceTable};
-use snowblue_transport::ordinates::{self, HomogeneousMedium, Light};
+use snowblue_transport::ordinates::{self, HomogeneousMedium, Light, Streams};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::Incidence;
 use snowblue_transport::{Population, Tally, TallyPlan};
 
 use crate::{Axes, DatabaseError, Table};
@@ -16,8 +17,8 @@ use crate::{Axes, DatabaseError, Table};
 /// How a table is filled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FillOptions {
-    /// Ordinates, counting both hemispheres.
-    pub streams: usize,
+    /// Ordinates, counting both hemispheres; `Auto` solves steep and grazing angles apart.
+    pub streams: Streams,
     /// Rays per facetness and index node of the grain tally; 2²⁰ leave 0.1 % in T of 15 cm.
     pub tally_rays: u32,
     /// Seed of the grain tally.
@@ -28,7 +29,7 @@ pub struct FillOptions {
 
 impl Default for FillOptions {
     fn default() -> Self {
-        Self { streams: ordinates::DEFAULT_STREAMS, tally_rays: 1 << 20, seed: 1, ice: IceTable::default() }
+        Self { streams: Streams::default(), tally_rays: 1 << 20, seed: 1, ice: IceTable::default() }
     }
 }
 
@@ -51,13 +52,13 @@ pub fn by_ordinates(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<(Table, FillTimes), DatabaseError> {
     axes.check()?;
-    ordinates::check_streams(options.streams)?;
+    options.streams.check()?;
     let samples = samples(axes, options.ice)?;
     let ice = Ice::new(options.ice);
     axes.wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))?;
     let largest_um = samples.iter().map(|sample| sample.grain_size.max_um).fold(0.0, f64::max);
     let plan = TallyPlan {
-        degree: options.streams,
+        degree: options.streams.most(&incidences(axes)),
         most_absorption: ordinates::most_absorption(&ice, &axes.wavelengths_nm, largest_um),
         rays: options.tally_rays,
         seed: options.seed,
@@ -109,6 +110,10 @@ fn samples(axes: &Axes, ice: IceTable) -> Result<Vec<SnowSample>, DatabaseError>
     Ok(samples)
 }
 
+fn incidences(axes: &Axes) -> Vec<Incidence> {
+    axes.angles_deg.iter().map(|angle_deg| Incidence::Beam { angle_deg: *angle_deg }).collect()
+}
+
 /// Transmittance and reflectance of one kind of grain: [density][angle][thickness][wavelength].
 fn fill_grain(axes: &Axes, sample: &SnowSample, tally: &Tally, options: &FillOptions) -> [Vec<f64>; 2] {
     let ice = Ice::new(options.ice);
@@ -116,19 +121,24 @@ fn fill_grain(axes: &Axes, sample: &SnowSample, tally: &Tally, options: &FillOpt
         (axes.angles_deg.len(), axes.thicknesses_cm.len(), axes.wavelengths_nm.len());
     let block = axes.densities_kg_m3.len() * angles * thicknesses * wavelengths;
     let mut filled = [vec![0.0; block], vec![0.0; block]];
+    let incidences = incidences(axes);
+    let groups = options.streams.groups(&incidences);
+    let extinction_per_m =
+        |density_kg_m3: &f64| SnowSample { density_kg_m3: *density_kg_m3, ..*sample }.extinction_per_m();
+    let extinctions_per_m: Vec<f64> = axes.densities_kg_m3.iter().map(extinction_per_m).collect();
     for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
         let scattering = tally.scattering(&sample.grain_size, &ice, *wavelength_nm);
-        let medium = HomogeneousMedium::new(&scattering, options.streams);
-        let lights: Vec<Light> =
-            axes.angles_deg.iter().map(|angle_deg| medium.beam(angle_deg.to_radians().cos())).collect();
-        for (d, density_kg_m3) in axes.densities_kg_m3.iter().enumerate() {
-            let extinction_per_m = SnowSample { density_kg_m3: *density_kg_m3, ..*sample }.extinction_per_m();
-            for (t, thickness_cm) in axes.thicknesses_cm.iter().enumerate() {
-                let under_each = medium.fluxes(extinction_per_m * thickness_cm * 0.01, &lights);
-                for (a, fluxes) in under_each.iter().enumerate() {
-                    let place = ((d * angles + a) * thicknesses + t) * wavelengths + w;
-                    filled[0][place] = fluxes.transmittance;
-                    filled[1][place] = fluxes.reflectance;
+        for (streams, of_group) in &groups {
+            let medium = HomogeneousMedium::new(&scattering, *streams);
+            let lights: Vec<Light> = of_group.iter().map(|a| medium.light(&incidences[*a])).collect();
+            for (d, extinction_per_m) in extinctions_per_m.iter().enumerate() {
+                for (t, thickness_cm) in axes.thicknesses_cm.iter().enumerate() {
+                    let under_each = medium.fluxes(extinction_per_m * thickness_cm * 0.01, &lights);
+                    for (a, fluxes) in of_group.iter().zip(under_each) {
+                        let place = ((d * angles + a) * thicknesses + t) * wavelengths + w;
+                        filled[0][place] = fluxes.transmittance;
+                        filled[1][place] = fluxes.reflectance;
+                    }
                 }
             }
         }

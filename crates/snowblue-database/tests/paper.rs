@@ -9,9 +9,10 @@ use snowblue_database::fidelity::{self, Fidelity, PERCEPTIBLE_DELTA_E};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::pca::Decomposition;
 use snowblue_database::{Axes, CompressedTable, GridSample, PcaSnow, Quantity, Space, Table};
+use snowblue_transport::ordinates::Streams;
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let options = FillOptions { streams: 16, tally_rays: 1 << 18, ..FillOptions::default() };
+    let options = FillOptions { streams: Streams::Exactly(16), tally_rays: 1 << 18, ..FillOptions::default() };
     fill::by_ordinates(&Axes::paper(), &options, &|_, _| ()).unwrap().0
 });
 

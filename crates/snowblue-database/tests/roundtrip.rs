@@ -7,6 +7,7 @@ use std::path::Path;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::{Axes, CompressedTable, DatabaseError, GridSample, PcaSnow, Quantity, Space, Table};
+use snowblue_transport::ordinates::Streams;
 
 fn small_table() -> Table {
     let axes = Axes {
@@ -17,7 +18,7 @@ fn small_table() -> Table {
         thicknesses_cm: vec![1.0, 3.0, 10.0],
         ..Axes::paper()
     };
-    let options = FillOptions { streams: 8, tally_rays: 1 << 10, ..FillOptions::default() };
+    let options = FillOptions { streams: Streams::Exactly(8), tally_rays: 1 << 10, ..FillOptions::default() };
     fill::by_ordinates(&axes, &options, &|_, _| ()).unwrap().0
 }
 

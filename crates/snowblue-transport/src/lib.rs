@@ -44,6 +44,8 @@ pub mod rng;
 
 pub mod sample;
 
+pub mod alternatives;
+
 pub mod grain;
 pub mod microsurface;
 pub mod scatter;
@@ -53,6 +55,7 @@ mod population;
 mod tally;
 
 pub mod slab;
+pub mod stack;
 
 pub mod monte_carlo;
 pub mod ordinates;

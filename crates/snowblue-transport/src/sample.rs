@@ -14,8 +14,8 @@ pub const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
 const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
 
 const SIZE_RANGE_UM: (f64, f64) = (20.0, 5000.0);
-const SPHERICITY_RANGE: (f64, f64) = (0.5, 1.0);
-const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
+pub(crate) const SPHERICITY_RANGE: (f64, f64) = (0.5, 1.0);
+pub(crate) const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
 const DEVIATION_RANGE: (f64, f64) = (0.0, 10.0);
 const DENSITY_RANGE_KG_M3: (f64, f64) = (10.0, 900.0);
 const TEMPERATURE_RANGE_C: (f64, f64) = (-60.0, 0.0);

@@ -65,25 +65,12 @@ impl Slab {
     /// The first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
-        for (quantity, count) in [
-            ("thickness", self.thicknesses_cm.len()),
-            ("angle", self.incidences.len()),
-            ("wavelength", self.wavelengths_nm.len()),
-        ] {
-            if count == 0 {
-                return Err(TransportError::Nothing { quantity });
-            }
+        if self.thicknesses_cm.is_empty() {
+            return Err(TransportError::Nothing { quantity: "thickness" });
         }
-        for thickness_cm in &self.thicknesses_cm {
-            TransportError::check("thickness", *thickness_cm, THICKNESS_RANGE_CM, " cm")?;
-        }
-        for incidence in &self.incidences {
-            if let Incidence::Beam { angle_deg } = incidence {
-                TransportError::check("angle", *angle_deg, ANGLE_RANGE_DEG, "°")?;
-            }
-        }
-        let ice = Ice::new(self.sample.ice);
-        self.wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))
+        self.thicknesses_cm.iter().try_for_each(|thickness_cm| check_thickness(*thickness_cm))?;
+        check_incidences(&self.incidences)?;
+        check_wavelengths(&self.wavelengths_nm, &Ice::new(self.sample.ice))
     }
 
     /// Optical depth of a thickness, κh.
@@ -91,4 +78,28 @@ impl Slab {
     pub fn optical_depth(&self, thickness_cm: f64) -> f64 {
         self.sample.extinction_per_m() * thickness_cm * 0.01
     }
+}
+
+/// Checks a thickness in cm.
+pub(crate) fn check_thickness(thickness_cm: f64) -> Result<(), TransportError> {
+    TransportError::check("thickness", thickness_cm, THICKNESS_RANGE_CM, " cm")
+}
+
+/// Checks that there is light and that it comes from above.
+pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), TransportError> {
+    if incidences.is_empty() {
+        return Err(TransportError::Nothing { quantity: "angle" });
+    }
+    incidences.iter().try_for_each(|incidence| match incidence {
+        Incidence::Beam { angle_deg } => TransportError::check("angle", *angle_deg, ANGLE_RANGE_DEG, "°"),
+        Incidence::Diffuse => Ok(()),
+    })
+}
+
+/// Checks that there are wavelengths and that a table of ice covers them.
+pub(crate) fn check_wavelengths(wavelengths_nm: &[f64], ice: &Ice) -> Result<(), TransportError> {
+    if wavelengths_nm.is_empty() {
+        return Err(TransportError::Nothing { quantity: "wavelength" });
+    }
+    wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))
 }

@@ -114,22 +114,27 @@ fn factor(matrix: DMatrix<f64>) -> DMatrix<f64> {
 fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     const MOST_SWEEPS: usize = 40;
     let n = matrix.ncols();
+    // The rounding of an inner product of n terms.
+    let tolerance = f64::EPSILON * n as f64;
     let mut right = DMatrix::identity(n, n);
     for _ in 0..MOST_SWEEPS {
         let mut rotated = false;
+        // Squared lengths are followed through the sweep, and taken afresh before the next.
+        let mut squares: Vec<f64> = matrix.column_iter().map(|column| column.norm_squared()).collect();
         for p in 0..n {
             for q in p + 1..n {
-                let (a, b) = (matrix.column(p), matrix.column(q));
-                let (alpha, beta, gamma) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
-                if gamma.abs() <= f64::EPSILON * (alpha * beta).sqrt() || alpha * beta < f64::MIN_POSITIVE {
+                let (alpha, beta, gamma) = (squares[p], squares[q], dot_of_columns(&matrix, p, q));
+                if gamma * gamma <= tolerance * tolerance * alpha * beta || gamma.abs() < f64::MIN_POSITIVE {
                     continue;
                 }
                 rotated = true;
                 let zeta = (beta - alpha) / (2.0 * gamma);
-                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-                let cosine = 1.0 / tangent.hypot(1.0);
+                let tangent = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
+                let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
                 rotate(&mut matrix, (p, q), (cosine, cosine * tangent));
                 rotate(&mut right, (p, q), (cosine, cosine * tangent));
+                squares[p] = (alpha - tangent * gamma).max(0.0);
+                squares[q] = beta + tangent * gamma;
             }
         }
         if !rotated {
@@ -137,6 +142,20 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
         }
     }
     (matrix.column_iter().map(|column| column.norm()).collect(), right)
+}
+
+/// The inner product of columns p < q, in two lanes.
+fn dot_of_columns(matrix: &DMatrix<f64>, p: usize, q: usize) -> f64 {
+    let rows = matrix.nrows();
+    let (a, b) = (&matrix.as_slice()[p * rows..(p + 1) * rows], &matrix.as_slice()[q * rows..(q + 1) * rows]);
+    let mut lanes = [0.0; 2];
+    let (pairs_a, pairs_b) = (a.chunks_exact(2), b.chunks_exact(2));
+    let rest: f64 = pairs_a.remainder().iter().zip(pairs_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in pairs_a.zip(pairs_b) {
+        lanes[0] += x[0] * y[0];
+        lanes[1] += x[1] * y[1];
+    }
+    lanes[0] + lanes[1] + rest
 }
 
 /// Turns columns p and q of `matrix` by the angle with the given cosine and sine.

@@ -18,8 +18,12 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::eigen::{Modes, legendre_basis};
+use super::integrals::{
+    exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_argument, third_exponential_integral,
+};
 use super::phase::{Scaled, Scattering};
 use super::quadrature::{Quadrature, legendre_polynomials};
+use crate::slab::Incidence;
 
 /// Fluxes over the incident flux on a horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,16 +38,18 @@ pub struct Fluxes {
 
 /// A homogeneous medium, solved once for all thicknesses and angles.
 pub struct HomogeneousMedium {
-    scaled: Scaled,
-    modes: Modes,
+    pub(super) scaled: Scaled,
+    pub(super) modes: Modes,
     /// √((2l + 1) w_i) P_l(μ_i): a column for each l.
     basis: DMatrix<f64>,
+    /// M H.
+    pub(super) weighted_differences: DMatrix<f64>,
     /// Γ = Hᵀ M H.
     gamma: DMatrix<f64>,
     /// Δ = Vᵀ M V.
-    delta: DMatrix<f64>,
+    pub(super) delta: DMatrix<f64>,
     /// Hᵀ M 1 and Vᵀ M 1, where 1 is isotropic radiance.
-    entering: [DVector<f64>; 2],
+    pub(super) entering: [DVector<f64>; 2],
 }
 
 /// Light that falls on a slab, and how each mode answers to it, independent of thickness.
@@ -56,11 +62,11 @@ pub enum Light {
 
 /// How each mode shines into one direction.
 pub struct Direction {
-    cos_incidence: f64,
+    pub(super) cos_incidence: f64,
     /// Σ over even l of (2l + 1) ω χ_l P_l(μ₀) p_l · v, one for each mode.
-    even: Vec<f64>,
+    pub(super) even: Vec<f64>,
     /// The same over odd l with the differences h.
-    odd: Vec<f64>,
+    pub(super) odd: Vec<f64>,
 }
 
 /// A slab under isotropic light from above: amplitudes of each mode.
@@ -102,6 +108,7 @@ impl HomogeneousMedium {
             gamma: modes.differences.tr_mul(&differences),
             delta: modes.sums.tr_mul(&sums),
             entering: [differences.tr_mul(&isotropic), sums.tr_mul(&isotropic)],
+            weighted_differences: differences,
             scaled,
             modes,
             basis,
@@ -111,6 +118,19 @@ impl HomogeneousMedium {
     /// Prepares a beam whose cosine from the normal is `cos_incidence`, in (0, 1].
     #[must_use]
     pub fn beam(&self, cos_incidence: f64) -> Light {
+        Light::Beam(self.direction(cos_incidence))
+    }
+
+    /// Prepares light of either kind.
+    #[must_use]
+    pub fn light(&self, incidence: &Incidence) -> Light {
+        match incidence {
+            Incidence::Beam { angle_deg } => self.beam(angle_deg.to_radians().cos()),
+            Incidence::Diffuse => Light::Lambertian,
+        }
+    }
+
+    pub(super) fn direction(&self, cos_incidence: f64) -> Direction {
         let count = self.basis.ncols();
         let mut polynomials = vec![0.0; count];
         legendre_polynomials(cos_incidence, &mut polynomials);
@@ -123,7 +143,13 @@ impl HomogeneousMedium {
             modes.tr_mul(&source).as_slice().to_vec()
         };
         let (even, odd) = (shape(0, &self.modes.sums), shape(1, &self.modes.differences));
-        Light::Beam(Direction { cos_incidence, even, odd })
+        Direction { cos_incidence, even, odd }
+    }
+
+    /// How fast light fades far from all faces: the rate of the slowest mode per (unscaled) optical depth.
+    #[must_use]
+    pub fn decay_rate(&self) -> f64 {
+        self.scaled.depth_ratio * self.modes.rates.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     /// Fluxes of a slab of `optical_depth` (unscaled) under each of `lights`.
@@ -198,83 +224,10 @@ impl HomogeneousMedium {
 }
 
 /// Cholesky factors of a positive definite matrix with something non-negative added on its diagonal.
-fn solver(matrix: &DMatrix<f64>, diagonal: &DVector<f64>) -> Cholesky<f64, Dyn> {
+pub(super) fn solver(matrix: &DMatrix<f64>, diagonal: &DVector<f64>) -> Cholesky<f64, Dyn> {
     let mut sum = matrix.clone();
     for (i, value) in diagonal.iter().enumerate() {
         sum[(i, i)] += value;
     }
     Cholesky::new(sum).unwrap_or_else(|| unreachable!("the modes' Gram matrices are positive definite"))
-}
-
-/// tanh(x)/x, which is 1 at 0.
-fn tanh_over_argument(x: f64) -> f64 {
-    if x < 1e-4 { 1.0 - x * x / 3.0 } else { x.tanh() / x }
-}
-
-/// 1/cosh²(x) without overflow.
-fn square_sech(x: f64) -> f64 {
-    let e = (-2.0 * x).exp();
-    4.0 * e / ((1.0 + e) * (1.0 + e))
-}
-
-/// ∫₀^τ e^{−qs} cosh(ks) q ds and ∫₀^τ e^{−qs} sinh(ks)/k q ds, for k < 1 ≤ q.
-fn hyperbolic_integrals(k: f64, depth: f64, q: f64, unscattered: f64) -> (f64, f64) {
-    let x = k * depth;
-    let sinh_over_k = if x < 1e-4 { depth * (1.0 + x * x / 6.0) } else { x.sinh() / k };
-    let (cosh, norm) = (x.cosh(), q / (q * q - k * k));
-    let first = norm * (q - unscattered * (q * cosh + k * k * sinh_over_k));
-    let second = norm * (1.0 - unscattered * (cosh + q * sinh_over_k));
-    (first, second)
-}
-
-/// ∫₀^τ e^{−qs} e^{−ks} q ds and ∫₀^τ e^{−qs} e^{−k(τ−s)} q ds; q = k is a regular point.
-fn exponential_integrals(k: f64, depth: f64, q: f64) -> (f64, f64) {
-    let near = -q / (q + k) * (-(q + k) * depth).exp_m1();
-    let gap = (q - k).abs() * depth;
-    let mean = if gap < 1e-8 { 1.0 - 0.5 * gap } else { -(-gap).exp_m1() / gap };
-    (near, q * depth * (-q.min(k) * depth).exp() * mean)
-}
-
-/// E₃(τ) = ∫₀¹ μ e^{−τ/μ} dμ by Gauss–Legendre in u with μ = u², scaled so that the tail keeps its relative precision.
-fn third_exponential_integral(tau: f64) -> f64 {
-    // With 1/μ = 1 + t: E₃ = e^{−τ} ∫₀^∞ e^{−τt} (1 + t)⁻³ dt, and t = y/((1 + τ)(1 − y)) brings the range to (0, 1).
-    let rule = Quadrature::half_range(48);
-    let integral: f64 = rule
-        .cosines
-        .iter()
-        .zip(&rule.weights)
-        .map(|(y, weight)| {
-            let t = y / ((1.0 + tau) * (1.0 - y));
-            let jacobian = 1.0 / ((1.0 + tau) * (1.0 - y) * (1.0 - y));
-            weight * jacobian * (-tau * t).exp() / (1.0 + t).powi(3)
-        })
-        .sum();
-    (-tau).exp() * integral
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exponential_integral_matches_abramowitz_and_stegun_table_5_4() {
-        // E₃(0) = 1/2 exactly; E₃(1) = .1096920 (Table 5.4, 7 figures); E₃(5) from E₁(5) = .001148296 by recurrence.
-        for (tau, expected, tolerance) in [(0.0, 0.5, 1e-12), (1.0, 0.109_692_0, 5e-8), (5.0, 8.778e-4, 5e-8)] {
-            assert!((third_exponential_integral(tau) - expected).abs() < tolerance, "{tau}");
-        }
-    }
-
-    #[test]
-    fn integrals_agree_at_the_degenerate_point_and_between_forms() {
-        let (k, depth) = (0.4, 2.0);
-        for q in [1.0, 1.7, 30.0] {
-            let (cosh, sinh) = hyperbolic_integrals(k, depth, q, (-q * depth).exp());
-            let (near, far) = exponential_integrals(k, depth, q);
-            assert!((cosh - k * sinh - near).abs() < 1e-14, "e^(−ks) = cosh − sinh");
-            let growing = (k * depth).exp() * far;
-            assert!((cosh + k * sinh - growing).abs() < 1e-14, "e^(ks) = cosh + sinh");
-        }
-        let (_, exact) = exponential_integrals(2.0, depth, 2.0);
-        assert!((exact - 4.0 * (-4.0_f64).exp()).abs() < 1e-16);
-    }
 }

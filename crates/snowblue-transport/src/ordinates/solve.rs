@@ -1,24 +1,22 @@
 //! The ordinates' answer for a slab of snow, with the error that its grain tally leaves.
 
+use rayon::prelude::*;
+
+use super::jackknife::Jackknife;
 use super::phase::Scattering;
-use super::quadrature::MOST_NODES;
 use super::slab::{Fluxes, HomogeneousMedium, Light};
+use super::streams::Streams;
 use crate::TransportError;
 use crate::ice::Ice;
 use crate::population::Population;
-use crate::slab::{Estimate, Incidence, Radiometry, Slab};
-use crate::tally::{BATCHES, Tally, TallyPlan};
-
-/// Streams that keep T within 10⁻⁵ up to 89°.
-pub const DEFAULT_STREAMS: usize = 32;
-/// Most streams that are allowed.
-pub const MOST_STREAMS: usize = 2 * MOST_NODES;
+use crate::slab::{Incidence, Radiometry, Slab};
+use crate::tally::{Tally, TallyPlan};
 
 /// How the engine works.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrdinatesOptions {
     /// Ordinates, counting both hemispheres.
-    pub streams: usize,
+    pub streams: Streams,
     /// Rays per index node of the grain tally.
     pub tally_rays: u32,
     /// Seed of the grain tally.
@@ -27,7 +25,7 @@ pub struct OrdinatesOptions {
 
 impl Default for OrdinatesOptions {
     fn default() -> Self {
-        Self { streams: DEFAULT_STREAMS, tally_rays: crate::tally::DEFAULT_RAYS, seed: 1 }
+        Self { streams: Streams::default(), tally_rays: crate::tally::DEFAULT_RAYS, seed: 1 }
     }
 }
 
@@ -39,14 +37,14 @@ impl Default for OrdinatesOptions {
 /// If the question or the number of streams is out of range.
 pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
-    check_streams(options.streams)?;
+    options.streams.check()?;
     let ice = Ice::new(slab.sample.ice);
     let size = slab.sample.grain_size;
     let tally = Tally::new(
         &Population::of_sample(&slab.sample),
         index_range(&ice, &slab.wavelengths_nm),
         &TallyPlan {
-            degree: options.streams,
+            degree: options.streams.most(&slab.incidences),
             most_absorption: most_absorption(&ice, &slab.wavelengths_nm, size.max_um),
             rays: options.tally_rays,
             seed: options.seed,
@@ -55,44 +53,29 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
     // [wavelength][thickness × incidence]
     let spectra: Vec<Vec<Radiometry>> = slab
         .wavelengths_nm
-        .iter()
+        .par_iter()
         .map(|&wavelength_nm| {
-            let whole = slab_fluxes(slab, &tally.scattering(&size, &ice, wavelength_nm), options.streams);
-            let parts: Vec<Vec<Fluxes>> = (0..BATCHES)
-                .map(|batch| tally.scattering_without(batch, &size, &ice, wavelength_nm))
-                .map(|scattering| slab_fluxes(slab, &scattering, options.streams))
-                .collect();
-            let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
-            let radiometry = |(case, (thickness_cm, incidence)): (usize, (f64, Incidence))| {
-                let estimate = |quantity: &dyn Fn(&Fluxes) -> f64| {
-                    jackknife(quantity(&whole[case]), parts.iter().map(|part| quantity(&part[case])))
+            let fluxes = Jackknife::new(|without| {
+                let scattering = match without {
+                    None => tally.scattering(&size, &ice, wavelength_nm),
+                    Some(batch) => tally.scattering_without(batch, &size, &ice, wavelength_nm),
                 };
-                Radiometry {
-                    thickness_cm,
-                    incidence,
-                    wavelength_nm,
-                    reflectance: estimate(&|fluxes| fluxes.reflectance),
-                    transmittance: estimate(&|fluxes| fluxes.transmittance),
-                    absorptance: estimate(&|fluxes| 1.0 - fluxes.reflectance - fluxes.transmittance),
-                }
+                slab_fluxes(slab, &scattering, options.streams)
+            });
+            let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
+            let radiometry = |(case, (thickness_cm, incidence)): (usize, (f64, Incidence))| Radiometry {
+                thickness_cm,
+                incidence,
+                wavelength_nm,
+                reflectance: fluxes.estimate(|fluxes| fluxes[case].reflectance),
+                transmittance: fluxes.estimate(|fluxes| fluxes[case].transmittance),
+                absorptance: fluxes.estimate(|fluxes| 1.0 - fluxes[case].reflectance - fluxes[case].transmittance),
             };
             cases.enumerate().map(radiometry).collect()
         })
         .collect();
     let cases = slab.thicknesses_cm.len() * slab.incidences.len();
     Ok((0..cases).flat_map(|case| spectra.iter().map(move |spectrum| spectrum[case])).collect())
-}
-
-/// Checks a number of streams.
-///
-/// # Errors
-/// [`TransportError::Streams`] if it is odd, zero or too large.
-pub fn check_streams(streams: usize) -> Result<(), TransportError> {
-    if (2..=MOST_STREAMS).contains(&streams) && streams.is_multiple_of(2) {
-        Ok(())
-    } else {
-        Err(TransportError::Streams { streams, most: MOST_STREAMS })
-    }
 }
 
 /// The range of refractive indices over some wavelengths.
@@ -109,21 +92,17 @@ pub fn most_absorption(ice: &Ice, wavelengths_nm: &[f64], max_um: f64) -> f64 {
 }
 
 /// Fluxes for each thickness, then each incidence.
-fn slab_fluxes(slab: &Slab, scattering: &Scattering, streams: usize) -> Vec<Fluxes> {
-    let medium = HomogeneousMedium::new(scattering, streams);
-    let light = |incidence: &Incidence| match incidence {
-        Incidence::Beam { angle_deg } => medium.beam(angle_deg.to_radians().cos()),
-        Incidence::Diffuse => Light::Lambertian,
-    };
-    let lights: Vec<Light> = slab.incidences.iter().map(light).collect();
-    slab.thicknesses_cm.iter().flat_map(|h| medium.fluxes(slab.optical_depth(*h), &lights)).collect()
-}
-
-/// The value from all batches with the standard error from leaving out each: √((B − 1)/B Σ (v_b − v̄)²).
-fn jackknife(value: f64, parts: impl Iterator<Item = f64>) -> Estimate {
-    let parts: Vec<f64> = parts.collect();
-    let count = parts.len() as f64;
-    let mean = parts.iter().sum::<f64>() / count;
-    let squares: f64 = parts.iter().map(|part| (part - mean).powi(2)).sum();
-    Estimate { value, standard_error: ((count - 1.0) / count * squares).sqrt() }
+fn slab_fluxes(slab: &Slab, scattering: &Scattering, streams: Streams) -> Vec<Fluxes> {
+    let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
+    let mut filled = vec![nothing; slab.thicknesses_cm.len() * slab.incidences.len()];
+    for (streams, places) in streams.groups(&slab.incidences) {
+        let medium = HomogeneousMedium::new(scattering, streams);
+        let lights: Vec<Light> = places.iter().map(|place| medium.light(&slab.incidences[*place])).collect();
+        for (row, thickness_cm) in filled.chunks_exact_mut(slab.incidences.len()).zip(&slab.thicknesses_cm) {
+            for (place, fluxes) in places.iter().zip(medium.fluxes(slab.optical_depth(*thickness_cm), &lights)) {
+                row[*place] = fluxes;
+            }
+        }
+    }
+    filled
 }

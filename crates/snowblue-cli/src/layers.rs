@@ -1,0 +1,228 @@
+//! Layers of snow on a ground: the options that ask for them, the file that describes them, and fluxes at depths.
+//!
+//! ```toml
+//! ice = "warren2008"          # or "picard2016"; for all layers
+//! [[layer]]                   # top first
+//! thickness_cm = 3            # the only key that must be there
+//! grain_size_um = 200         # a mean, or [MIN, MAX]; with size_measure = "greatest-extension" | "volume-diameter" | …
+//! # ssa_m2_kg = 40            # instead of a grain size
+//! facetness = 0.3             # a mean, or [MIN, MAX, MEAN, SD]
+//! sphericity = 0.8            # one value, or [MIN, MAX, MEAN, SD]
+//! density_kg_m3 = 120
+//! temperature_c = -5
+//! ```
+//!
+//! Keys that are left out have the values of the command's defaults.
+
+use std::fmt::Display;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Deserialize;
+use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::Slab;
+use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
+use toml::Spanned;
+
+use crate::failure::Failure;
+use crate::options::{IceWord, SizeMeasureWord, incidence_name};
+use crate::parse;
+use crate::report::Cell;
+
+/// What lies under the top of the snow.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Layers")]
+pub(crate) struct StackOptions {
+    /// Layers of different snow, top first, from a TOML file ([[layer]] tables) instead of the options for one snow
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "temperature", "ice", "thickness",
+    ])]
+    layers: Option<PathBuf>,
+    /// Albedo of the ground under the snow [0–1; default: 0, as in the free air]
+    #[arg(long, value_name = "ALBEDO", value_parser = parse::number)]
+    ground_albedo: Option<f64>,
+    /// Depths in cm at which to print the fluxes down and up, by commas, instead of those of the whole
+    #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]
+    depths: Vec<f64>,
+}
+
+/// Columns of fluxes at depths.
+pub(crate) const PROFILE_COLUMNS: [&str; 8] =
+    ["thickness_cm", "depth_cm", "angle_deg", "wavelength_nm", "down", "up", "net", "e_folding_depth_cm"];
+
+impl StackOptions {
+    /// Whether anything but free slabs is asked for.
+    pub(crate) fn asked(&self) -> bool {
+        self.layers.is_some() || self.ground_albedo.is_some() || self.with_depths()
+    }
+
+    /// Whether fluxes at depths are asked for.
+    pub(crate) fn with_depths(&self) -> bool {
+        !self.depths.is_empty()
+    }
+
+    /// The layers of the file, or one of each thickness of `slab`; and the name of the ice constants in the file.
+    pub(crate) fn stacks(&self, slab: &Slab) -> Result<(Vec<Stack>, Option<&'static str>), Failure> {
+        let stack = |layers: Vec<Layer>| Stack {
+            layers,
+            ground_albedo: self.ground_albedo.unwrap_or(0.0),
+            depths_cm: self.depths.clone(),
+            incidences: slab.incidences.clone(),
+            wavelengths_nm: slab.wavelengths_nm.clone(),
+        };
+        let (stacks, ice) = if let Some(path) = &self.layers {
+            let (layers, ice) = read(path)?;
+            (vec![stack(layers)], Some(ice))
+        } else {
+            let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
+            (slab.thicknesses_cm.iter().map(one).collect(), None)
+        };
+        stacks.iter().try_for_each(Stack::check).map_err(Failure::input)?;
+        Ok((stacks, ice))
+    }
+}
+
+/// Rows of fluxes at the depths of an answer.
+pub(crate) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec<Cell>> {
+    answer.profile.iter().map(|at| {
+        let whole = &answer.whole;
+        let mut row: Vec<Cell> = vec![whole.thickness_cm.into(), at.depth_cm.into()];
+        row.extend([Cell::Word(incidence_name(whole.incidence)), whole.wavelength_nm.into()]);
+        row.extend([at.down, at.up, at.net, at.e_folding_depth_cm].map(|estimate| Cell::from(estimate.value)));
+        row
+    })
+}
+
+/// A file of layers as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LayerFile {
+    ice: Option<IceWord>,
+    #[serde(default)]
+    layer: Vec<Spanned<LayerWords>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LayerWords {
+    thickness_cm: Spanned<f64>,
+    grain_size_um: Option<Spanned<Numbers>>,
+    size_measure: Option<Spanned<SizeMeasureWord>>,
+    ssa_m2_kg: Option<Spanned<f64>>,
+    facetness: Option<Spanned<Numbers>>,
+    sphericity: Option<Spanned<Numbers>>,
+    density_kg_m3: Option<Spanned<f64>>,
+    temperature_c: Option<Spanned<f64>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "must be a number or a list of numbers")]
+enum Numbers {
+    One(f64),
+    Several(Vec<f64>),
+}
+
+impl Numbers {
+    fn as_slice(&self) -> &[f64] {
+        match self {
+            Self::One(number) => std::slice::from_ref(number),
+            Self::Several(numbers) => numbers,
+        }
+    }
+}
+
+/// A file's name and text, to say where in it something is wrong.
+#[derive(Clone, Copy)]
+struct Source<'f> {
+    path: &'f Path,
+    text: &'f str,
+}
+
+impl Source<'_> {
+    fn failure(self, place: &Range<usize>, reason: impl Display) -> Failure {
+        let before = &self.text.as_bytes()[..place.start.min(self.text.len())];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        Failure::Input(format!("{}:{line}: {reason}", self.path.display()))
+    }
+}
+
+/// Reads layers, each checked, and the name of their ice constants.
+fn read(path: &Path) -> Result<(Vec<Layer>, &'static str), Failure> {
+    let name = path.display();
+    let text =
+        std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
+    let source = Source { path, text: &text };
+    let file: LayerFile = toml::from_str(&text)
+        .map_err(|error| source.failure(&error.span().unwrap_or(0..0), error.message().replace('\n', "; ")))?;
+    if file.layer.is_empty() {
+        return Err(Failure::Input(format!("{name}: holds no [[layer]]")));
+    }
+    let ice = file.ice.unwrap_or(IceWord::Warren2008);
+    let layers: Result<_, _> = file.layer.iter().map(|words| read_layer(source, words.get_ref(), ice)).collect();
+    Ok((layers?, ice.name()))
+}
+
+/// Builds a layer key by key and checks it after each, so that the one at fault is known.
+fn read_layer(source: Source, words: &LayerWords, ice: IceWord) -> Result<Layer, Failure> {
+    let sample = SnowSample { ice: ice.table(), ..SnowSample::default() };
+    let mut layer = Layer { sample, thickness_cm: *words.thickness_cm.get_ref() };
+    let checked = |layer: &Layer, place: &Range<usize>| layer.check().map_err(|error| source.failure(place, error));
+    checked(&layer, &words.thickness_cm.span())?;
+    if let Some(density_kg_m3) = &words.density_kg_m3 {
+        layer.sample.density_kg_m3 = *density_kg_m3.get_ref();
+        checked(&layer, &density_kg_m3.span())?;
+    }
+    if let Some(temperature_c) = &words.temperature_c {
+        layer.sample.temperature_c = *temperature_c.get_ref();
+        checked(&layer, &temperature_c.span())?;
+    }
+    if let Some(facetness) = &words.facetness {
+        layer.sample.facetness = read_law(source, facetness, parse::facetness_of)?;
+        checked(&layer, &facetness.span())?;
+    }
+    if let Some(sphericity) = &words.sphericity {
+        layer.sample.sphericity = read_law(source, sphericity, parse::sphericity_of)?;
+        checked(&layer, &sphericity.span())?;
+    }
+    if let Some((size, place)) = read_size(source, words, layer.sample.temperature_c)? {
+        layer.sample.grain_size = size;
+        checked(&layer, &place)?;
+    }
+    Ok(layer)
+}
+
+fn read_law(
+    source: Source,
+    numbers: &Spanned<Numbers>,
+    law: fn(&[f64]) -> Result<TruncatedNormal, String>,
+) -> Result<TruncatedNormal, Failure> {
+    law(numbers.get_ref().as_slice()).map_err(|error| source.failure(&numbers.span(), error))
+}
+
+/// The grain size that a layer's keys stand for, with its place.
+fn read_size(
+    source: Source,
+    words: &LayerWords,
+    temperature_c: f64,
+) -> Result<Option<(GrainSize, Range<usize>)>, Failure> {
+    let measure = words.size_measure.as_ref();
+    if let Some(area_m2_kg) = &words.ssa_m2_kg {
+        let place = area_m2_kg.span();
+        if words.grain_size_um.is_some() || measure.is_some() {
+            return Err(source.failure(&place, "ssa_m2_kg stands instead of grain_size_um and size_measure"));
+        }
+        let size = GrainSize::from_specific_surface_area(*area_m2_kg.get_ref(), temperature_c);
+        return size.map(|size| Some((size, place.clone()))).map_err(|error| source.failure(&place, error));
+    }
+    let Some(numbers) = &words.grain_size_um else {
+        return match measure {
+            None => Ok(None),
+            Some(measure) => Err(source.failure(&measure.span(), "size_measure needs grain_size_um")),
+        };
+    };
+    let place = numbers.span();
+    let size = parse::size_of(numbers.get_ref().as_slice()).map_err(|error| source.failure(&place, error))?;
+    let measure = measure.map_or(SizeMeasureWord::GreatestExtension, |measure| *measure.get_ref());
+    size.measured_by(measure).map(|size| Some((size, place.clone()))).map_err(|error| source.failure(&place, error))
+}

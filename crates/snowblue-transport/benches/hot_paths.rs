@@ -1,0 +1,77 @@
+//! The hot paths of both engines, on one thread: `cargo bench -p snowblue-transport`.
+
+#![allow(clippy::unwrap_used, reason = "a bench may panic")]
+
+use divan::{Bencher, black_box, counter::ItemsCount};
+use snowblue_transport::grain::Spheroid;
+use snowblue_transport::ice::Ice;
+use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
+use snowblue_transport::ordinates::{HomogeneousMedium, Scattering};
+use snowblue_transport::rng::Stream;
+use snowblue_transport::sample::{SizeMeasure, SnowSample};
+use snowblue_transport::scatter::Grain;
+use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::{Population, Tally, TallyPlan};
+
+fn main() {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
+    divan::main();
+}
+
+fn visible_nm() -> Vec<f64> {
+    (40..=70).map(|ten| 10.0 * f64::from(ten)).collect()
+}
+
+/// One ray and one grain of sphericity .8, by the roughness of its surface.
+#[divan::bench(args = [0.0, 0.075, 0.2])]
+fn grain_hit(bencher: Bencher, roughness: f64) {
+    let shape = Spheroid::of_unit_size(0.8, SizeMeasure::GreatestExtension);
+    let grain = Grain { shape, roughness, relative_index: 1.31 };
+    let mut stream = Stream::new(1, 0);
+    bencher.counter(ItemsCount::new(1000_usize)).bench_local(|| {
+        (0..1000).map(|_| black_box(grain).scatter(&mut stream).cos_scattering).sum::<f64>()
+    });
+}
+
+/// Grain hits of a Monte Carlo walk through 3 cm of the default snow under Lambertian light: 2κh = 99.5 a ray.
+#[divan::bench(sample_count = 10)]
+fn monte_carlo_hit(bencher: Bencher) {
+    let slab = Slab {
+        sample: SnowSample::default(),
+        thicknesses_cm: vec![3.0],
+        incidences: vec![Incidence::Diffuse],
+        wavelengths_nm: vec![550.0],
+    };
+    let rays = 16_384_u64;
+    let hits = rays as f64 * 2.0 * slab.optical_depth(3.0);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of some millions")]
+    let hits = hits as u64;
+    let options = MonteCarloOptions { rays, ..MonteCarloOptions::default() };
+    bencher.counter(ItemsCount::new(hits)).bench_local(|| monte_carlo::solve(&slab, &options, &|_, _| ()).unwrap());
+}
+
+/// Transmittance and reflectance at 31 wavelengths of one slab at one angle, the grains' moments being at hand.
+#[divan::bench(args = [8, 16, 32, 64])]
+fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
+    let sample = SnowSample::default();
+    let ice = Ice::warren_brandt_2008();
+    let plan = TallyPlan { degree: streams, most_absorption: 1e-3, rays: 1 << 12, seed: 1 };
+    let tally = Tally::new(&Population::of_sample(&sample), (ice.index(700.0), ice.index(400.0)), &plan);
+    let optics: Vec<Scattering> =
+        visible_nm().iter().map(|wavelength_nm| tally.scattering(&sample.grain_size, &ice, *wavelength_nm)).collect();
+    bencher.bench_local(|| {
+        let flux = |scattering: &Scattering| {
+            let medium = HomogeneousMedium::new(scattering, streams);
+            medium.fluxes(black_box(250.0), &[medium.beam(0.5)])[0].transmittance
+        };
+        optics.iter().map(flux).sum::<f64>()
+    });
+}
+
+/// Rays of the grain tally at one index node, 33 moments.
+#[divan::bench(sample_count = 10)]
+fn tally_ray(bencher: Bencher) {
+    let population = Population::of_sample(&SnowSample::default());
+    let plan = TallyPlan { degree: 32, most_absorption: 1e-3, rays: 1 << 16, seed: 1 };
+    bencher.counter(ItemsCount::new(1_usize << 16)).bench_local(|| Tally::new(&population, (1.31, 1.31), &plan));
+}

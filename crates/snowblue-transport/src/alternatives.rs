@@ -1,0 +1,92 @@
+//! What the answer hangs on: the same snow under other plausible readings.
+//!
+//! A grain size is measured in several ways, facetness and sphericity are seldom known well, and two published tables of
+//! ice disagree in the blue. Each alternative changes one of these and leaves the rest.
+
+use crate::ice::IceTable;
+use crate::sample::{FACETNESS_RANGE, SPHERICITY_RANGE, SizeMeasure, SnowSample, TruncatedNormal};
+
+/// How far facetness and sphericity are plausibly off.
+const FACETNESS_DOUBT: f64 = 0.2;
+const SPHERICITY_DOUBT: f64 = 0.1;
+
+/// A sample and what is different about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alternative {
+    /// In words: `as given`, `facetness + 0.2`, …
+    pub name: &'static str,
+    /// The snow.
+    pub sample: SnowSample,
+}
+
+/// The sample as given, then with the other ice table, facetness ± 0.2, the other measures of size, sphericity ± 0.1.
+///
+/// ```
+/// use snowblue_transport::alternatives::alternatives;
+/// use snowblue_transport::sample::SnowSample;
+///
+/// // What a grain size measures changes extinction by more than a third.
+/// let extinctions: Vec<f64> =
+///     alternatives(&SnowSample::default()).iter().map(|other| other.sample.extinction_per_m()).collect();
+/// let ratio = extinctions.iter().copied().fold(0.0, f64::max) / extinctions.iter().copied().fold(f64::MAX, f64::min);
+/// assert!(ratio > 1.35);
+/// ```
+#[must_use]
+pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
+    let other_ice = match given.ice {
+        IceTable::WarrenBrandt2008 => ("ice picard2016", IceTable::Picard2016),
+        IceTable::Picard2016 => ("ice warren2008", IceTable::WarrenBrandt2008),
+    };
+    let mut found = vec![
+        Alternative { name: "as given", sample: *given },
+        Alternative { name: other_ice.0, sample: SnowSample { ice: other_ice.1, ..*given } },
+    ];
+    for (name, shift) in [("facetness - 0.2", -FACETNESS_DOUBT), ("facetness + 0.2", FACETNESS_DOUBT)] {
+        let facetness = shifted(&given.facetness, shift, FACETNESS_RANGE);
+        found.push(Alternative { name, sample: SnowSample { facetness, ..*given } });
+    }
+    for (name, measure) in [
+        ("size measure greatest-extension", SizeMeasure::GreatestExtension),
+        ("size measure volume-diameter", SizeMeasure::VolumeDiameter),
+        ("size measure optical-diameter", SizeMeasure::OpticalDiameter),
+    ] {
+        if measure != given.grain_size.measure {
+            let grain_size = crate::sample::GrainSize { measure, ..given.grain_size };
+            found.push(Alternative { name, sample: SnowSample { grain_size, ..*given } });
+        }
+    }
+    for (name, shift) in [("sphericity - 0.1", -SPHERICITY_DOUBT), ("sphericity + 0.1", SPHERICITY_DOUBT)] {
+        let sphericity = shifted(&given.sphericity, shift, SPHERICITY_RANGE);
+        found.push(Alternative { name, sample: SnowSample { sphericity, ..*given } });
+    }
+    found
+}
+
+/// A distribution moved as a whole, cut at the ends of what is possible.
+fn shifted(law: &TruncatedNormal, shift: f64, (low, high): (f64, f64)) -> TruncatedNormal {
+    let moved = |value: f64| (value + shift).clamp(low, high);
+    TruncatedNormal { min: moved(law.min), max: moved(law.max), mean: moved(law.mean), ..*law }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_alternative_is_possible_and_differs() {
+        let bare = SnowSample {
+            facetness: TruncatedNormal::exactly(0.05),
+            sphericity: TruncatedNormal::exactly(1.0),
+            ..SnowSample::default()
+        };
+        for given in [SnowSample::default(), bare] {
+            let found = alternatives(&given);
+            assert_eq!(found.len(), 8);
+            for (i, other) in found.iter().enumerate() {
+                other.sample.check().unwrap();
+                let cut = other.name == "sphericity + 0.1" && given == bare;
+                assert_eq!(other.sample == given, i == 0 || cut, "{}", other.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,392 @@
+//! Layers over a ground: splitting, energy, closed formulas, and fluxes within.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use proptest::prelude::*;
+use snowblue_transport::ordinates::{
+    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, OrdinatesOptions, Scattering, Streams,
+};
+use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Estimate, Incidence, Slab};
+use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
+
+const STREAMS: usize = 16;
+const LIGHTS: [Incidence; 4] = [
+    Incidence::Beam { angle_deg: 0.0 },
+    Incidence::Beam { angle_deg: 60.0 },
+    Incidence::Beam { angle_deg: 89.0 },
+    Incidence::Diffuse,
+];
+
+fn medium(one_minus_albedo: f64, g: f64) -> HomogeneousMedium {
+    HomogeneousMedium::new(&Scattering::henyey_greenstein(one_minus_albedo, g, STREAMS), STREAMS)
+}
+
+/// Fluxes at every face, [face][light].
+fn at_faces(layers: &[(&HomogeneousMedium, f64)], albedo: f64) -> Vec<Vec<FaceFluxes>> {
+    let pile = LayeredMedium::new(layers, albedo, &LIGHTS);
+    (0..=layers.len()).map(|face| pile.fluxes(face)).collect()
+}
+
+fn slab(medium: &HomogeneousMedium, depth: f64) -> Vec<Fluxes> {
+    medium.fluxes(depth, &LIGHTS.map(|incidence| medium.light(&incidence)))
+}
+
+fn assert_near(value: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!((value - expected).abs() <= tolerance * expected.abs(), "{what}: {value:e}, expected {expected:e}");
+}
+
+/// Media from conservative to black, depths from thin to those that pass 10⁻²⁵.
+const CASES: [(f64, f64, f64); 10] = [
+    (0.0, 0.7, 1e-5),
+    (0.0, 0.7, 3.0),
+    (0.0, 0.89, 1e4),
+    (1e-7, 0.7, 300.0),
+    (1e-4, 0.6, 2000.0),
+    (1e-3, 0.0, 1000.0),
+    (0.3, 0.75, 0.4),
+    (0.1, 0.75, 100.0),
+    (1.0, 0.0, 8.0),
+    (1e-3, 0.8, 2000.0),
+];
+
+/// Over black ground one layer is the plain slab, whose solution takes another way.
+#[test]
+fn one_layer_is_the_plain_slab() {
+    for (one_minus_albedo, g, depth) in CASES {
+        let medium = medium(one_minus_albedo, g);
+        let faces = at_faces(&[(&medium, depth)], 0.0);
+        for (light, plain) in slab(&medium, depth).iter().enumerate() {
+            let what = format!("1 − ω {one_minus_albedo}, g {g}, τ {depth}, light {light}");
+            assert!(
+                (faces[0][light].up - plain.reflectance).abs() < 1e-12,
+                "R, {what}: {} {}",
+                faces[0][light].up,
+                plain.reflectance
+            );
+            assert_near(faces[1][light].down, plain.transmittance, 1e-12, &format!("T, {what}"));
+            assert!(faces[1][light].down > 0.0 && (faces[0][light].down - 1.0).abs() < 1e-12, "{what}");
+            assert!(faces[1][light].up.abs() <= 1e-15 * faces[1][light].down, "{what}");
+        }
+    }
+}
+
+/// Ten unequal slices of a layer are the layer; the fluxes at its faces within are those of any other slicing.
+#[test]
+fn slicing_changes_nothing() {
+    for (one_minus_albedo, g, depth) in CASES {
+        for albedo in [0.0, 0.6, 1.0] {
+            let medium = medium(one_minus_albedo, g);
+            let whole = at_faces(&[(&medium, depth)], albedo);
+            let shares = [0.1, 0.02, 0.08, 0.2, 0.1, 0.1, 0.25, 0.05, 1e-9, 0.1 - 1e-9];
+            let ten = at_faces(&shares.map(|share| (&medium, share * depth)), albedo);
+            let five = at_faces(&[0.2, 0.2, 0.2, 0.25, 0.15].map(|share| (&medium, share * depth)), albedo);
+            let pairs = [(0, 0, &whole), (10, 1, &whole), (3, 1, &five), (4, 2, &five), (6, 3, &five), (7, 4, &five)];
+            for (face, other_face, other) in pairs {
+                for (light, (a, b)) in ten[face].iter().zip(&other[other_face]).enumerate() {
+                    let what = format!("1 − ω {one_minus_albedo}, g {g}, τ {depth}, A {albedo}, face {face}, {light}");
+                    assert_near(a.down, b.down, 1e-10, &what);
+                    assert!((a.up - b.up).abs() <= 1e-10 * b.up + 1e-14 * b.down, "{what}: {a:?} {b:?}");
+                    assert!((a.net - b.net).abs() <= 1e-10 * b.net.abs() + 1e-13 * b.down, "{what}: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Slices that each have modes of their own, computed anew, go through the change of modes and still are the layer.
+#[test]
+fn like_media_are_one_medium() {
+    for (one_minus_albedo, g, depth) in CASES {
+        let media: Vec<HomogeneousMedium> = (0..4).map(|_| medium(one_minus_albedo, g)).collect();
+        let slices: Vec<_> = media.iter().map(|medium| (medium, 0.25 * depth)).collect();
+        let (four, whole) = (at_faces(&slices, 0.5), at_faces(&[(&media[0], depth)], 0.5));
+        for (light, (top, bottom)) in whole[0].iter().zip(&whole[1]).enumerate() {
+            let what = format!("1 − ω {one_minus_albedo}, g {g}, τ {depth}, light {light}");
+            assert!(
+                (four[0][light].up - top.up).abs() < 1e-12 + 1e-10 * top.up,
+                "{what}: {} {}",
+                four[0][light].up,
+                top.up
+            );
+            assert_near(four[4][light].down, bottom.down, 1e-10, &what);
+        }
+    }
+}
+
+/// A ground of albedo A under one layer: R + A T T*/(1 − A R*) and T/(1 − A R*), with R* and T* those of the layer under
+/// Lambertian light.
+#[test]
+fn ground_adds_a_geometric_series() {
+    for (one_minus_albedo, g, depth) in CASES {
+        for albedo in [0.1, 0.5, 0.9] {
+            let medium = medium(one_minus_albedo, g);
+            let plain = slab(&medium, depth);
+            let diffuse = plain[3];
+            let faces = at_faces(&[(&medium, depth)], albedo);
+            for (light, beam) in plain.iter().enumerate() {
+                let arriving = beam.transmittance / (1.0 - albedo * diffuse.reflectance);
+                let what = format!("1 − ω {one_minus_albedo}, g {g}, τ {depth}, A {albedo}, light {light}");
+                assert_near(faces[1][light].down, arriving, 1e-11, &what);
+                let reflected = beam.reflectance + albedo * arriving * diffuse.transmittance;
+                assert!((faces[0][light].up - reflected).abs() < 1e-11, "{what}: {} {reflected}", faces[0][light].up);
+                assert_near(faces[1][light].up, albedo * faces[1][light].down, 1e-11, &what);
+            }
+        }
+    }
+}
+
+/// Where nothing absorbs the net flux is the same at every depth, and nothing is lost over a white ground.
+#[test]
+fn net_flux_is_constant_in_conservative_piles() {
+    let (loose, dense) = (medium(0.0, 0.6), medium(0.0, 0.85));
+    let layers = [(&loose, 0.5), (&dense, 30.0), (&loose, 1e3), (&dense, 2.0), (&loose, 1e-4)];
+    for albedo in [0.0, 0.3, 1.0] {
+        let faces = at_faces(&layers, albedo);
+        for light in 0..LIGHTS.len() {
+            for face in &faces {
+                let fluxes = face[light];
+                assert!((fluxes.net - faces[0][light].net).abs() < 1e-11, "A {albedo}: {fluxes:?}");
+                assert!((fluxes.down - fluxes.up - fluxes.net).abs() < 1e-11, "A {albedo}: {fluxes:?}");
+            }
+            let (reflected, arriving) = (faces[0][light].up, faces[5][light].down);
+            assert!((reflected + (1.0 - albedo) * arriving - 1.0).abs() < 1e-11, "A {albedo}: {reflected} {arriving}");
+            assert!(albedo < 1.0 || (reflected - 1.0).abs() < 1e-11, "a white ground under white snow: {reflected}");
+        }
+    }
+}
+
+/// Where light is absorbed the net flux falls with every slice, and so does the flux downwards in a uniform layer.
+#[test]
+fn net_flux_falls_where_light_is_absorbed() {
+    let (clean, dirty) = (medium(1e-5, 0.7), medium(1e-2, 0.8));
+    let layers = [(&clean, 3.0), (&dirty, 1.0), (&clean, 20.0), (&clean, 100.0), (&dirty, 40.0)];
+    for albedo in [0.0, 0.8] {
+        let faces = at_faces(&layers, albedo);
+        for light in 0..LIGHTS.len() {
+            assert!(faces.is_sorted_by(|a, b| a[light].net > b[light].net && b[light].net > 0.0), "{faces:?}");
+        }
+    }
+}
+
+/// Lambertian light passes a pile as well from below as from above (van de Hulst 1980, §3.2).
+#[test]
+fn diffuse_light_passes_both_ways_alike() {
+    let (a, b, c) = (medium(1e-6, 0.7), medium(0.2, 0.85), medium(0.0, -0.2));
+    for depths in [[1.0, 0.3, 5.0], [200.0, 30.0, 0.01], [1e-3, 150.0, 1e4]] {
+        let upright = [(&a, depths[0]), (&b, depths[1]), (&c, depths[2])];
+        let mut reversed = upright;
+        reversed.reverse();
+        let (upright, reversed) = (at_faces(&upright, 0.0), at_faces(&reversed, 0.0));
+        assert_near(upright[3][3].down, reversed[3][3].down, 1e-11, "T");
+        // The control: from the other side other light comes back.
+        assert!((upright[0][3].up - reversed[0][3].up).abs() > 1e-4);
+    }
+}
+
+/// Layers that do nothing and layers of no thickness may lie anywhere.
+#[test]
+fn nothing_between_layers_is_nothing() {
+    let (snow, other) = (medium(1e-4, 0.8), medium(0.5, 0.2));
+    let clear = HomogeneousMedium::new(&Scattering { one_minus_albedo: 0.0, moments: vec![1.0; STREAMS + 1] }, STREAMS);
+    let plain = at_faces(&[(&snow, 20.0)], 0.4);
+    let padded = [(&other, 0.0), (&clear, 300.0), (&snow, 20.0), (&other, 1e-300), (&clear, 5.0), (&other, 0.0)];
+    let padded = at_faces(&padded, 0.4);
+    let bare = at_faces(&[(&other, 0.0)], 0.4);
+    for light in 0..LIGHTS.len() {
+        assert_near(padded[0][light].up, plain[0][light].up, 1e-12, "R");
+        assert_near(padded[6][light].down, plain[1][light].down, 1e-12, "T");
+        assert_near(bare[0][light].up, 0.4, 1e-12, "bare ground");
+        assert_near(bare[1][light].down, 1.0, 1e-12, "bare ground");
+    }
+}
+
+fn ordinates_options() -> OrdinatesOptions {
+    OrdinatesOptions { tally_rays: 1 << 15, ..OrdinatesOptions::default() }
+}
+
+fn winter() -> Stack {
+    let fresh = SnowSample {
+        grain_size: GrainSize::around(100.0).unwrap(),
+        facetness: TruncatedNormal::facetness_around(0.7),
+        density_kg_m3: 120.0,
+        ..SnowSample::default()
+    };
+    let old = SnowSample { grain_size: GrainSize::around(800.0).unwrap(), ..SnowSample::default() };
+    Stack {
+        layers: [(fresh, 3.0), (SnowSample::default(), 7.0), (old, 12.0)]
+            .map(|(sample, thickness_cm)| Layer { sample, thickness_cm })
+            .to_vec(),
+        ground_albedo: 0.2,
+        depths_cm: vec![0.0, 1.0, 3.0, 8.0, 22.0],
+        incidences: LIGHTS.to_vec(),
+        wavelengths_nm: vec![400.0, 550.0, 700.0, 1000.0],
+    }
+}
+
+/// R + A + (1 − albedo) T = 1, the profile begins with 1 and R and ends with T and albedo · T, and the net flux falls.
+#[test]
+fn profiles_of_a_snow_pack() {
+    let stack = winter();
+    let answers = ordinates::solve_stack(&stack, &ordinates_options()).unwrap();
+    assert_eq!(answers.len(), 16);
+    for StackRadiometry { whole, profile, direct } in &answers {
+        let sum = whole.reflectance.value + whole.absorptance.value + 0.8 * whole.transmittance.value;
+        assert!((sum - 1.0).abs() < 1e-12 && *direct < whole.transmittance.value);
+        let (first, last) = (&profile[0], &profile[4]);
+        assert_near(first.down.value, 1.0, 1e-12, "flux at the top");
+        assert_near(first.up.value, whole.reflectance.value, 1e-12, "R");
+        assert_near(last.down.value, whole.transmittance.value, 1e-12, "T");
+        assert_near(last.up.value, 0.2 * whole.transmittance.value, 1e-11, "what the ground sends back");
+        assert!(profile.is_sorted_by(|a, b| a.net.value > b.net.value && b.net.value > 0.0), "{profile:?}");
+        for (at, depth_cm) in profile.iter().zip(&stack.depths_cm) {
+            assert_near(at.depth_cm, *depth_cm, 0.0, "depth");
+            assert!((at.down.value - at.up.value - at.net.value).abs() < 1e-12, "{at:?}");
+        }
+        let errors = [whole.reflectance, whole.transmittance, whole.absorptance, last.down, last.e_folding_depth_cm];
+        // A tally of 2¹⁵ rays leaves per mille to per cent.
+        assert!(errors.iter().all(|e| e.standard_error > 0.0 && e.standard_error < 0.2 * e.value), "{errors:?}");
+    }
+    // Light enters coarse snow deepest, then the loose and fine, then the dense and middling; blue deeper than infrared.
+    let e_folding_depth = |answer: usize, depth: usize| answers[answer].profile[depth].e_folding_depth_cm.value;
+    let (fresh, middling, old) = (e_folding_depth(0, 1), e_folding_depth(0, 2), e_folding_depth(0, 4));
+    assert!(old > fresh && fresh > middling, "{old} {fresh} {middling}");
+    assert!(fresh > 3.0 * e_folding_depth(3, 1));
+}
+
+/// The same snow in one layer, in three, or as a plain slab: the same numbers and the same errors.
+#[test]
+fn stacks_of_one_snow_are_slabs() {
+    let layer = |thickness_cm| Layer { sample: SnowSample::default(), thickness_cm };
+    let denser = SnowSample { density_kg_m3: 600.0, ..SnowSample::default() };
+    let one = Stack { layers: vec![layer(15.0)], ground_albedo: 0.0, ..winter() };
+    // Half the thickness at twice the density is the same load.
+    let three = Stack {
+        layers: vec![layer(4.0), Layer { sample: denser, thickness_cm: 3.0 }, layer(5.0)],
+        depths_cm: vec![],
+        ..one.clone()
+    };
+    let one = Stack { depths_cm: vec![], ..one };
+    let slab = Slab {
+        sample: SnowSample::default(),
+        thicknesses_cm: vec![15.0],
+        incidences: one.incidences.clone(),
+        wavelengths_nm: one.wavelengths_nm.clone(),
+    };
+    let plain = ordinates::solve(&slab, &ordinates_options()).unwrap();
+    for (stack, tolerance) in [(one, 1e-12), (three, 1e-10)] {
+        let answers = ordinates::solve_stack(&stack, &ordinates_options()).unwrap();
+        for (answer, plain) in answers.iter().zip(&plain) {
+            assert_eq!((answer.whole.incidence, answer.whole.wavelength_nm), (plain.incidence, plain.wavelength_nm));
+            for (a, b) in [
+                (answer.whole.reflectance, plain.reflectance),
+                (answer.whole.transmittance, plain.transmittance),
+                (answer.whole.absorptance, plain.absorptance),
+            ] {
+                assert!((a.value - b.value).abs() < tolerance * b.value + 1e-14, "{a:?} {b:?}");
+                assert_near(a.standard_error, b.standard_error, 1e-6, "standard error");
+            }
+        }
+    }
+}
+
+/// Deep in a layer light fades by e over the e-folding depth.
+#[test]
+fn light_fades_over_the_e_folding_depth() {
+    let stack = Stack {
+        layers: vec![Layer { sample: SnowSample::default(), thickness_cm: 5000.0 }],
+        depths_cm: vec![1000.0, 1010.0],
+        wavelengths_nm: vec![400.0, 700.0],
+        ..winter()
+    };
+    for answer in ordinates::solve_stack(&stack, &ordinates_options()).unwrap() {
+        let [upper, lower] = &answer.profile[..] else { panic!("two depths") };
+        let measured = 10.0 / (upper.down.value / lower.down.value).ln();
+        assert_near(measured, upper.e_folding_depth_cm.value, 1e-6, "e-folding depth");
+    }
+}
+
+#[test]
+fn threads_change_no_bit_of_a_stack() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| ordinates::solve_stack(&winter(), &ordinates_options()).unwrap())
+    };
+    assert_eq!(run(1), run(3));
+}
+
+/// A repeatable choice.
+fn choose<T: Copy>(state: &mut u64, of: &[T]) -> T {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    of[usize::try_from(*state >> 33).unwrap() % of.len()]
+}
+
+/// Automatic streams keep T within 10⁻⁴ of 128 streams on random places of the paper's grid (Varsa & Baranoski 2024,
+/// Table 1), all its angles and Lambertian light.
+#[test]
+fn automatic_streams_suffice_on_the_papers_grid() {
+    let mut state = 20_240_101;
+    let mut incidences: Vec<Incidence> = (0..9).map(|i| Incidence::Beam { angle_deg: 10.0 * f64::from(i) }).collect();
+    incidences.extend([Incidence::Beam { angle_deg: 89.0 }, Incidence::Diffuse]);
+    let transmittances = |slab: &Slab, streams: Streams| -> Vec<Estimate> {
+        let options = OrdinatesOptions { streams, tally_rays: 1 << 16, seed: 1 };
+        ordinates::solve(slab, &options).unwrap().iter().map(|row| row.transmittance).collect()
+    };
+    let (mut worst, mut worst_of_eight) = (0.0_f64, 0.0_f64);
+    for _ in 0..8 {
+        let sample = SnowSample {
+            grain_size: GrainSize::around(choose(&mut state, &[100.0, 200.0, 300.0, 400.0, 500.0])).unwrap(),
+            facetness: TruncatedNormal::facetness_around(choose(&mut state, &[0.1, 0.3, 0.5, 0.7, 0.9])),
+            density_kg_m3: choose(&mut state, &[200.0, 300.0, 400.0]),
+            ..SnowSample::default()
+        };
+        let slab = Slab {
+            sample,
+            thicknesses_cm: vec![1.0, 3.0, 15.0, 50.0],
+            incidences: incidences.clone(),
+            wavelengths_nm: vec![choose(&mut state, &[400.0, 450.0, 500.0, 600.0, 700.0])],
+        };
+        let reference = transmittances(&slab, Streams::Exactly(128));
+        let worst_against = |streams| -> f64 {
+            let error = |(a, b): (&Estimate, &Estimate)| (a.value / b.value - 1.0).abs();
+            transmittances(&slab, streams).iter().zip(&reference).map(error).fold(0.0, f64::max)
+        };
+        worst = worst.max(worst_against(Streams::Auto));
+        worst_of_eight = worst_of_eight.max(worst_against(Streams::Exactly(8)));
+    }
+    assert!(worst < 1e-4, "{worst}");
+    assert!(worst_of_eight > 1e-3, "the comparison can fail: {worst_of_eight}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 200,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(11),
+        ..ProptestConfig::default()
+    })]
+
+    /// Any pile of two media: fluxes are shares, positive and finite, and energy is conserved.
+    #[test]
+    fn fluxes_in_piles_are_shares(
+        exponents in prop::array::uniform2(-13.0..0.0_f64), gs in prop::array::uniform2(-0.6..0.999_f64),
+        depth_exponents in prop::array::uniform3(-9.0..4.5_f64), albedo in 0.0..=1.0_f64,
+    ) {
+        let media = [0, 1].map(|i| medium(10_f64.powf(exponents[i]), gs[i]));
+        let depths = depth_exponents.map(|exponent| 10_f64.powf(exponent));
+        let layers = [(&media[0], depths[0]), (&media[1], depths[1]), (&media[0], depths[2])];
+        let faces = at_faces(&layers, albedo);
+        for face in &faces {
+            for fluxes in face {
+                prop_assert!(fluxes.down >= 0.0 && fluxes.down <= 1e7, "{fluxes:?}");
+                prop_assert!(fluxes.up >= -1e-12 * fluxes.down, "{fluxes:?}");
+                prop_assert!(fluxes.net >= -1e-11 && fluxes.net <= 1.0 + 1e-11, "{fluxes:?}");
+                prop_assert!((fluxes.down - fluxes.up - fluxes.net).abs() <= 1e-10, "{fluxes:?}");
+            }
+        }
+        for light in 0..LIGHTS.len() {
+            prop_assert!(faces.is_sorted_by(|a, b| a[light].net >= b[light].net - 1e-10), "{faces:?}");
+            prop_assert!(faces[0][light].up <= 1.0 + 1e-10);
+        }
+    }
+}
