@@ -65,10 +65,8 @@ impl Color {
             Some(path) => vec![self.of_file(path)?],
             None => self.of_snow()?,
         };
-        let mut metadata = vec![
-            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
-            ("observer", Observer::Cie1931.name().to_owned()),
-        ];
+        let mut metadata =
+            vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("observer", Observer::Cie1931.name().to_owned())];
         if self.spectrum.is_none() {
             metadata.push(("ice", self.sample.ice_name().to_owned()));
             metadata.push(("seed", self.ordinates.seed.to_string()));
@@ -132,7 +130,9 @@ fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
             Err(_) if number == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic()) => {}
             _ => {
                 let place = format!("{name}:{}", number + 1);
-                return Err(Failure::Input(format!("{place}: expected a wavelength in nm and a value of 0 or more, but found '{line}'")));
+                return Err(Failure::Input(format!(
+                    "{place}: expected a wavelength in nm and a value of 0 or more, but found '{line}'"
+                )));
             }
         }
     }

@@ -34,7 +34,7 @@ use crate::report::Cell;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Layers")]
 pub(crate) struct StackOptions {
-    /// Layers of different snow, top first, from a TOML file ([[layer]] tables) instead of the options for one snow
+    /// Layers of different snow, top first, from a TOML file (`[[layer]]` tables) instead of the options for one snow
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "temperature", "ice", "thickness",
     ])]

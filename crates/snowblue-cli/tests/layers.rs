@@ -111,7 +111,10 @@ fn bad_layers_get_one_clear_line_with_its_place() {
 #[test]
 fn conflicts_and_ranges_are_told() {
     for option in ["--grain-size", "--ssa", "--facetness", "--density", "--thickness", "--temperature"] {
-        assert!(refused(&["spectrum", "--layers", "pack.toml", option, "1"]).contains("cannot be used with"), "{option}");
+        assert!(
+            refused(&["spectrum", "--layers", "pack.toml", option, "1"]).contains("cannot be used with"),
+            "{option}"
+        );
     }
     assert!(refused(&["spectrum", "--layers", "x.toml", "--ice", "picard2016"]).contains("cannot be used with"));
     assert!(refused(&["spectrum", "--ground-albedo", "1.2"]).contains("ground albedo is 1.2, but must lie in 0–1"));

@@ -40,9 +40,9 @@ pub struct CompressedTable {
 pub struct Components {
     /// l', the number of components.
     pub count: usize,
-    /// [curve][component]
+    /// The component runs fastest, then the curve.
     pub coefficients: Vec<f32>,
-    /// [wavelength][component]
+    /// The component runs fastest, then the wavelength.
     pub basis: Vec<f32>,
     /// σ_1 ≥ σ_2 ≥ …, all of them.
     pub singular_values: Vec<f64>,
@@ -77,7 +77,7 @@ impl Space {
     }
 }
 
-/// All singular values and the basis V of one quantity: [wavelength][component].
+/// All singular values and the basis V of one quantity, the component running along the columns.
 pub struct Decomposition {
     space: Space,
     wavelengths: usize,

@@ -28,9 +28,9 @@ fn grain_hit(bencher: Bencher, roughness: f64) {
     let shape = Spheroid::of_unit_size(0.8, SizeMeasure::GreatestExtension);
     let grain = Grain { shape, roughness, relative_index: 1.31 };
     let mut stream = Stream::new(1, 0);
-    bencher.counter(ItemsCount::new(1000_usize)).bench_local(|| {
-        (0..1000).map(|_| black_box(grain).scatter(&mut stream).cos_scattering).sum::<f64>()
-    });
+    bencher
+        .counter(ItemsCount::new(1000_usize))
+        .bench_local(|| (0..1000).map(|_| black_box(grain).scatter(&mut stream).cos_scattering).sum::<f64>());
 }
 
 /// Grain hits of a Monte Carlo walk through 3 cm of the default snow under Lambertian light: 2κh = 99.5 a ray.

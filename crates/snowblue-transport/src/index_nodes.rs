@@ -27,7 +27,11 @@ impl IndexNodes {
 
     /// Chebyshev nodes between two indices, as many as keep their mean distance below [`STEP`].
     pub(crate) fn between(low: f64, high: f64) -> Self {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a range of indices is some 0.1 wide")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a range of indices is some 0.1 wide"
+        )]
         let count = ((high - low) / STEP).ceil() as usize + 1;
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         Self((0..count).map(|i| middle - half * (PI * (i as f64 + 0.5) / count as f64).cos()).collect())

@@ -7,6 +7,7 @@
 //!
 //! A [`sample::SnowSample`] says what the snow is made of, a [`slab::Slab`] asks what a thickness of it does to light, and
 //! two independent engines answer with the same types: [`monte_carlo::solve`] and [`ordinates::solve`].
+//! A [`stack::Stack`] is layers of different snow on a ground, with fluxes at any depth: [`ordinates::solve_stack`].
 //!
 //! ```
 //! use snowblue_transport::ordinates::{self, OrdinatesOptions};
@@ -31,7 +32,7 @@
 //! transfer with the grains' own phase function. Outside it speaks µm, cm, kg/m³, degrees and nm; inside SI and radians.
 //!
 //! **Simplified.** No diffraction, no polarisation; a grain is a point in the slab; no step of the refractive index at
-//! the slab's faces; dry, clean, homogeneous snow.
+//! the slab's faces; dry, clean snow in homogeneous layers.
 //!
 //! **Out of scope.** Where radiance goes (only fluxes are computed), and colour.
 

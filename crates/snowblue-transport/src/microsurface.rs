@@ -126,9 +126,8 @@ mod tests {
             let direction = DVec3::new((1.0_f64 - cosine * cosine).sqrt(), 0.0, -cosine);
             let step = Step { index, inverse: 1.0 / index };
             let count = 100_000;
-            let reflected = (0..count)
-                .filter(|ray| !meet_facet(direction, DVec3::Z, step, &mut Stream::new(8, *ray)).1)
-                .count();
+            let reflected =
+                (0..count).filter(|ray| !meet_facet(direction, DVec3::Z, step, &mut Stream::new(8, *ray)).1).count();
             let sigma = (expected * (1.0 - expected) / count as f64).sqrt();
             assert!((reflected as f64 / count as f64 - expected).abs() <= 4.0 * sigma, "{index} {cosine}");
         }

@@ -82,7 +82,7 @@ impl Tally {
         self.blend(size, (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm)), None)
     }
 
-    /// The same without one of the [`BATCHES`], for the jackknife (Tukey 1958).
+    /// The same without one of the 16 batches, for the jackknife (Tukey 1958).
     #[must_use]
     pub fn scattering_without(&self, batch: usize, size: &GrainSize, ice: &Ice, wavelength_nm: f64) -> Scattering {
         self.blend(size, (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm)), Some(batch))

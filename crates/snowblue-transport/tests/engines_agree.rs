@@ -38,7 +38,12 @@ const CASES: [Case; 14] = [
 fn engines_agree() {
     for (number, case) in CASES.into_iter().enumerate() {
         let slab = slab(case, number);
-        let walked = monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() }, &|_, _| ()).unwrap()[0];
+        let walked = monte_carlo::solve(
+            &slab,
+            &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
+            &|_, _| (),
+        )
+        .unwrap()[0];
         let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap()[0];
         for (quantity, a, b) in [
             ("reflectance", walked.reflectance, solved.reflectance),
@@ -56,7 +61,12 @@ fn engines_agree() {
 #[test]
 fn engines_disagree_about_different_snow() {
     let (walked, solved) = (slab(CASES[0], 0), slab(CASES[1], 0));
-    let walked = monte_carlo::solve(&walked, &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() }, &|_, _| ()).unwrap()[0];
+    let walked = monte_carlo::solve(
+        &walked,
+        &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
+        &|_, _| (),
+    )
+    .unwrap()[0];
     let solved = ordinates::solve(&solved, &OrdinatesOptions::default()).unwrap()[0];
     assert!(z_score(walked.transmittance, solved.transmittance).abs() > 10.0);
 }

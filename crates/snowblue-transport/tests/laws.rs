@@ -77,7 +77,11 @@ fn mean_paths_are_invariant() {
             incidences: vec![Incidence::Diffuse],
             wavelengths_nm: vec![500.0],
         };
-        let paths = monte_carlo::mean_paths(&slab, &MonteCarloOptions { rays: 40_000, seed: 5, ..MonteCarloOptions::default() }).unwrap();
+        let paths = monte_carlo::mean_paths(
+            &slab,
+            &MonteCarloOptions { rays: 40_000, seed: 5, ..MonteCarloOptions::default() },
+        )
+        .unwrap();
         assert_within_four_sigma(paths.pore_m, 0.02, "pore path");
         assert_within_four_sigma(paths.hits, 0.02 * sample.extinction_per_m(), "hits");
         assert_within_four_sigma(paths.ice_m, 0.02 * sample.ice_fraction() * enhancement, "ice path");
@@ -283,7 +287,8 @@ fn standard_errors_are_honest() {
                 [row.reflectance, row.transmittance, row.absorptance][quantity]
             };
             let mean = answers.iter().map(|answer| pick(answer).value).sum::<f64>() / SEEDS as f64;
-            let squares = answers.iter().map(|answer| ((pick(answer).value - mean) / pick(answer).standard_error).powi(2));
+            let squares =
+                answers.iter().map(|answer| ((pick(answer).value - mean) / pick(answer).standard_error).powi(2));
             // With errors from 64 teams a square is on average 63/61; 1 in 1000 at either end.
             let chi_squared = squares.sum::<f64>() * if per_wavelength { 1.0 } else { 61.0 / 63.0 };
             let above = snowblue_stat::chi_squared_p_value(chi_squared, SEEDS as f64 - 1.0);
@@ -299,7 +304,11 @@ fn threads_change_nothing() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let monte_carlo = monte_carlo::solve(&slab, &MonteCarloOptions { rays: 1000, seed: 1, ..MonteCarloOptions::default() }, &|_, _| ());
+            let monte_carlo = monte_carlo::solve(
+                &slab,
+                &MonteCarloOptions { rays: 1000, seed: 1, ..MonteCarloOptions::default() },
+                &|_, _| (),
+            );
             let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
             (monte_carlo.unwrap(), ordinates::solve(&slab, &options).unwrap())
         })

@@ -1,7 +1,7 @@
 //! The Monte Carlo engine: light walks from grain to grain, as in the paper.
 //!
 //! A ray is never absorbed outright: it carries the weight exp(−γℓ) of its path ℓ through ice. One trace thus serves all
-//! wavelengths and thicknesses ([`spectral`]); the paper's way, each wavelength on its own, stays as the check. Every
+//! wavelengths and thicknesses; the paper's way, each wavelength on its own, stays as the check. Every
 //! answer has its standard error, and rays depend on (seed, ray number) alone, so that any number of threads gives the
 //! same bits.
 

@@ -248,8 +248,8 @@ impl Sums {
     /// teams (Cochran 1977, *Sampling Techniques*, eq. 6.13).
     fn estimate(&self, quantity: usize, place: usize) -> Estimate {
         let mean = self.value[quantity][place] / self.rays;
-        let scatter = self.square[quantity][place] - 2.0 * mean * self.product[quantity][place]
-            + mean * mean * self.square_rays;
+        let scatter =
+            self.square[quantity][place] - 2.0 * mean * self.product[quantity][place] + mean * mean * self.square_rays;
         let correction = self.teams / (self.teams - 1.0).max(1.0);
         Estimate { value: mean, standard_error: (scatter.max(0.0) * correction).sqrt() / self.rays }
     }

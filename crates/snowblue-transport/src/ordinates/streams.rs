@@ -37,7 +37,7 @@ const GRAZING_DEG: f64 = 80.0;
 /// How many ordinates an engine takes, counting both hemispheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Streams {
-    /// 16 up to 80° and for diffuse light, 48 beyond: T within 10⁻⁴ of 128 streams up to 89.5°, within 3·10⁻⁴ to 89.9°.
+    /// 16 up to 80° and for diffuse light, 48 beyond: T within 10⁻⁴ of 128 streams up to 89.5°, within 4·10⁻⁴ to 89.9°.
     #[default]
     Auto,
     /// An even number, for all angles.
