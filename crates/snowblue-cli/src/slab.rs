@@ -17,7 +17,7 @@ pub(crate) struct Slab {
     /// Co-albedo 1 − ω of single scattering [0–1]
     #[arg(long, value_name = "X", value_parser = parse::number)]
     one_minus_omega: f64,
-    /// Asymmetry parameter g [-1–1]
+    /// Asymmetry parameter g [-0.9–1]
     #[arg(long, value_name = "G", value_parser = parse::number, allow_negative_numbers = true)]
     g: f64,
     /// Optical depth τ [0–1e9]
@@ -38,7 +38,7 @@ impl Slab {
         ordinates::check_streams(self.streams).map_err(Failure::input)?;
         for (option, value, low, high) in [
             ("--one-minus-omega", self.one_minus_omega, 0.0, 1.0),
-            ("--g", self.g, -1.0, 1.0),
+            ("--g", self.g, -0.9, 1.0),
             ("--tau", self.tau, 0.0, 1e9),
             ("--mu0", self.mu0, 1e-4, 1.0),
         ] {
@@ -47,6 +47,7 @@ impl Slab {
             }
         }
         let scattering = Scattering::henyey_greenstein(self.one_minus_omega, self.g, self.streams);
+        scattering.check(self.streams).map_err(Failure::input)?;
         let medium = HomogeneousMedium::new(&scattering, self.streams);
         let fluxes = medium.fluxes(self.tau, &[medium.beam(self.mu0)])[0];
         let report = Report {

@@ -45,6 +45,12 @@ pub enum TransportError {
         /// Greatest number allowed.
         most: usize,
     },
+    /// A phase function whose peak the ordinates cannot resolve.
+    #[error("{streams} streams cannot resolve this phase function; use more, or a broader one")]
+    Unresolved {
+        /// What was given.
+        streams: usize,
+    },
     /// A question with no thickness, angle or wavelength.
     #[error("no {quantity} is given")]
     Nothing {

@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::{self, Fluxes, HomogeneousMedium, OrdinatesOptions, Scattering};
+use snowblue_transport::ordinates::{self, Fluxes, HomogeneousMedium, Light, OrdinatesOptions, Scattering};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::scatter::Grain;
@@ -327,7 +327,7 @@ proptest! {
     /// Any medium, depth and angle: fluxes are shares, finite, and darken with depth.
     #[test]
     fn fluxes_are_shares(
-        exponent in -13.0..0.0_f64, g in -0.6..0.999_f64, depth_exponent in -6.0..5.0_f64,
+        exponent in -13.0..0.0_f64, g in -0.9..0.999_f64, depth_exponent in -6.0..5.0_f64,
         cos_incidence in 2e-4..1.0_f64, half_streams in prop::sample::select(vec![1_usize, 2, 4, 8, 16, 32]),
     ) {
         let (one_minus_albedo, depth) = (10_f64.powf(exponent), 10_f64.powf(depth_exponent));
@@ -338,5 +338,32 @@ proptest! {
         prop_assert!(fluxes.reflectance >= -1e-12 && fluxes.transmittance >= 0.0, "{fluxes:?}");
         prop_assert!(fluxes.reflectance + fluxes.transmittance <= 1.0 + 1e-10, "{fluxes:?}");
         prop_assert!(deeper.transmittance <= fluxes.transmittance * (1.0 + 1e-10) , "{fluxes:?} {deeper:?}");
+    }
+
+    /// Any phase function, as a mixture of single angles: it is refused, or its fluxes are shares.
+    #[test]
+    fn rugged_phase_functions_are_carried_or_refused(
+        exponent in -13.0..0.0_f64, cosines in prop::collection::vec(-1.0..1.0_f64, 1..6),
+        depth_exponent in -3.0..4.0_f64, half_streams in prop::sample::select(vec![2_usize, 8, 16, 32]),
+    ) {
+        let streams = 2 * half_streams;
+        let legendre = |l: usize, x: f64| {
+            let (mut before, mut here) = (0.0, 1.0);
+            for k in 0..l {
+                (before, here) = (here, ((2 * k + 1) as f64 * x * here - k as f64 * before) / (k + 1) as f64);
+            }
+            here
+        };
+        let moment = |l| cosines.iter().map(|cosine| legendre(l, *cosine)).sum::<f64>() / cosines.len() as f64;
+        let medium = Scattering {
+            one_minus_albedo: 10_f64.powf(exponent),
+            moments: (0..=streams).map(|l| moment(l).clamp(-1.0, 1.0)).collect(),
+        };
+        if medium.check(streams).is_ok() {
+            let solved = HomogeneousMedium::new(&medium, streams);
+            let lambertian = solved.fluxes(10_f64.powf(depth_exponent), &[Light::Lambertian])[0];
+            prop_assert!(lambertian.reflectance >= -1e-10 && lambertian.transmittance >= -1e-10, "{lambertian:?}");
+            prop_assert!(lambertian.reflectance + lambertian.transmittance <= 1.0 + 1e-9, "{lambertian:?}");
+        }
     }
 }

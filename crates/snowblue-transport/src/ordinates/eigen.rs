@@ -31,15 +31,18 @@ pub(crate) struct Modes {
 
 impl Modes {
     /// Solves `medium` on the directions of `rule`, whose [`legendre_basis`] is `basis`.
-    pub(crate) fn new(medium: &Scaled, rule: &Quadrature, basis: &DMatrix<f64>) -> Self {
+    ///
+    /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can happen to
+    /// phase functions with a peak that the rule does not resolve, though never to those of snow.
+    pub(crate) fn new(medium: &Scaled, rule: &Quadrature, basis: &DMatrix<f64>) -> Option<Self> {
         let n = rule.order();
         let mut odd = DMatrix::identity(n, n);
         for l in (1..medium.albedo_moments.len()).step_by(2) {
             let column = basis.column(l);
             odd.ger(-medium.albedo_moments[l], &column, &column, 1.0);
         }
-        let lower = factor(odd);
-        let root = even_root(medium, basis);
+        let lower = factor(odd)?;
+        let root = even_root(medium, basis)?;
         let mut product = lower.clone();
         for (mut row, mu) in product.row_iter_mut().zip(&rule.cosines) {
             row /= *mu;
@@ -47,10 +50,15 @@ impl Modes {
         let scaled_lower = product.clone();
         let (rates, right) = singular_values(root * product);
         let sums = scaled_lower * &right;
-        let differences =
-            lower.tr_solve_lower_triangular(&right).unwrap_or_else(|| unreachable!("O is positive definite"));
-        Self { rates, sums, differences }
+        let differences = lower.tr_solve_lower_triangular(&right)?;
+        Some(Self { rates, sums, differences })
     }
+}
+
+/// Whether `streams` ordinates can carry a medium.
+pub(crate) fn resolves(medium: &Scaled, streams: usize) -> bool {
+    let rule = Quadrature::half_range(streams / 2);
+    Modes::new(medium, rule, &legendre_basis(streams, rule)).is_some()
 }
 
 /// √((2l + 1) w_i) P_l(μ_i): a column for each l below `count`.
@@ -70,7 +78,7 @@ pub(crate) fn legendre_basis(count: usize, rule: &Quadrature) -> DMatrix<f64> {
 ///
 /// The isotropic direction p_0 is an eigenvector of E with eigenvalue 1 − ω, however small. A reflection that takes the
 /// first axis to p_0 makes that entry stand alone, so that it is never the difference of two numbers near 1.
-fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> DMatrix<f64> {
+fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = basis.nrows();
     let isotropic = basis.column(0);
     let mut mirror: DVector<f64> = isotropic.into_owned();
@@ -92,19 +100,19 @@ fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> DMatrix<f64> {
     let mut root = DMatrix::zeros(n, n);
     root[(0, 0)] = medium.one_minus_albedo.sqrt();
     if n > 1 {
-        root.view_mut((1, 1), (n - 1, n - 1)).copy_from(&factor(rest).transpose());
+        root.view_mut((1, 1), (n - 1, n - 1)).copy_from(&factor(rest)?.transpose());
     }
     for mut row in root.row_iter_mut() {
         let mut column = row.transpose();
         reflect(&mut column);
         row.copy_from(&column.transpose());
     }
-    root
+    Some(root)
 }
 
-/// The lower Cholesky factor of a matrix that is positive definite because |χ_l| ≤ 1 and ω ≤ 1.
-fn factor(matrix: DMatrix<f64>) -> DMatrix<f64> {
-    Cholesky::new(matrix).unwrap_or_else(|| unreachable!("moments are those of a non-negative phase function")).unpack()
+/// The lower Cholesky factor of a positive definite matrix.
+fn factor(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    Cholesky::new(matrix).map(Cholesky::unpack)
 }
 
 /// Singular values and right singular vectors by one-sided Jacobi rotations (Hestenes 1958, doi:10.1137/0106005).

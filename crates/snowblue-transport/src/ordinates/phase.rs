@@ -4,6 +4,10 @@
 //! the quadrature resolves, is taken as unscattered light (δ-M: Wiscombe 1977,
 //! doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
 
+use super::eigen::resolves;
+use super::streams::Streams;
+use crate::TransportError;
+
 /// Optical properties of a medium per unit of optical depth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scattering {
@@ -37,9 +41,22 @@ impl Scattering {
         self.moments[1]
     }
 
-    /// δ-M scaling for `streams` ordinates: the truncated fraction is f = χ_streams.
+    /// Checks that an albedo and moments are possible, and that `streams` ordinates can carry them: a peak that is far
+    /// narrower than they resolve, and not forward, leaves a discrete medium that creates light.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
+    pub fn check(&self, streams: usize) -> Result<(), TransportError> {
+        Streams::Exactly(streams).check()?;
+        TransportError::check("co-albedo", self.one_minus_albedo, (0.0, 1.0), "")?;
+        TransportError::check("number of moments", self.moments.len() as f64, (streams as f64 + 1.0, 1e9), "")?;
+        self.moments.iter().try_for_each(|chi| TransportError::check("moment", *chi, (-1.0, 1.0), ""))?;
+        if resolves(&self.delta_m(streams), streams) { Ok(()) } else { Err(TransportError::Unresolved { streams }) }
+    }
+
+    /// δ-M scaling for `streams` ordinates: the truncated fraction is f = χ_streams if the peak is a forward one.
     pub(crate) fn delta_m(&self, streams: usize) -> Scaled {
-        let forward = self.moments[streams];
+        let forward = if self.moments[streams - 1] > 0.0 { self.moments[streams].max(0.0) } else { 0.0 };
         let albedo = 1.0 - self.one_minus_albedo;
         let depth_ratio = (1.0 - forward) + forward * self.one_minus_albedo;
         // A medium that only scatters straight on (n = 1) absorbs and does nothing else.

@@ -87,7 +87,7 @@ impl HomogeneousMedium {
     /// Solves the eigenproblem of `medium` on `streams` ordinates, an even number that counts both hemispheres.
     ///
     /// # Panics
-    /// If `streams` is odd or zero, or `medium` has fewer than `streams + 1` moments.
+    /// If [`Scattering::check`] refuses the medium or the streams. Snow's own moments never are.
     #[must_use]
     pub fn new(medium: &Scattering, streams: usize) -> Self {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");
@@ -95,6 +95,7 @@ impl HomogeneousMedium {
         let scaled = medium.delta_m(streams);
         let basis = legendre_basis(streams, rule);
         let modes = Modes::new(&scaled, rule, &basis);
+        let modes = modes.unwrap_or_else(|| panic!("{streams} streams cannot resolve the phase function"));
         let weigh = |matrix: &DMatrix<f64>| {
             let mut weighed = matrix.clone();
             for (mut row, mu) in weighed.row_iter_mut().zip(&rule.cosines) {
