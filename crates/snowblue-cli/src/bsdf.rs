@@ -18,14 +18,17 @@ const COLUMNS: [&str; 7] =
 
 /// How light leaves a slab of snow: BRDF and BTDF on a hemisphere of patches
 #[derive(Debug, Args)]
-#[command(after_help = "A patch lies about theta_deg from the normal and phi_deg from the way that the beam travels \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "A patch lies about theta_deg from the normal and phi_deg from the way that the beam travels \
 (0 is forward, 180 back to the light), and stands for its mirror image too. All patches have the same integral of \
 cos theta over solid angle, pi/(RINGS*SECTORS), so that bsdf_per_sr times it, summed, is the flux. Light that met no \
 grain is in no patch: the metadata tell its share.
 
 Examples:
   snowblue bsdf --thickness 5 --angle 60 --wavelengths 450,550,650 --plot bsdf.svg
-  snowblue bsdf --thickness 1 --patches 20x24 --rays 1000000 -o bsdf.csv")]
+  snowblue bsdf --thickness 1 --patches 20x24 --rays 1000000 -o bsdf.csv"
+)]
 pub(crate) struct Bsdf {
     #[command(flatten)]
     sample: SampleOptions,
@@ -74,7 +77,7 @@ impl Bsdf {
         if let Some(path) = &self.plot {
             plot::bsdf(path, &spread, &report.metadata[..PROVENANCE])?;
         }
-        report.write(&self.output)
+        report.write(&self.output, quiet)
     }
 
     fn grid(&self) -> PatchGrid {

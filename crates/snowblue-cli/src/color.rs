@@ -32,11 +32,14 @@ const COLUMNS: [&str; 13] = [
 
 /// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow
 #[derive(Debug, Args)]
-#[command(after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
+#[command(
+    allow_negative_numbers = true,
+    after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
-  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value)")]
+  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value)"
+)]
 pub(crate) struct Color {
     #[command(flatten)]
     sample: SampleOptions,
@@ -60,7 +63,7 @@ pub(crate) struct Color {
 }
 
 impl Color {
-    pub(crate) fn run(&self) -> Outcome {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let rows = match &self.spectrum {
             Some(path) => vec![self.of_file(path)?],
             None => self.of_snow()?,
@@ -71,7 +74,7 @@ impl Color {
             metadata.push(("ice", self.sample.ice_name().to_owned()));
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
-        Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output)
+        Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
     }
 
     fn of_snow(&self) -> Result<Vec<Vec<Cell>>, Failure> {

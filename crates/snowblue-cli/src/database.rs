@@ -12,7 +12,7 @@ use snowblue_database::{Axes, CompressedTable, DatabaseError, Quantity, Space, T
 use crate::failure::{Failure, Outcome};
 use crate::options::{IceWord, LightOptions, OrdinatesWords, OutputOptions};
 use crate::progress::Progress;
-use crate::report::{Cell, Report, figures, print};
+use crate::report::{Cell, Report, figures, print, tell};
 
 /// Build, inspect and judge tables of snow
 #[derive(Debug, Subcommand)]
@@ -24,10 +24,13 @@ pub(crate) enum Database {
 
 /// Fill a table by discrete ordinates and write it as NetCDF
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue database build -o full.nc                                  the paper's 24,750 curves, every value
   snowblue database build --space linear --components 2 -o paper.nc   as the paper keeps them
-  snowblue database build --preset default --space log --components 3 -o snow.nc")]
+  snowblue database build --preset default --space log --components 3 -o snow.nc"
+)]
 pub(crate) struct Build {
     #[command(flatten)]
     filling: Filling,
@@ -61,9 +64,12 @@ struct Filling {
 
 /// Tell what a table holds and how it was made
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue database info            the embedded table
-  snowblue database info paper.nc")]
+  snowblue database info paper.nc"
+)]
 pub(crate) struct Info {
     /// Table to read [default: the embedded one]
     file: Option<PathBuf>,
@@ -71,9 +77,12 @@ pub(crate) struct Info {
 
 /// Judge how well 1–4 principal components keep every curve of a full table, beside the paper's claims
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue database fidelity full.nc
-  snowblue database fidelity --illuminant E --format csv -o fidelity.csv")]
+  snowblue database fidelity --illuminant E --format csv -o fidelity.csv"
+)]
 pub(crate) struct Fidelity {
     /// Full table to judge [default: the paper's axes, filled now]
     #[arg(conflicts_with_all = ["Filling", "OrdinatesWords"])]
@@ -150,7 +159,10 @@ impl Build {
             }
             _ => table.write(&self.output).map_err(Failure::work)?,
         }
-        if quiet { Ok(()) } else { print(&format!("{}: {times}\n", self.output.display())) }
+        if !quiet {
+            tell(&format!("{}: {times}\n", self.output.display()));
+        }
+        Ok(())
     }
 }
 
@@ -223,7 +235,7 @@ impl Fidelity {
             ("curves", table.axes.curves().to_string()),
             ("the paper claims", claim.to_owned()),
         ];
-        Report { columns: FIDELITY_COLUMNS.to_vec(), rows, metadata }.write(&self.output)
+        Report { columns: FIDELITY_COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
     }
 
     fn judge(&self, table: &Table) -> Result<Vec<Vec<Cell>>, DatabaseError> {

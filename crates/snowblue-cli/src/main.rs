@@ -53,9 +53,9 @@ fn run() -> Outcome {
     match arguments.command {
         Command::Spectrum(command) => command.run(arguments.quiet),
         Command::Bsdf(command) => command.run(arguments.quiet),
-        Command::Slab(command) => command.run(),
+        Command::Slab(command) => command.run(arguments.quiet),
         Command::Database(command) => command.run(arguments.quiet),
-        Command::Color(command) => command.run(),
+        Command::Color(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(arguments.quiet),
     }
 }

@@ -14,14 +14,17 @@ use snowblue_render::scene_file::Overrides;
 use crate::failure::{Failure, Outcome};
 use crate::parse;
 use crate::progress::Progress;
-use crate::report::print;
+use crate::report::tell;
 
 /// Render a scene (TOML) as PNG or EXR
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue render scenes/block_30cm.toml -o block.png
   snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
-  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr")]
+  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr"
+)]
 pub(crate) struct Render {
     /// Scene file
     scene: PathBuf,
@@ -103,7 +106,7 @@ impl Render {
         let odd = rendering.statistics.odd_depth_lines;
         if odd > 0 && !quiet {
             let lines = rendering.statistics.depth_lines;
-            print(&format!("{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open\n"))?;
+            tell(&format!("{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open\n"));
         }
         Ok(())
     }

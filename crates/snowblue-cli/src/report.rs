@@ -26,8 +26,8 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Writes the report where and how the options say.
-    pub(crate) fn write(&self, options: &OutputOptions) -> Outcome {
+    /// Writes the report where and how the options say. CSV has no room for what made it: that goes to stderr.
+    pub(crate) fn write(&self, options: &OutputOptions, quiet: bool) -> Outcome {
         let ending = options.output.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
         let format = match (options.format, &options.output, ending) {
             (Some(format), ..) => format,
@@ -48,6 +48,9 @@ impl Report {
             Format::Csv => self.csv(),
             Format::Json => self.json(),
         };
+        if format == Format::Csv && !quiet {
+            tell(&self.made());
+        }
         match &options.output {
             Some(path) => write_file(path, text.as_bytes()),
             None => print(&text),
@@ -84,12 +87,14 @@ impl Report {
         for row in &rows {
             line(&mut row.iter().map(String::as_str));
         }
-        if !self.metadata.is_empty() {
-            let made: Vec<String> = self.metadata.iter().map(|(name, value)| format!("{name} {value}")).collect();
-            text.push_str(&made.join(" · "));
-            text.push('\n');
-        }
+        text.push_str(&self.made());
         text
+    }
+
+    /// What made the results, as a line; nothing where nothing is said.
+    fn made(&self) -> String {
+        let made: Vec<String> = self.metadata.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        if made.is_empty() { String::new() } else { made.join(" · ") + "\n" }
     }
 
     fn json(&self) -> String {
@@ -139,6 +144,12 @@ pub(crate) fn print(text: &str) -> Outcome {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::work(error)),
         _ => Ok(()),
     }
+}
+
+/// Says something beside the results.
+#[expect(clippy::print_stderr, reason = "stdout is for results")]
+pub(crate) fn tell(text: &str) {
+    eprint!("{text}");
 }
 
 /// Writes a file beside its place, then renames it, so that none is ever half-written.

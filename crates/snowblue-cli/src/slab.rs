@@ -10,9 +10,12 @@ use crate::report::Report;
 
 /// Fluxes of a bare Henyey–Greenstein slab under a beam, to check the solver
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue slab --one-minus-omega 0.1 --g 0.75 --tau 2 --mu0 1 --streams 32
-      van de Hulst (1980, Table 35) prints R .09739 and T .66096")]
+      van de Hulst (1980, Table 35) prints R .09739 and T .66096"
+)]
 pub(crate) struct Slab {
     /// Co-albedo 1 − ω of single scattering [0–1]
     #[arg(long, value_name = "X", value_parser = parse::number)]
@@ -34,7 +37,7 @@ pub(crate) struct Slab {
 }
 
 impl Slab {
-    pub(crate) fn run(&self) -> Outcome {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
         ordinates::check_streams(self.streams).map_err(Failure::input)?;
         for (option, value, low, high) in [
             ("--one-minus-omega", self.one_minus_omega, 0.0, 1.0),
@@ -53,8 +56,8 @@ impl Slab {
         let report = Report {
             columns: vec!["reflectance", "transmittance", "direct"],
             rows: vec![vec![fluxes.reflectance.into(), fluxes.transmittance.into(), fluxes.direct.into()]],
-            metadata: vec![],
+            metadata: vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("streams", self.streams.to_string())],
         };
-        report.write(&self.output)
+        report.write(&self.output, quiet)
     }
 }

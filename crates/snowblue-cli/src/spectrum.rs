@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use snowblue_transport::alternatives::alternatives;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::{Radiometry, Slab};
@@ -18,11 +19,15 @@ use crate::report::{Cell, Report};
 
 /// Reflectance, transmittance and absorptance of a slab of snow, per wavelength
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   snowblue spectrum --grain-size 400 --facetness 0.3 --density 300 --thickness 15
   snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
-  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650")]
+  snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
+  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650"
+)]
 pub(crate) struct Spectrum {
     #[command(flatten)]
     sample: SampleOptions,
@@ -47,6 +52,9 @@ pub(crate) struct Spectrum {
     /// Monte Carlo as the paper did it: every wavelength and thickness with rays of its own
     #[arg(long, help_heading = "Engine")]
     per_wavelength: bool,
+    /// The same snow under other plausible readings too: ice table, facetness, size measure, sphericity
+    #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot"])]
+    spread: bool,
     #[command(flatten)]
     output: OutputOptions,
     /// Draw transmittance and reflectance against wavelength into an SVG file
@@ -63,6 +71,9 @@ enum Engine {
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let slab = self.sample.slab(&self.slab, &self.wavelengths)?;
+        if self.spread {
+            return self.spread(&slab, quiet)?.write(&self.output, quiet);
+        }
         let mut ice = self.sample.ice_name();
         let (rows, report) = if self.stack.asked() {
             let (stacks, ice_of_file) = self.stack.stacks(&slab)?;
@@ -83,7 +94,27 @@ impl Spectrum {
         if let Some(path) = &self.plot {
             plot::spectrum(path, &rows, &report.metadata)?;
         }
-        report.write(&self.output)
+        report.write(&self.output, quiet)
+    }
+
+    /// The rows of every alternative, each under its name.
+    fn spread(&self, slab: &Slab, quiet: bool) -> Result<Report, Failure> {
+        let mut spread: Option<Report> = None;
+        for alternative in alternatives(&slab.sample) {
+            let other = Slab { sample: alternative.sample, ..slab.clone() };
+            // An alternative may lie beyond its table: Picard 2016 starts at 320 nm.
+            if other.check().is_err() {
+                continue;
+            }
+            let mut report = self.report(&self.solve(&other, quiet)?, self.sample.ice_name());
+            report.columns.insert(0, "alternative");
+            report.rows.iter_mut().for_each(|row| row.insert(0, Cell::Word(alternative.name.to_owned())));
+            match &mut spread {
+                None => spread = Some(report),
+                Some(spread) => spread.rows.append(&mut report.rows),
+            }
+        }
+        spread.ok_or_else(|| Failure::Work("no alternative could be solved".to_owned()))
     }
 
     fn solve_stacks(&self, stacks: &[Stack]) -> Result<Vec<StackRadiometry>, Failure> {
@@ -140,13 +171,17 @@ impl Spectrum {
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
         };
         let relative = |row: &Radiometry| row.transmittance.standard_error / row.transmittance.value;
-        let worst = rows.iter().map(relative).fold(0.0, f64::max);
+        let worst = if rows.iter().any(|row| relative(row).is_nan()) {
+            "unknown: no ray came through".to_owned()
+        } else {
+            format!("{:.2} %", 100.0 * rows.iter().map(relative).fold(0.0, f64::max))
+        };
         vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("engine", engine),
             ("ice", ice.to_owned()),
             ("seed", self.ordinates.seed.to_string()),
-            ("transmittance standard error at most", format!("{:.2} %", 100.0 * worst)),
+            ("transmittance standard error at most", worst),
         ]
     }
 }

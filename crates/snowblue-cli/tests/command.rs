@@ -140,3 +140,22 @@ fn a_table_goes_through_its_file_into_a_picture() {
     assert_eq!(std::fs::read(&picture).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01], "the magic number of OpenEXR");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the files");
 }
+
+#[test]
+fn spread_names_its_alternatives() {
+    let text = stdout(&["spectrum", "--spread", "--thickness", "30", "--wavelengths", "450"]);
+    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert!(text.starts_with("alternative,thickness_cm,angle_deg,wavelength_nm,"));
+    assert_eq!((rows.len(), rows[0][0], rows[1][0]), (8, "as given", "ice picard2016"));
+    let passed = |row: usize| rows[row][5].parse::<f64>().unwrap();
+    assert!(passed(1) < 0.9 * passed(0), "Picard's ice is darker in the blue");
+    assert!(passed(3) < passed(0) && passed(2) > passed(0), "facetness darkens");
+}
+
+#[test]
+fn csv_tells_what_made_it_on_stderr() {
+    let run = |quiet: &[&str]| snowblue(&[&["spectrum", "--wavelengths", "500"][..], quiet].concat());
+    let told = String::from_utf8(run(&[]).stderr).unwrap();
+    assert!(told.contains("ice warren2008") && told.contains("seed 1") && told.contains(env!("CARGO_PKG_VERSION")));
+    assert!(run(&["--quiet"]).stderr.is_empty());
+}
