@@ -78,14 +78,7 @@ impl Spectrum {
         let (rows, report) = if self.stack.asked() {
             let (stacks, ice_of_file) = self.stack.stacks(&slab)?;
             ice = ice_of_file.unwrap_or(ice);
-            let answers = self.solve_stacks(&stacks)?;
-            let rows: Vec<Radiometry> = answers.iter().map(|answer| answer.whole).collect();
-            let mut report = self.report(&rows, ice);
-            if self.stack.with_depths() {
-                report.columns = PROFILE_COLUMNS.to_vec();
-                report.rows = answers.iter().flat_map(profile_rows).collect();
-            }
-            (rows, report)
+            self.solve_stacks(&stacks, ice, quiet)?
         } else {
             let rows = self.solve(&slab, quiet)?;
             let report = self.report(&rows, ice);
@@ -117,27 +110,43 @@ impl Spectrum {
         spread.ok_or_else(|| Failure::Work("no alternative could be solved".to_owned()))
     }
 
-    fn solve_stacks(&self, stacks: &[Stack]) -> Result<Vec<StackRadiometry>, Failure> {
-        if self.engine != Engine::Ordinates {
-            let what = "--layers, --ground-albedo and --depths need --engine ordinates";
-            return Err(Failure::Input(what.to_owned()));
+    /// The whole of each stack, and the report: of the whole, or of the fluxes at depths.
+    fn solve_stacks(&self, stacks: &[Stack], ice: &str, quiet: bool) -> Result<(Vec<Radiometry>, Report), Failure> {
+        if self.engine == Engine::Montecarlo {
+            if self.stack.with_depths() {
+                return Err(Failure::Input("--depths needs --engine ordinates".to_owned()));
+            }
+            let bar = Progress::new("rays", quiet);
+            let options = self.monte_carlo_options();
+            let walk = |stack| monte_carlo::solve_stack(stack, &options, &|done, all| bar.at(done, all));
+            let walked: Result<Vec<_>, _> = stacks.iter().map(walk).collect();
+            bar.end();
+            let rows = walked.map_err(Failure::input)?.concat();
+            let report = self.report(&rows, ice);
+            return Ok((rows, report));
         }
         let options = self.ordinates.options();
         let solved: Result<Vec<_>, _> = stacks.iter().map(|stack| ordinates::solve_stack(stack, &options)).collect();
-        Ok(solved.map_err(Failure::input)?.concat())
+        let answers: Vec<StackRadiometry> = solved.map_err(Failure::input)?.concat();
+        let rows: Vec<Radiometry> = answers.iter().map(|answer| answer.whole).collect();
+        let mut report = self.report(&rows, ice);
+        if self.stack.with_depths() {
+            report.columns = PROFILE_COLUMNS.to_vec();
+            report.rows = answers.iter().flat_map(profile_rows).collect();
+        }
+        Ok((rows, report))
+    }
+
+    fn monte_carlo_options(&self) -> MonteCarloOptions {
+        MonteCarloOptions { rays: self.rays, seed: self.ordinates.seed, per_wavelength: self.per_wavelength }
     }
 
     fn solve(&self, slab: &Slab, quiet: bool) -> Result<Vec<Radiometry>, Failure> {
         match self.engine {
             Engine::Ordinates => ordinates::solve(slab, &self.ordinates.options()).map_err(Failure::input),
             Engine::Montecarlo => {
-                let options = MonteCarloOptions {
-                    rays: self.rays,
-                    seed: self.ordinates.seed,
-                    per_wavelength: self.per_wavelength,
-                };
                 let bar = Progress::new("rays", quiet);
-                let solved = monte_carlo::solve(slab, &options, &|done, all| bar.at(done, all));
+                let solved = monte_carlo::solve(slab, &self.monte_carlo_options(), &|done, all| bar.at(done, all));
                 bar.end();
                 solved.map_err(Failure::input)
             }

@@ -119,7 +119,19 @@ fn conflicts_and_ranges_are_told() {
     assert!(refused(&["spectrum", "--layers", "x.toml", "--ice", "picard2016"]).contains("cannot be used with"));
     assert!(refused(&["spectrum", "--ground-albedo", "1.2"]).contains("ground albedo is 1.2, but must lie in 0–1"));
     assert!(refused(&["spectrum", "--depths", "16"]).contains("depth is 16 cm, but must lie in 0–15 cm"));
-    let walked = ["spectrum", "--ground-albedo", "0.5", "--engine", "montecarlo"];
+    let walked = ["spectrum", "--depths", "1", "--engine", "montecarlo"];
     assert!(refused(&walked).contains("--engine ordinates"));
     assert!(refused(&["spectrum", "--streams", "many"]).contains("neither a number nor 'auto'"));
+}
+
+#[test]
+fn the_walk_goes_through_layers_too() {
+    let common = ["spectrum", "--thickness", "0.5", "--ground-albedo", "0.8", "--wavelengths", "600"];
+    let solved = rows(&common, WHOLE);
+    let header = format!("{WHOLE},reflectance_se,transmittance_se,absorptance_se");
+    let walked = rows(&[&common[..], &["--engine", "montecarlo", "--rays", "4000"]].concat(), &header);
+    for quantity in 3..6 {
+        let gap = (walked[0][quantity] - solved[0][quantity]).abs();
+        assert!(gap < 4.0 * walked[0][quantity + 3], "{walked:?} {solved:?}");
+    }
 }

@@ -52,10 +52,12 @@ impl Bounds {
 }
 
 /// One over each component, and a huge number of the same sign for zero, so that no product is undefined.
+///
+/// A negative zero counts as a positive one: the hierarchy tells near from far sides by `direction < 0`, which it is not.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
     const LEAST: f32 = 1e-18;
-    let away_from_zero = |component: f32| component.abs().max(LEAST).copysign(component);
+    let away_from_zero = |component: f32| component.abs().max(LEAST).copysign(component + 0.0);
     Vec3A::new(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z)).recip()
 }
 

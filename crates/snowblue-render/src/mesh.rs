@@ -207,6 +207,23 @@ mod tests {
     }
 
     #[test]
+    fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
+        let mesh = Mesh::new(&sphere(8));
+        for along in [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X, Vec3A::NEG_Y, Vec3A::NEG_Z] {
+            for signs in 0..8 {
+                let signed =
+                    |axis: usize| if along[axis].abs() < 0.5 && signs & (1 << axis) != 0 { -0.0 } else { along[axis] };
+                let direction = Vec3A::new(signed(0), signed(1), signed(2));
+                let ray = Ray { origin: Vec3A::new(0.11, 0.07, 0.05) - 3.0 * along, direction };
+                let mut crossings = Vec::new();
+                mesh.crossings(&ray, &mut crossings);
+                assert_eq!(crossings.len(), 2, "{direction:?}");
+                assert!(mesh.first_hit(&ray, f32::INFINITY).is_some(), "{direction:?}");
+            }
+        }
+    }
+
+    #[test]
     fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
         // Far from the origin and small: coordinates are coarse against the triangles.
         let shift = Vec3::new(3.0, -5.0, 2.0);

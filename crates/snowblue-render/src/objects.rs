@@ -110,11 +110,6 @@ impl Objects {
         &self.objects
     }
 
-    /// The box around all objects; inside out when there are none.
-    pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.bounds.iter().flat_map(|one| [one.low.into(), one.high.into()]))
-    }
-
     /// What the ray hits first.
     pub fn first_hit(&self, ray: &Ray) -> Option<Surface> {
         let mut nearest = f32::INFINITY;

@@ -49,7 +49,7 @@ impl<'scene> PathTracer<'scene> {
             let direction = cosine_direction(surface.normal, u, v);
             throughput *= material.reflectance(&shading, surface.normal.dot(direction).max(0.0));
             let survival = if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) };
-            if chance >= survival {
+            if chance >= survival || throughput.maximum() <= 0.0 {
                 break;
             }
             throughput = throughput * survival.recip();

@@ -182,3 +182,38 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
         assert!(scene.objects.blocked(&ray, 5.0) && !scene.objects.blocked(&ray, 4.7));
     }
 }
+
+/// Two walls in one mesh shine as two boxes do: along the axes, where directions have zeros of either sign, and on the
+/// faces that look at each other, on which light falls that came through the other wall.
+#[test]
+fn two_walls_in_a_mesh_are_two_boxes() {
+    let walls = [
+        (DVec3::new(-1.0, -0.3, -1.0), DVec3::new(1.0, -0.2, 1.0)),
+        (DVec3::new(-1.0, 0.2, -1.0), DVec3::new(1.0, 0.4, 1.0)),
+    ];
+    let light = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
+    for path in ["normal", "light", "easiest"] {
+        let keys = format!("path = \"{path}\"\nreflectance = 0\n");
+        let mesh = format!("{SNOW}{keys}\n[[object]]\nmesh = \"walls.ply\"\nmaterial = \"snow\"\n{light}");
+        let mut one = scene(&mesh, &simple_law(), &[("walls.ply", boxes(&walls, 6))]);
+        let of_box = |(low, high): &(DVec3, DVec3)| {
+            let (size, middle) = (*high - *low, 0.5 * (*low + *high));
+            format!(
+                "[[object]]\nshape = \"box\"\nsize = [{}, {}, {}]\nposition = [{}, {}, {}]\nmaterial = \"snow\"\n",
+                size.x, size.y, size.z, middle.x, middle.y, middle.z
+            )
+        };
+        let apart = format!("{SNOW}{keys}\n{}{}{light}", of_box(&walls[0]), of_box(&walls[1]));
+        let mut two = scene(&apart, &simple_law(), &[]);
+        for scene in [&mut one, &mut two] {
+            scene.integrator.max_bounces = 0;
+        }
+        // From between the walls: the near face of the lit wall glows, that of the shaded wall does not.
+        for (target, glows) in [(Vec3A::new(0.3, 0.2, 0.1), true), (Vec3A::new(0.3, -0.2, 0.1), false)] {
+            let eye = Vec3A::new(0.0, 0.05, 0.0);
+            let (a, b) = (seen(&mut one, eye, target), seen(&mut two, eye, target));
+            assert_eq!(b.mean() > 1e-9, glows, "{path} {target}: {}", b.mean());
+            assert!((a.mean() - b.mean()).abs() <= 1e-4 * b.mean(), "{path} {target}: {} {}", a.mean(), b.mean());
+        }
+    }
+}

@@ -10,6 +10,7 @@ use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
+use snowblue_transport::stack::{Layer, Stack};
 
 const RAYS: u64 = 20_000;
 
@@ -127,6 +128,43 @@ fn shared_paths_agree_with_single_ones() {
         ] {
             // 180 comparisons, most of them correlated; 4 σ is a false alarm in a hundred seeds.
             assert!(z_score(a, b).abs() < 4.0 && z_score(a, c).abs() < 4.0, "{a:?} {b:?} {c:?}");
+        }
+    }
+}
+
+/// Layers of different snow over a ground: the walk and the layered ordinates.
+#[test]
+fn engines_agree_about_layers() {
+    let sample = |size_um: f64, facetness: f64, density_kg_m3: f64, ice| SnowSample {
+        grain_size: GrainSize::around(size_um).unwrap(),
+        facetness: TruncatedNormal::facetness_around(facetness),
+        density_kg_m3,
+        ice,
+        ..SnowSample::default()
+    };
+    let fresh = Layer { sample: sample(150.0, 0.7, 120.0, IceTable::WarrenBrandt2008), thickness_cm: 0.5 };
+    let old = Layer { sample: sample(800.0, 0.2, 400.0, IceTable::Picard2016), thickness_cm: 2.0 };
+    let crust = Layer { sample: sample(2000.0, 0.1, 700.0, IceTable::WarrenBrandt2008), thickness_cm: 0.3 };
+    for (layers, ground_albedo) in [(vec![fresh, old], 0.0), (vec![old, fresh], 0.6), (vec![crust, fresh, old], 0.95)] {
+        let stack = Stack {
+            layers,
+            ground_albedo,
+            depths_cm: vec![],
+            incidences: vec![Incidence::Beam { angle_deg: 50.0 }, Incidence::Diffuse],
+            wavelengths_nm: vec![450.0, 700.0, 1030.0],
+        };
+        let options = MonteCarloOptions { rays: RAYS, seed: 21, ..MonteCarloOptions::default() };
+        let walked = monte_carlo::solve_stack(&stack, &options, &|_, _| ()).unwrap();
+        let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
+        for (a, b) in walked.iter().zip(&solved) {
+            for (a, b) in [
+                (a.reflectance, b.whole.reflectance),
+                (a.transmittance, b.whole.transmittance),
+                (a.absorptance, b.whole.absorptance),
+            ] {
+                // 54 comparisons at 4 σ.
+                assert!(z_score(a, b).abs() < 4.0, "albedo {ground_albedo}: {a:?} {b:?}");
+            }
         }
     }
 }

@@ -152,6 +152,10 @@ impl PcaSnowMaterial {
     ) -> Option<Passage> {
         let towards_light = |probe: &mut Probe| {
             let way = light.position - surface.point;
+            // A light before the face shines on it; what else of the object stands between is not a way to its inside.
+            if surface.normal.dot(way) >= 0.0 {
+                return None;
+            }
             let distance_m = way.length();
             let line = line(surface, way / distance_m, distance_m);
             let chord = probe.chord(surface.object, &line, self.exit)?;

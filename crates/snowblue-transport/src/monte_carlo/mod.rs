@@ -6,6 +6,7 @@
 //! same bits.
 
 mod gonio;
+mod pile;
 mod spectral;
 mod walk;
 
@@ -18,6 +19,7 @@ use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 use walk::{Medium, walk};
 
 pub use gonio::{Distribution, GoniometricOptions, Patch, PatchGrid, distribute};
+pub use pile::solve_stack;
 
 /// Rays per wavelength that the paper uses.
 pub const DEFAULT_RAYS: u64 = 100_000;
