@@ -14,10 +14,12 @@
 //! precision of the smallest k, which governs deep snow and vanishes with absorption. The right singular vectors u give
 //! V = M⁻¹ L U and H = L⁻ᵀ U, so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
 
+use std::sync::OnceLock;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::phase::Scaled;
-use super::quadrature::{Quadrature, legendre_polynomials};
+use super::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
 
 /// The modes of a medium on a quadrature; columns belong to modes.
 pub(crate) struct Modes {
@@ -30,12 +32,13 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    /// Solves `medium` on the directions of `rule`, whose [`legendre_basis`] is `basis`.
+    /// Solves `medium` on the directions of `rule`.
     ///
     /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can happen to
     /// phase functions with a peak that the rule does not resolve, though never to those of snow.
-    pub(crate) fn new(medium: &Scaled, rule: &Quadrature, basis: &DMatrix<f64>) -> Option<Self> {
+    pub(crate) fn new(medium: &Scaled, rule: &Quadrature) -> Option<Self> {
         let n = rule.order();
+        let basis = legendre_basis(n);
         let mut odd = DMatrix::identity(n, n);
         for l in (1..medium.albedo_moments.len()).step_by(2) {
             let column = basis.column(l);
@@ -57,21 +60,24 @@ impl Modes {
 
 /// Whether `streams` ordinates can carry a medium.
 pub(crate) fn resolves(medium: &Scaled, streams: usize) -> bool {
-    let rule = Quadrature::half_range(streams / 2);
-    Modes::new(medium, rule, &legendre_basis(streams, rule)).is_some()
+    Modes::new(medium, Quadrature::half_range(streams / 2)).is_some()
 }
 
-/// √((2l + 1) w_i) P_l(μ_i): a column for each l below `count`.
-pub(crate) fn legendre_basis(count: usize, rule: &Quadrature) -> DMatrix<f64> {
-    let mut basis = DMatrix::zeros(rule.order(), count);
-    let mut polynomials = vec![0.0; count];
-    for (i, (mu, weight)) in rule.cosines.iter().zip(&rule.weights).enumerate() {
-        legendre_polynomials(*mu, &mut polynomials);
-        for (l, value) in polynomials.iter().enumerate() {
-            basis[(i, l)] = ((2 * l + 1) as f64 * weight).sqrt() * value;
+/// √((2l + 1) w_i) P_l(μ_i) on a half-range rule of N nodes, a column for each l below 2N; computed once and kept.
+pub(crate) fn legendre_basis(order: usize) -> &'static DMatrix<f64> {
+    static BASES: [OnceLock<DMatrix<f64>>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
+    BASES[order - 1].get_or_init(|| {
+        let rule = Quadrature::half_range(order);
+        let mut basis = DMatrix::zeros(order, 2 * order);
+        let mut polynomials = vec![0.0; 2 * order];
+        for (i, (mu, weight)) in rule.cosines.iter().zip(&rule.weights).enumerate() {
+            legendre_polynomials(*mu, &mut polynomials);
+            for (l, value) in polynomials.iter().enumerate() {
+                basis[(i, l)] = ((2 * l + 1) as f64 * weight).sqrt() * value;
+            }
         }
-    }
-    basis
+        basis
+    })
 }
 
 /// Fᵀ with E = F Fᵀ, exact in its smallest direction.

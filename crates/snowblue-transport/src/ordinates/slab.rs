@@ -41,7 +41,7 @@ pub struct HomogeneousMedium {
     pub(super) scaled: Scaled,
     pub(super) modes: Modes,
     /// √((2l + 1) w_i) P_l(μ_i): a column for each l.
-    basis: DMatrix<f64>,
+    basis: &'static DMatrix<f64>,
     /// M H.
     pub(super) weighted_differences: DMatrix<f64>,
     /// Γ = Hᵀ M H.
@@ -93,8 +93,8 @@ impl HomogeneousMedium {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");
         let rule = Quadrature::half_range(streams / 2);
         let scaled = medium.delta_m(streams);
-        let basis = legendre_basis(streams, rule);
-        let modes = Modes::new(&scaled, rule, &basis);
+        let basis = legendre_basis(rule.order());
+        let modes = Modes::new(&scaled, rule);
         let modes = modes.unwrap_or_else(|| panic!("{streams} streams cannot resolve the phase function"));
         let weigh = |matrix: &DMatrix<f64>| {
             let mut weighed = matrix.clone();
