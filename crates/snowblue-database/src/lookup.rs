@@ -11,6 +11,8 @@
 //!
 //! Reflectance is interpolated in the same way but over ln h: it starts in proportion to the thickness and levels off.
 
+use wide::f32x8;
+
 use crate::pca::{Components, MOST_COMPONENTS};
 use crate::spline::{curvatures, piece};
 use crate::{CompressedTable, DatabaseError, Quantity, Space};
@@ -19,6 +21,9 @@ use crate::{CompressedTable, DatabaseError, Quantity, Space};
 pub const PAPER_BLACK_BEYOND_CM: f32 = 100.0;
 /// Light does not reach a face that it would meet at this angle or a larger one, in degrees.
 pub const HORIZON_DEG: f32 = 90.0;
+
+/// Wavelengths that are rebuilt together.
+const LANES: usize = 8;
 
 /// A sample by its place on the table's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +52,8 @@ struct Curves {
     knots: Vec<f32>,
     count: usize,
     pieces: Vec<f32>,
-    basis: Vec<f32>,
+    /// Eight wavelengths at a time, and for each eight the components; what lies beyond the last wavelength is 0.
+    basis: Vec<f32x8>,
 }
 
 impl PcaSnow {
@@ -78,6 +84,9 @@ impl PcaSnow {
     }
 
     /// Transmittance at each wavelength through `thickness_cm` for light at `angle_deg` from the normal, into `spectrum`.
+    ///
+    /// # Panics
+    /// If `spectrum` has not as many values as there are wavelengths.
     pub fn transmittance(&self, thickness_cm: f32, angle_deg: f32, spectrum: &mut [f32]) {
         if thickness_cm <= 0.0 {
             return spectrum.fill(if angle_deg < HORIZON_DEG { 1.0 } else { 0.0 });
@@ -93,6 +102,9 @@ impl PcaSnow {
     }
 
     /// Reflectance at each wavelength of `thickness_cm` for light at `angle_deg` from the normal, into `spectrum`.
+    ///
+    /// # Panics
+    /// If `spectrum` has not as many values as there are wavelengths.
     pub fn reflectance(&self, thickness_cm: f32, angle_deg: f32, spectrum: &mut [f32]) {
         if thickness_cm <= 0.0 || angle_deg >= HORIZON_DEG {
             return spectrum.fill(0.0);
@@ -113,6 +125,7 @@ impl PcaSnow {
     /// The spectrum at spline place `x` and an angle; `offset` is added to every value in this space.
     #[inline]
     fn spectrum(&self, curves: &Curves, x: f32, (angle_deg, offset): (f32, f32), spectrum: &mut [f32]) {
+        assert_eq!(spectrum.len(), self.wavelengths_nm.len(), "a value for each wavelength");
         let mut coefficients = [0.0; MOST_COMPONENTS];
         let coefficients = &mut coefficients[..curves.count];
         let (angle, share) = self.between_angles(angle_deg);
@@ -120,12 +133,16 @@ impl PcaSnow {
         if share > 0.0 {
             curves.add(angle + 1, share, x, coefficients);
         }
-        for (value, basis) in spectrum.iter_mut().zip(curves.basis.chunks_exact(curves.count)) {
-            let sum: f32 = coefficients.iter().zip(basis).map(|(c, v)| c * v).sum();
-            *value = match self.space {
-                Space::Linear => sum + offset,
-                Space::Log => (sum + offset).exp(),
+        for (values, basis) in spectrum.chunks_mut(LANES).zip(curves.basis.chunks_exact(curves.count)) {
+            let mut sum = f32x8::splat(offset);
+            for (coefficient, shape) in coefficients.iter().zip(basis) {
+                sum += f32x8::splat(*coefficient) * shape;
+            }
+            let eight = match self.space {
+                Space::Linear => sum,
+                Space::Log => sum.exp(),
             };
+            values.copy_from_slice(&eight.to_array()[..values.len()]);
         }
     }
 
@@ -161,7 +178,7 @@ impl Curves {
             }
         }
         let knots = knots.into_iter().map(single).collect();
-        Self { knots, count: components.count, pieces, basis: components.basis.clone() }
+        Self { knots, count: components.count, pieces, basis: lanes(components) }
     }
 
     /// Adds `share` of the splines at one angle to `coefficients`.
@@ -177,6 +194,17 @@ impl Curves {
             *coefficient += share * (values + bends);
         }
     }
+}
+
+/// The basis, eight wavelengths at a time.
+fn lanes(components: &Components) -> Vec<f32x8> {
+    let wavelengths = components.basis.len() / components.count;
+    let entry = |wavelength: usize, component: usize| {
+        if wavelength < wavelengths { components.basis[wavelength * components.count + component] } else { 0.0 }
+    };
+    let eight = |first: usize, component: usize| f32x8::new(std::array::from_fn(|lane| entry(first + lane, component)));
+    let firsts = (0..wavelengths).step_by(LANES);
+    firsts.flat_map(|first| (0..components.count).map(move |component| eight(first, component))).collect()
 }
 
 /// The places of the knots, and the coefficients of knots that the form adds before and after the table's own.

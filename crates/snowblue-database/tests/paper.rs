@@ -109,4 +109,6 @@ fn ends_of_both_forms() {
     assert!(look_up(Space::Linear, 5.0, 89.5).iter().all(|t| *t <= 0.0));
     let (deep, deeper) = (look_up(Space::Log, 100.1, 0.0), look_up(Space::Log, 150.0, 0.0));
     assert!(deep.iter().zip(&deeper).all(|(a, b)| *a > *b && *b > 0.0));
+    // Far beyond what single precision holds there is nothing, and no number that is none.
+    assert!(look_up(Space::Log, 1e5, 0.0).iter().all(|t| *t <= 0.0));
 }

@@ -3,6 +3,9 @@
 //! Geometry and Fresnel's laws see the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over
 //! 400–700 nm. What grains do is therefore computed at a few Chebyshev nodes in n, with common random numbers, and
 //! interpolated by Lagrange's polynomial.
+//!
+//! The error with three nodes is below max|Π(n − n_i)| · f'''/6, and the product is 6·10⁻⁸ over the visible range. For
+//! T ∝ 1/(1 − g) with dg/dn = −0.9 that is 2·10⁻⁶ of T; where T = e^{−x} with x = 8 rests on √(1 − g), 2·10⁻⁵.
 
 use std::f64::consts::PI;
 
