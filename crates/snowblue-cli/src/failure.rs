@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use crate::report::tell;
+
 /// One clear line for the user, and an exit code.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -32,16 +34,15 @@ impl Failure {
     }
 
     /// Tells the user, and returns the exit code.
-    #[expect(clippy::print_stderr, reason = "this is where the command speaks of failure")]
     fn report(&self) -> ExitCode {
         match self {
             Self::Told => ExitCode::SUCCESS,
             Self::Work(message) => {
-                eprintln!("snowblue: {message}");
+                tell(&format!("snowblue: {message}\n"));
                 ExitCode::from(1)
             }
             Self::Input(message) => {
-                eprintln!("snowblue: {message}");
+                tell(&format!("snowblue: {message}\n"));
                 ExitCode::from(2)
             }
         }

@@ -24,7 +24,7 @@ struct Arguments {
     #[command(subcommand)]
     command: Command,
     /// Threads to work on [default: one for each core]; results do not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Say nothing but results
     #[arg(long, global = true)]

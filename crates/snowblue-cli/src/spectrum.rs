@@ -15,7 +15,10 @@ use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, 
 use crate::parse::{self, Wavelengths};
 use crate::plot;
 use crate::progress::Progress;
-use crate::report::{Cell, Report};
+use crate::report::{Cell, Report, tell};
+
+/// What the metadata call the greatest standard error.
+const STANDARD_ERROR: &str = "transmittance standard error at most";
 
 /// Reflectance, transmittance and absorptance of a slab of snow, per wavelength
 #[derive(Debug, Args)]
@@ -46,7 +49,8 @@ pub(crate) struct Spectrum {
     engine: Engine,
     #[command(flatten)]
     ordinates: OrdinatesWords,
-    /// Rays of the Monte Carlo engine for each angle, shared by all wavelengths and thicknesses
+    /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; in layers for
+    /// each wavelength
     #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
     rays: u64,
     /// Monte Carlo as the paper did it: every wavelength and thickness with rays of its own
@@ -96,10 +100,12 @@ impl Spectrum {
         for alternative in alternatives(&slab.sample) {
             let other = Slab { sample: alternative.sample, ..slab.clone() };
             // An alternative may lie beyond its table: Picard 2016 starts at 320 nm.
-            if other.check().is_err() {
+            if let Err(error) = other.check() {
+                tell(&format!("snowblue: {} is left out: {error}\n", alternative.name));
                 continue;
             }
             let mut report = self.report(&self.solve(&other, quiet)?, self.sample.ice_name());
+            report.metadata.retain(|(name, _)| !["ice", STANDARD_ERROR].contains(name));
             report.columns.insert(0, "alternative");
             report.rows.iter_mut().for_each(|row| row.insert(0, Cell::Word(alternative.name.to_owned())));
             match &mut spread {
@@ -179,9 +185,9 @@ impl Spectrum {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
         };
-        let relative = |row: &Radiometry| row.transmittance.standard_error / row.transmittance.value;
+        let relative = |row: &Radiometry| (row.transmittance.standard_error / row.transmittance.value).abs();
         let worst = if rows.iter().any(|row| relative(row).is_nan()) {
-            "unknown: no ray came through".to_owned()
+            "unknown: some transmittance is 0".to_owned()
         } else {
             format!("{:.2} %", 100.0 * rows.iter().map(relative).fold(0.0, f64::max))
         };
@@ -190,7 +196,7 @@ impl Spectrum {
             ("engine", engine),
             ("ice", ice.to_owned()),
             ("seed", self.ordinates.seed.to_string()),
-            ("transmittance standard error at most", worst),
+            (STANDARD_ERROR, worst),
         ]
     }
 }

@@ -21,6 +21,8 @@ pub struct Alternative {
 
 /// The sample as given, then with the other ice table, facetness ± 0.2, the other measures of size, sphericity ± 0.1.
 ///
+/// At the ends of what is possible a law moves less than its name says, and keeps its width.
+///
 /// ```
 /// use snowblue_transport::alternatives::alternatives;
 /// use snowblue_transport::sample::SnowSample;
@@ -62,10 +64,10 @@ pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
     found
 }
 
-/// A distribution moved as a whole, cut at the ends of what is possible.
+/// A distribution moved as a whole, or as far as its range allows: it keeps its width.
 fn shifted(law: &TruncatedNormal, shift: f64, (low, high): (f64, f64)) -> TruncatedNormal {
-    let moved = |value: f64| (value + shift).clamp(low, high);
-    TruncatedNormal { min: moved(law.min), max: moved(law.max), mean: moved(law.mean), ..*law }
+    let shift = shift.clamp(low - law.min, high - law.max);
+    TruncatedNormal { min: law.min + shift, max: law.max + shift, mean: law.mean + shift, ..*law }
 }
 
 #[cfg(test)]

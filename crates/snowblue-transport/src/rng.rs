@@ -53,12 +53,13 @@ impl Stream {
     pub fn uniform(&mut self) -> f64 {
         /// The sequence has 23 bits.
         const HALF_CELL: f64 = 0.5 / 8_388_608.0;
-        const HALF_STEP: f64 = 1.0 / (1_u64 << 54) as f64;
+        /// The greatest number is 1 − 2⁻⁵³, which a double holds.
+        const HALF_STEP: f64 = 1.0 / (1_u64 << 53) as f64;
         if self.point_left > 0 {
             self.point_left -= 1;
             return f64::from(self.point[self.point_left]) + HALF_CELL;
         }
-        (self.generator.next_u64() >> 11) as f64 * (2.0 * HALF_STEP) + HALF_STEP
+        (self.generator.next_u64() >> 12) as f64 * (2.0 * HALF_STEP) + HALF_STEP
     }
 }
 

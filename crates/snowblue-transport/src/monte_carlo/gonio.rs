@@ -109,7 +109,7 @@ pub fn distribute(
     let all = cases.len() as u64 * options.rays;
     let mut answer = Vec::new();
     for (number, case) in (0_u64..).zip(cases) {
-        let seed = options.seed.wrapping_add(number << 40);
+        let seed = Stream::key(options.seed, number);
         let seen = |done| progress(number * options.rays + done, all);
         answer.push(distribution(slab, case, &GoniometricOptions { seed, ..*options }, seen));
     }

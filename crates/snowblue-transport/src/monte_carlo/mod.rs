@@ -2,8 +2,8 @@
 //!
 //! A ray is never absorbed outright: it carries the weight exp(−γℓ) of its path ℓ through ice. One trace thus serves all
 //! wavelengths and thicknesses; the paper's way, each wavelength on its own, stays as the check. Every
-//! answer has its standard error, and rays depend on (seed, ray number) alone, so that any number of threads gives the
-//! same bits.
+//! answer has its standard error, and random streams belong to rays and teams of rays, so that any number of threads
+//! gives the same bits.
 
 mod gonio;
 mod pile;
@@ -86,7 +86,7 @@ fn solve_per_wavelength(
             for &wavelength_nm in &slab.wavelengths_nm {
                 let medium = medium(slab, &ice, wavelength_nm);
                 let (depth, absorption) = (slab.optical_depth(thickness_cm), ice.absorption_per_m(wavelength_nm));
-                let seed = options.seed.wrapping_add((answer.len() as u64) << 40);
+                let seed = Stream::key(options.seed, answer.len() as u64);
                 let sums = sum_over_rays(options.rays, |ray| {
                     let mut stream = Stream::new(seed, ray);
                     let passage = walk(&medium, depth, cos_incidence(incidence, &mut stream), &mut stream);

@@ -40,7 +40,8 @@ pub fn solve_stack(
     for &incidence in &stack.incidences {
         for &wavelength_nm in &stack.wavelengths_nm {
             let beds = beds(stack, wavelength_nm);
-            let seed = Stream::key(options.seed, answer.len() as u64);
+            // Other streams than those of slabs without layers.
+            let seed = Stream::key(!options.seed, answer.len() as u64);
             let sums = sum_over_rays(options.rays, |ray| {
                 let mut stream = Stream::new(seed, ray);
                 let cosine = cos_incidence(incidence, &mut stream);
