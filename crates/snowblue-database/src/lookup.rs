@@ -14,7 +14,7 @@
 use wide::f32x8;
 
 use crate::pca::{Components, MOST_COMPONENTS};
-use crate::spline::{curvatures, piece};
+use crate::spline::{Piece, curvatures, piece};
 use crate::{CompressedTable, DatabaseError, Quantity, Space};
 
 /// Light through snow thicker than this is black in the paper's scheme, in cm.
@@ -129,9 +129,10 @@ impl PcaSnow {
         let mut coefficients = [0.0; MOST_COMPONENTS];
         let coefficients = &mut coefficients[..curves.count];
         let (angle, share) = self.between_angles(angle_deg);
-        curves.add(angle, 1.0 - share, x, coefficients);
+        let piece = piece(&curves.knots, x);
+        curves.add(angle, 1.0 - share, piece, coefficients);
         if share > 0.0 {
-            curves.add(angle + 1, share, x, coefficients);
+            curves.add(angle + 1, share, piece, coefficients);
         }
         for (values, basis) in spectrum.chunks_mut(LANES).zip(curves.basis.chunks_exact(curves.count)) {
             let mut sum = f32x8::splat(offset);
@@ -183,8 +184,7 @@ impl Curves {
 
     /// Adds `share` of the splines at one angle to `coefficients`.
     #[inline]
-    fn add(&self, angle: usize, share: f32, x: f32, coefficients: &mut [f32]) {
-        let piece = piece(&self.knots, x);
+    fn add(&self, angle: usize, share: f32, piece: Piece, coefficients: &mut [f32]) {
         let n = self.count;
         let start = (angle * self.knots.len() + piece.knot) * 2 * n;
         let (below, above) = self.pieces[start..start + 4 * n].split_at(2 * n);
