@@ -12,7 +12,7 @@ use snowblue_database::{Axes, CompressedTable, DatabaseError, Quantity, Space, T
 use crate::failure::{Failure, Outcome};
 use crate::options::{IceWord, LightOptions, OrdinatesWords, OutputOptions};
 use crate::progress::Progress;
-use crate::report::{Cell, Report, figures, print, tell};
+use crate::report::{Cell, Report, check_place, figures, print, tell};
 
 /// Build, inspect and judge tables of snow
 #[derive(Debug, Subcommand)]
@@ -146,11 +146,7 @@ impl Filling {
 
 impl Build {
     fn run(&self, quiet: bool) -> Outcome {
-        // Said before the work, not after it.
-        let folder = self.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-            return Err(Failure::Input(format!("{}: there is no folder {}", self.output.display(), folder.display())));
-        }
+        check_place(&self.output)?;
         let (table, times) = self.filling.fill(quiet)?;
         match (self.space, self.components) {
             (Some(space), Some(components)) => {

@@ -14,7 +14,7 @@ use snowblue_render::scene_file::Overrides;
 use crate::failure::{Failure, Outcome};
 use crate::parse;
 use crate::progress::Progress;
-use crate::report::tell;
+use crate::report::{check_place, tell};
 
 /// Render a scene (TOML) as PNG or EXR
 #[derive(Debug, Args)]
@@ -86,11 +86,7 @@ impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         // Checked before the work, not after it.
         let picture = picture(&self.output)?;
-        let folder = self.output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if self.output.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-            let name = self.output.display();
-            return Err(Failure::Input(format!("{name}: it is a folder, or its folder does not exist")));
-        }
+        check_place(&self.output)?;
         let scene = self.load()?;
         let bar = Progress::new("rows", quiet);
         let rendering = render::render(&scene, &|at| bar.at(at.rows_done.into(), at.rows.into()));

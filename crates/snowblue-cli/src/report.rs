@@ -151,6 +151,16 @@ pub(crate) fn tell(text: &str) {
     drop(io::stderr().write_all(text.as_bytes()));
 }
 
+/// Checks before long work that a file can stand at its place.
+pub(crate) fn check_place(path: &Path) -> Outcome {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
+        let name = path.display();
+        return Err(Failure::Input(format!("{name}: it is a folder, or its folder does not exist")));
+    }
+    Ok(())
+}
+
 /// Writes a file beside its place, then renames it, so that none is ever half-written.
 pub(crate) fn write_file(path: &Path, contents: &[u8]) -> Outcome {
     let failed = |error: io::Error| Failure::Work(format!("{}: cannot be written: {error}", path.display()));

@@ -2,20 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod shell;
+
 use std::path::Path;
-use std::process::{Command, Output};
+
+use shell::{snowblue, stdout};
 
 use svg::parser::Event;
-
-fn snowblue(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_snowblue")).args(arguments).output().unwrap()
-}
-
-fn stdout(arguments: &[&str]) -> String {
-    let output = snowblue(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// All text of a figure, which must be well-formed and free of numbers that are none.
 fn words(path: &Path) -> String {

@@ -2,28 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod shell;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
-fn snowblue(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_snowblue")).args(arguments).output().unwrap()
-}
-
-fn stdout(arguments: &[&str]) -> String {
-    let output = snowblue(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// Runs a command that must fail on its input: exit code 2, nothing on stdout, one line on stderr.
-fn refused(arguments: &[&str]) -> String {
-    let output = snowblue(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert!(output.stdout.is_empty(), "{arguments:?}");
-    assert_eq!(message.trim_end().lines().count(), 1, "{arguments:?}: {message}");
-    message
-}
+use shell::{refused, snowblue, stdout};
 
 /// The scene of the README, in a folder of its own with one thing changed.
 fn changed_scene(folder: &Path, from: &str, to: &str) -> String {

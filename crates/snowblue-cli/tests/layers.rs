@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::process::{Command, Output};
+mod shell;
+
+use shell::{refused, stdout};
 
 const PACK: &str = "\
 ice = \"picard2016\"
@@ -18,27 +20,12 @@ sphericity = [0.6, 0.9, 0.7, 0.1]
 temperature_c = -12
 ";
 
-fn snowblue(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_snowblue")).args(arguments).output().unwrap()
-}
-
 /// Rows of a CSV that must begin with `header`.
 fn rows(arguments: &[&str], header: &str) -> Vec<Vec<f64>> {
-    let output = snowblue(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = stdout(arguments);
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some(header));
     lines.map(|line| line.split(',').map(|field| field.parse().unwrap_or(f64::NAN)).collect()).collect()
-}
-
-/// Runs a command that must fail on its input: exit code 2, nothing on stdout, one line on stderr.
-fn refused(arguments: &[&str]) -> String {
-    let output = snowblue(arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{arguments:?}: {message}");
-    assert_eq!(message.trim_end().lines().count(), 1, "{arguments:?}: {message}");
-    message
 }
 
 const WHOLE: &str = "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance";

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 
 use super::walk::Medium;
-use super::{check_rays, cos_incidence, medium};
+use super::{check_rays, cos_incidence};
 use crate::TransportError;
 use crate::ice::Ice;
 use crate::population::hit_size_m;
@@ -190,7 +190,8 @@ fn distribution(
 ) -> Distribution {
     let ice = Ice::new(slab.sample.ice);
     let absorption_per_m = ice.absorption_per_m(wavelength_nm);
-    let (medium, optical_depth) = (medium(slab, &ice, wavelength_nm), slab.optical_depth(thickness_cm));
+    let (medium, optical_depth) =
+        (Medium::new(&slab.sample, ice.index(wavelength_nm)), slab.optical_depth(thickness_cm));
     let (patches, count) = (options.patches, options.patches.count());
     // Sums of w and w² over the patches on top, then those below, then the direct light.
     let mut sums = vec![(0.0, 0.0); 2 * count + 1];

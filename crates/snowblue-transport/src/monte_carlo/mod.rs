@@ -12,7 +12,6 @@ mod walk;
 
 use crate::TransportError;
 use crate::ice::Ice;
-use crate::population::{HitSizes, Population};
 use crate::rays::sum_over_rays;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
@@ -84,7 +83,7 @@ fn solve_per_wavelength(
     for &thickness_cm in &slab.thicknesses_cm {
         for &incidence in &slab.incidences {
             for &wavelength_nm in &slab.wavelengths_nm {
-                let medium = medium(slab, &ice, wavelength_nm);
+                let medium = Medium::new(&slab.sample, ice.index(wavelength_nm));
                 let (depth, absorption) = (slab.optical_depth(thickness_cm), ice.absorption_per_m(wavelength_nm));
                 let seed = Stream::key(options.seed, answer.len() as u64);
                 let sums = sum_over_rays(options.rays, |ray| {
@@ -115,7 +114,7 @@ fn solve_per_wavelength(
 pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
-    let medium = medium(slab, &Ice::new(slab.sample.ice), slab.wavelengths_nm[0]);
+    let medium = Medium::new(&slab.sample, Ice::new(slab.sample.ice).index(slab.wavelengths_nm[0]));
     let depth = slab.optical_depth(slab.thicknesses_cm[0]);
     let extinction_per_m = slab.sample.extinction_per_m();
     let sums = sum_over_rays(options.rays, |ray| {
@@ -129,14 +128,6 @@ pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths,
 
 fn check_rays(rays: u64) -> Result<(), TransportError> {
     TransportError::check("number of rays", rays as f64, (2.0, 1e12), "")
-}
-
-fn medium(slab: &Slab, ice: &Ice, wavelength_nm: f64) -> Medium {
-    Medium {
-        population: Population::of_sample(&slab.sample),
-        size: HitSizes::new(&slab.sample.grain_size),
-        relative_index: ice.index(wavelength_nm),
-    }
 }
 
 /// Cosine from the normal with which a ray enters; Lambertian light has μ² uniform.

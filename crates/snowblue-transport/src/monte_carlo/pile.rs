@@ -8,11 +8,11 @@ use super::walk::{Medium, turn};
 use super::{MonteCarloOptions, check_rays, cos_incidence};
 use crate::TransportError;
 use crate::ice::Ice;
-use crate::population::{HitSizes, Population, hit_size_m};
+use crate::population::hit_size_m;
 use crate::rays::sum_over_rays;
 use crate::rng::Stream;
 use crate::slab::Radiometry;
-use crate::stack::Stack;
+use crate::stack::{Layer, Stack};
 
 /// A layer at one wavelength.
 struct Bed {
@@ -64,15 +64,11 @@ pub fn solve_stack(
 
 fn beds(stack: &Stack, wavelength_nm: f64) -> Vec<Bed> {
     let mut bottom = 0.0;
-    let bed = |layer: &crate::stack::Layer| {
+    let bed = |layer: &Layer| {
         let ice = Ice::new(layer.sample.ice);
         bottom += layer.optical_depth(layer.thickness_cm);
         Bed {
-            medium: Medium {
-                population: Population::of_sample(&layer.sample),
-                size: HitSizes::new(&layer.sample.grain_size),
-                relative_index: ice.index(wavelength_nm),
-            },
+            medium: Medium::new(&layer.sample, ice.index(wavelength_nm)),
             absorption_per_m: ice.absorption_per_m(wavelength_nm),
             bottom,
         }

@@ -20,7 +20,7 @@ use super::walk::{Medium, turn};
 use super::{MonteCarloOptions, cos_incidence};
 use crate::ice::Ice;
 use crate::index_nodes::IndexNodes;
-use crate::population::{HitSizes, Population, hit_size_m};
+use crate::population::hit_size_m;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 
@@ -114,13 +114,8 @@ impl Trace {
     fn new(slab: &Slab, order: &[usize], options: &MonteCarloOptions) -> Self {
         let ice = Ice::new(slab.sample.ice);
         let nodes = IndexNodes::new(&ice, &slab.wavelengths_nm);
-        let medium = |n: &f64| Medium {
-            population: Population::of_sample(&slab.sample),
-            size: HitSizes::new(&slab.sample.grain_size),
-            relative_index: *n,
-        };
         Self {
-            media: nodes.nodes().iter().map(medium).collect(),
+            media: nodes.nodes().iter().map(|n| Medium::new(&slab.sample, *n)).collect(),
             node_weights: slab.wavelengths_nm.iter().map(|w| nodes.weights(ice.index(*w))).collect(),
             absorptions_per_m: slab.wavelengths_nm.iter().map(|w| ice.absorption_per_m(*w)).collect(),
             depths: order.iter().map(|i| slab.optical_depth(slab.thicknesses_cm[*i])).collect(),

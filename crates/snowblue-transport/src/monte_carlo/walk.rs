@@ -2,6 +2,7 @@
 
 use crate::population::{HitSizes, Population, hit_size_m};
 use crate::rng::{Stream, unit_circle};
+use crate::sample::SnowSample;
 
 /// Snow as a ray sees it.
 #[derive(Debug, Clone)]
@@ -9,6 +10,13 @@ pub(crate) struct Medium {
     pub(crate) population: Population,
     pub(crate) size: HitSizes,
     pub(crate) relative_index: f64,
+}
+
+impl Medium {
+    /// Snow whose ice has this index.
+    pub(crate) fn new(sample: &SnowSample, relative_index: f64) -> Self {
+        Self { population: Population::of_sample(sample), size: HitSizes::new(&sample.grain_size), relative_index }
+    }
 }
 
 /// A ray's life between entering and leaving a slab.
