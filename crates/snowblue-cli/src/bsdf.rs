@@ -75,7 +75,7 @@ impl Bsdf {
         let spread = spread.map_err(Failure::input)?;
         let report = self.report(&spread);
         if let Some(path) = &self.plot {
-            plot::bsdf(path, &spread, &report.metadata[..PROVENANCE])?;
+            plot::bsdf(path, &spread, &self.provenance())?;
         }
         report.write(&self.output, quiet)
     }
@@ -101,9 +101,20 @@ impl Bsdf {
         Report { columns: COLUMNS.to_vec(), rows, metadata: self.metadata(spread) }
     }
 
-    /// What made the answer, in [`PROVENANCE`] entries, then the fluxes.
-    fn metadata(&self, spread: &[Distribution]) -> Vec<(&'static str, String)> {
+    /// What made the answer.
+    fn provenance(&self) -> Vec<(&'static str, String)> {
         let PatchGrid { rings, sectors } = self.grid();
+        let mut made = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("engine", format!("Monte Carlo, {} rays on {rings} × {sectors} patches", self.rays)),
+        ];
+        made.extend(self.sample.metadata());
+        made.push(("seed", self.seed.to_string()));
+        made
+    }
+
+    /// What made the answer, then the fluxes.
+    fn metadata(&self, spread: &[Distribution]) -> Vec<(&'static str, String)> {
         let fluxes = |quantity: &dyn Fn(&Distribution) -> Estimate| {
             let words = spread.iter().map(|one| {
                 let Estimate { value, standard_error } = quantity(one);
@@ -111,20 +122,15 @@ impl Bsdf {
             });
             words.collect::<Vec<_>>().join(", ")
         };
-        vec![
-            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
-            ("engine", format!("Monte Carlo, {} rays on {rings} × {sectors} patches", self.rays)),
-            ("ice", self.sample.ice_name().to_owned()),
-            ("seed", self.seed.to_string()),
+        let mut metadata = self.provenance();
+        metadata.extend([
             ("reflectance", fluxes(&|one| one.reflectance)),
             ("transmittance", fluxes(&|one| one.transmittance)),
             ("direct", fluxes(&|one| one.direct)),
-        ]
+        ]);
+        metadata
     }
 }
-
-/// Entries of the metadata that say what made the answer.
-const PROVENANCE: usize = 4;
 
 fn patches(words: &str) -> Result<PatchGrid, String> {
     let count = |word: &str| word.trim().parse().ok();

@@ -71,7 +71,7 @@ impl Color {
         let mut metadata =
             vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("observer", Observer::Cie1931.name().to_owned())];
         if self.spectrum.is_none() {
-            metadata.push(("ice", self.sample.ice_name().to_owned()));
+            metadata.extend(self.sample.metadata());
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
         Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)

@@ -9,11 +9,15 @@
 //! facetness = 0.3             # a mean, or [MIN, MAX, MEAN, SD]
 //! sphericity = 0.8            # one value, or [MIN, MAX, MEAN, SD]
 //! density_kg_m3 = 120
+//! # snow = "fresh"            # a kind of snow, for its size and density where they are not given
+//! water_saturation = 0
+//! impurities_ng_g = { black-carbon = 10, saharan-dust = 500 }
 //! temperature_c = -5
 //! ```
 //!
 //! Keys that are left out have the values of the command's defaults.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -36,7 +40,8 @@ use crate::report::Cell;
 pub(crate) struct StackOptions {
     /// Layers of different snow, top first, from a TOML file (`[[layer]]` tables) instead of the options for one snow
     #[arg(long, value_name = "FILE", conflicts_with_all = [
-        "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "temperature", "ice", "thickness",
+        "snow", "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "water_saturation", "impurity",
+        "temperature", "ice", "thickness",
     ])]
     layers: Option<PathBuf>,
     /// Albedo of the ground under the snow [0–1; default: 0, as in the free air]
@@ -46,6 +51,9 @@ pub(crate) struct StackOptions {
     #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]
     depths: Vec<f64>,
 }
+
+/// Names and words for metadata.
+type Provenance = Vec<(&'static str, String)>;
 
 /// Columns of fluxes at depths.
 pub(crate) const PROFILE_COLUMNS: [&str; 8] =
@@ -62,8 +70,8 @@ impl StackOptions {
         !self.depths.is_empty()
     }
 
-    /// The layers of the file, or one of each thickness of `slab`; and the name of the ice constants in the file.
-    pub(crate) fn stacks(&self, slab: &Slab) -> Result<(Vec<Stack>, Option<&'static str>), Failure> {
+    /// The layers of the file, or one of each thickness of `slab`; and what the file's answer rests on, for metadata.
+    pub(crate) fn stacks(&self, slab: &Slab) -> Result<(Vec<Stack>, Option<Provenance>), Failure> {
         let stack = |layers: Vec<Layer>| Stack {
             layers,
             ground_albedo: self.ground_albedo.unwrap_or(0.0),
@@ -71,15 +79,15 @@ impl StackOptions {
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),
         };
-        let (stacks, ice) = if let Some(path) = &self.layers {
+        let (stacks, made_of) = if let Some(path) = &self.layers {
             let (layers, ice) = read(path)?;
-            (vec![stack(layers)], Some(ice))
+            (vec![stack(layers)], Some(vec![("ice", ice.to_owned()), ("layers", path.display().to_string())]))
         } else {
             let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
             (slab.thicknesses_cm.iter().map(one).collect(), None)
         };
         stacks.iter().try_for_each(Stack::check).map_err(Failure::input)?;
-        Ok((stacks, ice))
+        Ok((stacks, made_of))
     }
 }
 
@@ -113,6 +121,10 @@ struct LayerWords {
     facetness: Option<Spanned<Numbers>>,
     sphericity: Option<Spanned<Numbers>>,
     density_kg_m3: Option<Spanned<f64>>,
+    snow: Option<Spanned<String>>,
+    water_saturation: Option<Spanned<f64>>,
+    #[serde(default)]
+    impurities_ng_g: BTreeMap<Spanned<String>, Spanned<f64>>,
     temperature_c: Option<Spanned<f64>>,
 }
 
@@ -169,6 +181,21 @@ fn read_layer(source: Source, words: &LayerWords, ice: IceWord) -> Result<Layer,
     let mut layer = Layer { sample, thickness_cm: *words.thickness_cm.get_ref() };
     let checked = |layer: &Layer, place: &Range<usize>| layer.check().map_err(|error| source.failure(place, error));
     checked(&layer, &words.thickness_cm.span())?;
+    if let Some(name) = &words.snow {
+        let kind = parse::snow_type(name.get_ref());
+        let kind = kind.map_err(|error| source.failure(&name.span(), format!("snow '{}': {error}", name.get_ref())))?;
+        let of_kind = kind.sample().map_err(|error| source.failure(&name.span(), error))?;
+        layer.sample = SnowSample { ice: sample.ice, ..of_kind };
+    }
+    if let Some(water_saturation) = &words.water_saturation {
+        layer.sample.water_saturation = *water_saturation.get_ref();
+        checked(&layer, &water_saturation.span())?;
+    }
+    for (name, mass_fraction_ng_g) in &words.impurities_ng_g {
+        let substance = name.get_ref().parse().map_err(|error| source.failure(&name.span(), error))?;
+        layer.sample.impurities = layer.sample.impurities.with(substance, *mass_fraction_ng_g.get_ref());
+        checked(&layer, &mass_fraction_ng_g.span())?;
+    }
     if let Some(density_kg_m3) = &words.density_kg_m3 {
         layer.sample.density_kg_m3 = *density_kg_m3.get_ref();
         checked(&layer, &density_kg_m3.span())?;

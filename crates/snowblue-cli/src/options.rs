@@ -7,9 +7,11 @@ use serde::Deserialize;
 use snowblue_color::Illuminant;
 use snowblue_transport::TransportError;
 use snowblue_transport::ice::IceTable;
+use snowblue_transport::impurity::{Impurities, Substance};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::snow_type::SnowType;
 
 use crate::failure::Failure;
 use crate::parse::{self, SizeWords, Wavelengths};
@@ -18,14 +20,20 @@ use crate::parse::{self, SizeWords, Wavelengths};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Snow")]
 pub(crate) struct SampleOptions {
-    /// Grain size in µm: a mean, which stands for mean ± 50, or MIN:MAX, uniform in number [20–5000]
-    #[arg(long, value_name = "SIZE", default_value = "400", value_parser = parse::size, conflicts_with = "ssa")]
-    grain_size: SizeWords,
+    /// Kind of snow by the International Classification: its specific surface area and density, unless given here
+    #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
+    snow: Option<SnowType>,
+    /// Grain size in µm: a mean, which stands for mean ± 50, or MIN:MAX, uniform in number [20–5000; default: 400]
+    #[arg(long, value_name = "SIZE", value_parser = parse::size, conflicts_with = "ssa")]
+    grain_size: Option<SizeWords>,
     /// Specific surface area in m²/kg, instead of a grain size [1–300]
     #[arg(long, value_name = "AREA", value_parser = parse::number)]
     ssa: Option<f64>,
     /// What the grain size measures
-    #[arg(long, value_name = "MEASURE", value_enum, default_value = "greatest-extension", conflicts_with = "ssa")]
+    #[arg(
+        long, value_name = "MEASURE", value_enum, default_value = "greatest-extension",
+        conflicts_with_all = ["ssa", "snow"],
+    )]
     size_measure: SizeMeasureWord,
     /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
     #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
@@ -33,10 +41,17 @@ pub(crate) struct SampleOptions {
     /// Riley sphericity of the grains: one value or MIN:MAX:MEAN:SD [0.5–1]
     #[arg(long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity)]
     sphericity: TruncatedNormal,
-    /// Density of the snow in kg/m³ [10–900]
-    #[arg(long, value_name = "DENSITY", default_value = "300", value_parser = parse::number)]
-    density: f64,
-    /// Temperature in °C [-60–0]
+    /// Density of the dry snow in kg/m³ [10–900; default: 300]
+    #[arg(long, value_name = "DENSITY", value_parser = parse::number)]
+    density: Option<f64>,
+    /// Share of the pores that water fills [0–1]; 300–1400 nm
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = parse::number)]
+    water_saturation: f64,
+    /// Particles between the grains and their mass per dry snow in ng/g, as black-carbon=10; several by commas or
+    /// repeated: black-carbon, brown-carbon, saharan-dust, colorado-dust, snow-algae; 305–1495 nm
+    #[arg(long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity)]
+    impurity: Vec<(Substance, f64)>,
+    /// Temperature in °C, which changes the density of ice alone [-60–0]
     #[arg(long, value_name = "T", default_value = "-5", value_parser = parse::number, allow_negative_numbers = true)]
     temperature: f64,
     /// Whose absorption of ice to use; the two differ in the blue
@@ -146,20 +161,25 @@ impl IceWord {
 
 impl SampleOptions {
     fn grain_size(&self) -> Result<GrainSize, Failure> {
-        let size = match self.ssa {
-            Some(area_m2_kg) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
-            None => self.grain_size.measured_by(self.size_measure),
+        let area_m2_kg = self.ssa.or(self.snow.map(SnowType::surface_area_m2_kg));
+        let size = match (self.grain_size, area_m2_kg) {
+            (Some(words), _) => words.measured_by(self.size_measure),
+            (None, Some(area_m2_kg)) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
+            (None, None) => SizeWords::Mean(400.0).measured_by(self.size_measure),
         };
         size.map_err(Failure::input)
     }
 
     /// The snow, not checked yet but for its grain size.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
+        let impurities = self.impurity.iter().fold(Impurities::none(), |all, (one, ng_g)| all.with(*one, *ng_g));
         Ok(SnowSample {
             grain_size: self.grain_size()?,
             sphericity: self.sphericity,
             facetness: self.facetness,
-            density_kg_m3: self.density,
+            density_kg_m3: self.density.or(self.snow.map(SnowType::density_kg_m3)).unwrap_or(300.0),
+            water_saturation: self.water_saturation,
+            impurities,
             temperature_c: self.temperature,
             ice: self.ice.table(),
         })
@@ -177,9 +197,22 @@ impl SampleOptions {
         Ok(slab)
     }
 
-    /// Name of the ice constants, for metadata.
-    pub(crate) fn ice_name(&self) -> &'static str {
-        self.ice.name()
+    /// What the answer rests on besides numbers, for metadata: ice constants, kind of snow, water and impurities.
+    pub(crate) fn metadata(&self) -> Vec<(&'static str, String)> {
+        let mut metadata = vec![("ice", self.ice.name().to_owned())];
+        if let Some(kind) = self.snow {
+            metadata.push(("snow", format!("{kind} ({})", kind.source())));
+        }
+        if self.water_saturation > 0.0 {
+            let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
+            metadata.push(("water", format!("saturation {} ({source})", self.water_saturation)));
+        }
+        if !self.impurity.is_empty() {
+            let one =
+                |(substance, ng_g): &(Substance, f64)| format!("{substance}={ng_g} ng/g ({})", substance.source());
+            metadata.push(("impurities", self.impurity.iter().map(one).collect::<Vec<_>>().join(", ")));
+        }
+        metadata
     }
 }
 

@@ -1,9 +1,11 @@
 //! Option values as users write them: ranges, lists, distributions.
 
 use snowblue_color::Illuminant;
+use snowblue_transport::impurity::Substance;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::TruncatedNormal;
 use snowblue_transport::slab::Incidence;
+use snowblue_transport::snow_type::SnowType;
 
 /// A grain size as it was written; the measure is another option.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +66,22 @@ pub(crate) fn sphericity_of(numbers: &[f64]) -> Result<TruncatedNormal, String> 
         [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
         _ => Err("give one value (0.8) or MIN:MAX:MEAN:SD (0.7:0.9:0.8:0.1)".to_owned()),
     }
+}
+
+/// A kind of snow by its name.
+pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {
+    let kinds = || SnowType::ALL.into_iter();
+    kinds().find(|kind| kind.name() == word).ok_or_else(|| {
+        let names: Vec<&str> = kinds().map(SnowType::name).collect();
+        format!("there are {}", names.join(", "))
+    })
+}
+
+/// `black-carbon=10`: a substance and its mass fraction in ng/g, which is checked later.
+pub(crate) fn impurity(words: &str) -> Result<(Substance, f64), String> {
+    let (name, ng_g) = words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10)")?;
+    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
+    Ok((substance, number(ng_g)?))
 }
 
 /// `auto`, or a number of streams that is checked later.

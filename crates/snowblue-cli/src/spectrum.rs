@@ -29,6 +29,7 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
   snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
+  snowblue spectrum --snow melt-forms --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=1000
   snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650"
 )]
 pub(crate) struct Spectrum {
@@ -78,14 +79,13 @@ impl Spectrum {
         if self.spread {
             return self.spread(&slab, quiet)?.write(&self.output, quiet);
         }
-        let mut ice = self.sample.ice_name();
         let (rows, report) = if self.stack.asked() {
-            let (stacks, ice_of_file) = self.stack.stacks(&slab)?;
-            ice = ice_of_file.unwrap_or(ice);
-            self.solve_stacks(&stacks, ice, quiet)?
+            let (stacks, of_file) = self.stack.stacks(&slab)?;
+            let snow = of_file.unwrap_or_else(|| self.sample.metadata());
+            self.solve_stacks(&stacks, &snow, quiet)?
         } else {
             let rows = self.solve(&slab, quiet)?;
-            let report = self.report(&rows, ice);
+            let report = self.report(&rows, &self.sample.metadata());
             (rows, report)
         };
         if let Some(path) = &self.plot {
@@ -104,7 +104,7 @@ impl Spectrum {
                 tell(&format!("snowblue: {} is left out: {error}\n", alternative.name));
                 continue;
             }
-            let mut report = self.report(&self.solve(&other, quiet)?, self.sample.ice_name());
+            let mut report = self.report(&self.solve(&other, quiet)?, &self.sample.metadata());
             report.metadata.retain(|(name, _)| !["ice", STANDARD_ERROR].contains(name));
             report.columns.insert(0, "alternative");
             report.rows.iter_mut().for_each(|row| row.insert(0, Cell::Word(alternative.name.to_owned())));
@@ -117,7 +117,12 @@ impl Spectrum {
     }
 
     /// The whole of each stack, and the report: of the whole, or of the fluxes at depths.
-    fn solve_stacks(&self, stacks: &[Stack], ice: &str, quiet: bool) -> Result<(Vec<Radiometry>, Report), Failure> {
+    fn solve_stacks(
+        &self,
+        stacks: &[Stack],
+        snow: &[(&'static str, String)],
+        quiet: bool,
+    ) -> Result<(Vec<Radiometry>, Report), Failure> {
         if self.engine == Engine::Montecarlo {
             if self.stack.with_depths() {
                 return Err(Failure::Input("--depths needs --engine ordinates".to_owned()));
@@ -128,14 +133,14 @@ impl Spectrum {
             let walked: Result<Vec<_>, _> = stacks.iter().map(walk).collect();
             bar.end();
             let rows = walked.map_err(Failure::input)?.concat();
-            let report = self.report(&rows, ice);
+            let report = self.report(&rows, snow);
             return Ok((rows, report));
         }
         let options = self.ordinates.options();
         let solved: Result<Vec<_>, _> = stacks.iter().map(|stack| ordinates::solve_stack(stack, &options)).collect();
         let answers: Vec<StackRadiometry> = solved.map_err(Failure::input)?.concat();
         let rows: Vec<Radiometry> = answers.iter().map(|answer| answer.whole).collect();
-        let mut report = self.report(&rows, ice);
+        let mut report = self.report(&rows, snow);
         if self.stack.with_depths() {
             report.columns = PROFILE_COLUMNS.to_vec();
             report.rows = answers.iter().flat_map(profile_rows).collect();
@@ -160,7 +165,7 @@ impl Spectrum {
     }
 
     /// The standard errors stand in columns of their own where every number has one that matters: Monte Carlo.
-    fn report(&self, rows: &[Radiometry], ice: &str) -> Report {
+    fn report(&self, rows: &[Radiometry], snow: &[(&'static str, String)]) -> Report {
         let with_errors = self.engine == Engine::Montecarlo;
         let mut columns =
             vec!["thickness_cm", "angle_deg", "wavelength_nm", "reflectance", "transmittance", "absorptance"];
@@ -177,10 +182,10 @@ impl Spectrum {
             }
             cells
         };
-        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows, ice) }
+        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows, snow) }
     }
 
-    fn metadata(&self, rows: &[Radiometry], ice: &str) -> Vec<(&'static str, String)> {
+    fn metadata(&self, rows: &[Radiometry], snow: &[(&'static str, String)]) -> Vec<(&'static str, String)> {
         let engine = match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
@@ -191,12 +196,9 @@ impl Spectrum {
         } else {
             format!("{:.2} %", 100.0 * rows.iter().map(relative).fold(0.0, f64::max))
         };
-        vec![
-            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
-            ("engine", engine),
-            ("ice", ice.to_owned()),
-            ("seed", self.ordinates.seed.to_string()),
-            (STANDARD_ERROR, worst),
-        ]
+        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", engine)];
+        metadata.extend_from_slice(snow);
+        metadata.extend([("seed", self.ordinates.seed.to_string()), (STANDARD_ERROR, worst)]);
+        metadata
     }
 }

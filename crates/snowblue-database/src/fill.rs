@@ -6,11 +6,11 @@
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use snowblue_transport::ice::{Ice, IceTable};
-use snowblue_transport::ordinates::{self, HomogeneousMedium, Light, Streams};
+use snowblue_transport::ice::IceTable;
+use snowblue_transport::ordinates::{HomogeneousMedium, Light, Streams};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{Population, Tally, TallyPlan};
+use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
 use crate::{Axes, DatabaseError, Table};
 
@@ -54,23 +54,20 @@ pub fn by_ordinates(
     axes.check()?;
     options.streams.check()?;
     let samples = samples(axes, options.ice)?;
-    let ice = Ice::new(options.ice);
-    axes.wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))?;
+    for sample in &samples {
+        axes.wavelengths_nm.iter().try_for_each(|wavelength_nm| sample.check_wavelength(*wavelength_nm))?;
+    }
     let largest_um = samples.iter().map(|sample| sample.grain_size.max_um).fold(0.0, f64::max);
-    let plan = TallyPlan {
-        degree: options.streams.most(&incidences(axes)),
-        most_absorption: ordinates::most_absorption(&ice, &axes.wavelengths_nm, largest_um),
-        rays: options.tally_rays,
-        seed: options.seed,
-    };
+    let plan =
+        TallyPlan { degree: options.streams.most(&incidences(axes)), rays: options.tally_rays, seed: options.seed };
     let start = Instant::now();
     let steps = axes.facetness.len() + 1;
     let tally = |(done, sample): (usize, &SnowSample)| {
         progress(done, steps);
-        let range = ordinates::index_range(&ice, &axes.wavelengths_nm);
-        Tally::new(&Population::of_sample(sample), range, &plan)
+        let demand = Demand { largest_um, ..Demand::of_sample(sample, &axes.wavelengths_nm) };
+        GrainTallies::new(&Population::of_sample(sample), &demand, &plan)
     };
-    let tallies: Vec<Tally> = samples[..axes.facetness.len()].iter().enumerate().map(tally).collect();
+    let tallies: Vec<GrainTallies> = samples[..axes.facetness.len()].iter().enumerate().map(tally).collect();
     let tally_time = start.elapsed();
     progress(steps - 1, steps);
     let start = Instant::now();
@@ -115,8 +112,7 @@ fn incidences(axes: &Axes) -> Vec<Incidence> {
 }
 
 /// Transmittance and reflectance of one kind of grain: [density][angle][thickness][wavelength].
-fn fill_grain(axes: &Axes, sample: &SnowSample, tally: &Tally, options: &FillOptions) -> [Vec<f64>; 2] {
-    let ice = Ice::new(options.ice);
+fn fill_grain(axes: &Axes, sample: &SnowSample, tallies: &GrainTallies, options: &FillOptions) -> [Vec<f64>; 2] {
     let (angles, thicknesses, wavelengths) =
         (axes.angles_deg.len(), axes.thicknesses_cm.len(), axes.wavelengths_nm.len());
     let block = axes.densities_kg_m3.len() * angles * thicknesses * wavelengths;
@@ -127,7 +123,7 @@ fn fill_grain(axes: &Axes, sample: &SnowSample, tally: &Tally, options: &FillOpt
         |density_kg_m3: &f64| SnowSample { density_kg_m3: *density_kg_m3, ..*sample }.extinction_per_m();
     let extinctions_per_m: Vec<f64> = axes.densities_kg_m3.iter().map(extinction_per_m).collect();
     for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
-        let scattering = tally.scattering(&sample.grain_size, &ice, *wavelength_nm);
+        let scattering = tallies.medium(sample, *wavelength_nm, None).scattering;
         for (streams, of_group) in &groups {
             let medium = HomogeneousMedium::new(&scattering, *streams);
             let lights: Vec<Light> = of_group.iter().map(|a| medium.light(&incidences[*a])).collect();

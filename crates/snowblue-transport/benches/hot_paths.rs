@@ -4,14 +4,13 @@
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use snowblue_transport::grain::Spheroid;
-use snowblue_transport::ice::Ice;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates::{HomogeneousMedium, Scattering};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{SizeMeasure, SnowSample};
 use snowblue_transport::scatter::Grain;
 use snowblue_transport::slab::{Incidence, Slab};
-use snowblue_transport::{Population, Tally, TallyPlan};
+use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
@@ -54,11 +53,11 @@ fn monte_carlo_hit(bencher: Bencher) {
 #[divan::bench(args = [8, 16, 32, 64])]
 fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
     let sample = SnowSample::default();
-    let ice = Ice::warren_brandt_2008();
-    let plan = TallyPlan { degree: streams, most_absorption: 1e-3, rays: 1 << 12, seed: 1 };
-    let tally = Tally::new(&Population::of_sample(&sample), (ice.index(700.0), ice.index(400.0)), &plan);
-    let optics: Vec<Scattering> =
-        visible_nm().iter().map(|wavelength_nm| tally.scattering(&sample.grain_size, &ice, *wavelength_nm)).collect();
+    let plan = TallyPlan { degree: streams, rays: 1 << 12, seed: 1 };
+    let (population, wavelengths_nm) = (Population::of_sample(&sample), visible_nm());
+    let tallies = GrainTallies::new(&population, &Demand::of_sample(&sample, &wavelengths_nm), &plan);
+    let medium = |wavelength_nm: &f64| tallies.medium(&sample, *wavelength_nm, None).scattering;
+    let optics: Vec<Scattering> = wavelengths_nm.iter().map(medium).collect();
     bencher.bench_local(|| {
         let flux = |scattering: &Scattering| {
             let medium = HomogeneousMedium::new(scattering, streams);
@@ -71,7 +70,9 @@ fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
 /// Rays of the grain tally at one index node, 33 moments.
 #[divan::bench(sample_count = 10)]
 fn tally_ray(bencher: Bencher) {
-    let population = Population::of_sample(&SnowSample::default());
-    let plan = TallyPlan { degree: 32, most_absorption: 1e-3, rays: 1 << 16, seed: 1 };
-    bencher.counter(ItemsCount::new(1_usize << 16)).bench_local(|| Tally::new(&population, (1.31, 1.31), &plan));
+    let sample = SnowSample::default();
+    let population = Population::of_sample(&sample);
+    let demand = Demand::of_sample(&sample, &[550.0]);
+    let plan = TallyPlan { degree: 32, rays: 1 << 16, seed: 1 };
+    bencher.counter(ItemsCount::new(1_usize << 16)).bench_local(|| GrainTallies::new(&population, &demand, &plan));
 }

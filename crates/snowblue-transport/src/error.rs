@@ -51,6 +51,16 @@ pub enum TransportError {
         /// What was given.
         streams: usize,
     },
+    /// A name that stands for nothing.
+    #[error("{quantity} '{name}' is not known; there are {known}")]
+    Unknown {
+        /// What the name was to be of.
+        quantity: &'static str,
+        /// What was given.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// A question with no thickness, angle or wavelength.
     #[error("no {quantity} is given")]
     Nothing {

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use crate::TransportError;
+use crate::spectral_table::SpectralTable;
 
 /// Wavelengths of the model, in nm: beyond 2500 nm ice is too black for rays.
 const MODEL_RANGE_NM: (f64, f64) = (300.0, 2500.0);
@@ -32,20 +33,14 @@ pub struct Ice {
     table: IceTable,
 }
 
-struct Row {
-    wavelength_nm: f64,
-    n: f64,
-    k: f64,
-}
+static WARREN_BRANDT_2008: LazyLock<SpectralTable> =
+    LazyLock::new(|| SpectralTable::new(include_str!("../data/warren_brandt_2008.csv")));
 
-static WARREN_BRANDT_2008: LazyLock<Vec<Row>> = LazyLock::new(|| {
-    rows(include_str!("../data/warren_brandt_2008.csv"))
-        .map(|v| Row { wavelength_nm: v[0], n: v[1], k: v[2] })
-        .collect()
+/// Picard 2016 and, as its last row, the join.
+static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
+    let join = format!("{PICARD_JOIN_NM},{}", absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
+    SpectralTable::new(&[include_str!("../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
 });
-
-static PICARD_2016: LazyLock<Vec<(f64, f64)>> =
-    LazyLock::new(|| rows(include_str!("../data/picard_2016_absorption.csv")).map(|v| (v[0], v[1])).collect());
 
 impl Ice {
     /// Ice after the given table.
@@ -90,8 +85,7 @@ impl Ice {
     /// Outside the table, 199–4099 nm.
     #[must_use]
     pub fn index(&self, wavelength_nm: f64) -> f64 {
-        let (below, above, t) = bracket(wavelength_nm);
-        below.n + t * (above.n - below.n)
+        WARREN_BRANDT_2008.at(wavelength_nm).linear(1)
     }
 
     /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
@@ -108,7 +102,8 @@ impl Ice {
     #[must_use]
     pub fn absorption_per_m(&self, wavelength_nm: f64) -> f64 {
         match self.table {
-            IceTable::Picard2016 if wavelength_nm < PICARD_JOIN_NM => absorption_per_m_picard_2016(wavelength_nm),
+            // ln γ is linear in the wavelength between the 5 nm rows, and from the last row to the join.
+            IceTable::Picard2016 if wavelength_nm < PICARD_JOIN_NM => PICARD_2016.at(wavelength_nm).logarithmic(1),
             _ => absorption_per_m_warren_brandt_2008(wavelength_nm),
         }
     }
@@ -122,39 +117,8 @@ pub fn density_kg_m3(temperature_c: f64) -> f64 {
 
 /// k is interpolated log–log between the rows.
 fn absorption_per_m_warren_brandt_2008(wavelength_nm: f64) -> f64 {
-    let (below, above, _) = bracket(wavelength_nm);
-    let t = (wavelength_nm / below.wavelength_nm).ln() / (above.wavelength_nm / below.wavelength_nm).ln();
-    let k = (below.k.ln() + t * (above.k / below.k).ln()).exp();
+    let k = WARREN_BRANDT_2008.at(wavelength_nm).double_logarithmic(2, wavelength_nm);
     4.0 * PI * k / (wavelength_nm * 1e-9)
-}
-
-/// ln γ is linear in the wavelength between the 5 nm rows, and from the last row to the join.
-fn absorption_per_m_picard_2016(wavelength_nm: f64) -> f64 {
-    let table = &*PICARD_2016;
-    assert!(wavelength_nm >= PICARD_RANGE_NM.0, "wavelength {wavelength_nm} nm is below the table of Picard 2016");
-    let join = (PICARD_JOIN_NM, absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
-    let next = table.partition_point(|row| row.0 <= wavelength_nm);
-    let (below, above) = (table[next - 1], *table.get(next).unwrap_or(&join));
-    let t = (wavelength_nm - below.0) / (above.0 - below.0);
-    (below.1.ln() + t * (above.1 / below.1).ln()).exp()
-}
-
-/// The rows of Warren & Brandt 2008 on both sides of a wavelength, and its place between them.
-fn bracket(wavelength_nm: f64) -> (&'static Row, &'static Row, f64) {
-    let table = &*WARREN_BRANDT_2008;
-    let last = table.len() - 1;
-    let inside = (table[0].wavelength_nm..=table[last].wavelength_nm).contains(&wavelength_nm);
-    assert!(inside, "wavelength {wavelength_nm} nm is outside the table of Warren & Brandt 2008");
-    let next = table.partition_point(|row| row.wavelength_nm <= wavelength_nm).min(last);
-    let (below, above) = (&table[next - 1], &table[next]);
-    (below, above, (wavelength_nm - below.wavelength_nm) / (above.wavelength_nm - below.wavelength_nm))
-}
-
-/// The numbers of a table that ships with this crate, a vector a line after the header.
-fn rows(csv: &'static str) -> impl Iterator<Item = Vec<f64>> {
-    csv.lines().skip(1).map(|line| {
-        line.split(',').map(|field| field.parse().unwrap_or_else(|_| unreachable!("'{line}' is not numeric"))).collect()
-    })
 }
 
 #[cfg(test)]
@@ -163,9 +127,8 @@ mod tests {
 
     #[test]
     fn tables_are_whole_and_ordered() {
-        assert_eq!((WARREN_BRANDT_2008.len(), PICARD_2016.len()), (223, 57));
-        assert!(WARREN_BRANDT_2008.is_sorted_by(|a, b| a.wavelength_nm < b.wavelength_nm));
-        assert!(PICARD_2016.is_sorted_by(|a, b| a.0 < b.0));
+        // With the join, Picard 2016 has one row more than in print.
+        assert_eq!((WARREN_BRANDT_2008.ordered_rows(), PICARD_2016.ordered_rows()), (Some(223), Some(58)));
     }
 
     /// Warren & Brandt 2008, their printed table.

@@ -45,6 +45,20 @@ impl IndexNodes {
         &self.0
     }
 
+    /// The wavelengths, in nm, at which ice has the indices; all lie within `range_nm`, where its index falls.
+    pub(crate) fn wavelengths_nm(&self, ice: &Ice, range_nm: (f64, f64)) -> Vec<f64> {
+        let wavelength = |n: &f64| {
+            let (mut low, mut high) = range_nm;
+            // As often as halves make a difference.
+            for _ in 0..64 {
+                let middle = 0.5 * (low + high);
+                if ice.index(middle) > *n { low = middle } else { high = middle }
+            }
+            high
+        };
+        self.0.iter().map(wavelength).collect()
+    }
+
     /// Lagrange's weights of the nodes at index `n`.
     pub(crate) fn weights(&self, n: f64) -> Vec<f64> {
         lagrange(&self.0, n)
@@ -70,6 +84,15 @@ mod tests {
         assert_eq!(IndexNodes::new(&ice, &visible).nodes().len(), 3);
         assert_eq!(IndexNodes::new(&ice, &[550.0, 550.0]).nodes(), [ice.index(550.0)]);
         assert_eq!(IndexNodes::new(&ice, &[400.0, 700.0]).nodes(), [ice.index(700.0), ice.index(400.0)]);
+    }
+
+    #[test]
+    fn indices_belong_to_wavelengths() {
+        let ice = Ice::warren_brandt_2008();
+        let nodes = IndexNodes::new(&ice, &(30..=250).map(|ten| 10.0 * f64::from(ten)).collect::<Vec<_>>());
+        for (n, wavelength_nm) in nodes.nodes().iter().zip(nodes.wavelengths_nm(&ice, (300.0, 2500.0))) {
+            assert!((ice.index(wavelength_nm) - n).abs() < 1e-14, "{n}");
+        }
     }
 
     #[test]

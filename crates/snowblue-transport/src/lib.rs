@@ -1,8 +1,8 @@
 //! Light in snow: what a layer of ice grains reflects, transmits and absorbs, wavelength by wavelength.
 //!
 //! ```text
-//! ice, fresnel ─► grain, microsurface ─► scatter (one grain) ─┬─► monte_carlo: walk from grain to grain ─┐
-//! sample (what snow is) ─► population ────────────────────────┴─► tally ─► ordinates: solve the equation ─┴─► R, T, A ± σ
+//! fresnel ─► grain, microsurface ─► scatter (one grain) ─► population ─┬─► monte_carlo: walk from grain to grain ─┐
+//! ice, water, impurity ─► sample (what snow is) ─► constituents ───────┴─► tally, medium ─► ordinates: solve ─────┴─► R, T, A ± σ
 //! ```
 //!
 //! A [`sample::SnowSample`] says what the snow is made of, a [`slab::Slab`] asks what a thickness of it does to light, and
@@ -32,7 +32,7 @@
 //! transfer with the grains' own phase function. Outside it speaks µm, cm, kg/m³, degrees and nm; inside SI and radians.
 //!
 //! **Simplified.** No diffraction, no polarisation; a grain is a point in the slab; no step of the refractive index at
-//! the slab's faces; dry, clean snow in homogeneous layers.
+//! the slab's faces; homogeneous layers. Grains lie in water as a whole or not at all.
 //!
 //! **Out of scope.** Where radiance goes (only fluxes are computed), and colour.
 
@@ -40,10 +40,14 @@ pub mod error;
 
 pub mod fresnel;
 pub mod ice;
+pub mod impurity;
+mod spectral_table;
+pub mod water;
 
 pub mod rng;
 
 pub mod sample;
+pub mod snow_type;
 
 pub mod alternatives;
 
@@ -51,7 +55,9 @@ pub mod grain;
 pub mod microsurface;
 pub mod scatter;
 
+mod constituents;
 mod index_nodes;
+mod medium;
 mod population;
 mod tally;
 
@@ -63,5 +69,6 @@ pub mod ordinates;
 mod rays;
 
 pub use error::TransportError;
+pub use medium::{Demand, GrainTallies, Medium};
 pub use population::Population;
-pub use tally::{Tally, TallyPlan};
+pub use tally::TallyPlan;

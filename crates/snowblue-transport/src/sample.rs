@@ -4,8 +4,10 @@
 
 use crate::TransportError;
 use crate::grain;
-use crate::ice::{self, IceTable};
+use crate::ice::{self, Ice, IceTable};
+use crate::impurity::Impurities;
 use crate::ordinates::Quadrature;
+use crate::water;
 
 /// Half-width of the range that a mean grain size stands for, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
@@ -57,7 +59,7 @@ pub struct TruncatedNormal {
     pub standard_deviation: f64,
 }
 
-/// Dry snow.
+/// Snow: what light meets in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SnowSample {
     /// Grain sizes.
@@ -66,9 +68,13 @@ pub struct SnowSample {
     pub sphericity: TruncatedNormal,
     /// Facetness of the grains, which becomes the roughness of their surface.
     pub facetness: TruncatedNormal,
-    /// Density of the snow, in kg/m³.
+    /// Density of the dry snow, in kg/m³.
     pub density_kg_m3: f64,
-    /// Temperature, in °C.
+    /// Share of the pores' volume that water fills.
+    pub water_saturation: f64,
+    /// Particles between the grains.
+    pub impurities: Impurities,
+    /// Temperature, in °C; it changes nothing but the density of ice.
     pub temperature_c: f64,
     /// Whose absorption of ice is used.
     pub ice: IceTable,
@@ -182,7 +188,7 @@ impl SnowSample {
         self.density_kg_m3 / ice::density_kg_m3(self.temperature_c)
     }
 
-    /// Extinction coefficient in 1/m: κ = φ ⟨S/4⟩/⟨V⟩, since a convex body in random orientation has the mean
+    /// Extinction coefficient of the grains in 1/m: κ = φ ⟨S/4⟩/⟨V⟩, since a convex body in random orientation has the mean
     /// projected area S/4 (Cauchy).
     ///
     /// ```
@@ -209,18 +215,35 @@ impl SnowSample {
         self.sphericity.check(["sphericity", "standard deviation of sphericity"], SPHERICITY_RANGE)?;
         self.facetness.check(["facetness", "standard deviation of facetness"], FACETNESS_RANGE)?;
         TransportError::check("density", self.density_kg_m3, DENSITY_RANGE_KG_M3, " kg/m³")?;
+        TransportError::check("water saturation", self.water_saturation, (0.0, 1.0), "")?;
+        self.impurities.check()?;
         TransportError::check("temperature", self.temperature_c, TEMPERATURE_RANGE_C, " °C")
+    }
+
+    /// Checks that the tables of all that the snow holds reach `wavelength_nm`.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`] if one does not.
+    pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
+        Ice::new(self.ice).check_wavelength(wavelength_nm)?;
+        if self.water_saturation > 0.0 {
+            water::check_wavelength(wavelength_nm)?;
+        }
+        self.impurities.check_wavelength(wavelength_nm)
     }
 }
 
 impl Default for SnowSample {
-    /// Sizes 350–450 µm, sphericity .7–.9 about .8 ± .1, facetness .3 (.2–.4 ± .075), 300 kg/m³, −5 °C.
+    /// Sizes 350–450 µm, sphericity .7–.9 about .8 ± .1, facetness .3 (.2–.4 ± .075), 300 kg/m³, −5 °C, dry and
+    /// clean.
     fn default() -> Self {
         Self {
             grain_size: GrainSize { min_um: 350.0, max_um: 450.0, measure: SizeMeasure::default() },
             sphericity: TruncatedNormal { min: 0.7, max: 0.9, mean: 0.8, standard_deviation: 0.1 },
             facetness: TruncatedNormal::facetness_around(0.3),
             density_kg_m3: 300.0,
+            water_saturation: 0.0,
+            impurities: Impurities::none(),
             temperature_c: -5.0,
             ice: IceTable::default(),
         }

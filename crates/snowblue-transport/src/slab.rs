@@ -1,7 +1,6 @@
 //! The question, and its answer: a slab of snow and what it does to light.
 
 use crate::TransportError;
-use crate::ice::Ice;
 use crate::sample::SnowSample;
 
 const THICKNESS_RANGE_CM: (f64, f64) = (0.0, 1e5);
@@ -70,10 +69,10 @@ impl Slab {
         }
         self.thicknesses_cm.iter().try_for_each(|thickness_cm| check_thickness(*thickness_cm))?;
         check_incidences(&self.incidences)?;
-        check_wavelengths(&self.wavelengths_nm, &Ice::new(self.sample.ice))
+        check_wavelengths(&self.wavelengths_nm, &self.sample)
     }
 
-    /// Optical depth of a thickness, κh.
+    /// Optical depth of the grains in a thickness, κh.
     #[must_use]
     pub fn optical_depth(&self, thickness_cm: f64) -> f64 {
         self.sample.extinction_per_m() * thickness_cm * 0.01
@@ -96,10 +95,10 @@ pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), Transport
     })
 }
 
-/// Checks that there are wavelengths and that a table of ice covers them.
-pub(crate) fn check_wavelengths(wavelengths_nm: &[f64], ice: &Ice) -> Result<(), TransportError> {
+/// Checks that there are wavelengths and that the tables of all that the snow holds cover them.
+pub(crate) fn check_wavelengths(wavelengths_nm: &[f64], sample: &SnowSample) -> Result<(), TransportError> {
     if wavelengths_nm.is_empty() {
         return Err(TransportError::Nothing { quantity: "wavelength" });
     }
-    wavelengths_nm.iter().try_for_each(|wavelength_nm| ice.check_wavelength(*wavelength_nm))
+    wavelengths_nm.iter().try_for_each(|wavelength_nm| sample.check_wavelength(*wavelength_nm))
 }

@@ -2,7 +2,6 @@
 //! fluxes at any depth.
 
 use crate::TransportError;
-use crate::ice::Ice;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
 
@@ -72,7 +71,7 @@ impl Stack {
         }
         for layer in &self.layers {
             layer.check()?;
-            check_wavelengths(&self.wavelengths_nm, &Ice::new(layer.sample.ice))?;
+            check_wavelengths(&self.wavelengths_nm, &layer.sample)?;
         }
         TransportError::check("ground albedo", self.ground_albedo, (0.0, 1.0), "")?;
         let bottom_cm = self.thickness_cm();
@@ -127,11 +126,6 @@ impl Layer {
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
         check_thickness(self.thickness_cm)
-    }
-
-    /// Optical depth of a thickness of this snow, κh.
-    pub(crate) fn optical_depth(&self, thickness_cm: f64) -> f64 {
-        self.sample.extinction_per_m() * thickness_cm * 0.01
     }
 }
 

@@ -11,7 +11,6 @@
 
 use rayon::prelude::*;
 
-use crate::ice::Ice;
 use crate::index_nodes::{IndexNodes, lagrange};
 use crate::ordinates::{Quadrature, Scattering, legendre_polynomials};
 use crate::population::Population;
@@ -33,8 +32,6 @@ const NODES_PER_DECADE: f64 = 4.0;
 pub struct TallyPlan {
     /// Moments χ_0 … χ_degree.
     pub degree: usize,
-    /// Greatest x = γs that will be asked for.
-    pub most_absorption: f64,
     /// Rays per index node, shared by 16 batches.
     pub rays: u32,
     /// Seed of all randomness.
@@ -43,7 +40,7 @@ pub struct TallyPlan {
 
 /// Moments of a population of grains, ready for any size and absorption.
 #[derive(Debug, Clone)]
-pub struct Tally {
+pub(crate) struct Tally {
     index_nodes: IndexNodes,
     /// Grid of x = γs, after the limit x → 0.
     absorptions: Vec<f64>,
@@ -60,11 +57,16 @@ struct Moments {
 }
 
 impl Tally {
-    /// Sends rays at the grains of `population` for every index in `index_range`.
-    #[must_use]
-    pub fn new(population: &Population, index_range: (f64, f64), plan: &TallyPlan) -> Self {
+    /// Sends rays at the grains of `population` for every relative index in `index_range` and every x = γs up to
+    /// `most_absorption`.
+    pub(crate) fn new(
+        population: &Population,
+        index_range: (f64, f64),
+        most_absorption: f64,
+        plan: &TallyPlan,
+    ) -> Self {
         let index_nodes = IndexNodes::between(index_range.0, index_range.1);
-        let absorptions = absorption_grid(plan.most_absorption);
+        let absorptions = absorption_grid(most_absorption);
         let jobs: Vec<(f64, usize)> =
             index_nodes.nodes().iter().flat_map(|n| (0..BATCHES).map(move |batch| (*n, batch))).collect();
         let mut moments: Vec<Moments> =
@@ -76,20 +78,20 @@ impl Tally {
         Self { index_nodes, absorptions, sums }
     }
 
-    /// Single scattering by grains of the given sizes at a wavelength.
-    #[must_use]
-    pub fn scattering(&self, size: &GrainSize, ice: &Ice, wavelength_nm: f64) -> Scattering {
-        self.blend(size, (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm)), None)
+    /// The highest degree l of the moments.
+    pub(crate) fn degree(&self) -> usize {
+        self.sums[0][0].scattered.len() - 1
     }
 
-    /// The same without one of the 16 batches, for the jackknife (Tukey 1958).
-    #[must_use]
-    pub fn scattering_without(&self, batch: usize, size: &GrainSize, ice: &Ice, wavelength_nm: f64) -> Scattering {
-        self.blend(size, (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm)), Some(batch))
-    }
-
-    fn blend(&self, size: &GrainSize, (n, absorption_per_m): (f64, f64), without: Option<usize>) -> Scattering {
-        let degree = self.sums[0][0].scattered.len() - 1;
+    /// Single scattering by grains of the given sizes, relative index and absorption coefficient in 1/m; without one of
+    /// the 16 batches, for the jackknife (Tukey 1958).
+    pub(crate) fn scattering(
+        &self,
+        size: &GrainSize,
+        (n, absorption_per_m): (f64, f64),
+        without: Option<usize>,
+    ) -> Scattering {
+        let degree = self.degree();
         let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
         let columns = self.absorption_columns(size, absorption_per_m);
         for (share, batches) in self.index_nodes.weights(n).into_iter().zip(&self.sums) {

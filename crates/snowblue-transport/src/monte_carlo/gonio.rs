@@ -16,10 +16,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::walk::Medium;
+use super::walk::{Absorption, Paths, Scatterers};
 use super::{check_rays, cos_incidence};
 use crate::TransportError;
-use crate::ice::Ice;
+use crate::constituents::Constituents;
 use crate::population::hit_size_m;
 use crate::rays::{estimate, trace_in_order};
 use crate::rng::Stream;
@@ -188,22 +188,22 @@ fn distribution(
     options: &GoniometricOptions,
     progress: impl Fn(u64),
 ) -> Distribution {
-    let ice = Ice::new(slab.sample.ice);
-    let absorption_per_m = ice.absorption_per_m(wavelength_nm);
-    let (medium, optical_depth) =
-        (Medium::new(&slab.sample, ice.index(wavelength_nm)), slab.optical_depth(thickness_cm));
+    let met = Constituents::new(&slab.sample, wavelength_nm);
+    let scatterers = Scatterers::new(&slab.sample, &met);
+    let absorption = Absorption::new(&met, &scatterers);
+    let optical_depth = scatterers.extinction_per_m * thickness_cm * 0.01;
     let (patches, count) = (options.patches, options.patches.count());
     // Sums of w and w² over the patches on top, then those below, then the direct light.
     let mut sums = vec![(0.0, 0.0); 2 * count + 1];
     let trace = |ray| {
         let mut stream = Stream::new(options.seed, ray);
-        let exit = follow(&medium, optical_depth, cos_incidence(incidence, &mut stream), &mut stream);
+        let exit = follow(&scatterers, optical_depth, cos_incidence(incidence, &mut stream), &mut stream);
         let bin = match exit.way {
             Way::Reflected(direction) => patches.at(direction),
             Way::Transmitted(direction) => count + patches.at(direction),
             Way::Direct => 2 * count,
         };
-        (bin, (-absorption_per_m * exit.ice_path_m).exp())
+        (bin, absorption.left(&exit.paths))
     };
     let mut done = 0;
     trace_in_order(options.rays, trace, |block| {
@@ -250,10 +250,10 @@ struct Direction {
     heading: DVec2,
 }
 
-/// How a ray left, and its path through ice.
+/// How a ray left, and how far it went.
 struct Exit {
     way: Way,
-    ice_path_m: f64,
+    paths: Paths,
 }
 
 enum Way {
@@ -263,21 +263,27 @@ enum Way {
 }
 
 /// Follows a ray as the spectrometric walk does, random number by random number, and keeps its azimuth too.
-fn follow(medium: &Medium, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> Exit {
+fn follow(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> Exit {
     let mut direction = Direction { cosine: cos_incidence, heading: DVec2::X };
-    let (mut depth, mut ice_path_m, mut scattered) = (0.0, 0.0, false);
+    let (mut depth, mut paths, mut scattered) = (0.0, Paths::default(), false);
     loop {
-        depth -= stream.uniform().ln() * direction.cosine;
-        if depth <= 0.0 {
-            return Exit { way: Way::Reflected(direction), ice_path_m };
+        let flight = -stream.uniform().ln();
+        let next = depth + flight * direction.cosine;
+        if next <= 0.0 || next >= optical_depth {
+            let face = if next > 0.0 { optical_depth } else { 0.0 };
+            paths.free += (face - depth) / direction.cosine;
+            let way = match (next > 0.0, scattered) {
+                (false, _) => Way::Reflected(direction),
+                (true, true) => Way::Transmitted(direction),
+                (true, false) => Way::Direct,
+            };
+            return Exit { way, paths };
         }
-        if depth >= optical_depth {
-            return Exit { way: if scattered { Way::Transmitted(direction) } else { Way::Direct }, ice_path_m };
-        }
-        let grain = medium.population.grain([stream.uniform(), stream.uniform()], medium.relative_index);
-        let scattering = grain.scatter(stream);
-        ice_path_m += scattering.ice_path * hit_size_m(&medium.size, stream);
-        direction = direction.turned(scattering.cos_scattering, stream);
+        depth = next;
+        paths.free += flight;
+        let met = scatterers.meet(stream);
+        met.lengthen(hit_size_m(&scatterers.size, stream), &mut paths);
+        direction = direction.turned(met.cos_scattering, stream);
         scattered = true;
     }
 }

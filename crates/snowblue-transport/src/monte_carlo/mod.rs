@@ -11,11 +11,11 @@ mod spectral;
 mod walk;
 
 use crate::TransportError;
-use crate::ice::Ice;
+use crate::constituents::Constituents;
 use crate::rays::sum_over_rays;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
-use walk::{Medium, walk};
+use walk::{Absorption, Scatterers, walk};
 
 pub use gonio::{Distribution, GoniometricOptions, Patch, PatchGrid, distribute};
 pub use pile::solve_stack;
@@ -45,9 +45,9 @@ impl Default for MonteCarloOptions {
 pub struct MeanPaths {
     /// Path between grains, in m.
     pub pore_m: Estimate,
-    /// Grains hit.
+    /// Grains and particles hit.
     pub hits: Estimate,
-    /// Path through ice, in m.
+    /// Path through ice, in m; in grains in water it counts n_water² times, as it does for absorption.
     pub ice_m: Estimate,
 }
 
@@ -77,19 +77,20 @@ fn solve_per_wavelength(
     options: &MonteCarloOptions,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Vec<Radiometry> {
-    let ice = Ice::new(slab.sample.ice);
     let mut answer = Vec::new();
     let cases = slab.thicknesses_cm.len() * slab.incidences.len() * slab.wavelengths_nm.len();
     for &thickness_cm in &slab.thicknesses_cm {
         for &incidence in &slab.incidences {
             for &wavelength_nm in &slab.wavelengths_nm {
-                let medium = Medium::new(&slab.sample, ice.index(wavelength_nm));
-                let (depth, absorption) = (slab.optical_depth(thickness_cm), ice.absorption_per_m(wavelength_nm));
+                let met = Constituents::new(&slab.sample, wavelength_nm);
+                let scatterers = Scatterers::new(&slab.sample, &met);
+                let absorption = Absorption::new(&met, &scatterers);
+                let depth = scatterers.extinction_per_m * thickness_cm * 0.01;
                 let seed = Stream::key(options.seed, answer.len() as u64);
                 let sums = sum_over_rays(options.rays, |ray| {
                     let mut stream = Stream::new(seed, ray);
-                    let passage = walk(&medium, depth, cos_incidence(incidence, &mut stream), &mut stream);
-                    let left = (-absorption * passage.ice_path_m).exp();
+                    let passage = walk(&scatterers, depth, cos_incidence(incidence, &mut stream), &mut stream);
+                    let left = absorption.left(&passage.paths);
                     if passage.transmitted { [0.0, left, 1.0 - left] } else { [left, 0.0, 1.0 - left] }
                 });
                 answer.push(Radiometry {
@@ -114,13 +115,17 @@ fn solve_per_wavelength(
 pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
-    let medium = Medium::new(&slab.sample, Ice::new(slab.sample.ice).index(slab.wavelengths_nm[0]));
-    let depth = slab.optical_depth(slab.thicknesses_cm[0]);
-    let extinction_per_m = slab.sample.extinction_per_m();
+    let met = Constituents::new(&slab.sample, slab.wavelengths_nm[0]);
+    let scatterers = Scatterers::new(&slab.sample, &met);
+    let depth = scatterers.extinction_per_m * slab.thicknesses_cm[0] * 0.01;
+    // The path in ice in water counts as often as light there absorbs more than in ice in air.
+    let in_water = met.in_water.absorption_per_m / met.in_air.absorption_per_m;
     let sums = sum_over_rays(options.rays, |ray| {
         let mut stream = Stream::new(options.seed, ray);
-        let passage = walk(&medium, depth, cos_incidence(slab.incidences[0], &mut stream), &mut stream);
-        [passage.optical_path / extinction_per_m, f64::from(passage.hits), passage.ice_path_m]
+        let passage = walk(&scatterers, depth, cos_incidence(slab.incidences[0], &mut stream), &mut stream);
+        let [ice_in_air_m, ice_in_water_m] = passage.paths.ice_m;
+        let pore_m = passage.paths.free / scatterers.extinction_per_m;
+        [pore_m, f64::from(passage.hits), ice_in_air_m + in_water * ice_in_water_m]
     });
     let [pore_m, hits, ice_m] = [0, 1, 2].map(|i| sums.estimate(i, options.rays));
     Ok(MeanPaths { pore_m, hits, ice_m })

@@ -4,10 +4,10 @@
 //! Free flights in optical depth do not know of layers; only the grains that are met do. A ray that reaches the ground is
 //! sent back with the chance of its albedo, and counts as often as it arrives.
 
-use super::walk::{Medium, turn};
+use super::walk::{Absorption, Paths, Scatterers, turn};
 use super::{MonteCarloOptions, check_rays, cos_incidence};
 use crate::TransportError;
-use crate::ice::Ice;
+use crate::constituents::Constituents;
 use crate::population::hit_size_m;
 use crate::rays::sum_over_rays;
 use crate::rng::Stream;
@@ -16,10 +16,13 @@ use crate::stack::{Layer, Stack};
 
 /// A layer at one wavelength.
 struct Bed {
-    medium: Medium,
-    absorption_per_m: f64,
-    /// Optical depth of its lower face below the top.
+    scatterers: Scatterers,
+    absorption: Absorption,
+    /// Optical depths of its faces below the top.
+    top: f64,
     bottom: f64,
+    /// What the pores above it absorb of light that comes straight down, as an optical depth.
+    pores_above: f64,
 }
 
 /// Reflectance, flux that arrives at the ground, and absorptance of the snow: for each incidence, then each wavelength.
@@ -63,17 +66,28 @@ pub fn solve_stack(
 }
 
 fn beds(stack: &Stack, wavelength_nm: f64) -> Vec<Bed> {
-    let mut bottom = 0.0;
-    let bed = |layer: &Layer| {
-        let ice = Ice::new(layer.sample.ice);
-        bottom += layer.optical_depth(layer.thickness_cm);
-        Bed {
-            medium: Medium::new(&layer.sample, ice.index(wavelength_nm)),
-            absorption_per_m: ice.absorption_per_m(wavelength_nm),
-            bottom,
-        }
+    let (mut bottom, mut pores_above) = (0.0, 0.0);
+    let bed = |Layer { sample, thickness_cm }: &Layer| {
+        let met = Constituents::new(sample, wavelength_nm);
+        let scatterers = Scatterers::new(sample, &met);
+        let absorption = Absorption::new(&met, &scatterers);
+        let (top, above) = (bottom, pores_above);
+        bottom += scatterers.extinction_per_m * thickness_cm * 0.01;
+        pores_above += met.pore_absorption_per_m * thickness_cm * 0.01;
+        Bed { scatterers, absorption, top, bottom, pores_above: above }
     };
     stack.layers.iter().map(bed).collect()
+}
+
+/// The layer at an optical depth; beyond the last, that.
+fn at(beds: &[Bed], depth: f64) -> &Bed {
+    &beds[beds.partition_point(|bed| bed.bottom <= depth).min(beds.len() - 1)]
+}
+
+/// What pores down to an optical depth absorb of light that comes straight down.
+fn pores(beds: &[Bed], depth: f64) -> f64 {
+    let bed = at(beds, depth);
+    bed.pores_above + bed.absorption.free * (depth - bed.top)
 }
 
 /// Weight that leaves on top, and weight that arrives at the ground, of one ray.
@@ -82,7 +96,9 @@ fn pass(beds: &[Bed], ground_albedo: f64, cos_incidence: f64, stream: &mut Strea
     let (mut depth, mut cosine) = (0.0, cos_incidence);
     let (mut absorbed, mut arrived) = (0.0_f64, 0.0);
     loop {
-        depth -= stream.uniform().ln() * cosine;
+        let next = (depth - stream.uniform().ln() * cosine).clamp(0.0, ground);
+        absorbed += ((pores(beds, next) - pores(beds, depth)) / cosine).abs();
+        depth = next;
         if depth <= 0.0 {
             return [(-absorbed).exp(), arrived];
         }
@@ -94,10 +110,11 @@ fn pass(beds: &[Bed], ground_albedo: f64, cos_incidence: f64, stream: &mut Strea
             (depth, cosine) = (ground, -stream.uniform().sqrt());
             continue;
         }
-        let bed = &beds[beds.partition_point(|bed| bed.bottom <= depth)];
-        let grain = bed.medium.population.grain([stream.uniform(), stream.uniform()], bed.medium.relative_index);
-        let scattered = grain.scatter(stream);
-        absorbed += bed.absorption_per_m * scattered.ice_path * hit_size_m(&bed.medium.size, stream);
-        cosine = turn(cosine, scattered.cos_scattering, stream);
+        let bed = at(beds, depth);
+        let met = bed.scatterers.meet(stream);
+        let mut paths = Paths::default();
+        met.lengthen(hit_size_m(&bed.scatterers.size, stream), &mut paths);
+        absorbed += bed.absorption.in_ice(paths.ice_m);
+        cosine = turn(cosine, met.cos_scattering, stream);
     }
 }

@@ -16,8 +16,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::walk::{Medium, turn};
+use super::walk::{Absorption, Paths, Scatterers, turn};
 use super::{MonteCarloOptions, cos_incidence};
+use crate::constituents::Constituents;
 use crate::ice::Ice;
 use crate::index_nodes::IndexNodes;
 use crate::population::hit_size_m;
@@ -35,15 +36,21 @@ const TEAMS_PER_BLOCK: u64 = 256;
 
 /// What is the same for all rays of one incidence.
 struct Trace {
-    media: Vec<Medium>,
+    nodes: Vec<Node>,
     /// [wavelength][node]
     node_weights: Vec<Vec<f64>>,
-    absorptions_per_m: Vec<f64>,
-    /// Optical depths, ascending.
-    depths: Vec<f64>,
+    /// [wavelength]
+    absorptions: Vec<Absorption>,
     incidence: Incidence,
     rays: u64,
     seed: u64,
+}
+
+/// Snow as rays see it at one wavelength.
+struct Node {
+    scatterers: Scatterers,
+    /// Optical depths, ascending.
+    depths: Vec<f64>,
 }
 
 /// A ray on its way.
@@ -51,7 +58,7 @@ struct Walker {
     stream: Stream,
     depth: f64,
     cosine: f64,
-    ice_m: f64,
+    paths: Paths,
     /// How many of the depths it has passed.
     passed: usize,
 }
@@ -109,16 +116,40 @@ pub(super) fn solve(slab: &Slab, options: &MonteCarloOptions, progress: &(dyn Fn
     answer
 }
 
+/// The wavelengths, in nm, at which rays are traced, and the weights [wavelength][node] with which each wavelength of the
+/// slab is composed of them.
+///
+/// Indices vary little and smoothly, those of water with those of ice. Particles scatter so differently from one
+/// wavelength to the next that rays among them are traced at each wavelength.
+fn nodes(slab: &Slab, met: &[Constituents]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let wavelengths_nm = &slab.wavelengths_nm;
+    if met.iter().any(|met| !met.particles.is_empty()) {
+        let count = wavelengths_nm.len();
+        let one = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
+        return (wavelengths_nm.clone(), (0..count).map(one).collect());
+    }
+    let ice = Ice::new(slab.sample.ice);
+    let nodes = IndexNodes::new(&ice, wavelengths_nm);
+    let weights = wavelengths_nm.iter().map(|wavelength_nm| nodes.weights(ice.index(*wavelength_nm))).collect();
+    (nodes.wavelengths_nm(&ice, ice.range_nm()), weights)
+}
+
 impl Trace {
     /// `order` lists the thicknesses from the thinnest to the thickest.
     fn new(slab: &Slab, order: &[usize], options: &MonteCarloOptions) -> Self {
-        let ice = Ice::new(slab.sample.ice);
-        let nodes = IndexNodes::new(&ice, &slab.wavelengths_nm);
+        let constituents = |wavelength_nm: &f64| Constituents::new(&slab.sample, *wavelength_nm);
+        let met: Vec<Constituents> = slab.wavelengths_nm.iter().map(constituents).collect();
+        let (nodes_nm, node_weights) = nodes(slab, &met);
+        let node = |wavelength_nm: &f64| {
+            let scatterers = Scatterers::new(&slab.sample, &constituents(wavelength_nm));
+            let depths = order.iter().map(|i| scatterers.extinction_per_m * slab.thicknesses_cm[*i] * 0.01).collect();
+            Node { scatterers, depths }
+        };
+        let absorption = |met: &Constituents| Absorption::new(met, &Scatterers::new(&slab.sample, met));
         Self {
-            media: nodes.nodes().iter().map(|n| Medium::new(&slab.sample, *n)).collect(),
-            node_weights: slab.wavelengths_nm.iter().map(|w| nodes.weights(ice.index(*w))).collect(),
-            absorptions_per_m: slab.wavelengths_nm.iter().map(|w| ice.absorption_per_m(*w)).collect(),
-            depths: order.iter().map(|i| slab.optical_depth(slab.thicknesses_cm[*i])).collect(),
+            nodes: nodes_nm.iter().map(node).collect(),
+            node_weights,
+            absorptions: met.iter().map(absorption).collect(),
             incidence: slab.incidences[0],
             rays: options.rays,
             seed: options.seed,
@@ -129,7 +160,7 @@ impl Trace {
     fn run(&self, told: &(dyn Fn(u64) + Sync)) -> Sums {
         let teams = self.rays.div_ceil((self.rays / LEAST_TEAMS).clamp(1, MOST_RAYS_PER_TEAM));
         let rays_of = |team: u64| self.rays * team / teams..self.rays * (team + 1) / teams;
-        let mut sums = Sums::new(self.depths.len() * self.absorptions_per_m.len());
+        let mut sums = Sums::new(self.places());
         for first in (0..teams).step_by(usize::try_from(TEAMS_PER_BLOCK).unwrap_or(usize::MAX)) {
             let block = first..(first + TEAMS_PER_BLOCK).min(teams);
             let caught: Vec<Catch> = block
@@ -150,11 +181,11 @@ impl Trace {
 
     /// Sends one team of rays through the snow at every index node.
     fn send(&self, rays: Range<u64>) -> Catch {
-        let wavelengths = self.absorptions_per_m.len();
-        let zeros = || vec![0.0; self.depths.len() * wavelengths];
-        let mut caught = Catch { reflected: zeros(), transmitted: zeros(), left: vec![0.0; wavelengths] };
+        let zeros = || vec![0.0; self.places()];
+        let left = vec![0.0; self.absorptions.len()];
+        let mut caught = Catch { reflected: zeros(), transmitted: zeros(), left };
         let together = usize::try_from((rays.end - rays.start) / 8).unwrap_or(usize::MAX).clamp(1, MOST_TOGETHER);
-        for (node, medium) in self.media.iter().enumerate() {
+        for (number, Node { scatterers, .. }) in self.nodes.iter().enumerate() {
             let mut waiting = rays.clone();
             let mut walkers: Vec<Walker> = waiting.by_ref().take(together).map(|ray| self.enter(ray)).collect();
             let key = Stream::key(!self.seed, rays.start);
@@ -162,7 +193,7 @@ impl Trace {
                 // Those who leave make room for those who wait, before the next grain is met.
                 walkers.retain_mut(|walker| {
                     loop {
-                        if self.fly(walker, node, &mut caught) {
+                        if self.fly(walker, number, &mut caught) {
                             return true;
                         }
                         let Some(ray) = waiting.next() else { return false };
@@ -172,12 +203,10 @@ impl Trace {
                 if walkers.is_empty() {
                     break;
                 }
-                let mut stream = Stream::new(key, hit);
-                let grain = medium.population.grain([stream.uniform(), stream.uniform()], medium.relative_index);
-                let scattered = grain.scatter(&mut stream);
+                let met = scatterers.meet(&mut Stream::new(key, hit));
                 for walker in &mut walkers {
-                    walker.ice_m += scattered.ice_path * hit_size_m(&medium.size, &mut walker.stream);
-                    walker.cosine = turn(walker.cosine, scattered.cos_scattering, &mut walker.stream);
+                    met.lengthen(hit_size_m(&scatterers.size, &mut walker.stream), &mut walker.paths);
+                    walker.cosine = turn(walker.cosine, met.cos_scattering, &mut walker.stream);
                 }
             }
         }
@@ -187,35 +216,43 @@ impl Trace {
     fn enter(&self, ray: u64) -> Walker {
         let mut stream = Stream::new(self.seed, ray);
         let cosine = cos_incidence(self.incidence, &mut stream);
-        Walker { stream, depth: 0.0, cosine, ice_m: 0.0, passed: 0 }
+        Walker { stream, depth: 0.0, cosine, paths: Paths::default(), passed: 0 }
+    }
+
+    /// Number of thicknesses times that of wavelengths.
+    fn places(&self) -> usize {
+        self.nodes[0].depths.len() * self.absorptions.len()
     }
 
     /// Flies to the next grain; counts the depths that are passed for the first time. False if the ray left.
     fn fly(&self, walker: &mut Walker, node: usize, caught: &mut Catch) -> bool {
-        let wavelengths = self.absorptions_per_m.len();
-        walker.depth -= walker.stream.uniform().ln() * walker.cosine;
+        let (wavelengths, depths) = (self.absorptions.len(), &self.nodes[node].depths);
+        let (start, flight, cosine, paths) = (walker.depth, -walker.stream.uniform().ln(), walker.cosine, walker.paths);
+        let until = |face: f64| Paths { free: paths.free + (face - start) / cosine, ..paths };
+        walker.depth += flight * cosine;
         if walker.depth <= 0.0 {
-            self.weigh(node, walker.ice_m, &mut caught.left);
+            self.weigh(node, &until(0.0), &mut caught.left);
             let thicker = caught.reflected[walker.passed * wavelengths..].chunks_exact_mut(wavelengths);
             thicker.for_each(|slab| add(slab, &caught.left));
             return false;
         }
-        while self.depths[walker.passed] <= walker.depth {
-            self.weigh(node, walker.ice_m, &mut caught.left);
+        while depths[walker.passed] <= walker.depth {
+            self.weigh(node, &until(depths[walker.passed]), &mut caught.left);
             add(&mut caught.transmitted[walker.passed * wavelengths..][..wavelengths], &caught.left);
             walker.passed += 1;
-            if walker.passed == self.depths.len() {
+            if walker.passed == depths.len() {
                 return false;
             }
         }
+        walker.paths.free += flight;
         true
     }
 
-    /// What is left of each wavelength after a path through ice, times its weight of an index node.
-    fn weigh(&self, node: usize, ice_m: f64, left: &mut [f64]) {
-        let wavelengths = self.absorptions_per_m.iter().zip(&self.node_weights);
-        for (value, (absorption_per_m, weights)) in left.iter_mut().zip(wavelengths) {
-            *value = weights[node] * (-absorption_per_m * ice_m).exp();
+    /// What is left of each wavelength after some paths, times its weight of a node.
+    fn weigh(&self, node: usize, paths: &Paths, left: &mut [f64]) {
+        for (value, (absorption, weights)) in left.iter_mut().zip(self.absorptions.iter().zip(&self.node_weights)) {
+            // Most nodes count for one wavelength alone among particles.
+            *value = if weights[node] == 0.0 { 0.0 } else { weights[node] * absorption.left(paths) };
         }
     }
 }

@@ -20,7 +20,7 @@ pub use phase::Scattering;
 pub use quadrature::Quadrature;
 pub(crate) use quadrature::legendre_polynomials;
 pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
-pub use solve::{OrdinatesOptions, index_range, most_absorption, solve};
+pub use solve::{OrdinatesOptions, solve};
 pub use solve_stack::solve_stack;
 pub use stack::{FaceFluxes, LayeredMedium};
 pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Streams, check_streams};

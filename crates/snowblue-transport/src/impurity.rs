@@ -1,0 +1,219 @@
+//! Impurities between the grains: small particles that absorb and scatter, given by their mass in the snow.
+//!
+//! A mass fraction c (mass of the substance over that of dry snow) of particles with mass extinction E, in m²/kg, adds
+//! ρ c E to the extinction coefficient of snow of density ρ; the particles scatter their albedo's share of that by
+//! Henyey & Greenstein's (1941) law. They lie outside the grains.
+//!
+//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020), where each has a paper of
+//! its own: [`Substance::source`]. For algae it has 10⁻⁹ m² per cell, 1 ng being the mass of a cell.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::LazyLock;
+
+use crate::TransportError;
+use crate::spectral_table::SpectralTable;
+
+/// Mass fractions in ng/g: up to a hundredth of the snow.
+const MASS_FRACTION_RANGE_NG_G: (f64, f64) = (0.0, 1e7);
+
+static TABLE: LazyLock<SpectralTable> =
+    LazyLock::new(|| SpectralTable::new(include_str!("../data/impurities_biosnicar.csv")));
+
+/// Units of the table's extinction in m²/kg: the algae's are m² per 10⁹ cells of 1 ng.
+const ALGAE_M2_KG: f64 = 1e3;
+
+/// A substance that makes snow darker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Substance {
+    /// Uncoated black carbon that absorbs 7.5 m²/g at 550 nm.
+    BlackCarbon,
+    /// Saharan dust of 1.0–2.5 µm diameter, the central content of haematite.
+    SaharanDust,
+    /// Dust of the San Juan Mountains, Colorado, of 1.0–2.5 µm diameter.
+    ColoradoDust,
+    /// Uncoated brown carbon.
+    BrownCarbon,
+    /// Cells of red snow algae of 1 ng: ng/g are cells per g of snow.
+    SnowAlgae,
+}
+
+/// Optical properties of a substance at one wavelength.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Particles {
+    /// Mass extinction coefficient, in m²/kg.
+    pub extinction_m2_kg: f64,
+    /// Single-scattering albedo.
+    pub albedo: f64,
+    /// Asymmetry parameter of the scattered light.
+    pub asymmetry: f64,
+}
+
+/// How much of each substance snow holds, in ng per g of dry snow.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Impurities([f64; Substance::ALL.len()]);
+
+impl Substance {
+    /// Every substance.
+    pub const ALL: [Self; 5] =
+        [Self::BlackCarbon, Self::SaharanDust, Self::ColoradoDust, Self::BrownCarbon, Self::SnowAlgae];
+
+    /// Its plain name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BlackCarbon => "black-carbon",
+            Self::SaharanDust => "saharan-dust",
+            Self::ColoradoDust => "colorado-dust",
+            Self::BrownCarbon => "brown-carbon",
+            Self::SnowAlgae => "snow-algae",
+        }
+    }
+
+    /// Where its optical properties come from.
+    #[must_use]
+    pub fn source(self) -> &'static str {
+        match self {
+            Self::BlackCarbon => "Flanner et al. 2012, doi:10.5194/acp-12-4699-2012",
+            Self::SaharanDust => "Balkanski et al. 2007, doi:10.5194/acp-7-81-2007",
+            Self::ColoradoDust => "Skiles et al. 2017, doi:10.1017/jog.2016.126",
+            Self::BrownCarbon => "Kirchstetter et al. 2004, doi:10.1029/2004JD004999",
+            Self::SnowAlgae => "Chevrollier et al. 2023, doi:10.1017/jog.2022.64",
+        }
+    }
+
+    /// Optical properties at a wavelength, linear between the rows.
+    ///
+    /// ```
+    /// # use snowblue_transport::impurity::Substance;
+    /// // Soot absorbs most of what it meets, desert dust scatters most of it.
+    /// assert!(Substance::BlackCarbon.at(500.0).albedo < 0.4);
+    /// assert!(Substance::SaharanDust.at(500.0).albedo > 0.8);
+    /// ```
+    ///
+    /// # Panics
+    /// Outside 305–1495 nm.
+    #[must_use]
+    pub fn at(self, wavelength_nm: f64) -> Particles {
+        let (row, first) = (TABLE.at(wavelength_nm), 1 + 3 * self as usize);
+        let unit = if self == Self::SnowAlgae { ALGAE_M2_KG } else { 1.0 };
+        Particles {
+            extinction_m2_kg: unit * row.linear(first),
+            albedo: row.linear(first + 1),
+            asymmetry: row.linear(first + 2),
+        }
+    }
+}
+
+/// The plain name.
+impl fmt::Display for Substance {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+impl FromStr for Substance {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        let found = Self::ALL.into_iter().find(|substance| substance.name() == name);
+        found.ok_or_else(|| TransportError::Unknown {
+            quantity: "impurity",
+            name: name.to_owned(),
+            known: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+impl Impurities {
+    /// Clean snow.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// The same and, instead of what it held of one substance, this much, in ng/g.
+    #[must_use]
+    pub fn with(mut self, substance: Substance, mass_fraction_ng_g: f64) -> Self {
+        self.0[substance as usize] = mass_fraction_ng_g;
+        self
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.present().next().is_none()
+    }
+
+    /// Each substance that is there, with its mass fraction in ng/g.
+    pub fn present(&self) -> impl Iterator<Item = (Substance, f64)> {
+        Substance::ALL.into_iter().zip(self.0).filter(|(_, mass_fraction)| *mass_fraction > 0.0)
+    }
+
+    /// Checks the mass fractions.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`] for one outside 0–10⁷ ng/g.
+    pub(crate) fn check(&self) -> Result<(), TransportError> {
+        self.0.iter().try_for_each(|ng_g| {
+            TransportError::check("mass fraction of an impurity", *ng_g, MASS_FRACTION_RANGE_NG_G, " ng/g")
+        })
+    }
+
+    /// Checks that the table reaches `wavelength_nm`, if there is anything.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`] outside 305–1495 nm.
+    pub(crate) fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
+        if self.is_none() {
+            return Ok(());
+        }
+        TransportError::check("wavelength in snow with impurities", wavelength_nm, TABLE.range_nm(), " nm")
+    }
+}
+
+/// `black-carbon=10, saharan-dust=500`, in ng/g, or `none`.
+impl fmt::Display for Impurities {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words: Vec<String> = self.present().map(|(substance, ng_g)| format!("{substance}={ng_g}")).collect();
+        out.write_str(if words.is_empty() { "none" } else { "" })?;
+        out.write_str(&words.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// BioSNICAR's table, its rows at 305 and 505 nm.
+    #[test]
+    fn the_table_is_whole_and_ordered() {
+        assert_eq!((TABLE.ordered_rows(), TABLE.range_nm()), (Some(120), (305.0, 1495.0)));
+        let soot = Particles { extinction_m2_kg: 12492.1, albedo: 0.367_635, asymmetry: 0.440_771 };
+        assert_eq!(Substance::BlackCarbon.at(505.0), soot);
+        assert_eq!(Substance::ALL.map(|substance| substance as usize), [0, 1, 2, 3, 4]);
+        // A cell of 9 µm radius has a cross section of 254 µm² and 1 ng: 254 m²/kg, of which it takes out about once as much.
+        assert!((200.0..600.0).contains(&Substance::SnowAlgae.at(500.0).extinction_m2_kg));
+        let absorbed = |one: Particles| one.extinction_m2_kg * (1.0 - one.albedo);
+        assert!((absorbed(Substance::BlackCarbon.at(550.0)) - 7500.0).abs() < 50.0);
+        assert!((Substance::BrownCarbon.at(305.0).extinction_m2_kg - 12762.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for substance in Substance::ALL {
+            assert_eq!(substance.to_string().parse(), Ok(substance));
+        }
+        let message = "soot".parse::<Substance>().unwrap_err().to_string();
+        assert!(message.starts_with("impurity 'soot' is not known; there are black-carbon, saharan-dust"), "{message}");
+    }
+
+    #[test]
+    fn mass_fractions_are_kept_by_substance() {
+        let dirty = Impurities::none().with(Substance::BlackCarbon, 10.0).with(Substance::SaharanDust, 500.0);
+        assert_eq!(dirty.to_string(), "black-carbon=10, saharan-dust=500");
+        assert!(!dirty.is_none() && Impurities::none().is_none());
+        assert!(dirty.check().is_ok() && dirty.with(Substance::SnowAlgae, -1.0).check().is_err());
+        assert!(dirty.check_wavelength(300.0).is_err() && Impurities::none().check_wavelength(300.0).is_ok());
+    }
+}

@@ -1,0 +1,138 @@
+//! Kinds of snow by name, after the International Classification for Seasonal Snow on the Ground (Fierz et al. 2009).
+//!
+//! The classification speaks of shapes; what light asks for is the specific surface area and the density. Each kind has
+//! one measured, or where that is said chosen, pair of numbers. Real snow of a kind varies by a factor of two in both.
+//! Measured shapes, by their asymmetry and the mean path in ice, differ no more between kinds than within them (the
+//! micro-tomograms of Letcher et al. 2022), so that all kinds have the same sphericity and facetness.
+
+use std::fmt;
+
+use crate::TransportError;
+use crate::sample::{GrainSize, SnowSample};
+
+/// A kind of snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SnowType {
+    /// Precipitation particles (PP): new snow.
+    Fresh,
+    /// Rounded grains (RG): settled for days.
+    Rounded,
+    /// Faceted crystals (FC): grown under a gradient of temperature.
+    Faceted,
+    /// Wind-packed rounded grains (RGwp).
+    WindPacked,
+    /// Melt forms (MF): coarse grains of a melting or refrozen pack.
+    MeltForms,
+    /// Firn: snow that outlasted a summer.
+    Firn,
+}
+
+impl SnowType {
+    /// Every kind.
+    pub const ALL: [Self; 6] =
+        [Self::Fresh, Self::Rounded, Self::Faceted, Self::WindPacked, Self::MeltForms, Self::Firn];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fresh => "fresh",
+            Self::Rounded => "rounded",
+            Self::Faceted => "faceted",
+            Self::WindPacked => "wind-packed",
+            Self::MeltForms => "melt-forms",
+            Self::Firn => "firn",
+        }
+    }
+
+    /// Specific surface area, in m²/kg.
+    #[must_use]
+    pub fn surface_area_m2_kg(self) -> f64 {
+        match self {
+            Self::Fresh => 80.0,
+            Self::Rounded => 25.0,
+            Self::Faceted => 13.0,
+            Self::WindPacked => 20.0,
+            Self::MeltForms => 3.0,
+            Self::Firn => 6.0,
+        }
+    }
+
+    /// Density, in kg/m³.
+    #[must_use]
+    pub fn density_kg_m3(self) -> f64 {
+        match self {
+            Self::Fresh => 80.0,
+            Self::Rounded => 250.0,
+            Self::Faceted => 290.0,
+            Self::WindPacked => 380.0,
+            Self::MeltForms => 450.0,
+            Self::Firn => 600.0,
+        }
+    }
+
+    /// Where the two numbers come from.
+    #[must_use]
+    pub fn source(self) -> &'static str {
+        match self {
+            Self::Fresh => {
+                "61–154 m²/kg on falling: Cabanes et al. 2003, doi:10.1021/es025880r; 81 kg/m³ where it is softest: \
+                 Geldsetzer & Jamieson 2000"
+            }
+            Self::Rounded => {
+                "26 m²/kg after six days: Cabanes et al. 2003, doi:10.1021/es025880r; 202–273 kg/m³ at middling \
+                 hardness: Geldsetzer & Jamieson 2000"
+            }
+            Self::Faceted => "12.7 ± 2.5 m²/kg and 289 ± 35 kg/m³, 11 samples: Letcher et al. 2022, supporting data",
+            Self::WindPacked => {
+                "19–23 m²/kg in hard windpacks: Gallet et al. 2011, doi:10.5194/tc-5-631-2011; 394 kg/m³ where it is \
+                 hardest: Geldsetzer & Jamieson 2000"
+            }
+            Self::MeltForms => {
+                "below 3 m²/kg at a melting surface: Vérin et al. 2022, The Cryosphere 16, 3431; the density is chosen"
+            }
+            Self::Firn => "400–830 kg/m³: Cuffey & Paterson 2010; the surface area, of .5 mm radius, is chosen",
+        }
+    }
+
+    /// Dry and clean snow of this kind.
+    ///
+    /// ```
+    /// # use snowblue_transport::snow_type::SnowType;
+    /// // A centimetre of fresh snow holds less ice than one of firn, and cuts off more light.
+    /// let (fresh, firn) = (SnowType::Fresh.sample()?, SnowType::Firn.sample()?);
+    /// assert!(fresh.density_kg_m3 < 0.2 * firn.density_kg_m3 && fresh.extinction_per_m() > firn.extinction_per_m());
+    /// # Ok::<(), snowblue_transport::TransportError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// None for the kinds there are; their grains lie within the model's range.
+    pub fn sample(self) -> Result<SnowSample, TransportError> {
+        let usual = SnowSample::default();
+        let grain_size = GrainSize::from_specific_surface_area(self.surface_area_m2_kg(), usual.temperature_c)?;
+        Ok(SnowSample { grain_size, density_kg_m3: self.density_kg_m3(), ..usual })
+    }
+}
+
+/// The name.
+impl fmt::Display for SnowType {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_is_possible() {
+        for kind in SnowType::ALL {
+            let sample = kind.sample().unwrap();
+            sample.check().unwrap();
+            // κ = ρ SSA / 4 for convex grains.
+            let expected = 0.25 * kind.density_kg_m3() * kind.surface_area_m2_kg();
+            assert!((sample.extinction_per_m() / expected - 1.0).abs() < 1e-12, "{kind}");
+        }
+    }
+}
