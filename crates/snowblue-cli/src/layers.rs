@@ -18,7 +18,6 @@
 //! Keys that are left out have the values of the command's defaults.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +32,7 @@ use crate::failure::Failure;
 use crate::options::{IceWord, SizeMeasureWord, incidence_name};
 use crate::parse;
 use crate::report::Cell;
+use crate::source::Source;
 
 /// What lies under the top of the snow.
 #[derive(Debug, Args)]
@@ -144,29 +144,12 @@ impl Numbers {
     }
 }
 
-/// A file's name and text, to say where in it something is wrong.
-#[derive(Clone, Copy)]
-struct Source<'f> {
-    path: &'f Path,
-    text: &'f str,
-}
-
-impl Source<'_> {
-    fn failure(self, place: &Range<usize>, reason: impl Display) -> Failure {
-        let before = &self.text.as_bytes()[..place.start.min(self.text.len())];
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        Failure::Input(format!("{}:{line}: {reason}", self.path.display()))
-    }
-}
-
 /// Reads layers, each checked, and the name of their ice constants.
 fn read(path: &Path) -> Result<(Vec<Layer>, &'static str), Failure> {
     let name = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
+    let text = Source::read(path)?;
     let source = Source { path, text: &text };
-    let file: LayerFile = toml::from_str(&text)
-        .map_err(|error| source.failure(&error.span().unwrap_or(0..0), error.message().replace('\n', "; ")))?;
+    let file: LayerFile = source.parse()?;
     if file.layer.is_empty() {
         return Err(Failure::Input(format!("{name}: holds no [[layer]]")));
     }

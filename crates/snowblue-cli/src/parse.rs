@@ -84,6 +84,13 @@ pub(crate) fn impurity(words: &str) -> Result<(Substance, f64), String> {
     Ok((substance, number(ng_g)?))
 }
 
+/// `black-carbon=0:10:100`: a substance and several mass fractions in ng/g.
+pub(crate) fn impurities(words: &str) -> Result<(Substance, Vec<f64>), String> {
+    let (name, ng_g) = words.split_once('=').ok_or("give NAME=LIST (black-carbon=0:10:100)")?;
+    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
+    Ok((substance, numbers(ng_g)?))
+}
+
 /// `auto`, or a number of streams that is checked later.
 pub(crate) fn streams(word: &str) -> Result<Streams, String> {
     match word {

@@ -130,9 +130,9 @@ impl Render {
                     read = table;
                     &read
                 }
-                AnyTable::Full(_) => {
-                    let what = "is a full table; rendering needs a compressed one (database build --space log)";
-                    return Err(Failure::Input(format!("{}: {what}", path.display())));
+                other => {
+                    let what = "rendering needs a compressed one (database build --space log)";
+                    return Err(Failure::Input(format!("{}: is {}; {what}", path.display(), other.kind())));
                 }
             },
         };

@@ -28,7 +28,7 @@ fn random_rows_are_those_of_the_engine() {
     let mut state = 20_261_121;
     let facetness = table.axes.facetness[choose(&mut state, 5)];
     let axes = Axes { facetness: vec![facetness], ..table.axes.clone() };
-    let (anew, _) = fill::by_ordinates(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
+    let (anew, _) = fill::fill(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
     let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::D65, &axes.wavelengths_nm).unwrap();
     let lab = |curve: &[f64]| Lab::from_xyz(colorimeter.xyz(curve), colorimeter.white());
     let curves = [Quantity::Transmittance, Quantity::Reflectance].map(|q| anew.curves(q).collect::<Vec<_>>());
@@ -61,7 +61,7 @@ fn places_between_the_knots_are_near_the_engine() {
         thicknesses_cm: vec![0.005, 0.05, 0.4, 1.2, 4.0, 12.0, 30.0, 60.0, 85.0],
         ..Axes::paper()
     };
-    let (anew, _) = fill::by_ordinates(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
+    let (anew, _) = fill::fill(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
     let snow = PcaSnow::new(embedded(), sample).unwrap();
     let mut found = [0.0_f32; 31];
     for (number, curve) in anew.curves(Quantity::Transmittance).enumerate() {

@@ -11,8 +11,8 @@ fn main() {
 }
 
 fn table() -> Table {
-    let options = FillOptions { tally_rays: 1 << 12, ..FillOptions::default() };
-    fill::by_ordinates(&Axes::paper(), &options, &|_, _| ()).unwrap().0
+    let options = FillOptions::by_ordinates(1 << 12);
+    fill::fill(&Axes::paper(), &options, &|_, _| ()).unwrap().0
 }
 
 /// A spectrum of 31 wavelengths at some thickness and angle, in the paper's form and in ours.

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
 }
 
 fn embed(path: &Path) -> Result<(), DatabaseError> {
-    let (table, _) = fill::by_ordinates(&Axes::with_thin_and_thick_knots(), &FillOptions::default(), &|_, _| ())?;
+    let (table, _) = fill::fill(&Axes::with_thin_and_thick_knots(), &FillOptions::default(), &|_, _| ())?;
     CompressedTable::new(&table, Space::Log, COMPONENTS)?.write(path)
 }
 

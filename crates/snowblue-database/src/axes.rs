@@ -1,6 +1,10 @@
 //! The axes of a table: what snow, how thick, under what light, at which wavelengths.
 
-use crate::DatabaseError;
+use snowblue_transport::ice::IceTable;
+use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Incidence, Slab};
+
+use crate::{DatabaseError, Property};
 
 /// Values along each axis, ascending. The last axis runs fastest in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,8 +13,12 @@ pub struct Axes {
     pub grain_sizes_um: Vec<f64>,
     /// Mean facetness.
     pub facetness: Vec<f64>,
-    /// Densities, in kg/m³.
+    /// Densities of the dry snow, in kg/m³.
     pub densities_kg_m3: Vec<f64>,
+    /// What else the snow differs in, each property with its values; what is not here has its usual value.
+    pub further: Vec<(Property, Vec<f64>)>,
+    /// Whether Lambertian light stands before the angles.
+    pub diffuse: bool,
     /// Angles of incidence from the normal, in degrees.
     pub angles_deg: Vec<f64>,
     /// Thicknesses, in cm.
@@ -19,6 +27,8 @@ pub struct Axes {
     pub wavelengths_nm: Vec<f64>,
 }
 
+/// What stands for Lambertian light on the axis of angles in files.
+pub const DIFFUSE_ANGLE_DEG: f64 = -1.0;
 /// Greatest angle of incidence, in degrees.
 const MOST_ANGLE_DEG: f64 = 89.99;
 /// Thin and thick knots beside the paper's thicknesses, in cm, for splines that hold from nothing to a metre of snow.
@@ -38,6 +48,8 @@ impl Axes {
             grain_sizes_um: steps(100, 500, 50),
             facetness: vec![0.1, 0.3, 0.5, 0.7, 0.9],
             densities_kg_m3: steps(200, 400, 50),
+            further: Vec::new(),
+            diffuse: false,
             angles_deg: [steps(0, 80, 10), vec![89.0]].concat(),
             thicknesses_cm: vec![1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 25.0, 35.0, 50.0],
             wavelengths_nm: steps(400, 700, 10),
@@ -52,17 +64,40 @@ impl Axes {
         Self { thicknesses_cm, ..paper }
     }
 
+    /// Table 1 at 5 nm.
+    #[must_use]
+    pub fn fine() -> Self {
+        Self { wavelengths_nm: steps(400, 700, 5), ..Self::with_thin_and_thick_knots() }
+    }
+
+    /// Grains, thicknesses and angles of Table 1 at one density, from 300 to 2500 nm: snow knows only the product of
+    /// density and thickness, and beyond 1400 nm no light passes a centimetre.
+    #[must_use]
+    pub fn infrared() -> Self {
+        Self {
+            densities_kg_m3: vec![300.0],
+            diffuse: true,
+            wavelengths_nm: steps(300, 2500, 20),
+            ..Self::with_thin_and_thick_knots()
+        }
+    }
+
     /// Every axis by its name in files, with its unit and values, slowest first.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &'static str, &[f64]); 6] {
-        [
-            ("grain_size", "um", &self.grain_sizes_um),
-            ("facetness", "1", &self.facetness),
-            ("density", "kg m-3", &self.densities_kg_m3),
-            ("angle", "degree", &self.angles_deg),
-            ("thickness", "cm", &self.thicknesses_cm),
-            ("wavelength", "nm", &self.wavelengths_nm),
-        ]
+    pub fn named(&self) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+        let mut named = vec![
+            ("grain_size", "um", self.grain_sizes_um.clone()),
+            ("facetness", "1", self.facetness.clone()),
+            ("density", "kg m-3", self.densities_kg_m3.clone()),
+        ];
+        named.extend(self.further.iter().map(|(property, values)| (property.name(), property.unit(), values.clone())));
+        let diffuse = self.diffuse.then_some(DIFFUSE_ANGLE_DEG);
+        named.extend([
+            ("angle", "degree", diffuse.into_iter().chain(self.angles_deg.iter().copied()).collect()),
+            ("thickness", "cm", self.thicknesses_cm.clone()),
+            ("wavelength", "nm", self.wavelengths_nm.clone()),
+        ]);
+        named
     }
 
     /// Number of curves.
@@ -71,53 +106,130 @@ impl Axes {
         self.samples() * self.curves_per_sample()
     }
 
-    /// Number of snow samples: sizes × facetness × densities.
+    /// Number of snow samples: sizes × facetness × densities × the values of every further property.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.grain_sizes_um.len() * self.facetness.len() * self.densities_kg_m3.len()
+        self.grains() * self.samples_per_grain()
     }
 
-    /// Curves of one sample, which lie side by side: angles × thicknesses.
+    /// Number of kinds of grain: sizes × facetness, the facetness running faster.
+    #[must_use]
+    pub fn grains(&self) -> usize {
+        self.grain_sizes_um.len() * self.facetness.len()
+    }
+
+    /// Number of samples of one kind of grain, which lie side by side.
+    #[must_use]
+    pub fn samples_per_grain(&self) -> usize {
+        let further: usize = self.further.iter().map(|(_, values)| values.len()).product();
+        self.densities_kg_m3.len() * further
+    }
+
+    /// Curves of one sample, which lie side by side: lights × thicknesses.
     #[must_use]
     pub fn curves_per_sample(&self) -> usize {
-        self.angles_deg.len() * self.thicknesses_cm.len()
+        self.incidences().len() * self.thicknesses_cm.len()
+    }
+
+    /// The lights: Lambertian, if it is there, then the angles.
+    #[must_use]
+    pub fn incidences(&self) -> Vec<Incidence> {
+        let beams = self.angles_deg.iter().map(|angle_deg| Incidence::Beam { angle_deg: *angle_deg });
+        self.diffuse.then_some(Incidence::Diffuse).into_iter().chain(beams).collect()
+    }
+
+    /// Sample number `number`, with ice after the given table, not checked.
+    ///
+    /// # Errors
+    /// If the mean grain size stands for no range.
+    pub fn sample(&self, number: usize, ice: IceTable) -> Result<SnowSample, DatabaseError> {
+        let mut rest = number;
+        let mut next = |values: &[f64]| {
+            let value = values[rest % values.len()];
+            rest /= values.len();
+            value
+        };
+        // From the fastest axis to the slowest.
+        let further: Vec<(Property, f64)> =
+            self.further.iter().rev().map(|(property, values)| (*property, next(values))).collect();
+        let (density_kg_m3, facetness) = (next(&self.densities_kg_m3), next(&self.facetness));
+        let mut sample = SnowSample {
+            grain_size: GrainSize::around(next(&self.grain_sizes_um))?,
+            facetness: TruncatedNormal::facetness_around(facetness),
+            density_kg_m3,
+            ice,
+            ..SnowSample::default()
+        };
+        for (property, value) in further {
+            property.set(&mut sample, value);
+        }
+        Ok(sample)
     }
 
     /// What a curve belongs to, as words: for reports of worst cases.
     #[must_use]
     pub fn describe(&self, curve: usize) -> String {
-        let (curve, thickness) = (curve / self.thicknesses_cm.len(), curve % self.thicknesses_cm.len());
-        let (sample, angle) = (curve / self.angles_deg.len(), curve % self.angles_deg.len());
-        let (grain, density) = (sample / self.densities_kg_m3.len(), sample % self.densities_kg_m3.len());
-        let (size, facetness) = (grain / self.facetness.len(), grain % self.facetness.len());
-        format!(
-            "{} µm, facetness {}, {} kg/m³, {} cm, {}°",
-            self.grain_sizes_um[size],
-            self.facetness[facetness],
-            self.densities_kg_m3[density],
-            self.thicknesses_cm[thickness],
-            self.angles_deg[angle],
-        )
+        let named = self.named();
+        let mut rest = curve;
+        let mut words = Vec::new();
+        for (name, unit, values) in named[..named.len() - 1].iter().rev() {
+            let value = values[rest % values.len()];
+            rest /= values.len();
+            words.push(match *name {
+                "grain_size" => format!("{value} µm"),
+                "density" => format!("{value} kg/m³"),
+                "thickness" => format!("{value} cm"),
+                "angle" if value < 0.0 => "diffuse".to_owned(),
+                "angle" => format!("{value}°"),
+                _ if *unit == "1" => format!("{} {value}", name.replace('_', " ")),
+                _ => format!("{} {value} {unit}", name.replace('_', " ")),
+            });
+        }
+        words.reverse();
+        words.join(", ")
     }
 
     /// Checks that every axis has finite values in ascending order, that there are two thicknesses or more, all above
-    /// 0 cm, and that angles lie in 0–89.99°.
+    /// 0 cm, that there is light, that no property comes twice, and that the model reaches every sample, angle and
+    /// wavelength.
+    ///
+    /// # Errors
+    /// The first axis or quantity that is otherwise.
+    pub fn check(&self, ice: IceTable) -> Result<(), DatabaseError> {
+        self.check_order()?;
+        let slab = |sample| Slab {
+            sample,
+            thicknesses_cm: self.thicknesses_cm.clone(),
+            incidences: self.incidences(),
+            wavelengths_nm: self.wavelengths_nm.clone(),
+        };
+        (0..self.samples()).try_for_each(|number| Ok(slab(self.sample(number, ice)?).check()?))
+    }
+
+    /// The same without asking whether the model reaches it: other models' tables may hold what ours does not.
     ///
     /// # Errors
     /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is otherwise.
-    pub fn check(&self) -> Result<(), DatabaseError> {
+    pub fn check_order(&self) -> Result<(), DatabaseError> {
         for (name, _, values) in self.named() {
             let ascending = values.is_sorted_by(|a, b| a < b) && values.iter().all(|value| value.is_finite());
             if values.is_empty() || !ascending {
                 return Err(DatabaseError::Axis { name });
             }
         }
+        let wrong = |name, what| Err(DatabaseError::AxisRange { name, what });
+        for (number, (property, _)) in self.further.iter().enumerate() {
+            if self.further[..number].iter().any(|(other, _)| other == property) {
+                return wrong(property.name(), "one list of values");
+            }
+        }
         // A thickness of 0 is not a knot: look-ups know what no snow does.
         if self.thicknesses_cm.len() < 2 || self.thicknesses_cm[0] <= 0.0 {
-            return Err(DatabaseError::AxisRange { name: "thickness", what: "two values or more, all above 0 cm" });
+            return wrong("thickness", "two values or more, all above 0 cm");
         }
-        if self.angles_deg[0] < 0.0 || self.angles_deg[self.angles_deg.len() - 1] > MOST_ANGLE_DEG {
-            return Err(DatabaseError::AxisRange { name: "angle", what: "values in 0–89.99°" });
+        let beams = |within: &dyn Fn(f64) -> bool| self.angles_deg.iter().all(|angle_deg| within(*angle_deg));
+        if !beams(&|angle_deg| (0.0..=MOST_ANGLE_DEG).contains(&angle_deg)) {
+            return wrong("angle", "values in 0–89.99°");
         }
         Ok(())
     }
@@ -125,4 +237,57 @@ impl Axes {
 
 fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
     (first..=last).step_by(step).map(f64::from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use snowblue_transport::impurity::Substance;
+
+    fn wet_and_sooty() -> Axes {
+        Axes {
+            further: vec![
+                (Property::WaterSaturation, vec![0.0, 0.1]),
+                (Property::Impurity(Substance::BlackCarbon), vec![0.0, 10.0, 100.0]),
+            ],
+            diffuse: true,
+            ..Axes::paper()
+        }
+    }
+
+    #[test]
+    fn numbers_of_samples_and_words_of_curves_agree() {
+        let axes = wet_and_sooty();
+        assert_eq!((axes.samples(), axes.curves_per_sample()), (225 * 6, 11 * 11));
+        // The last sample of all, and the one before it.
+        let last = axes.sample(axes.samples() - 1, IceTable::default()).unwrap();
+        assert_eq!(
+            (last.grain_size.max_um.to_bits(), last.density_kg_m3.to_bits()),
+            (550_f64.to_bits(), 400_f64.to_bits())
+        );
+        assert_eq!(last.impurities.to_string(), "black-carbon=100");
+        let before = axes.sample(axes.samples() - 4, IceTable::default()).unwrap();
+        assert_eq!(
+            (before.water_saturation.to_bits(), before.impurities.to_string()),
+            (0_f64.to_bits(), "black-carbon=100".to_owned())
+        );
+        assert_eq!(
+            axes.describe(axes.curves() - 1),
+            "500 µm, facetness 0.9, 400 kg/m³, water saturation 0.1, black carbon 100 ng g-1, 89°, 50 cm"
+        );
+        assert!(axes.describe(0).ends_with("black carbon 0 ng g-1, diffuse, 1 cm"));
+    }
+
+    #[test]
+    fn axes_that_the_model_does_not_reach_are_refused() {
+        wet_and_sooty().check(IceTable::default()).unwrap();
+        let message = |axes: Axes| axes.check(IceTable::default()).unwrap_err().to_string();
+        let infrared = Axes { wavelengths_nm: vec![500.0, 1500.0], ..wet_and_sooty() };
+        assert!(message(infrared).contains("with impurities is 1500 nm"));
+        let twice = Axes { further: vec![(Property::Temperature, vec![-5.0]); 2], ..Axes::paper() };
+        assert_eq!(message(twice), "the axis temperature must have one list of values");
+        let warm = Axes { further: vec![(Property::Temperature, vec![-5.0, 5.0])], ..Axes::paper() };
+        assert!(message(warm).contains("temperature is 5 °C"));
+        Axes::infrared().check(IceTable::default()).unwrap();
+    }
 }

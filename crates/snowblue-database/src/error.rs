@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use snowblue_transport::TransportError;
 
+use crate::shard::Part;
+
 /// Why a table cannot be made, read or asked.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
@@ -32,6 +34,14 @@ pub enum DatabaseError {
         /// How many there can be.
         most: usize,
     },
+    /// Criteria that no number of components meets.
+    #[error("even {most} components do not keep {quantity} within the criteria")]
+    Criteria {
+        /// Transmittance or reflectance.
+        quantity: &'static str,
+        /// How many there can be.
+        most: usize,
+    },
     /// A curve has a value whose logarithm does not exist.
     #[error("{quantity} of the curve {curve} is {value}, which has no logarithm; use the linear space")]
     NoLogarithm {
@@ -57,6 +67,22 @@ pub enum DatabaseError {
     /// The singular value decomposition did not converge.
     #[error("the singular value decomposition did not converge")]
     Decomposition,
+    /// A part of a table that there is not.
+    #[error(
+        "part {part} is asked for, but parts count from 1, and {grains} kinds of grain make {grains} parts at the most"
+    )]
+    Part {
+        /// What was asked.
+        part: Part,
+        /// How many there can be.
+        grains: usize,
+    },
+    /// Shards that are not those of one table.
+    #[error("the shards do not make a table: {what}")]
+    Shards {
+        /// What is wrong with them, by their names.
+        what: String,
+    },
     /// A file that is not a table of snow.
     #[error("{path}: {what}")]
     File {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 
-use crate::pca::Components;
+use crate::pca::{Components, Decomposition, MOST_COMPONENTS};
 use crate::{DatabaseError, Quantity, Space, Table};
 
 /// Below this ΔE*ab an average observer sees no difference (the paper, after Kravchenko et al. 2017).
@@ -41,6 +41,45 @@ pub struct Fidelity {
     pub perceptible_share: f64,
     /// Rebuilt values below zero, over all curves and wavelengths.
     pub negative_values: usize,
+}
+
+/// What compression must not exceed, for any curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Criteria {
+    /// Greatest colour difference ΔE*ab (CIELAB 1976).
+    pub most_delta_e: f64,
+    /// Greatest root mean square error.
+    pub most_rmse: f64,
+    /// The illuminants, each of which is the white of its colours.
+    pub illuminants: Vec<Illuminant>,
+}
+
+/// The fewest components that keep both quantities within some criteria: the paper's way of choosing l'.
+///
+/// # Errors
+/// [`DatabaseError::Criteria`] if no number of components does, or if colours cannot be judged.
+pub fn fewest(table: &Table, space: Space, criteria: &Criteria) -> Result<usize, DatabaseError> {
+    let mut count = 1;
+    for quantity in Quantity::ALL {
+        let decomposition = Decomposition::new(table, quantity, space)?;
+        let most = decomposition.singular_values().len().min(MOST_COMPONENTS);
+        loop {
+            let components = decomposition.keep(table, quantity, count)?;
+            let within = |illuminant: &Illuminant| {
+                let found = judge(table, quantity, (&components, space), *illuminant)?;
+                Ok(found.rmse.worst <= criteria.most_rmse && found.delta_e.worst <= criteria.most_delta_e)
+            };
+            let kept: Result<Vec<bool>, DatabaseError> = criteria.illuminants.iter().map(within).collect();
+            if kept?.into_iter().all(|kept| kept) {
+                break;
+            }
+            if count == most {
+                return Err(DatabaseError::Criteria { quantity: quantity.name(), most });
+            }
+            count += 1;
+        }
+    }
+    Ok(count)
 }
 
 /// Compares every rebuilt curve of a quantity with the original.

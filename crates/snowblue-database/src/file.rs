@@ -1,7 +1,8 @@
 //! Tables as files: NetCDF classic with 64-bit offsets, dimensions and coordinates by name, CF attributes.
 //!
 //! A full table holds `transmittance` and `reflectance` on all axes. A compressed one holds, for each of the two, the
-//! `coefficients` on all axes but the wavelength, the `basis` and the `singular_values`, and the attribute `space`.
+//! `coefficients` on all axes but the wavelength, the `basis` and the `singular_values`, and the attribute `space`. A shard
+//! holds values on `grain`, `sample` (of a grain), `angle`, `thickness` and `wavelength`, and the attribute `shard`.
 //! A file is written beside its place and then renamed, so that none is ever half-written.
 
 use std::io::Cursor;
@@ -10,11 +11,20 @@ use std::path::Path;
 use netcdf3::error::{ReadError, WriteError};
 use netcdf3::{DataSet, FileReader, FileWriter, Version};
 
+use crate::axes::DIFFUSE_ANGLE_DEG;
+use crate::fill;
 use crate::pca::{Components, MOST_COMPONENTS};
-use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, Table};
+use crate::shard::{Part, Shard};
+use crate::{Axes, CompressedTable, DatabaseError, Property, Quantity, Space, Table};
 
 const COMPONENT: &str = "component";
 const SINGULAR: &str = "singular_value";
+const SHARD: &str = "shard";
+const GRAIN: &str = "grain";
+const SAMPLE: &str = "sample";
+const SHARD_DIMENSIONS: [&str; 5] = [GRAIN, SAMPLE, "angle", "thickness", "wavelength"];
+/// What the names of standard errors end in.
+const ERRORS: &str = "_standard_error";
 const CONVENTIONS: &str = "CF-1.8";
 
 /// A table of either kind.
@@ -24,6 +34,20 @@ pub enum AnyTable {
     Full(Table),
     /// A few coefficients a curve.
     Compressed(CompressedTable),
+    /// Every value of some grains.
+    Shard(Shard),
+}
+
+impl AnyTable {
+    /// What it is, in a few words.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Full(_) => "a full table",
+            Self::Compressed(_) => "a compressed table",
+            Self::Shard(_) => "a shard of a table",
+        }
+    }
 }
 
 /// A variable that is to be written.
@@ -38,12 +62,42 @@ impl Table {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
-        let dimensions: Vec<&str> = self.axes.named().iter().map(|(name, ..)| *name).collect();
-        let variables: Vec<_> = Quantity::ALL
-            .map(|quantity| (quantity.name().to_owned(), dimensions.clone(), Values::Double(self.values(quantity))))
-            .into();
-        write(path, &self.axes, &[], &self.metadata, &variables)
+        let named = self.axes.named();
+        let dimensions: Vec<&str> = named.iter().map(|(name, ..)| *name).collect();
+        let values = [&self.transmittance[..], &self.reflectance];
+        write(path, &self.axes, &[], &self.metadata, &values_and_errors(&dimensions, values, self.errors.as_ref()))
     }
+}
+
+impl Shard {
+    /// Writes the shard to `path`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
+        let lengths = [(GRAIN, self.part.grains(&self.axes).len()), (SAMPLE, self.axes.samples_per_grain())];
+        let values = [&self.values.transmittance[..], &self.values.reflectance];
+        let variables = values_and_errors(&SHARD_DIMENSIONS, values, self.values.errors.as_ref());
+        let metadata = [&self.metadata[..], &[(SHARD.to_owned(), self.part.to_string())]].concat();
+        write(path, &self.axes, &lengths, &metadata, &variables)
+    }
+}
+
+/// Transmittance and reflectance and, where they are known, their errors, as variables.
+fn values_and_errors<'v>(
+    dimensions: &[&'v str],
+    values: [&'v [f64]; 2],
+    errors: Option<&'v [Vec<f64>; 2]>,
+) -> Vec<(String, Vec<&'v str>, Values<'v>)> {
+    let variable = |name: String, values| (name, dimensions.to_vec(), Values::Double(values));
+    let mut variables = Vec::new();
+    for (quantity, values) in Quantity::ALL.into_iter().zip(values) {
+        variables.push(variable(quantity.name().to_owned(), values));
+    }
+    for (quantity, errors) in Quantity::ALL.into_iter().zip(errors.into_iter().flatten()) {
+        variables.push(variable(format!("{}{ERRORS}", quantity.name()), errors));
+    }
+    variables
 }
 
 impl CompressedTable {
@@ -53,7 +107,7 @@ impl CompressedTable {
     /// If the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
         let named = self.axes.named();
-        let mut curve_dimensions: Vec<&str> = named[..5].iter().map(|(name, ..)| *name).collect();
+        let mut curve_dimensions: Vec<&str> = named[..named.len() - 1].iter().map(|(name, ..)| *name).collect();
         curve_dimensions.push(COMPONENT);
         let mut variables = Vec::new();
         for quantity in Quantity::ALL {
@@ -81,7 +135,7 @@ impl CompressedTable {
         let reader = FileReader::open_seek_read(name, Box::new(Cursor::new(bytes))).map_err(|e| broken(path, &e))?;
         match read_tables(path, reader)? {
             AnyTable::Compressed(table) => Ok(table),
-            AnyTable::Full(_) => Err(wrong(path, "is a full table, not a compressed one")),
+            other => Err(wrong(path, &format!("is {}, not a compressed one", other.kind()))),
         }
     }
 }
@@ -99,12 +153,19 @@ pub fn read(path: &Path) -> Result<AnyTable, DatabaseError> {
 fn read_tables(path: &Path, mut reader: FileReader) -> Result<AnyTable, DatabaseError> {
     let axes = read_axes(path, &mut reader)?;
     let metadata = metadata(reader.data_set());
+    if let Some(part) = reader.data_set().get_global_attr_as_string(SHARD) {
+        let part: Part =
+            part.parse().map_err(|_| wrong(path, &format!("is a shard '{part}', which makes no sense")))?;
+        part.check(&axes).map_err(|error| wrong(path, &error.to_string()))?;
+        let per_grain = axes.curves() / axes.grains() * axes.wavelengths_nm.len();
+        let values = read_values(path, &mut reader, part.grains(&axes).len() * per_grain)?;
+        return Ok(AnyTable::Shard(Shard { axes, part, values, metadata }));
+    }
     match reader.data_set().get_global_attr_as_string("space").as_deref() {
         None => {
             let expected = axes.curves() * axes.wavelengths_nm.len();
-            let transmittance = doubles(path, &mut reader, "transmittance", expected)?;
-            let reflectance = doubles(path, &mut reader, "reflectance", expected)?;
-            Ok(AnyTable::Full(Table { axes, transmittance, reflectance, metadata }))
+            let fill::Values { transmittance, reflectance, errors } = read_values(path, &mut reader, expected)?;
+            Ok(AnyTable::Full(Table { axes, transmittance, reflectance, errors, metadata }))
         }
         Some(space) => {
             let space = [Space::Linear, Space::Log]
@@ -118,22 +179,65 @@ fn read_tables(path: &Path, mut reader: FileReader) -> Result<AnyTable, Database
     }
 }
 
+/// Transmittance, reflectance and, if they are there, their errors.
+fn read_values(path: &Path, reader: &mut FileReader, expected: usize) -> Result<fill::Values, DatabaseError> {
+    let with_errors = reader.data_set().has_var(&format!("{}{ERRORS}", Quantity::Transmittance.name()));
+    let mut values =
+        |quantity: Quantity, ending| doubles(path, reader, &format!("{}{ending}", quantity.name()), expected);
+    let [transmittance, reflectance] = [values(Quantity::Transmittance, "")?, values(Quantity::Reflectance, "")?];
+    let errors = if with_errors {
+        Some([values(Quantity::Transmittance, ERRORS)?, values(Quantity::Reflectance, ERRORS)?])
+    } else {
+        None
+    };
+    Ok(fill::Values { transmittance, reflectance, errors })
+}
+
 fn read_axes(path: &Path, reader: &mut FileReader) -> Result<Axes, DatabaseError> {
     let mut axis = |name: &str| {
         let size = reader.data_set().dim_size(name);
         let size = size.ok_or_else(|| wrong(path, &format!("is not a table of snow: it has no dimension '{name}'")))?;
         doubles(path, reader, name, size)
     };
-    let axes = Axes {
+    let mut axes = Axes {
         grain_sizes_um: axis("grain_size")?,
         facetness: axis("facetness")?,
         densities_kg_m3: axis("density")?,
+        further: Vec::new(),
+        diffuse: false,
         angles_deg: axis("angle")?,
         thicknesses_cm: axis("thickness")?,
         wavelengths_nm: axis("wavelength")?,
     };
-    axes.check().map_err(|error| wrong(path, &error.to_string()))?;
+    axes.diffuse = axes.angles_deg.first().is_some_and(|angle_deg| angle_deg.to_bits() == DIFFUSE_ANGLE_DEG.to_bits());
+    if axes.diffuse {
+        axes.angles_deg.remove(0);
+    }
+    // Coordinates stand in the order of the axes.
+    for name in reader.data_set().get_var_names() {
+        if let Some(property) = Property::all().find(|property| property.name() == name) {
+            let size = reader.data_set().dim_size(&name).unwrap_or(0);
+            axes.further.push((property, doubles(path, reader, &name, size)?));
+        }
+    }
+    axes.check_order().map_err(|error| wrong(path, &error.to_string()))?;
+    let named = axes.named();
+    let is_shard = reader.data_set().has_global_attr(SHARD);
+    let expected: Vec<&str> = named.iter().map(|(name, ..)| *name).collect();
+    let expected = if is_shard { &SHARD_DIMENSIONS[..] } else { &expected[..] };
+    let before_wavelength = expected.len() - 1;
+    let order = order_of_dimensions(reader);
+    if !order.iter().map(String::as_str).take(before_wavelength).eq(expected[..before_wavelength].iter().copied()) {
+        return Err(wrong(path, "has its dimensions in another order; use 'database import'"));
+    }
     Ok(axes)
+}
+
+/// Names of the dimensions of the variable that holds transmittance, slowest first.
+fn order_of_dimensions(reader: &FileReader) -> Vec<String> {
+    let data = reader.data_set();
+    let variable = ["transmittance", "transmittance_coefficients"].into_iter().find_map(|name| data.get_var(name));
+    variable.map_or(Vec::new(), netcdf3::Variable::dim_names)
 }
 
 fn read_components(
@@ -190,7 +294,7 @@ fn check_values<T>(path: &Path, name: &str, values: Vec<T>, good: fn(&T) -> bool
 fn metadata(data: &DataSet) -> Vec<(String, String)> {
     data.get_global_attr_names()
         .into_iter()
-        .filter(|name| name != "Conventions" && name != "space")
+        .filter(|name| name != "Conventions" && name != "space" && name != SHARD)
         .filter_map(|name| data.get_global_attr_as_string(&name).map(|value| (name, value)))
         .collect()
 }
@@ -212,7 +316,7 @@ fn write(
         let mut writer = FileWriter::open(beside)?;
         writer.set_def(&data, Version::Offset64Bit, 0)?;
         for (name, _, values) in axes.named() {
-            writer.write_var_f64(name, values)?;
+            writer.write_var_f64(name, &values)?;
         }
         for (name, _, values) in variables {
             match values {
@@ -248,6 +352,10 @@ fn describe(
         data.add_var_f64(name, &[name])?;
         data.add_var_attr_string(name, "units", units)?;
         data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
+        if name == "angle" && axes.diffuse {
+            data.add_var_attr_f64(name, "flag_values", vec![DIFFUSE_ANGLE_DEG])?;
+            data.add_var_attr_string(name, "flag_meanings", "diffuse")?;
+        }
     }
     for (name, length) in lengths {
         data.add_fixed_dim(*name, *length)?;

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A [`Table`] holds transmittance and reflectance for every grain size, facetness, density, angle, thickness and
-//! wavelength; [`fill::by_ordinates`] computes it. A [`CompressedTable`] keeps a few principal components of it
+//! wavelength; [`fill::fill`] computes it by either engine. A [`CompressedTable`] keeps a few principal components of it
 //! ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one snow out of a compressed
 //! table, ready to be asked for a spectrum at any thickness and angle: the paper's Algorithm 1. [`fidelity`] tells what
 //! the compression costs, and [`mod@file`] reads and writes NetCDF.
@@ -18,9 +18,11 @@
 pub mod error;
 
 pub mod axes;
+pub mod property;
 pub mod table;
 
 pub mod fill;
+pub mod shard;
 
 pub mod pca;
 
@@ -35,4 +37,5 @@ pub use axes::Axes;
 pub use error::DatabaseError;
 pub use lookup::{GridSample, PcaSnow};
 pub use pca::{CompressedTable, Space};
+pub use property::Property;
 pub use table::{Quantity, Table};

@@ -66,7 +66,10 @@ impl PcaSnow {
         let size = place("grain size", " µm", &axes.grain_sizes_um, sample.grain_size_um)?;
         let facetness = place("facetness", "", &axes.facetness, sample.facetness)?;
         let density = place("density", " kg/m³", &axes.densities_kg_m3, sample.density_kg_m3)?;
-        let row = (size * axes.facetness.len() + facetness) * axes.densities_kg_m3.len() + density;
+        let mut row = (size * axes.facetness.len() + facetness) * axes.densities_kg_m3.len() + density;
+        for (property, values) in &axes.further {
+            row = row * values.len() + place(property.name(), "", values, property.usual())?;
+        }
         let curves = |quantity| Curves::new(table, quantity, row);
         Ok(Self {
             space: table.space,
@@ -163,7 +166,9 @@ impl Curves {
         let components = table.components(quantity);
         let thicknesses = table.axes.thicknesses_cm.len();
         let per_angle = thicknesses * components.count;
-        let start = sample * table.axes.curves_per_sample() * components.count;
+        // Lambertian light, which stands first, is not looked up.
+        let beams = if table.axes.diffuse { per_angle } else { 0 };
+        let start = sample * table.axes.curves_per_sample() * components.count + beams;
         let (knots, [before, after]) = knots(table, quantity, components);
         let mut pieces = Vec::new();
         for angle in 0..table.axes.angles_deg.len() {

@@ -34,6 +34,8 @@ pub struct Table {
     pub transmittance: Vec<f64>,
     /// Reflectance, in the same order.
     pub reflectance: Vec<f64>,
+    /// Standard errors of both in the same order, where they are known.
+    pub errors: Option<[Vec<f64>; 2]>,
     /// How the table was made, by name.
     pub metadata: Vec<(String, String)>,
 }

@@ -6,14 +6,17 @@ use std::sync::LazyLock;
 
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::{self, Fidelity, PERCEPTIBLE_DELTA_E};
-use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::fill::{self, Engine, FillOptions};
 use snowblue_database::pca::Decomposition;
 use snowblue_database::{Axes, CompressedTable, GridSample, PcaSnow, Quantity, Space, Table};
 use snowblue_transport::ordinates::Streams;
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let options = FillOptions { streams: Streams::Exactly(16), tally_rays: 1 << 18, ..FillOptions::default() };
-    fill::by_ordinates(&Axes::paper(), &options, &|_, _| ()).unwrap().0
+    let options = FillOptions {
+        engine: Engine::Ordinates { streams: Streams::Exactly(16), tally_rays: 1 << 18 },
+        ..FillOptions::default()
+    };
+    fill::fill(&Axes::paper(), &options, &|_, _| ()).unwrap().0
 });
 
 fn fidelity_of(space: Space, components: usize) -> Fidelity {

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use snowblue_database::file::{self, AnyTable};
-use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::fill::{self, Engine, FillOptions};
 use snowblue_database::{Axes, CompressedTable, DatabaseError, GridSample, PcaSnow, Quantity, Space, Table};
 use snowblue_transport::ordinates::Streams;
 
@@ -18,8 +18,11 @@ fn small_table() -> Table {
         thicknesses_cm: vec![1.0, 3.0, 10.0],
         ..Axes::paper()
     };
-    let options = FillOptions { streams: Streams::Exactly(8), tally_rays: 1 << 10, ..FillOptions::default() };
-    fill::by_ordinates(&axes, &options, &|_, _| ()).unwrap().0
+    let options = FillOptions {
+        engine: Engine::Ordinates { streams: Streams::Exactly(8), tally_rays: 1 << 10 },
+        ..FillOptions::default()
+    };
+    fill::fill(&axes, &options, &|_, _| ()).unwrap().0
 }
 
 #[test]
@@ -116,11 +119,13 @@ fn impossible_axes_are_refused() {
         (vec![1.0, 3.0, f64::NAN], vec![0.0, 60.0]),
     ] {
         let axes = Axes { thicknesses_cm, angles_deg, ..table.axes.clone() };
-        assert!(fill::by_ordinates(&axes, &FillOptions::default(), &|_, _| ()).is_err(), "{axes:?}");
+        assert!(fill::fill(&axes, &FillOptions::default(), &|_, _| ()).is_err(), "{axes:?}");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("axes.nc");
         let values = vec![0.5; axes.curves() * 31];
-        Table { axes, transmittance: values.clone(), reflectance: values, metadata: vec![] }.write(&path).unwrap();
+        Table { axes, transmittance: values.clone(), reflectance: values, errors: None, metadata: vec![] }
+            .write(&path)
+            .unwrap();
         assert!(file::read(&path).is_err());
     }
 }

@@ -38,6 +38,8 @@ pub(crate) fn simple_law() -> CompressedTable {
         grain_sizes_um: vec![SAMPLE.grain_size_um],
         facetness: vec![SAMPLE.facetness],
         densities_kg_m3: vec![SAMPLE.density_kg_m3],
+        further: vec![],
+        diffuse: false,
         angles_deg: vec![0.0, 89.0],
         thicknesses_cm: vec![0.001, 10.0, 100.0],
         wavelengths_nm: wavelengths_nm().to_vec(),
@@ -69,8 +71,8 @@ pub(crate) fn real() -> CompressedTable {
         densities_kg_m3: vec![SAMPLE.density_kg_m3],
         ..Axes::with_thin_and_thick_knots()
     };
-    let options = fill::FillOptions { tally_rays: 1 << 14, ..fill::FillOptions::default() };
-    let (table, _) = fill::by_ordinates(&axes, &options, &|_, _| {}).unwrap();
+    let options = fill::FillOptions::by_ordinates(1 << 14);
+    let (table, _) = fill::fill(&axes, &options, &|_, _| {}).unwrap();
     CompressedTable::new(&table, Space::Log, 3).unwrap()
 }
 
