@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use snowblue_color::{Colorimeter, Lab, LinearRgb, Observer, Srgb8};
+use snowblue_render::FalseColor;
 use snowblue_transport::ordinates;
+use snowblue_transport::slab::Radiometry;
 
 use crate::failure::{Failure, Outcome};
 use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
@@ -30,14 +32,19 @@ const COLUMNS: [&str; 13] = [
     "hex",
 ];
 
+/// Columns of false colours, which no eye sees: they have no illuminant, XYZ or CIELAB.
+const FALSE_COLUMNS: [&str; 6] = ["thickness_cm", "angle_deg", "r_linear", "g_linear", "b_linear", "hex"];
+
 /// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
+A false colour is the transmittance at three wavelengths, 1 being white, without illuminant, XYZ and CIELAB.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
+  snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
   snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value)"
 )]
 pub(crate) struct Color {
@@ -52,10 +59,16 @@ pub(crate) struct Color {
     /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
     samples: String,
+    /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
+    #[arg(
+        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
+        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "samples"]
+    )]
+    false_color: Option<FalseColor>,
     /// Colour of a spectrum in a CSV file (wavelength_nm,value) instead of snow
     #[arg(
         long, value_name = "FILE",
-        conflicts_with_all = ["SampleOptions", "SlabOptions", "OrdinatesWords", "samples"]
+        conflicts_with_all = ["SampleOptions", "SlabOptions", "OrdinatesWords", "samples", "false_color"]
     )]
     spectrum: Option<PathBuf>,
     #[command(flatten)]
@@ -64,17 +77,23 @@ pub(crate) struct Color {
 
 impl Color {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
-        let rows = match &self.spectrum {
-            Some(path) => vec![self.of_file(path)?],
-            None => self.of_snow()?,
+        let (columns, rows) = match (&self.spectrum, self.false_color) {
+            (Some(path), _) => (COLUMNS.to_vec(), vec![self.of_file(path)?]),
+            (None, Some(colour)) => (FALSE_COLUMNS.to_vec(), self.in_false_color(colour)?),
+            (None, None) => (COLUMNS.to_vec(), self.of_snow()?),
         };
-        let mut metadata =
-            vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("observer", Observer::Cie1931.name().to_owned())];
+        let observer = match self.false_color {
+            Some(FalseColor { red_nm, green_nm, blue_nm }) => {
+                ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
+            }
+            None => ("observer", Observer::Cie1931.name().to_owned()),
+        };
+        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), observer];
         if self.spectrum.is_none() {
             metadata.extend(self.sample.metadata());
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
-        Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
+        Report { columns, rows, metadata }.write(&self.output, quiet)
     }
 
     fn of_snow(&self) -> Result<Vec<Vec<Cell>>, Failure> {
@@ -85,12 +104,27 @@ impl Color {
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         let colorimeter = self.colorimeter(&slab.wavelengths_nm)?;
         let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
-        let row = |curve: &[snowblue_transport::slab::Radiometry]| {
+        let row = |curve: &[Radiometry]| {
             let values: Vec<f64> = curve.iter().map(|row| row.transmittance.value).collect();
             let place = [curve[0].thickness_cm.into(), Cell::Word(incidence_name(curve[0].incidence))];
             self.row(place, &colorimeter, &values)
         };
         Ok(solved.chunks_exact(slab.wavelengths_nm.len()).map(row).collect())
+    }
+
+    fn in_false_color(&self, colour: FalseColor) -> Result<Vec<Vec<Cell>>, Failure> {
+        let wavelengths = Wavelengths(vec![colour.red_nm, colour.green_nm, colour.blue_nm]);
+        let slab = self.sample.slab(&self.slab, &wavelengths)?;
+        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let row = |three: &[Radiometry]| {
+            let [r, g, b] = [0, 1, 2].map(|channel| three[channel].transmittance.value);
+            let hex = Srgb8::encode(LinearRgb { r, g, b }).to_string();
+            let mut row = vec![three[0].thickness_cm.into(), Cell::Word(incidence_name(three[0].incidence))];
+            row.extend([r, g, b].map(Cell::from));
+            row.push(Cell::Word(hex));
+            row
+        };
+        Ok(solved.chunks_exact(3).map(row).collect())
     }
 
     fn of_file(&self, path: &Path) -> Result<Vec<Cell>, Failure> {

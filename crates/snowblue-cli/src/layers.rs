@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Deserialize;
+use snowblue_transport::ice::IceTable;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
@@ -53,7 +54,7 @@ pub(crate) struct StackOptions {
 }
 
 /// Names and words for metadata.
-type Provenance = Vec<(&'static str, String)>;
+pub(crate) type Provenance = Vec<(&'static str, String)>;
 
 /// Columns of fluxes at depths.
 pub(crate) const PROFILE_COLUMNS: [&str; 8] =
@@ -70,6 +71,11 @@ impl StackOptions {
         !self.depths.is_empty()
     }
 
+    /// Whose ice constants the file of layers has, if there is one.
+    pub(crate) fn ice(&self) -> Result<Option<IceTable>, Failure> {
+        self.layers.as_deref().map(|path| Ok(read(path)?.1.table())).transpose()
+    }
+
     /// The layers of the file, or one of each thickness of `slab`; and what the file's answer rests on, for metadata.
     pub(crate) fn stacks(&self, slab: &Slab) -> Result<(Vec<Stack>, Option<Provenance>), Failure> {
         let stack = |layers: Vec<Layer>| Stack {
@@ -81,7 +87,7 @@ impl StackOptions {
         };
         let (stacks, made_of) = if let Some(path) = &self.layers {
             let (layers, ice) = read(path)?;
-            (vec![stack(layers)], Some(vec![("ice", ice.to_owned()), ("layers", path.display().to_string())]))
+            (vec![stack(layers)], Some(vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())]))
         } else {
             let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
             (slab.thicknesses_cm.iter().map(one).collect(), None)
@@ -144,8 +150,8 @@ impl Numbers {
     }
 }
 
-/// Reads layers, each checked, and the name of their ice constants.
-fn read(path: &Path) -> Result<(Vec<Layer>, &'static str), Failure> {
+/// Reads layers, each checked, and whose ice constants they have.
+fn read(path: &Path) -> Result<(Vec<Layer>, IceWord), Failure> {
     let name = path.display();
     let text = Source::read(path)?;
     let source = Source { path, text: &text };
@@ -155,7 +161,7 @@ fn read(path: &Path) -> Result<(Vec<Layer>, &'static str), Failure> {
     }
     let ice = file.ice.unwrap_or(IceWord::Warren2008);
     let layers: Result<_, _> = file.layer.iter().map(|words| read_layer(source, words.get_ref(), ice)).collect();
-    Ok((layers?, ice.name()))
+    Ok((layers?, ice))
 }
 
 /// Builds a layer key by key and checks it after each, so that the one at fault is known.

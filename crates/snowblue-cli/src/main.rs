@@ -1,6 +1,7 @@
 //! The `snowblue` command: the blue of light through snow, predicted from what the snow is made of.
 
 mod args;
+mod broadband;
 mod bsdf;
 mod color;
 mod database;

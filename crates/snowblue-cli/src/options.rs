@@ -214,6 +214,11 @@ impl SampleOptions {
         }
         metadata
     }
+
+    /// Whose ice constants are used.
+    pub(crate) fn ice_table(&self) -> IceTable {
+        self.ice.table()
+    }
 }
 
 impl OrdinatesWords {

@@ -1,6 +1,7 @@
 //! Option values as users write them: ranges, lists, distributions.
 
 use snowblue_color::Illuminant;
+use snowblue_render::FalseColor;
 use snowblue_transport::impurity::Substance;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::TruncatedNormal;
@@ -19,6 +20,10 @@ pub(crate) enum SizeWords {
 /// Some wavelengths, in nm.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
+
+/// The wavelengths of `--false-color` where none are given: two of the infrared, of which the first tells fine grains from
+/// coarse ones, and one that is seen.
+pub(crate) const FALSE_COLOR_NM: &str = "1030,860,550";
 
 /// Most wavelengths that a range may stand for.
 const MOST_WAVELENGTHS: f64 = 100_000.0;
@@ -134,6 +139,14 @@ pub(crate) fn illuminant(word: &str) -> Result<Illuminant, String> {
     word.parse::<Illuminant>().map_err(|error| error.to_string())
 }
 
+/// Three wavelengths for red, green and blue.
+pub(crate) fn false_color(words: &str) -> Result<FalseColor, String> {
+    match words.split(',').map(number).collect::<Result<Vec<f64>, _>>().as_deref() {
+        Ok(&[red_nm, green_nm, blue_nm]) => Ok(FalseColor { red_nm, green_nm, blue_nm }),
+        _ => Err(format!("'{words}' is not three wavelengths in nm, for red, green and blue ({FALSE_COLOR_NM})")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,5 +173,12 @@ mod tests {
         assert!(facetness("1.2").is_err() && sphericity("0.7:0.9").is_err());
         assert_eq!(incidence("diffuse").unwrap(), Incidence::Diffuse);
         assert!(incidence("steep").is_err());
+    }
+
+    #[test]
+    fn false_colours_are_three_wavelengths() {
+        let colour = false_color(FALSE_COLOR_NM).unwrap();
+        assert_eq!(colour, FalseColor { red_nm: 1030.0, green_nm: 860.0, blue_nm: 550.0 });
+        assert!(false_color("1030,860").is_err() && false_color("scene.toml").is_err());
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use snowblue_database::CompressedTable;
 use snowblue_database::file::{self, AnyTable};
+use snowblue_render::FalseColor;
 use snowblue_render::image_file::{write_exr, write_png};
 use snowblue_render::material::pca_snow::PathMode;
 use snowblue_render::render;
@@ -23,7 +24,8 @@ use crate::report::{check_place, tell};
     after_help = "Examples:
   snowblue render scenes/block_30cm.toml -o block.png
   snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
-  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr"
+  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
+  snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png"
 )]
 pub(crate) struct Render {
     /// Scene file
@@ -55,6 +57,13 @@ pub(crate) struct Render {
     /// Brightness of a PNG in stops, or 'auto', instead of the scene's
     #[arg(long, value_name = "STOPS", value_parser = exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
+    /// Three wavelengths of the table in nm as red, green and blue [1030,860,550 if none are given], under lights that shine
+    /// alike at all wavelengths; the table must hold 31 of them, of any range
+    #[arg(
+        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
+        value_parser = parse::false_color
+    )]
+    false_color: Option<FalseColor>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -96,8 +105,17 @@ impl Render {
         let samples = settings.samples_per_pixel.to_string();
         let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
         let scene_name = self.scene.display().to_string();
-        let notes =
-            [("Software", &*software), ("Scene", &*scene_name), ("Samples per pixel", &*samples), ("Seed", &*seed)];
+        let colours = match self.false_color {
+            None => "as seen".to_owned(),
+            Some(FalseColor { red_nm, green_nm, blue_nm }) => format!("false: {red_nm}, {green_nm}, {blue_nm} nm"),
+        };
+        let notes = [
+            ("Software", &*software),
+            ("Scene", &*scene_name),
+            ("Samples per pixel", &*samples),
+            ("Seed", &*seed),
+            ("Colours", &*colours),
+        ];
         let film = &rendering.film;
         match picture {
             Picture::Png => write_png(film, scene.film.exposure, &notes, &self.output),
@@ -121,6 +139,7 @@ impl Render {
             samples_per_pixel: self.spp,
             max_bounces: self.max_bounces,
             seed: self.seed,
+            false_color: self.false_color,
         };
         let read;
         let table: &CompressedTable = match &self.database {

@@ -4,13 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use snowblue_transport::alternatives::alternatives;
+use snowblue_transport::ice::IceTable;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
-use snowblue_transport::slab::{Radiometry, Slab};
+use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::stack::{Stack, StackRadiometry};
+use snowblue_transport::sunlight::{BandWeights, Broadband};
 
+use crate::broadband::{self, ALL_BANDS, Bands};
 use crate::failure::{Failure, Outcome};
-use crate::layers::{PROFILE_COLUMNS, StackOptions, profile_rows};
+use crate::layers::{PROFILE_COLUMNS, Provenance, StackOptions, profile_rows};
 use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
 use crate::plot;
@@ -30,7 +33,9 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
   snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
   snowblue spectrum --snow melt-forms --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=1000
-  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650"
+  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
+  snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo, PAR under the sun
+  snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"
 )]
 pub(crate) struct Spectrum {
     #[command(flatten)]
@@ -39,12 +44,17 @@ pub(crate) struct Spectrum {
     slab: SlabOptions,
     #[command(flatten)]
     stack: StackOptions,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list
+    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500; default: 400:700:10, or every 10 nm of the
+    /// bands]
+    #[arg(long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab")]
+    wavelengths: Option<Wavelengths>,
+    /// Values for bands of sunlight (ASTM G173-03) instead of wavelengths: all, or some of solar, visible, near-infrared
+    /// and par by commas
     #[arg(
-        long, value_name = "NM", default_value = "400:700:10", value_parser = parse::wavelengths,
-        help_heading = "Slab"
+        long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS, value_parser = broadband::bands,
+        help_heading = "Slab", conflicts_with_all = ["spread", "depths"]
     )]
-    wavelengths: Wavelengths,
+    broadband: Option<Bands>,
     /// Discrete ordinates, or the Monte Carlo walk from grain to grain
     #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
     engine: Engine,
@@ -75,23 +85,50 @@ enum Engine {
 
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
-        let slab = self.sample.slab(&self.slab, &self.wavelengths)?;
+        let wavelengths = self.wavelengths()?;
+        let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
             return self.spread(&slab, quiet)?.write(&self.output, quiet);
         }
-        let (rows, report) = if self.stack.asked() {
+        let weights = self.band_weights(&wavelengths)?;
+        let mut snow = self.sample.metadata();
+        let (rows, mut report) = if self.stack.asked() {
             let (stacks, of_file) = self.stack.stacks(&slab)?;
-            let snow = of_file.unwrap_or_else(|| self.sample.metadata());
+            snow = of_file.unwrap_or(snow);
             self.solve_stacks(&stacks, &snow, quiet)?
         } else {
             let rows = self.solve(&slab, quiet)?;
-            let report = self.report(&rows, &self.sample.metadata());
+            let report = self.report(&rows, &snow);
             (rows, report)
         };
+        if !weights.is_empty() {
+            report = self.broadband_report(&rows, &weights, &snow);
+        }
         if let Some(path) = &self.plot {
             plot::spectrum(path, &rows, &report.metadata)?;
         }
         report.write(&self.output, quiet)
+    }
+
+    /// The ice of the file of layers, or of the one snow.
+    fn ice(&self) -> Result<IceTable, Failure> {
+        Ok(self.stack.ice()?.unwrap_or(self.sample.ice_table()))
+    }
+
+    fn wavelengths(&self) -> Result<Wavelengths, Failure> {
+        match (&self.wavelengths, &self.broadband) {
+            (Some(wavelengths), _) => Ok(wavelengths.clone()),
+            (None, Some(bands)) => Ok(bands.wavelengths(self.ice()?)),
+            (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
+        }
+    }
+
+    /// Weights of the bands that are asked for; none without `--broadband`.
+    fn band_weights(&self, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        match &self.broadband {
+            Some(bands) => bands.weights(self.ice()?, wavelengths),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// The rows of every alternative, each under its name.
@@ -120,7 +157,7 @@ impl Spectrum {
     fn solve_stacks(
         &self,
         stacks: &[Stack],
-        snow: &[(&'static str, String)],
+        snow: &Provenance,
         quiet: bool,
     ) -> Result<(Vec<Radiometry>, Report), Failure> {
         if self.engine == Engine::Montecarlo {
@@ -165,7 +202,7 @@ impl Spectrum {
     }
 
     /// The standard errors stand in columns of their own where every number has one that matters: Monte Carlo.
-    fn report(&self, rows: &[Radiometry], snow: &[(&'static str, String)]) -> Report {
+    fn report(&self, rows: &[Radiometry], snow: &Provenance) -> Report {
         let with_errors = self.engine == Engine::Montecarlo;
         let mut columns =
             vec!["thickness_cm", "angle_deg", "wavelength_nm", "reflectance", "transmittance", "absorptance"];
@@ -173,32 +210,57 @@ impl Spectrum {
             columns.extend(["reflectance_se", "transmittance_se", "absorptance_se"]);
         }
         let row = |row: &Radiometry| {
-            let quantities = [row.reflectance, row.transmittance, row.absorptance];
-            let mut cells: Vec<Cell> =
-                vec![row.thickness_cm.into(), Cell::Word(incidence_name(row.incidence)), row.wavelength_nm.into()];
-            cells.extend(quantities.iter().map(|estimate| Cell::from(estimate.value)));
-            if with_errors {
-                cells.extend(quantities.iter().map(|estimate| Cell::from(estimate.standard_error)));
-            }
-            cells
+            let place = [row.thickness_cm.into(), Cell::Word(incidence_name(row.incidence)), row.wavelength_nm.into()];
+            cells(place, [row.reflectance, row.transmittance, row.absorptance], with_errors)
         };
-        Report { columns, rows: rows.iter().map(row).collect(), metadata: self.metadata(rows, snow) }
+        let metadata = self.metadata(rows.iter().map(|row| row.transmittance), snow);
+        Report { columns, rows: rows.iter().map(row).collect(), metadata }
     }
 
-    fn metadata(&self, rows: &[Radiometry], snow: &[(&'static str, String)]) -> Vec<(&'static str, String)> {
+    /// A row for each thickness, angle and band.
+    fn broadband_report(&self, rows: &[Radiometry], weights: &[BandWeights], snow: &Provenance) -> Report {
+        let with_errors = self.engine == Engine::Montecarlo;
+        let bands = broadband::values(rows, weights);
+        let mut columns = self.report(&[], snow).columns;
+        columns[2] = "band";
+        let row = |row: &Broadband| {
+            let place =
+                [row.thickness_cm.into(), Cell::Word(incidence_name(row.incidence)), Cell::Word(broadband::name(row))];
+            cells(place, [row.reflectance, row.transmittance, row.absorptance], with_errors)
+        };
+        let mut metadata = self.metadata(bands.iter().map(|row| row.transmittance), snow);
+        metadata.extend(broadband::metadata(&bands));
+        Report { columns, rows: bands.iter().map(row).collect(), metadata }
+    }
+
+    fn metadata(
+        &self,
+        transmittances: impl Iterator<Item = Estimate>,
+        snow: &Provenance,
+    ) -> Vec<(&'static str, String)> {
         let engine = match self.engine {
             Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
             Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
         };
-        let relative = |row: &Radiometry| (row.transmittance.standard_error / row.transmittance.value).abs();
-        let worst = if rows.iter().any(|row| relative(row).is_nan()) {
+        let relative: Vec<f64> = transmittances.map(|t| (t.standard_error / t.value).abs()).collect();
+        let worst = if relative.iter().any(|error| error.is_nan()) {
             "unknown: some transmittance is 0".to_owned()
         } else {
-            format!("{:.2} %", 100.0 * rows.iter().map(relative).fold(0.0, f64::max))
+            format!("{:.2} %", 100.0 * relative.into_iter().fold(0.0, f64::max))
         };
         let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", engine)];
         metadata.extend_from_slice(snow);
         metadata.extend([("seed", self.ordinates.seed.to_string()), (STANDARD_ERROR, worst)]);
         metadata
     }
+}
+
+/// Cells of a row: its place, three quantities and, where they are asked for, their errors.
+fn cells(place: [Cell; 3], quantities: [Estimate; 3], with_errors: bool) -> Vec<Cell> {
+    let mut cells = place.to_vec();
+    cells.extend(quantities.map(|estimate| Cell::from(estimate.value)));
+    if with_errors {
+        cells.extend(quantities.map(|estimate| Cell::from(estimate.standard_error)));
+    }
+    cells
 }

@@ -74,6 +74,25 @@ fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
 }
 
 #[test]
+fn false_colours_are_transmittances() {
+    let text = stdout(&["color", "--thickness", "0,1", "--false-color", "--format", "csv"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[..2], ["thickness_cm,angle_deg,r_linear,g_linear,b_linear,hex", "0,0,1,1,1,#ffffff"]);
+    let common = ["--thickness", "1", "--seed", "3"];
+    let false_color = stdout(&[&["color", "--false-color", "1030,860,550"][..], &common].concat());
+    let spectrum = stdout(&[&["spectrum", "--wavelengths", "1030,860,550"][..], &common].concat());
+    let colours: Vec<&str> = false_color.lines().nth(1).unwrap().split(',').skip(2).take(3).collect();
+    let transmittances: Vec<&str> = spectrum.lines().skip(1).map(|line| line.split(',').nth(4).unwrap()).collect();
+    assert_eq!(colours, transmittances);
+    assert!(refused(&["color", "--false-color", "1030,860"]).contains("three wavelengths"));
+    assert!(refused(&["color", "--false-color", "2600,860,550"]).contains("wavelength is 2600 nm"));
+    assert!(refused(&["color", "--false-color", "--illuminant", "E"]).contains("cannot be used with"));
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml");
+    let message = refused(&["render", scene, "-o", "never.png", "--false-color"]);
+    assert!(message.contains("false colour at 1030 nm, but the table holds 400–700 nm"), "{message}");
+}
+
+#[test]
 fn bad_input_gets_one_clear_line() {
     assert!(refused(&["spectrum", "--densty", "300"]).contains("'--densty'"));
     assert!(

@@ -2,12 +2,12 @@
 //!
 //! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm (times 683 lm/W and
 //! the mean of ȳ on the grid, about 0.345, that is some 235 cd/m²). No chromatic adaptation: D65 light on a grey
-//! surface is neutral in sRGB, whose white D65 is, and light of another colour keeps it.
+//! surface is neutral in sRGB, whose white D65 is, and light of another colour keeps it. In false colour (see
+//! [`FalseColor`](crate::FalseColor)) Y = 1 is white light of 1 W m⁻² sr⁻¹ over the table's wavelengths.
 
-use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_color::{LinearRgb, Xyz};
 
 use crate::scene::Exposure;
-use crate::spectrum::{Spectrum, wavelengths_nm};
 
 /// Share of the pixels that automatic exposure leaves below [`AUTO_LEVEL`].
 const AUTO_SHARE: f64 = 0.99;
@@ -96,58 +96,9 @@ pub fn displayable(light: LinearRgb) -> LinearRgb {
     LinearRgb { r: towards_grey(shown.r), g: towards_grey(shown.g), b: towards_grey(shown.b) }
 }
 
-/// Turns sums of spectra into tristimulus values.
-#[derive(Debug)]
-pub(crate) struct Retina {
-    colorimeter: Colorimeter,
-}
-
-impl Retina {
-    /// The CIE 1931 observer on the picture's grid.
-    ///
-    /// # Panics
-    ///
-    /// Never: the observer's table covers the grid.
-    pub(crate) fn new() -> Self {
-        Self {
-            colorimeter: Colorimeter::new(Observer::Cie1931, Illuminant::E, &wavelengths_nm())
-                .expect("the observer's table covers 400–700 nm"),
-        }
-    }
-
-    /// Tristimulus values of a radiance.
-    pub(crate) fn xyz(&self, radiance: &Spectrum) -> Xyz {
-        self.colorimeter.xyz(&radiance.0.map(f64::from))
-    }
-
-    /// Luminance of one unit at each wavelength.
-    pub(crate) fn luminance(&self) -> Spectrum {
-        let mut weights = Spectrum::ZERO;
-        for (weight, xyz) in weights.0.iter_mut().zip(self.colorimeter.weights()) {
-            *weight = crate::ray::narrow(xyz.y);
-        }
-        weights
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::PointLight;
-    use glam::Vec3A;
-
-    #[test]
-    fn equal_energy_of_one_watt_has_luminance_one_and_daylight_is_neutral() {
-        let retina = Retina::new();
-        assert!((retina.xyz(&Spectrum::ONE).y - 1.0).abs() < 1e-12);
-        assert!((retina.luminance().dot(&Spectrum::ONE) - 1.0).abs() < 1e-6);
-        let daylight = PointLight::new(Vec3A::ZERO, Illuminant::D65, 1.0).unwrap();
-        let LinearRgb { r, g, b } = LinearRgb::from_xyz(retina.xyz(&daylight.relative));
-        // What 10 nm steps and the ends at 400 and 700 nm leave out of D65.
-        for channel in [r, g, b] {
-            assert!((channel - 1.0).abs() < 0.01, "{r} {g} {b}");
-        }
-    }
 
     #[test]
     fn automatic_exposure_brings_the_brightest_percent_near_white() {

@@ -40,6 +40,8 @@ pub mod probe;
 pub mod light;
 pub mod material;
 
+mod retina;
+
 pub mod camera;
 pub mod scene;
 pub mod scene_file;
@@ -56,5 +58,6 @@ pub mod image_file;
 pub use error::RenderError;
 pub use film::Film;
 pub use render::{Progress, Rendering, render};
+pub use retina::FalseColor;
 pub use scene::Scene;
 pub use scene_file::Overrides;

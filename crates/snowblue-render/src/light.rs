@@ -50,6 +50,11 @@ impl PointLight {
         })
     }
 
+    /// A light that shines alike at all wavelengths of a picture, for false colours.
+    pub fn equal_energy(position: Vec3A, radiant_intensity_w_sr: f32) -> Self {
+        Self { position, intensity: Spectrum::constant(radiant_intensity_w_sr), relative: Spectrum::ONE }
+    }
+
     /// How it reaches a surface point with this normal, or none if it shines from below the horizon.
     ///
     /// At twice the distance a quarter of the light arrives:

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 use snowblue_color::Xyz;
 
-use crate::film::{Film, Retina};
+use crate::film::Film;
 use crate::path::PathTracer;
 use crate::probe::Statistics;
 use crate::sampling::Sampler;
@@ -39,11 +39,10 @@ pub struct Rendering {
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
     let rows = scene.film.height;
     let rows_done = AtomicU32::new(0);
-    let retina = Retina::new();
     let finished: Vec<(Vec<Xyz>, Statistics)> = (0..rows)
         .into_par_iter()
         .map(|row| {
-            let finished = render_row(scene, &retina, row);
+            let finished = render_row(scene, row);
             let rows_done = rows_done.fetch_add(1, Ordering::Relaxed) + 1;
             progress(Progress { rows_done, rows });
             finished
@@ -63,10 +62,11 @@ pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
     sampled_radiance(scene, &mut PathTracer::new(scene), column, row)
 }
 
-fn render_row(scene: &Scene, retina: &Retina, row: u32) -> (Vec<Xyz>, Statistics) {
+fn render_row(scene: &Scene, row: u32) -> (Vec<Xyz>, Statistics) {
     let mut tracer = PathTracer::new(scene);
-    let pixels =
-        (0..scene.film.width).map(|column| retina.xyz(&sampled_radiance(scene, &mut tracer, column, row))).collect();
+    let pixels = (0..scene.film.width)
+        .map(|column| scene.retina.xyz(&sampled_radiance(scene, &mut tracer, column, row)))
+        .collect();
     (pixels, tracer.statistics())
 }
 

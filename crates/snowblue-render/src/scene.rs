@@ -4,6 +4,7 @@ use crate::camera::PinholeCamera;
 use crate::light::PointLight;
 use crate::material::Material;
 use crate::objects::Objects;
+use crate::retina::Retina;
 
 /// Everything that a picture depends on.
 #[derive(Debug)]
@@ -20,6 +21,8 @@ pub struct Scene {
     pub film: FilmSettings,
     /// How many paths there are and how long.
     pub integrator: IntegratorSettings,
+    /// What colours light has.
+    pub(crate) retina: Retina,
 }
 
 /// Size and brightness of the picture.

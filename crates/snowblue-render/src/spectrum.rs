@@ -1,4 +1,4 @@
-//! A spectrum at the 31 wavelengths of the picture: 400–700 nm in steps of 10 nm.
+//! A spectrum at the 31 wavelengths of the picture: 400–700 nm in steps of 10 nm; in false colour those of the table.
 //!
 //! Radiometric quantities are kept as *band densities*: a sample is the spectral quantity (per nm) times the width
 //! of the whole grid, 31 × 10 nm = 310 nm. So the mean of the 31 samples is the total over the grid: a radiance
@@ -15,7 +15,7 @@ pub const FIRST_WAVELENGTH_NM: f64 = 400.0;
 /// Distance between wavelengths, in nm.
 pub const WAVELENGTH_STEP_NM: f64 = 10.0;
 
-/// The wavelengths of every [`Spectrum`], in nm.
+/// The wavelengths of a [`Spectrum`] that an eye sees, in nm.
 pub fn wavelengths_nm() -> [f64; SAMPLES] {
     let mut nm = FIRST_WAVELENGTH_NM - WAVELENGTH_STEP_NM;
     [(); SAMPLES].map(|()| {

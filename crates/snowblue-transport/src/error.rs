@@ -61,6 +61,33 @@ pub enum TransportError {
         /// The names that there are.
         known: String,
     },
+    /// Wavelengths that do not cover a band.
+    #[error(
+        "the {band} band needs wavelengths from {low_nm} to {high_nm} nm, no more than {step_nm} nm apart, \
+         but there is none from {from_nm} to {to_nm} nm"
+    )]
+    Uncovered {
+        /// The band's name.
+        band: &'static str,
+        /// Where the band begins, in nm.
+        low_nm: f64,
+        /// Where the band ends, in nm.
+        high_nm: f64,
+        /// Greatest distance between wavelengths, in nm.
+        step_nm: f64,
+        /// Where the gap begins, in nm.
+        from_nm: f64,
+        /// Where the gap ends, in nm.
+        to_nm: f64,
+    },
+    /// Wavelengths that are no curve.
+    #[error("the wavelengths of a band must ascend, but {next_nm} nm follows {previous_nm} nm")]
+    Descending {
+        /// A wavelength, in nm.
+        previous_nm: f64,
+        /// The one that follows it, in nm.
+        next_nm: f64,
+    },
     /// A question with no thickness, angle or wavelength.
     #[error("no {quantity} is given")]
     Nothing {

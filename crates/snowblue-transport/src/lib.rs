@@ -8,6 +8,7 @@
 //! A [`sample::SnowSample`] says what the snow is made of, a [`slab::Slab`] asks what a thickness of it does to light, and
 //! two independent engines answer with the same types: [`monte_carlo::solve`] and [`ordinates::solve`].
 //! A [`stack::Stack`] is layers of different snow on a ground, with fluxes at any depth: [`ordinates::solve_stack`].
+//! [`sunlight`] makes broadband values of the curves.
 //!
 //! ```
 //! use snowblue_transport::ordinates::{self, OrdinatesOptions};
@@ -63,6 +64,8 @@ mod tally;
 
 pub mod slab;
 pub mod stack;
+
+pub mod sunlight;
 
 pub mod monte_carlo;
 pub mod ordinates;

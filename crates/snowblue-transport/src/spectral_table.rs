@@ -26,6 +26,11 @@ impl SpectralTable {
         (self.0[0][0], self.0[self.0.len() - 1][0])
     }
 
+    /// The wavelengths of the rows, in nm.
+    pub(crate) fn wavelengths_nm(&self) -> impl Iterator<Item = f64> {
+        self.0.iter().map(|row| row[0])
+    }
+
     /// The rows on both sides of a wavelength.
     ///
     /// # Panics

@@ -5,11 +5,11 @@ use toml::de::DeTable;
 
 use crate::chord::Exit;
 use crate::error::RenderError;
-use crate::film::Retina;
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
 use crate::material::pca_snow::{Emission, PathMode, PcaSnowMaterial, Reflection};
 use crate::ray::narrow;
+use crate::retina::Retina;
 use crate::scene_file::Overrides;
 use crate::scene_file::section::{SceneText, Section};
 use crate::spectrum::wavelengths_nm;
@@ -23,6 +23,7 @@ pub(super) fn read_materials<'text>(
     root: &'text DeTable<'text>,
     table: &CompressedTable,
     overrides: &Overrides,
+    retina: &Retina,
 ) -> Result<Vec<Named>, RenderError> {
     let Some(value) = root.get("material") else {
         return Ok(Vec::new());
@@ -33,16 +34,21 @@ pub(super) fn read_materials<'text>(
     let mut materials = Vec::with_capacity(entries.len());
     for (name, entry) in entries {
         let section = Section::new(source, format!("material.{}", name.get_ref()), entry)?;
-        materials.push((name.get_ref().to_string(), read_material(section, table, overrides)?));
+        materials.push((name.get_ref().to_string(), read_material(section, table, overrides, retina)?));
     }
     Ok(materials)
 }
 
-fn read_material(section: Section, table: &CompressedTable, overrides: &Overrides) -> Result<Material, RenderError> {
+fn read_material(
+    section: Section,
+    table: &CompressedTable,
+    overrides: &Overrides,
+    retina: &Retina,
+) -> Result<Material, RenderError> {
     section.required_text("type")?;
     let is_snow = section.choice("type", false, &[("diffuse", false), ("pca_snow", true)])?;
     Ok(if is_snow {
-        Material::PcaSnow(Box::new(read_snow(&section, table, overrides)?))
+        Material::PcaSnow(Box::new(read_snow(&section, table, overrides, retina)?))
     } else {
         section.only(&["type", "reflectance"])?;
         Material::Diffuse(Diffuse { reflectance: narrow(section.number("reflectance", None, 0.0..=1.0, "")?) })
@@ -53,6 +59,7 @@ fn read_snow(
     section: &Section,
     table: &CompressedTable,
     overrides: &Overrides,
+    retina: &Retina,
 ) -> Result<PcaSnowMaterial, RenderError> {
     section.only(&[
         "type",
@@ -86,8 +93,10 @@ fn read_snow(
     let wanted = wavelengths_nm();
     let fits = snow.wavelengths_nm().len() == wanted.len()
         && snow.wavelengths_nm().iter().zip(wanted).all(|(one, other)| (one - other).abs() < 1e-6);
-    if !fits {
-        return Err(section.error("the table's wavelengths must be 400 to 700 nm in steps of 10 nm"));
+    if overrides.false_color.is_none() && !fits {
+        return Err(
+            section.error("the table's wavelengths must be 400 to 700 nm in steps of 10 nm, but for false colours")
+        );
     }
     Ok(PcaSnowMaterial {
         snow,
@@ -95,6 +104,6 @@ fn read_snow(
         exit: section.choice("exit", Exit::default(), &[("last", Exit::Last), ("first", Exit::First)])?,
         emission: section.choice("emission", Emission::default(), &emissions)?,
         reflection,
-        luminance: Retina::new().luminance(),
+        luminance: retina.luminance(),
     })
 }

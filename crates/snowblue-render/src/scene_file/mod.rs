@@ -35,6 +35,7 @@ use crate::light::PointLight;
 use crate::material::pca_snow::PathMode;
 use crate::objects::Objects;
 use crate::ray::narrow;
+use crate::retina::{FalseColor, Retina};
 use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
 
 use materials::read_materials;
@@ -69,6 +70,8 @@ pub struct Overrides {
     pub max_bounces: Option<u32>,
     /// Which random numbers.
     pub seed: Option<u32>,
+    /// Three wavelengths of the table as red, green and blue, instead of what an eye sees; lights are then white.
+    pub false_color: Option<FalseColor>,
 }
 
 type Read<T> = Result<T, RenderError>;
@@ -107,8 +110,12 @@ impl Scene {
         replace(&mut film, &mut integrator, overrides)?;
         let camera = root.get("camera").ok_or_else(|| source.error(&place, "the table [camera] is missing"))?;
         let aspect = film.width as f32 / film.height as f32;
-        let materials = read_materials(source, &root, table, overrides)?;
-        let lights = list(source, &root, "light", read_light)?;
+        let retina = match overrides.false_color {
+            None => Retina::eye(),
+            Some(colour) => Retina::false_color(colour, &table.axes.wavelengths_nm)?,
+        };
+        let materials = read_materials(source, &root, table, overrides, &retina)?;
+        let lights = list(source, &root, "light", |section| read_light(section, overrides))?;
         let objects = list(source, &root, "object", |section| read_object(section, source.path, &materials))?;
         Ok(Self {
             camera: read_camera(Section::new(source, "camera".into(), camera)?, aspect)?,
@@ -117,6 +124,7 @@ impl Scene {
             lights,
             film,
             integrator,
+            retina,
         })
     }
 }
@@ -162,7 +170,7 @@ fn read_integrator(section: Section, defaults: IntegratorSettings) -> Read<Integ
     Ok(integrator)
 }
 
-fn read_light(section: Section) -> Read<PointLight> {
+fn read_light(section: Section, overrides: &Overrides) -> Read<PointLight> {
     section.only(&["type", "position", "illuminant", "radiant_intensity_w_sr"])?;
     section.required_text("type")?;
     section.choice("type", (), &[("point", ())])?;
@@ -171,6 +179,9 @@ fn read_light(section: Section) -> Read<PointLight> {
     let intensity_w_sr = section.number("radiant_intensity_w_sr", None, 0.0..=1e12, "W/sr")?;
     let illuminant: Illuminant =
         name.parse().map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
+    if overrides.false_color.is_some() {
+        return Ok(PointLight::equal_energy(position, narrow(intensity_w_sr)));
+    }
     let light = PointLight::new(position, illuminant, narrow(intensity_w_sr))
         .map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
     Ok(light)
