@@ -33,6 +33,8 @@ mod spline;
 
 pub mod file;
 
+pub mod exchange;
+
 pub use axes::Axes;
 pub use error::DatabaseError;
 pub use lookup::{GridSample, PcaSnow};

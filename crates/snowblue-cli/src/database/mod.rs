@@ -1,7 +1,8 @@
-//! `snowblue database`: build a table, tell about it, judge its compression.
+//! `snowblue database`: build a table, tell about it, judge its compression, exchange it.
 
 mod axes;
 mod compression;
+mod exchange;
 mod fidelity;
 
 use std::path::PathBuf;
@@ -20,14 +21,17 @@ use crate::report::{check_place, figures, print, tell};
 
 use axes::AxesOptions;
 pub(crate) use compression::Compression;
+use exchange::{Export, Import};
 use fidelity::Fidelity;
 
-/// Build, inspect and judge tables of snow
+/// Build, inspect, judge and exchange tables of snow
 #[derive(Debug, Subcommand)]
 pub(crate) enum Database {
     Build(Box<Build>),
     Info(Info),
     Fidelity(Box<Fidelity>),
+    Import(Import),
+    Export(Export),
 }
 
 /// Fill a table and write it as NetCDF
@@ -103,6 +107,8 @@ impl Database {
             Self::Build(build) => build.run(quiet),
             Self::Info(info) => info.run(),
             Self::Fidelity(fidelity) => fidelity.run(quiet),
+            Self::Import(import) => import.run(quiet),
+            Self::Export(export) => export.run(),
         }
     }
 }

@@ -5,17 +5,22 @@
 //! holds values on `grain`, `sample` (of a grain), `angle`, `thickness` and `wavelength`, and the attribute `shard`.
 //! A file is written beside its place and then renamed, so that none is ever half-written.
 
-use std::io::Cursor;
+mod header;
+mod writing;
+
+use std::io::{Cursor, Read as _};
 use std::path::Path;
 
-use netcdf3::error::{ReadError, WriteError};
-use netcdf3::{DataSet, FileReader, FileWriter, Version};
+use netcdf3::error::ReadError;
+use netcdf3::{DataSet, FileReader};
 
 use crate::axes::DIFFUSE_ANGLE_DEG;
 use crate::fill;
 use crate::pca::{Components, MOST_COMPONENTS};
 use crate::shard::{Part, Shard};
 use crate::{Axes, CompressedTable, DatabaseError, Property, Quantity, Space, Table};
+
+pub(crate) use writing::replace;
 
 const COMPONENT: &str = "component";
 const SINGULAR: &str = "singular_value";
@@ -25,7 +30,6 @@ const SAMPLE: &str = "sample";
 const SHARD_DIMENSIONS: [&str; 5] = [GRAIN, SAMPLE, "angle", "thickness", "wavelength"];
 /// What the names of standard errors end in.
 const ERRORS: &str = "_standard_error";
-const CONVENTIONS: &str = "CF-1.8";
 
 /// A table of either kind.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,82 +54,7 @@ impl AnyTable {
     }
 }
 
-/// A variable that is to be written.
-enum Values<'a> {
-    Double(&'a [f64]),
-    Single(&'a [f32]),
-}
-
-impl Table {
-    /// Writes the table to `path`.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
-        let named = self.axes.named();
-        let dimensions: Vec<&str> = named.iter().map(|(name, ..)| *name).collect();
-        let values = [&self.transmittance[..], &self.reflectance];
-        write(path, &self.axes, &[], &self.metadata, &values_and_errors(&dimensions, values, self.errors.as_ref()))
-    }
-}
-
-impl Shard {
-    /// Writes the shard to `path`.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
-        let lengths = [(GRAIN, self.part.grains(&self.axes).len()), (SAMPLE, self.axes.samples_per_grain())];
-        let values = [&self.values.transmittance[..], &self.values.reflectance];
-        let variables = values_and_errors(&SHARD_DIMENSIONS, values, self.values.errors.as_ref());
-        let metadata = [&self.metadata[..], &[(SHARD.to_owned(), self.part.to_string())]].concat();
-        write(path, &self.axes, &lengths, &metadata, &variables)
-    }
-}
-
-/// Transmittance and reflectance and, where they are known, their errors, as variables.
-fn values_and_errors<'v>(
-    dimensions: &[&'v str],
-    values: [&'v [f64]; 2],
-    errors: Option<&'v [Vec<f64>; 2]>,
-) -> Vec<(String, Vec<&'v str>, Values<'v>)> {
-    let variable = |name: String, values| (name, dimensions.to_vec(), Values::Double(values));
-    let mut variables = Vec::new();
-    for (quantity, values) in Quantity::ALL.into_iter().zip(values) {
-        variables.push(variable(quantity.name().to_owned(), values));
-    }
-    for (quantity, errors) in Quantity::ALL.into_iter().zip(errors.into_iter().flatten()) {
-        variables.push(variable(format!("{}{ERRORS}", quantity.name()), errors));
-    }
-    variables
-}
-
 impl CompressedTable {
-    /// Writes the table to `path`.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
-        let named = self.axes.named();
-        let mut curve_dimensions: Vec<&str> = named[..named.len() - 1].iter().map(|(name, ..)| *name).collect();
-        curve_dimensions.push(COMPONENT);
-        let mut variables = Vec::new();
-        for quantity in Quantity::ALL {
-            let components = self.components(quantity);
-            for (part, dimensions, values) in [
-                ("coefficients", curve_dimensions.clone(), Values::Single(&components.coefficients)),
-                ("basis", vec!["wavelength", COMPONENT], Values::Single(&components.basis)),
-                ("singular_values", vec![SINGULAR], Values::Double(&components.singular_values)),
-            ] {
-                variables.push((format!("{}_{part}", quantity.name()), dimensions, values));
-            }
-        }
-        let lengths = [(COMPONENT, self.transmittance.count), (SINGULAR, self.transmittance.singular_values.len())];
-        let space = ("space".to_owned(), self.space.name().to_owned());
-        let metadata = [&self.metadata[..], &[space]].concat();
-        write(path, &self.axes, &lengths, &metadata, &variables)
-    }
-
     /// Reads a compressed table out of the bytes of its file. `name` stands in messages.
     ///
     /// # Errors
@@ -145,9 +74,21 @@ impl CompressedTable {
 /// # Errors
 /// If the file cannot be read or is not a table of snow; nothing is guessed or repaired.
 pub fn read(path: &Path) -> Result<AnyTable, DatabaseError> {
-    // Opened first by itself, so that a missing file and a broken one are told apart.
-    std::fs::File::open(path).map_err(|error| wrong(path, &format!("cannot be read: {error}")))?;
-    read_tables(path, FileReader::open(path).map_err(|error| broken(path, &error))?)
+    read_tables(path, open(path)?)
+}
+
+/// Opens a NetCDF file; a missing file, a broken one and one of another format are told apart.
+pub(crate) fn open(path: &Path) -> Result<FileReader, DatabaseError> {
+    let unread = |error: std::io::Error| wrong(path, &format!("cannot be read: {error}"));
+    let (mut file, mut start) = (std::fs::File::open(path).map_err(unread)?, Vec::new());
+    let length = file.metadata().map_err(unread)?.len();
+    file.by_ref().take(header::MOST_BYTES).read_to_end(&mut start).map_err(unread)?;
+    if start.starts_with(b"\x89HDF") {
+        let how = "to_netcdf(path, format=\"NETCDF3_64BIT\") of xarray";
+        return Err(wrong(path, &format!("is NetCDF-4 (HDF5), but only the classic format is read: {how} writes it")));
+    }
+    header::check(&start, length).map_err(|why| not_whole(path, why))?;
+    FileReader::open(path).map_err(|error| broken(path, &error))
 }
 
 fn read_tables(path: &Path, mut reader: FileReader) -> Result<AnyTable, DatabaseError> {
@@ -299,95 +240,20 @@ fn metadata(data: &DataSet) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Writes axes, further dimensions, attributes and variables beside `path`, then renames.
-fn write(
-    path: &Path,
-    axes: &Axes,
-    lengths: &[(&str, usize)],
-    metadata: &[(String, String)],
-    variables: &[(String, Vec<&str>, Values)],
-) -> Result<(), DatabaseError> {
-    let failed = |error: &dyn std::fmt::Display| wrong(path, &format!("cannot be written: {error}"));
-    let data = describe(axes, lengths, metadata, variables).map_err(|error| failed(&format!("{error:?}")))?;
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{}.part", std::process::id()));
-    let beside = Path::new(&beside);
-    let written = (|| {
-        let mut writer = FileWriter::open(beside)?;
-        writer.set_def(&data, Version::Offset64Bit, 0)?;
-        for (name, _, values) in axes.named() {
-            writer.write_var_f64(name, &values)?;
-        }
-        for (name, _, values) in variables {
-            match values {
-                Values::Double(values) => writer.write_var_f64(name, values)?,
-                Values::Single(values) => writer.write_var_f32(name, values)?,
-            }
-        }
-        writer.close()
-    })();
-    let renamed = written
-        .map_err(|error: WriteError| failed(&reason(&error)))
-        .and_then(|()| std::fs::rename(beside, path).map_err(|error| failed(&error)));
-    if renamed.is_err() {
-        // What is left of a failed write is of no use; a second failure would only hide the first.
-        drop(std::fs::remove_file(beside));
-    }
-    renamed
-}
-
-fn describe(
-    axes: &Axes,
-    lengths: &[(&str, usize)],
-    metadata: &[(String, String)],
-    variables: &[(String, Vec<&str>, Values)],
-) -> Result<DataSet, netcdf3::error::InvalidDataSet> {
-    let mut data = DataSet::new();
-    data.add_global_attr_string("Conventions", CONVENTIONS)?;
-    for (name, value) in metadata {
-        data.add_global_attr_string(name, value)?;
-    }
-    for (name, units, values) in axes.named() {
-        data.add_fixed_dim(name, values.len())?;
-        data.add_var_f64(name, &[name])?;
-        data.add_var_attr_string(name, "units", units)?;
-        data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
-        if name == "angle" && axes.diffuse {
-            data.add_var_attr_f64(name, "flag_values", vec![DIFFUSE_ANGLE_DEG])?;
-            data.add_var_attr_string(name, "flag_meanings", "diffuse")?;
-        }
-    }
-    for (name, length) in lengths {
-        data.add_fixed_dim(*name, *length)?;
-    }
-    for (name, dimensions, values) in variables {
-        match values {
-            Values::Double(_) => data.add_var_f64(name, dimensions)?,
-            Values::Single(_) => data.add_var_f32(name, dimensions)?,
-        }
-        data.add_var_attr_string(name, "units", "1")?;
-        data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
-    }
-    Ok(data)
-}
-
 fn wrong(path: &Path, what: &str) -> DatabaseError {
     DatabaseError::File { path: path.to_owned(), what: what.to_owned() }
 }
 
-fn broken(path: &Path, error: &ReadError) -> DatabaseError {
+pub(crate) fn broken(path: &Path, error: &ReadError) -> DatabaseError {
     // The debugging form of a header's error holds the file's bytes: nothing for a person.
     let reason = match error {
         ReadError::IOErrorKind(kind) => kind.to_string(),
         ReadError::ParseHeader(_) => "its header makes no sense".to_owned(),
         other => format!("{other:?}").chars().take(100).collect(),
     };
-    wrong(path, &format!("is not a whole NetCDF classic file: {reason}"))
+    not_whole(path, &reason)
 }
 
-fn reason(error: &WriteError) -> String {
-    match error {
-        WriteError::IOErrorKind(kind) => kind.to_string(),
-        other => format!("{other:?}"),
-    }
+fn not_whole(path: &Path, why: &str) -> DatabaseError {
+    wrong(path, &format!("is not a whole NetCDF classic file: {why}"))
 }

@@ -1,0 +1,86 @@
+//! A table as plain numbers, for engines that read no NetCDF: `f32`, little-endian, and a JSON file that says what is where.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::wrong;
+use crate::file::{AnyTable, replace};
+use crate::pca::Components;
+use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space};
+
+/// How a spectrum comes out of the numbers.
+const RECIPE: &str = "Row-major arrays: the last dimension runs fastest. The coefficients of a curve times the basis, summed \
+                      over the components, are its values in the space; in log space take the exponential. Between \
+                      thicknesses and angles interpolate the coefficients, which is the same as interpolating the values \
+                      in the space. Thickness 0: transmittance 1, reflectance 0.";
+
+/// Writes `path`, which must end in `.json`, and the numbers beside it in a file that ends in `.f32`.
+///
+/// # Errors
+/// If a file cannot be written, or the table is a shard.
+pub fn export_raw(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
+    let mut numbers: Vec<f32> = Vec::new();
+    let mut arrays = Vec::new();
+    let (axes, metadata, space) = match table {
+        AnyTable::Full(table) => {
+            let dimensions = names(&table.axes);
+            for quantity in Quantity::ALL {
+                let values = table.values(quantity).iter().map(|value| single(*value));
+                arrays.push(array(quantity.name(), &dimensions, &mut numbers, values));
+            }
+            (&table.axes, &table.metadata, None)
+        }
+        AnyTable::Compressed(table) => {
+            for quantity in Quantity::ALL {
+                arrays.extend(components(table, quantity, &mut numbers));
+            }
+            (&table.axes, &table.metadata, Some(table.space))
+        }
+        AnyTable::Shard(_) => return Err(wrong(path, "cannot be made of a shard; merge it first".to_owned())),
+    };
+    let beside = path.with_extension("f32");
+    let document = json!({
+        "format": "snowblue raw 1",
+        "numbers": beside.file_name().unwrap_or_default().to_string_lossy(),
+        "number_type": "float32",
+        "byte_order": "little-endian",
+        "space": space.map(Space::name),
+        "axes": axes.named().iter().map(|(name, unit, values)| json!({ "name": name, "unit": unit, "values": values }))
+            .collect::<Vec<_>>(),
+        "arrays": arrays,
+        "recipe": space.map(|_| RECIPE),
+        "metadata": metadata.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>(),
+    });
+    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    replace(&beside, &bytes)?;
+    replace(path, format!("{document:#}\n").as_bytes())
+}
+
+fn components(table: &CompressedTable, quantity: Quantity, numbers: &mut Vec<f32>) -> [Value; 2] {
+    let Components { coefficients, basis, .. } = table.components(quantity);
+    let mut dimensions = names(&table.axes);
+    dimensions.pop();
+    dimensions.push("component");
+    let name = |part: &str| format!("{}_{part}", quantity.name());
+    [
+        array(&name("coefficients"), &dimensions, numbers, coefficients.iter().copied()),
+        array(&name("basis"), &["wavelength", "component"], numbers, basis.iter().copied()),
+    ]
+}
+
+/// Adds an array to the numbers and says where it lies.
+fn array(name: &str, dimensions: &[&str], numbers: &mut Vec<f32>, values: impl Iterator<Item = f32>) -> Value {
+    let first = numbers.len();
+    numbers.extend(values);
+    json!({ "name": name, "dimensions": dimensions, "first_number": first, "count": numbers.len() - first })
+}
+
+fn names(axes: &Axes) -> Vec<&'static str> {
+    axes.named().into_iter().map(|(name, ..)| name).collect()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "single precision is what is asked for")]
+fn single(value: f64) -> f32 {
+    value as f32
+}
