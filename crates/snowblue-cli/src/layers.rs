@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Deserialize;
 use snowblue_transport::ice::IceTable;
+use snowblue_transport::impurity::Substance;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
@@ -87,7 +88,13 @@ impl StackOptions {
         };
         let (stacks, made_of) = if let Some(path) = &self.layers {
             let (layers, ice) = read(path)?;
-            (vec![stack(layers)], Some(vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())]))
+            let mut made_of = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
+            let held = |one: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *one));
+            let held: Vec<&str> = Substance::ALL.iter().filter(|one| held(one)).map(|one| one.source()).collect();
+            if !held.is_empty() {
+                made_of.push(("impurities", held.join(", ")));
+            }
+            (vec![stack(layers)], Some(made_of))
         } else {
             let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
             (slab.thicknesses_cm.iter().map(one).collect(), None)
@@ -232,6 +239,12 @@ fn read_size(
         return size.map(|size| Some((size, place.clone()))).map_err(|error| source.failure(&place, error));
     }
     let Some(numbers) = &words.grain_size_um else {
+        // A kind of snow stands for a surface area, whose diameter hangs on the density of ice.
+        if let (Some(name), None) = (&words.snow, measure) {
+            let kind = parse::snow_type(name.get_ref()).map_err(|error| source.failure(&name.span(), error))?;
+            let size = GrainSize::from_specific_surface_area(kind.surface_area_m2_kg(), temperature_c);
+            return size.map(|size| Some((size, name.span()))).map_err(|error| source.failure(&name.span(), error));
+        }
         return match measure {
             None => Ok(None),
             Some(measure) => Err(source.failure(&measure.span(), "size_measure needs grain_size_um")),

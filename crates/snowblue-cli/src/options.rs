@@ -15,6 +15,7 @@ use snowblue_transport::snow_type::SnowType;
 
 use crate::failure::Failure;
 use crate::parse::{self, SizeWords, Wavelengths};
+use crate::report::figures;
 
 /// What the snow is made of.
 #[derive(Debug, Args)]
@@ -30,10 +31,7 @@ pub(crate) struct SampleOptions {
     #[arg(long, value_name = "AREA", value_parser = parse::number)]
     ssa: Option<f64>,
     /// What the grain size measures
-    #[arg(
-        long, value_name = "MEASURE", value_enum, default_value = "greatest-extension",
-        conflicts_with_all = ["ssa", "snow"],
-    )]
+    #[arg(long, value_name = "MEASURE", value_enum, default_value = "greatest-extension", conflicts_with = "ssa")]
     size_measure: SizeMeasureWord,
     /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
     #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
@@ -75,7 +73,8 @@ pub(crate) struct SlabOptions {
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Engine")]
 pub(crate) struct OrdinatesWords {
-    /// Ordinates, counting both hemispheres: an even number, or 'auto': 16 up to 80° and diffuse, 48 beyond
+    /// Ordinates, counting both hemispheres: an even number, or 'auto': 16 up to 80° and diffuse, 48 beyond; in wet
+    /// snow and among algae 64 and 128
     #[arg(long, value_name = "N", default_value = "auto", value_parser = parse::streams)]
     pub(crate) streams: Streams,
     /// Seed of all randomness
@@ -162,6 +161,9 @@ impl IceWord {
 impl SampleOptions {
     fn grain_size(&self) -> Result<GrainSize, Failure> {
         let area_m2_kg = self.ssa.or(self.snow.map(SnowType::surface_area_m2_kg));
+        if self.snow.is_some() && self.grain_size.is_none() && self.size_measure != SizeMeasureWord::GreatestExtension {
+            return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
+        }
         let size = match (self.grain_size, area_m2_kg) {
             (Some(words), _) => words.measured_by(self.size_measure),
             (None, Some(area_m2_kg)) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
@@ -170,16 +172,26 @@ impl SampleOptions {
         size.map_err(Failure::input)
     }
 
+    fn impurities(&self) -> Result<Impurities, Failure> {
+        let mut impurities = Impurities::none();
+        for (number, (substance, ng_g)) in self.impurity.iter().enumerate() {
+            if self.impurity[..number].iter().any(|(other, _)| other == substance) {
+                return Err(Failure::Input(format!("impurity {substance} is given twice")));
+            }
+            impurities = impurities.with(*substance, *ng_g);
+        }
+        Ok(impurities)
+    }
+
     /// The snow, not checked yet but for its grain size.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
-        let impurities = self.impurity.iter().fold(Impurities::none(), |all, (one, ng_g)| all.with(*one, *ng_g));
         Ok(SnowSample {
             grain_size: self.grain_size()?,
             sphericity: self.sphericity,
             facetness: self.facetness,
             density_kg_m3: self.density.or(self.snow.map(SnowType::density_kg_m3)).unwrap_or(300.0),
             water_saturation: self.water_saturation,
-            impurities,
+            impurities: self.impurities()?,
             temperature_c: self.temperature,
             ice: self.ice.table(),
         })
@@ -205,12 +217,14 @@ impl SampleOptions {
         }
         if self.water_saturation > 0.0 {
             let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
-            metadata.push(("water", format!("saturation {} ({source})", self.water_saturation)));
+            metadata.push(("water", format!("saturation {} ({source})", figures(self.water_saturation))));
         }
-        if !self.impurity.is_empty() {
-            let one =
-                |(substance, ng_g): &(Substance, f64)| format!("{substance}={ng_g} ng/g ({})", substance.source());
-            metadata.push(("impurities", self.impurity.iter().map(one).collect::<Vec<_>>().join(", ")));
+        let one = |(substance, ng_g): &(Substance, f64)| {
+            format!("{substance}={} ng/g ({})", figures(*ng_g), substance.source())
+        };
+        let present: Vec<String> = self.impurity.iter().filter(|(_, ng_g)| *ng_g > 0.0).map(one).collect();
+        if !present.is_empty() {
+            metadata.push(("impurities", present.join(", ")));
         }
         metadata
     }

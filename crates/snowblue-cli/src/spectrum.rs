@@ -60,8 +60,8 @@ pub(crate) struct Spectrum {
     engine: Engine,
     #[command(flatten)]
     ordinates: OrdinatesWords,
-    /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; in layers for
-    /// each wavelength
+    /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; in layers, among
+    /// impurities and in snow more than half full of water for each wavelength
     #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
     rays: u64,
     /// Monte Carlo as the paper did it: every wavelength and thickness with rays of its own

@@ -6,6 +6,17 @@ mod shell;
 
 use shell::{refused, snowblue, stdout};
 
+/// A layer of a kind of snow is that kind at its temperature, as the options have it.
+#[test]
+fn layers_and_options_mean_the_same_snow() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pack.toml");
+    std::fs::write(&path, "[[layer]]\nthickness_cm = 5\nsnow = \"firn\"\ntemperature_c = -60\n").unwrap();
+    let layered = stdout(&["spectrum", "--wavelengths", "450", "--layers", path.to_str().unwrap()]);
+    let alone = transmittance(&["--snow", "firn", "--temperature", "-60"]);
+    assert!((last_row(&layered, 4)[0] / alone - 1.0).abs() < 1e-8, "{layered} {alone}");
+}
+
 /// The last row's numbers from the given column on.
 fn last_row(text: &str, from: usize) -> Vec<f64> {
     text.lines().last().unwrap().split(',').skip(from).map(|field| field.parse().unwrap()).collect()
@@ -68,6 +79,7 @@ fn impossible_snow_is_refused() {
         (&["--impurity", "black-carbon"], "black-carbon=10"),
         (&["--impurity", "black-carbon=-3"], "mass fraction of an impurity is -3 ng/g"),
         (&["--impurity", "black-carbon=3", "--wavelengths", "300"], "must lie in 305–1495 nm"),
+        (&["--impurity", "black-carbon=5,black-carbon=50"], "black-carbon is given twice"),
         (&["--snow", "firn", "--size-measure", "volume-diameter"], "--size-measure"),
     ] {
         let message = refused(&[&["spectrum"], options].concat());
@@ -84,7 +96,10 @@ fn layers_may_differ_in_what_they_hold() {
     std::fs::write(&path, pack).unwrap();
     let name = path.to_str().unwrap();
     let layered = stdout(&["spectrum", "--wavelengths", "500", "--layers", name]);
-    assert!(last_row(&layered, 3).iter().sum::<f64>() - 1.0 < 2e-8);
+    // Soot on top takes up blue light that the same pack without it sends back.
+    std::fs::write(&path, pack.replace("= 20 }", "= 0 }")).unwrap();
+    let clean = stdout(&["spectrum", "--wavelengths", "500", "--layers", name]);
+    assert!(last_row(&layered, 3)[0] < last_row(&clean, 3)[0] - 5e-4, "{layered} {clean}");
     for (wrong, place, words) in [
         (pack.replace("black-carbon", "soot"), "pack.toml:4", "impurity 'soot' is not known"),
         (pack.replace("= 20 }", "= -20 }"), "pack.toml:4", "-20 ng/g"),

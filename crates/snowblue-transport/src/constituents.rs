@@ -12,7 +12,7 @@
 //!
 //! The mean path through ice in Lambertian light remains 2hφ n_ice² however wet the snow is.
 //!
-//! **Particles** are [`crate::impurity`]: ρ c E (1 − ω) joins what the pores absorb, ρ c E ω scatters.
+//! **Particles** lie in the air of the pores, however wet the snow is. They are [`crate::impurity`]: ρ c E (1 − ω) joins what the pores absorb, ρ c E ω scatters.
 
 use crate::ice::Ice;
 use crate::sample::SnowSample;

@@ -76,10 +76,14 @@ impl GrainTallies {
         Self { in_air: tally(&|met| met.in_air), in_water: demand.wet.then(|| tally(&|met| met.in_water)) }
     }
 
-    /// The medium that a sample of these grains is at a wavelength; without one of the tallies' 16 batches, for the
+    /// The medium that a sample of these grains, within what was demanded, is at a wavelength; without one of the tallies' 16 batches, for the
     /// jackknife (Tukey 1958).
+    ///
+    /// # Panics
+    /// If the sample is wet and the demand was not.
     #[must_use]
     pub fn medium(&self, sample: &SnowSample, wavelength_nm: f64, without: Option<usize>) -> Medium {
+        assert!(sample.water_saturation <= 0.0 || self.in_water.is_some(), "no tally of grains in water was asked for");
         let met = Constituents::new(sample, wavelength_nm);
         let mut parts = Vec::new();
         for (tally, grains) in [(Some(&self.in_air), met.in_air), (self.in_water.as_ref(), met.in_water)] {

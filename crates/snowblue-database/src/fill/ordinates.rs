@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use snowblue_transport::ordinates::{HomogeneousMedium, Light, Streams};
+use snowblue_transport::ordinates::{HomogeneousMedium, Light, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::{Demand, GrainTallies, Medium, Population, TallyPlan};
 
@@ -19,7 +19,8 @@ pub(super) fn fill(
     grains: &[usize],
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> (Values, FillTimes) {
-    let plan = TallyPlan { degree: streams.most(&axes.incidences()), rays, seed };
+    let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
+    let plan = TallyPlan { degree: streams.most(&axes.incidences(), peak), rays, seed };
     let per_grain = axes.samples_per_grain();
     // One pair of tallies serves all that any sample of the whole table asks for, so that parts have the same bits.
     let first = Demand::of_sample(&samples[0], &axes.wavelengths_nm);
@@ -59,17 +60,16 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
     let (lights, thicknesses, wavelengths) = (incidences.len(), axes.thicknesses_cm.len(), axes.wavelengths_nm.len());
     let block = samples.len() * lights * thicknesses * wavelengths;
     let mut filled = [vec![0.0; block], vec![0.0; block]];
-    let groups = streams.groups(&incidences);
     for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
         let media: Vec<Medium> = samples.iter().map(|sample| tallies.medium(sample, *wavelength_nm, None)).collect();
         // Dry and clean samples differ in density alone, and scatter alike.
         let like = |s: usize| media.iter().position(|other| other.scattering == media[s].scattering).unwrap_or(s);
         let like: Vec<usize> = (0..media.len()).map(like).collect();
-        for (streams, of_group) in &groups {
-            let mut modes: BTreeMap<usize, (HomogeneousMedium, Vec<Light>)> = BTreeMap::new();
-            for (s, medium) in media.iter().enumerate() {
-                let (modes, lit) = modes.entry(like[s]).or_insert_with(|| {
-                    let modes = HomogeneousMedium::new(&medium.scattering, *streams);
+        let mut modes: BTreeMap<(usize, usize), (HomogeneousMedium, Vec<Light>)> = BTreeMap::new();
+        for (s, medium) in media.iter().enumerate() {
+            for (streams, of_group) in streams.groups(&incidences, Peak::of(&samples[s])) {
+                let (modes, lit) = modes.entry((like[s], streams)).or_insert_with(|| {
+                    let modes = HomogeneousMedium::new(&medium.scattering, streams);
                     let lit = of_group.iter().map(|light| modes.light(&incidences[*light])).collect();
                     (modes, lit)
                 });

@@ -26,7 +26,8 @@ pub const DEFAULT_RAYS: u64 = 100_000;
 /// How the engine works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MonteCarloOptions {
-    /// Rays per direction and index node; or, one wavelength at a time, per direction, thickness and wavelength.
+    /// Rays per direction and index node (per direction and wavelength among impurities and in snow more than half full of
+    /// water); or, one wavelength at a time, per direction, thickness and wavelength.
     pub rays: u64,
     /// Seed of all randomness.
     pub seed: u64,

@@ -96,13 +96,15 @@ fn pass(beds: &[Bed], ground_albedo: f64, cos_incidence: f64, stream: &mut Strea
     let (mut depth, mut cosine) = (0.0, cos_incidence);
     let (mut absorbed, mut arrived) = (0.0_f64, 0.0);
     loop {
-        let next = (depth - stream.uniform().ln() * cosine).clamp(0.0, ground);
+        let beyond = depth - stream.uniform().ln() * cosine;
+        let next = beyond.clamp(0.0, ground);
         absorbed += ((pores(beds, next) - pores(beds, depth)) / cosine).abs();
         depth = next;
-        if depth <= 0.0 {
+        // Where nothing lies, the way down is to the ground.
+        if cosine < 0.0 && beyond <= 0.0 {
             return [(-absorbed).exp(), arrived];
         }
-        if depth >= ground {
+        if beyond >= ground {
             arrived += (-absorbed).exp();
             if stream.uniform() >= ground_albedo {
                 return [0.0, arrived];

@@ -1,4 +1,4 @@
-//! One trace for everything: all wavelengths and all thicknesses of dry snow.
+//! One trace for everything: all wavelengths and all thicknesses.
 //!
 //! - **Wavelengths.** A ray's way depends on the wavelength through the refractive index alone; absorption is the weight
 //!   exp(−γ(λ)ℓ) of its path ℓ through ice. So rays are traced at a few nodes in n with common random numbers, and what
@@ -31,6 +31,8 @@ const LEAST_TEAMS: u64 = 64;
 const MOST_RAYS_PER_TEAM: u64 = 256;
 /// Rays of a team that are on their way at one time.
 const MOST_TOGETHER: usize = 16;
+/// Snow with more of its pores filled is traced at each wavelength; with less, grains in water turn a sixtieth of the light.
+const MOST_WATER: f64 = 0.5;
 /// Teams whose sums are kept at a time before they are added up in order.
 const TEAMS_PER_BLOCK: u64 = 256;
 
@@ -119,11 +121,12 @@ pub(super) fn solve(slab: &Slab, options: &MonteCarloOptions, progress: &(dyn Fn
 /// The wavelengths, in nm, at which rays are traced, and the weights [wavelength][node] with which each wavelength of the
 /// slab is composed of them.
 ///
-/// Indices vary little and smoothly, those of water with those of ice. Particles scatter so differently from one
-/// wavelength to the next that rays among them are traced at each wavelength.
+/// The index of ice varies little and smoothly. Particles scatter so differently from one wavelength to the next that rays
+/// among them are traced at each wavelength; so are those in snow that is mostly water, since what ice in water turns goes
+/// as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
 fn nodes(slab: &Slab, met: &[Constituents]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let wavelengths_nm = &slab.wavelengths_nm;
-    if met.iter().any(|met| !met.particles.is_empty()) {
+    if slab.sample.water_saturation > MOST_WATER || met.iter().any(|met| !met.particles.is_empty()) {
         let count = wavelengths_nm.len();
         let one = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
         return (wavelengths_nm.clone(), (0..count).map(one).collect());

@@ -23,4 +23,4 @@ pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use solve::{OrdinatesOptions, solve};
 pub use solve_stack::solve_stack;
 pub use stack::{FaceFluxes, LayeredMedium};
-pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Streams, check_streams};
+pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, Streams, check_streams};

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::jackknife::Jackknife;
 use super::slab::{Fluxes, HomogeneousMedium, Light};
-use super::streams::Streams;
+use super::streams::{Peak, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium};
 use crate::population::Population;
@@ -37,8 +37,11 @@ impl Default for OrdinatesOptions {
 pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     options.streams.check()?;
-    let plan =
-        TallyPlan { degree: options.streams.most(&slab.incidences), rays: options.tally_rays, seed: options.seed };
+    let plan = TallyPlan {
+        degree: options.streams.most(&slab.incidences, Peak::of(&slab.sample)),
+        rays: options.tally_rays,
+        seed: options.seed,
+    };
     let demand = Demand::of_sample(&slab.sample, &slab.wavelengths_nm);
     let tallies = GrainTallies::new(&Population::of_sample(&slab.sample), &demand, &plan);
     // [wavelength][thickness × incidence]
@@ -69,7 +72,7 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
 fn slab_fluxes(slab: &Slab, medium: &Medium, streams: Streams) -> Vec<Fluxes> {
     let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
     let mut filled = vec![nothing; slab.thicknesses_cm.len() * slab.incidences.len()];
-    for (streams, places) in streams.groups(&slab.incidences) {
+    for (streams, places) in streams.groups(&slab.incidences, Peak::of(&slab.sample)) {
         let modes = HomogeneousMedium::new(&medium.scattering, streams);
         let lights: Vec<Light> = places.iter().map(|place| modes.light(&slab.incidences[*place])).collect();
         for (row, thickness_cm) in filled.chunks_exact_mut(slab.incidences.len()).zip(&slab.thicknesses_cm) {

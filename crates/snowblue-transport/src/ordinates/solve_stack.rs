@@ -10,7 +10,7 @@ use super::jackknife::Jackknife;
 use super::slab::HomogeneousMedium;
 use super::solve::OrdinatesOptions;
 use super::stack::{FaceFluxes, LayeredMedium};
-use super::streams::Streams;
+use super::streams::{Peak, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium};
 use crate::population::Population;
@@ -102,6 +102,11 @@ fn answer(stack: &Stack, (place, wavelength_nm): (usize, f64), seen: &Jackknife<
     }
 }
 
+/// The sharpest peak of all layers, which have their streams in common.
+fn peak(stack: &Stack) -> Peak {
+    stack.layers.iter().map(|layer| Peak::of(&layer.sample)).max().unwrap_or_default()
+}
+
 /// What each light does in a stack of layers of these media.
 fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<Seen> {
     let mut all = vec![Seen::default(); stack.incidences.len()];
@@ -109,7 +114,7 @@ fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<See
     let first_alike =
         |layer: usize| media.iter().position(|medium| medium.scattering == media[layer].scattering).unwrap_or(layer);
     let optical_depth = |(layer, thickness_cm): &(usize, f64)| media[*layer].extinction_per_m * thickness_cm * 0.01;
-    for (streams, places) in streams.groups(&stack.incidences) {
+    for (streams, places) in streams.groups(&stack.incidences, peak(stack)) {
         let modes: Vec<Option<HomogeneousMedium>> = (0..media.len())
             .map(|layer| {
                 (first_alike(layer) == layer).then(|| HomogeneousMedium::new(&media[layer].scattering, streams))
@@ -139,8 +144,11 @@ fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<See
 
 impl Grains {
     fn new(stack: &Stack, options: &OrdinatesOptions) -> Self {
-        let plan =
-            TallyPlan { degree: options.streams.most(&stack.incidences), rays: options.tally_rays, seed: options.seed };
+        let plan = TallyPlan {
+            degree: options.streams.most(&stack.incidences, peak(stack)),
+            rays: options.tally_rays,
+            seed: options.seed,
+        };
         let like_grains = |one: &SnowSample, other: &SnowSample| {
             (one.sphericity, one.facetness, one.grain_size.measure, one.ice)
                 == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
