@@ -212,10 +212,16 @@ impl Axes {
     /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is otherwise.
     pub fn check_order(&self) -> Result<(), DatabaseError> {
         for (name, _, values) in self.named() {
-            let ascending = values.is_sorted_by(|a, b| a < b) && values.iter().all(|value| value.is_finite());
-            if values.is_empty() || !ascending {
-                return Err(DatabaseError::Axis { name });
-            }
+            let why = match values
+                .windows(2)
+                .find(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
+            {
+                Some(pair) => format!("{} follows {}", short(pair[1]), short(pair[0])),
+                None if values.is_empty() => "it is empty".to_owned(),
+                None if !values.iter().all(|value| value.is_finite()) => "it has a value that is not finite".to_owned(),
+                None => continue,
+            };
+            return Err(DatabaseError::Axis { name, why });
         }
         let wrong = |name, what| Err(DatabaseError::AxisRange { name, what });
         for (number, (property, _)) in self.further.iter().enumerate() {
@@ -233,6 +239,11 @@ impl Axes {
         }
         Ok(())
     }
+}
+
+/// A number in words, with an exponent where it would be long.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
 }
 
 fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {

@@ -10,10 +10,12 @@ use crate::shard::Part;
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
     /// An axis is empty or its values do not ascend.
-    #[error("the axis {name} must have ascending, finite values")]
+    #[error("the axis {name} must ascend, but {why}")]
     Axis {
         /// The axis.
         name: &'static str,
+        /// What it does instead.
+        why: String,
     },
     /// The values of an axis are out of range.
     #[error("the axis {name} must have {what}")]
