@@ -21,7 +21,8 @@ use crate::report::figures;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Snow")]
 pub(crate) struct SampleOptions {
-    /// Kind of snow by the International Classification: its specific surface area and density, unless given here
+    /// Kind of snow by the International Classification, for its specific surface area and density where they are not given:
+    /// fresh, rounded, faceted, wind-packed, melt-forms, firn
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
     /// Grain size in µm: a mean, which stands for mean ± 50, or MIN:MAX, uniform in number [20–5000; default: 400]
