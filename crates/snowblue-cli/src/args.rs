@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{bsdf, color, database, merge, render, slab, spectrum};
+use crate::{bsdf, color, database, figures, merge, render, slab, spectrum};
 
 /// The blue of light through snow, predicted from what the snow is made of
 #[derive(Debug, Parser)]
@@ -28,4 +28,5 @@ pub(crate) enum Command {
     Merge(merge::Merge),
     Color(Box<color::Color>),
     Render(render::Render),
+    Figures(figures::Figures),
 }

@@ -6,6 +6,7 @@ mod bsdf;
 mod color;
 mod database;
 mod failure;
+mod figures;
 mod layers;
 mod merge;
 mod options;
@@ -38,5 +39,6 @@ fn run() -> Outcome {
         Command::Merge(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(arguments.quiet),
+        Command::Figures(command) => command.run(arguments.quiet),
     }
 }

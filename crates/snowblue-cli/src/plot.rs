@@ -4,6 +4,7 @@
 //! Walt & Smith 2015), dark to light; a wavelength has its own, with its value written beside it. Figures are drawn here
 //! with shapes of the `svg` crate: the plotting crates round places to whole pixels, or have no polar plot of two halves.
 
+mod chart;
 mod polar;
 mod spectra;
 
@@ -17,14 +18,15 @@ use svg::{Document, Node};
 use crate::failure::Outcome;
 use crate::report::write_file;
 
+pub(crate) use chart::{Area, Chart, Entry, Look, Panel};
 pub(crate) use polar::bsdf;
 pub(crate) use spectra::spectrum;
 
 /// What made a figure, name by name, as in a report.
 pub(crate) type Metadata = [(&'static str, String)];
 
-const INK: &str = "#1f2933";
-const GREY: &str = "#6b7785";
+pub(crate) const INK: &str = "#1f2933";
+pub(crate) const GREY: &str = "#6b7785";
 const PALE: &str = "#e1e6eb";
 
 /// A place on the canvas: pixels to the right and down.
@@ -45,15 +47,15 @@ const TICK: Lettering = Lettering { size: 12.0, fill: GREY, anchor: "middle", bo
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy)]
-struct Stroke<'a> {
-    colour: &'a str,
-    width: f64,
+pub(crate) struct Stroke<'a> {
+    pub(crate) colour: &'a str,
+    pub(crate) width: f64,
     /// Lengths of dashes and gaps; none for a full line.
-    dashes: &'a str,
+    pub(crate) dashes: &'a str,
 }
 
 impl<'a> Stroke<'a> {
-    fn full(colour: &'a str, width: f64) -> Self {
+    pub(crate) fn full(colour: &'a str, width: f64) -> Self {
         Self { colour, width, dashes: "" }
     }
 }
@@ -155,18 +157,18 @@ fn rounded(pixels: f64) -> f64 {
 
 /// A range of values with marks, linear or logarithmic.
 #[derive(Debug, Clone, PartialEq)]
-struct Axis {
-    low: f64,
-    high: f64,
-    logarithmic: bool,
-    marks: Vec<f64>,
+pub(crate) struct Axis {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) logarithmic: bool,
+    pub(crate) marks: Vec<f64>,
     /// Distance of linear marks, for their decimals.
-    step: f64,
+    pub(crate) step: f64,
 }
 
 impl Axis {
     /// Some `count` round marks over a range, which is exactly that of the axis.
-    fn linear(low: f64, high: f64, count: f64) -> Self {
+    pub(crate) fn linear(low: f64, high: f64, count: f64) -> Self {
         Self::in_steps(low, high, round_step((high - low) / count))
     }
 
@@ -177,14 +179,14 @@ impl Axis {
     }
 
     /// The same, widened to end on marks.
-    fn linear_to_marks(low: f64, high: f64, count: f64) -> Self {
+    pub(crate) fn linear_to_marks(low: f64, high: f64, count: f64) -> Self {
         let high = if high > low { high } else { low + low.abs().max(1e-3) };
         let step = round_step((high - low) / count);
         Self::in_steps((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step, step)
     }
 
     /// Powers of ten, or 1, 2 and 5 times these if they are few.
-    fn logarithmic(low: f64, high: f64) -> Self {
+    pub(crate) fn logarithmic(low: f64, high: f64) -> Self {
         let decades = (high / low).log10();
         let factors: &[f64] = if decades > 3.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let apart = (decades / 8.0).ceil().max(1.0);
@@ -246,7 +248,7 @@ fn power_of_ten(value: f64) -> String {
 }
 
 /// A colour for step `i` of `count` ordered things.
-fn ordered_colour(i: usize, count: usize) -> String {
+pub(crate) fn ordered_colour(i: usize, count: usize) -> String {
     const VIRIDIS: [[f64; 3]; 4] = [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0]];
     let share = if count > 1 { i as f64 / (count - 1) as f64 } else { 0.3 };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ share ≤ 1")]

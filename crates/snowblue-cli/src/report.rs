@@ -57,7 +57,7 @@ impl Report {
         }
     }
 
-    fn csv(&self) -> String {
+    pub(crate) fn csv(&self) -> String {
         let mut text = self.columns.join(",");
         text.push('\n');
         for row in &self.rows {
@@ -67,7 +67,7 @@ impl Report {
         text
     }
 
-    fn table(&self) -> String {
+    pub(crate) fn table(&self) -> String {
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(Cell::text).collect()).collect();
         let width = |column: usize| {
             let cells = rows.iter().map(|row| row[column].chars().count());
@@ -110,7 +110,7 @@ impl Report {
 }
 
 impl Cell {
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         match self {
             Self::Number(value) => figures(*value),
             Self::Word(word) => word.clone(),

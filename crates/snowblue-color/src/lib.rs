@@ -41,10 +41,13 @@ pub mod colorimeter;
 
 pub mod lab;
 
+pub mod difference;
+
 pub mod rgb;
 pub mod srgb;
 
 pub use colorimeter::Colorimeter;
+pub use difference::Difference;
 pub use error::ColorError;
 pub use illuminant::Illuminant;
 pub use lab::Lab;

@@ -7,6 +7,8 @@
 //!
 //! A [`sample::SnowSample`] says what the snow is made of, a [`slab::Slab`] asks what a thickness of it does to light, and
 //! two independent engines answer with the same types: [`monte_carlo::solve`] and [`ordinates::solve`].
+//! [`inversion`] goes back from an albedo to the snow, [`simplification`] says what a simpler model would answer, and
+//! [`measured`] snow is there to compare with.
 //! A [`stack::Stack`] is layers of different snow on a ground, with fluxes at any depth: [`ordinates::solve_stack`].
 //! [`sunlight`] makes broadband values of the curves.
 //!
@@ -62,6 +64,8 @@ mod medium;
 mod population;
 mod tally;
 
+mod least_squares;
+
 pub mod slab;
 pub mod stack;
 
@@ -71,7 +75,12 @@ pub mod monte_carlo;
 pub mod ordinates;
 mod rays;
 
+pub mod inversion;
+pub mod measured;
+pub mod simplification;
+mod two_stream;
+
 pub use error::TransportError;
-pub use medium::{Demand, GrainTallies, Medium};
+pub use medium::{Demand, GrainOptics, GrainTallies, Medium, convex_extinction_per_m};
 pub use population::Population;
 pub use tally::TallyPlan;

@@ -5,10 +5,11 @@
 //! carried as the sum of what is absorbed, never as a difference.
 
 use crate::constituents::Constituents;
-use crate::ice::IceTable;
-use crate::ordinates::Scattering;
+use crate::ice::{self, Ice, IceTable};
+use crate::ordinates::{Fluxes, HomogeneousMedium, Light, MOST_STREAMS, Peak, Scattering, Streams};
 use crate::population::Population;
-use crate::sample::SnowSample;
+use crate::sample::{GrainSize, SnowSample};
+use crate::slab::Incidence;
 use crate::tally::{Tally, TallyPlan};
 
 /// A homogeneous medium at one wavelength.
@@ -18,6 +19,63 @@ pub struct Medium {
     pub extinction_per_m: f64,
     /// Single scattering per unit of optical depth.
     pub scattering: Scattering,
+}
+
+impl Medium {
+    /// Fluxes of slabs of this medium over nothing that reflects: for each thickness, then each incidence.
+    #[must_use]
+    pub fn fluxes(
+        &self,
+        thicknesses_cm: &[f64],
+        incidences: &[Incidence],
+        (streams, peak): (Streams, Peak),
+    ) -> Vec<Fluxes> {
+        let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
+        let mut filled = vec![nothing; thicknesses_cm.len() * incidences.len()];
+        for (streams, places) in streams.groups(incidences, peak) {
+            let modes = HomogeneousMedium::new(&self.scattering, streams);
+            let lights: Vec<Light> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
+            for (row, thickness_cm) in filled.chunks_exact_mut(incidences.len()).zip(thicknesses_cm) {
+                let optical_depth = self.extinction_per_m * thickness_cm * 0.01;
+                for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {
+                    row[*place] = fluxes;
+                }
+            }
+        }
+        filled
+    }
+}
+
+/// What snow of a density and a surface area further has to tell of itself: three numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrainOptics {
+    /// Extinction coefficient over that of convex grains, ρ SSA/4.
+    pub extinction_ratio: f64,
+    /// B: mean ice path per hit over the mean chord 4V/S of convex grains.
+    pub path_enhancement: f64,
+    /// Asymmetry parameter of refraction and reflection, without diffraction.
+    pub asymmetry: f64,
+}
+
+/// Extinction coefficient of convex grains in random orientation, κ = ρ SSA/4, in 1/m.
+#[must_use]
+pub fn convex_extinction_per_m(density_kg_m3: f64, surface_area_m2_kg: f64) -> f64 {
+    0.25 * density_kg_m3 * surface_area_m2_kg
+}
+
+impl GrainOptics {
+    /// The medium that snow with these properties is for light that ice absorbs with γ = `absorption_per_m`: a metre of snow
+    /// absorbs γ B φ, and what it scatters goes by Henyey & Greenstein's law.
+    #[must_use]
+    pub fn medium(&self, density_kg_m3: f64, surface_area_m2_kg: f64, absorption_per_m: f64) -> Medium {
+        let extinction_per_m = self.extinction_ratio * convex_extinction_per_m(density_kg_m3, surface_area_m2_kg);
+        let ice_fraction = density_kg_m3 / ice::density_kg_m3(0.0);
+        let one_minus_albedo = absorption_per_m * self.path_enhancement * ice_fraction / extinction_per_m;
+        Medium {
+            extinction_per_m,
+            scattering: Scattering::henyey_greenstein(one_minus_albedo, self.asymmetry, MOST_STREAMS),
+        }
+    }
 }
 
 /// What all the snow has in common that one pair of tallies serves.
@@ -103,6 +161,26 @@ impl GrainTallies {
             parts.push((particle.scattering_per_m, Scattering::henyey_greenstein(0.0, particle.asymmetry, degree)));
         }
         mix(&parts, met.pore_absorption_per_m)
+    }
+
+    /// Asymmetry parameter and path enhancement B of a sample's grains in air at a wavelength, while absorption is weak:
+    /// B = ⟨ℓ⟩/(4V/S), the mean ice path per hit over the mean chord.
+    #[must_use]
+    pub fn grain_optics(&self, sample: &SnowSample, wavelength_nm: f64) -> GrainOptics {
+        const WEAK_PER_M: f64 = 1e-6;
+        let scattering = self.in_air(&sample.grain_size, Ice::new(sample.ice).index(wavelength_nm), WEAK_PER_M);
+        let per_ice = sample.extinction_per_m() / (sample.ice_fraction() * WEAK_PER_M);
+        GrainOptics {
+            extinction_ratio: 1.0,
+            path_enhancement: scattering.one_minus_albedo * per_ice,
+            asymmetry: scattering.asymmetry(),
+        }
+    }
+
+    /// Single scattering by grains in air of a refractive index and an absorption coefficient, in 1/m, that need not be
+    /// those of ice at any wavelength; the index lies among those of the demand.
+    pub(crate) fn in_air(&self, size: &GrainSize, index: f64, absorption_per_m: f64) -> Scattering {
+        self.in_air.scattering(size, (index, absorption_per_m), None)
     }
 }
 

@@ -206,6 +206,12 @@ impl SnowSample {
         self.ice_fraction() * 0.25 * area / (volume * 1e-6)
     }
 
+    /// Whether the grains are alike in all that a tally sees: shape, facetness, what their size measures, ice.
+    pub(crate) fn has_grains_of(&self, other: &Self) -> bool {
+        (self.sphericity, self.facetness, self.grain_size.measure, self.ice)
+            == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

@@ -68,7 +68,7 @@ pub struct FillTimes {
     pub solve: Duration,
 }
 
-/// Values of some grains, in their order: [grain][sample][light][thickness][wavelength].
+/// Values of some grains, in their order: `[grain][sample][light][thickness][wavelength]`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Values {
     /// Light that leaves below.

@@ -3,10 +3,9 @@
 use rayon::prelude::*;
 
 use super::jackknife::Jackknife;
-use super::slab::{Fluxes, HomogeneousMedium, Light};
 use super::streams::{Peak, Streams};
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies, Medium};
+use crate::medium::{Demand, GrainTallies};
 use crate::population::Population;
 use crate::slab::{Incidence, Radiometry, Slab};
 use crate::tally::TallyPlan;
@@ -50,7 +49,8 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
         .par_iter()
         .map(|&wavelength_nm| {
             let fluxes = Jackknife::new(|without| {
-                slab_fluxes(slab, &tallies.medium(&slab.sample, wavelength_nm, without), options.streams)
+                let medium = tallies.medium(&slab.sample, wavelength_nm, without);
+                medium.fluxes(&slab.thicknesses_cm, &slab.incidences, (options.streams, Peak::of(&slab.sample)))
             });
             let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
             let radiometry = |(case, (thickness_cm, incidence)): (usize, (f64, Incidence))| Radiometry {
@@ -66,21 +66,4 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
         .collect();
     let cases = slab.thicknesses_cm.len() * slab.incidences.len();
     Ok((0..cases).flat_map(|case| spectra.iter().map(move |spectrum| spectrum[case])).collect())
-}
-
-/// Fluxes for each thickness, then each incidence.
-fn slab_fluxes(slab: &Slab, medium: &Medium, streams: Streams) -> Vec<Fluxes> {
-    let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
-    let mut filled = vec![nothing; slab.thicknesses_cm.len() * slab.incidences.len()];
-    for (streams, places) in streams.groups(&slab.incidences, Peak::of(&slab.sample)) {
-        let modes = HomogeneousMedium::new(&medium.scattering, streams);
-        let lights: Vec<Light> = places.iter().map(|place| modes.light(&slab.incidences[*place])).collect();
-        for (row, thickness_cm) in filled.chunks_exact_mut(slab.incidences.len()).zip(&slab.thicknesses_cm) {
-            let optical_depth = medium.extinction_per_m * thickness_cm * 0.01;
-            for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {
-                row[*place] = fluxes;
-            }
-        }
-    }
-    filled
 }

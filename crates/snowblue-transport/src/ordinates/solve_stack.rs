@@ -149,16 +149,12 @@ impl Grains {
             rays: options.tally_rays,
             seed: options.seed,
         };
-        let like_grains = |one: &SnowSample, other: &SnowSample| {
-            (one.sphericity, one.facetness, one.grain_size.measure, one.ice)
-                == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
-        };
         // A sample of each population, with what all of it asks for.
         let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
         let mut kind_of_layer = Vec::new();
         for Layer { sample, .. } in &stack.layers {
             let demand = Demand::of_sample(sample, &stack.wavelengths_nm);
-            let kind = kinds.iter().position(|(other, _)| like_grains(other, sample)).unwrap_or(kinds.len());
+            let kind = kinds.iter().position(|(other, _)| other.has_grains_of(sample)).unwrap_or(kinds.len());
             match kinds.get_mut(kind) {
                 Some((_, whole)) => *whole = whole.and(&demand),
                 None => kinds.push((*sample, demand)),

@@ -1,0 +1,148 @@
+//! `snowblue figures`: figures and tables of the validation, each as an SVG and a CSV, with a page that shows them.
+
+mod albedo;
+mod microct;
+mod page;
+mod s2;
+mod simplifications;
+mod water;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use snowblue_color::{Colorimeter, Illuminant, Observer};
+use snowblue_transport::ordinates::OrdinatesOptions;
+
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::report::{Cell, Report, print, write_file};
+
+/// Figures and tables of the validation, recomputed, into a folder
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Each figure NAME becomes NAME.svg and NAME.csv, each of its tables NAME_TABLE.csv; index.html shows
+what was made. Tables are printed as well. All take less than a minute.
+
+Examples:
+  snowblue figures -o figures
+  snowblue figures -o figures --only water,albedo"
+)]
+pub(crate) struct Figures {
+    /// Folder to write into, which is made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Some figures only: water, albedo, microct, s2, simplifications
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+/// A figure that was computed and drawn.
+struct Figure {
+    title: &'static str,
+    /// What it shows, and whose numbers are whose.
+    caption: String,
+    svg: String,
+    /// The numbers behind the drawing.
+    numbers: Report,
+    tables: Vec<Table>,
+}
+
+/// A few numbers to read.
+struct Table {
+    name: &'static str,
+    title: String,
+    report: Report,
+}
+
+/// A figure's name and how it is made.
+struct Recipe {
+    name: &'static str,
+    make: fn() -> Result<Figure, Failure>,
+}
+
+const RECIPES: [Recipe; 5] = [
+    Recipe { name: "water", make: water::figure },
+    Recipe { name: "albedo", make: albedo::figure },
+    Recipe { name: "microct", make: microct::figure },
+    Recipe { name: "s2", make: s2::figure },
+    Recipe { name: "simplifications", make: simplifications::figure },
+];
+
+impl Figures {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let recipes = self.recipes()?;
+        let folder = self.output.display();
+        let made = std::fs::create_dir_all(&self.output);
+        made.map_err(|error| Failure::Input(format!("{folder}: cannot be a folder: {error}")))?;
+        let bar = Progress::new("figures", quiet);
+        let mut figures = Vec::new();
+        for (number, recipe) in recipes.iter().enumerate() {
+            bar.at(number as u64, recipes.len() as u64);
+            let figure = (recipe.make)()?;
+            self.write(recipe.name, &figure)?;
+            figures.push((recipe.name, figure));
+        }
+        bar.end();
+        write_file(&self.output.join("index.html"), page::index(&figures).as_bytes())?;
+        for Table { title, report, .. } in figures.iter().flat_map(|(_, figure)| &figure.tables) {
+            print(&format!("{title}\n{}\n", report.table()))?;
+        }
+        Ok(())
+    }
+
+    /// The figures that are asked for, in their own order.
+    fn recipes(&self) -> Result<Vec<&'static Recipe>, Failure> {
+        let names = RECIPES.map(|recipe| recipe.name);
+        if let Some(name) = self.only.iter().find(|name| !names.contains(&name.as_str())) {
+            return Err(Failure::Input(format!("figure '{name}' is not known; there are {}", names.join(", "))));
+        }
+        let asked = |recipe: &&Recipe| self.only.is_empty() || self.only.iter().any(|name| name == recipe.name);
+        Ok(RECIPES.iter().filter(asked).collect())
+    }
+
+    fn write(&self, name: &str, figure: &Figure) -> Outcome {
+        let place = |ending: &str| self.output.join(format!("{name}{ending}"));
+        write_file(&place(".svg"), figure.svg.as_bytes())?;
+        write_file(&place(".csv"), figure.numbers.csv().as_bytes())?;
+        for table in &figure.tables {
+            write_file(&place(&format!("_{}.csv", table.name)), table.report.csv().as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+impl Table {
+    /// A table whose numbers are already words of fit length.
+    fn new(name: &'static str, title: &str, columns: &[&'static str], rows: Vec<Vec<String>>) -> Self {
+        let rows = rows.into_iter().map(|row| row.into_iter().map(Cell::Word).collect()).collect();
+        let report = Report { columns: columns.to_vec(), rows, metadata: Vec::new() };
+        Self { name, title: title.to_owned(), report }
+    }
+}
+
+/// Rows of numbers under their names.
+fn numbers(columns: &[&'static str], rows: Vec<Vec<Cell>>) -> Report {
+    Report { columns: columns.to_vec(), rows, metadata: Vec::new() }
+}
+
+/// What made a figure by ordinates.
+fn provenance(more: &[(&'static str, &str)]) -> Vec<(&'static str, String)> {
+    let options = OrdinatesOptions::default();
+    let mut made = vec![
+        ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+        ("engine", format!("discrete ordinates, {} streams", options.streams)),
+        ("seed", options.seed.to_string()),
+    ];
+    made.extend(more.iter().map(|(name, value)| (*name, (*value).to_owned())));
+    made
+}
+
+/// Evenly spaced wavelengths, in nm.
+fn wavelengths_nm(first: u32, last: u32, step: usize) -> Vec<f64> {
+    (first..=last).step_by(step).map(f64::from).collect()
+}
+
+/// The CIE 1931 observer under D65.
+fn daylight(wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
+    Colorimeter::new(Observer::Cie1931, Illuminant::D65, wavelengths_nm).map_err(Failure::work)
+}

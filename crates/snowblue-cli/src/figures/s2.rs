@@ -1,0 +1,93 @@
+//! The paper's Fig. S2: reflectance and transmittance of the snow in its Table S1.
+
+use snowblue_transport::ordinates::{self, OrdinatesOptions};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::{Incidence, Radiometry, Slab};
+
+use super::{Figure, Table, numbers, provenance, wavelengths_nm};
+use crate::failure::Failure;
+use crate::plot::{Area, Axis, Chart, Entry, Look, Stroke, ordered_colour};
+use crate::report::Cell;
+
+const THICKNESSES_CM: [f64; 4] = [5.0, 10.0, 18.0, 30.0];
+/// The thickness of Table S1, whose reflectance the paper shows.
+const TABLE_S1: usize = 2;
+const SHOWN_NM: [f64; 5] = [450.0, 500.0, 550.0, 650.0, 750.0];
+
+pub(super) fn figure() -> Result<Figure, Failure> {
+    let slab = Slab {
+        sample: SnowSample {
+            grain_size: GrainSize { min_um: 200.0, max_um: 300.0, measure: SizeMeasure::GreatestExtension },
+            facetness: TruncatedNormal { min: 0.05, max: 0.25, mean: 0.15, standard_deviation: 0.075 },
+            density_kg_m3: 360.0,
+            ..SnowSample::default()
+        },
+        thicknesses_cm: THICKNESSES_CM.to_vec(),
+        incidences: vec![Incidence::Beam { angle_deg: 0.0 }],
+        wavelengths_nm: wavelengths_nm(400, 800, 5),
+    };
+    let rows = ordinates::solve(&slab, &OrdinatesOptions::default()).map_err(Failure::work)?;
+    let curves: Vec<&[Radiometry]> = rows.chunks_exact(slab.wavelengths_nm.len()).collect();
+    let cells = |row: &Radiometry| {
+        [row.thickness_cm, row.wavelength_nm, row.reflectance.value, row.transmittance.value].map(Cell::from).to_vec()
+    };
+    Ok(Figure {
+        title: "Snow of the paper's Fig. S2",
+        caption: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 (grains \
+                  200–300 µm, facetness .15, 360 kg/m³), 5 nm, 0°. All curves are ours; the measured reflectance (SISpec file \
+                  6) and the paper's own curves are not at hand as numbers, and its text does not tell the other \
+                  thicknesses. The paper reports more blue and green than red light, and a fall with thickness that is not \
+                  linear: both hold."
+            .to_owned(),
+        svg: draw(&curves),
+        numbers: numbers(
+            &["thickness_cm", "wavelength_nm", "reflectance", "transmittance"],
+            rows.iter().map(cells).collect(),
+        ),
+        tables: vec![table(&curves)],
+    })
+}
+
+fn table(curves: &[&[Radiometry]]) -> Table {
+    let at = |curve: &[Radiometry], nm: f64| {
+        let row = curve.iter().find(|row| (row.wavelength_nm - nm).abs() < 1e-9);
+        row.map_or(f64::NAN, |row| row.transmittance.value)
+    };
+    let row = |curve: &&[Radiometry]| {
+        let mut cells = vec![curve[0].thickness_cm.to_string()];
+        cells.extend(SHOWN_NM.iter().map(|nm| format!("{:.3e}", at(curve, *nm))));
+        cells.push(format!("{:.2}", at(curve, 450.0) / at(curve, 650.0)));
+        cells
+    };
+    let columns = ["cm", "T 450", "T 500", "T 550", "T 650", "T 750", "T 450 / T 650"];
+    Table::new("transmittance", "Transmittance of the snow of Table S1", &columns, curves.iter().map(row).collect())
+}
+
+fn draw(curves: &[&[Radiometry]]) -> String {
+    let mut chart = Chart::new((900.0, 470.0), "Snow of Table S1: reflectance and transmittance");
+    let axis = || Axis::linear(400.0, 800.0, 5.0);
+    let (top, bottom) = (66.0, 380.0);
+    let left = Area { left: 84.0, right: 380.0, top, bottom };
+    let right = Area { left: 470.0, right: 766.0, top, bottom };
+    let reflectance =
+        chart.panel(left, [axis(), Axis::linear(0.8, 1.0, 4.0)], ["Wavelength (nm)", "Reflectance of 18 cm"]);
+    let transmittance =
+        chart.panel(right, [axis(), Axis::logarithmic(1e-9, 0.1)], ["Wavelength (nm)", "Transmittance"]);
+    let through = |curve: &[Radiometry], quantity: fn(&Radiometry) -> f64| -> Vec<(f64, f64)> {
+        curve.iter().map(|row| (row.wavelength_nm, quantity(row))).collect()
+    };
+    let colours: Vec<String> = (0..curves.len()).map(|i| ordered_colour(i, curves.len())).collect();
+    let back = through(curves[TABLE_S1], |row| row.reflectance.value);
+    chart.line(&reflectance, &back, Stroke::full(&colours[TABLE_S1], 2.0));
+    for (curve, colour) in curves.iter().zip(&colours) {
+        chart.line(&transmittance, &through(curve, |row| row.transmittance.value), Stroke::full(colour, 2.0));
+    }
+    let names: Vec<String> = THICKNESSES_CM.iter().map(|cm| format!("{cm} cm")).collect();
+    let entries: Vec<Entry> = names
+        .iter()
+        .zip(&colours)
+        .map(|(name, colour)| Entry { name, look: Look::Line(Stroke::full(colour, 2.2)) })
+        .collect();
+    chart.legend((786.0, 80.0), "Thickness", &entries);
+    chart.finish(&provenance(&[("ice", "warren2008"), ("light", "0°"), ("curves", "ours")]))
+}

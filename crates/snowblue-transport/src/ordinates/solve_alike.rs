@@ -1,0 +1,99 @@
+//! The ordinates' answer for several snows of like grains, tallied once: what a change of size, density, water or
+//! impurities does, free of the tally's scatter.
+
+use rayon::prelude::*;
+
+use super::slab::Fluxes;
+use super::solve::OrdinatesOptions;
+use super::streams::Peak;
+use crate::TransportError;
+use crate::medium::{Demand, GrainTallies};
+use crate::population::Population;
+use crate::sample::SnowSample;
+use crate::slab::Slab;
+use crate::tally::TallyPlan;
+
+/// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the slab's
+/// own: for each sample, each thickness and then incidence, a spectrum.
+///
+/// ```
+/// use snowblue_transport::ordinates::{OrdinatesOptions, solve_alike};
+/// use snowblue_transport::sample::SnowSample;
+/// use snowblue_transport::slab::{Incidence, Slab};
+///
+/// let dry = SnowSample::default();
+/// let wet = SnowSample { water_saturation: 0.2, ..dry };
+/// let slab = Slab {
+///     sample: dry,
+///     thicknesses_cm: vec![5.0],
+///     incidences: vec![Incidence::Diffuse],
+///     wavelengths_nm: vec![450.0],
+/// };
+/// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+/// let fluxes = solve_alike(&[dry, wet], &slab, &options)?;
+/// // Ice in water hardly scatters, so that wet snow passes more light.
+/// assert!(fluxes[1][0][0].transmittance > 1.1 * fluxes[0][0][0].transmittance);
+/// # Ok::<(), snowblue_transport::TransportError>(())
+/// ```
+///
+/// # Errors
+/// If the question or the number of streams is out of range, or the samples' grains differ.
+pub fn solve_alike(
+    samples: &[SnowSample],
+    slab: &Slab,
+    options: &OrdinatesOptions,
+) -> Result<Vec<Vec<Vec<Fluxes>>>, TransportError> {
+    options.streams.check()?;
+    let first = samples.first().ok_or(TransportError::Nothing { quantity: "sample" })?;
+    for sample in samples {
+        Slab { sample: *sample, ..slab.clone() }.check()?;
+        if !sample.has_grains_of(first) {
+            return Err(TransportError::Nothing { quantity: "sphericity, facetness, size measure and ice in common" });
+        }
+    }
+    let demands = samples.iter().map(|sample| Demand::of_sample(sample, &slab.wavelengths_nm));
+    let demand = demands.reduce(|all, one| all.and(&one)).unwrap_or_else(|| unreachable!("there is a first"));
+    let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
+    let degree = options.streams.most(&slab.incidences, peak);
+    let plan = TallyPlan { degree, rays: options.tally_rays, seed: options.seed };
+    let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);
+    let solve = |sample: &SnowSample| -> Vec<Vec<Fluxes>> {
+        let at = |nm: &f64| {
+            let medium = tallies.medium(sample, *nm, None);
+            medium.fluxes(&slab.thicknesses_cm, &slab.incidences, (options.streams, Peak::of(sample)))
+        };
+        let by_wavelength: Vec<Vec<Fluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
+        let cases = slab.thicknesses_cm.len() * slab.incidences.len();
+        (0..cases).map(|case| by_wavelength.iter().map(|fluxes| fluxes[case]).collect()).collect()
+    };
+    Ok(samples.iter().map(solve).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ordinates::solve;
+    use crate::sample::TruncatedNormal;
+    use crate::slab::Incidence;
+
+    #[test]
+    fn alone_a_sample_is_answered_as_ever() {
+        let slab = Slab {
+            sample: SnowSample::default(),
+            thicknesses_cm: vec![2.0, 9.0],
+            incidences: vec![Incidence::Diffuse, Incidence::Beam { angle_deg: 30.0 }],
+            wavelengths_nm: vec![450.0, 600.0],
+        };
+        let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
+        let alone = solve(&slab, &options).unwrap();
+        let alike = solve_alike(&[slab.sample], &slab, &options).unwrap().concat().concat();
+        assert_eq!(alone.len(), alike.len());
+        for (alone, alike) in alone.iter().zip(&alike) {
+            assert!((alone.transmittance.value / alike.transmittance - 1.0).abs() < 1e-12);
+            assert!((alone.reflectance.value / alike.reflectance - 1.0).abs() < 1e-12);
+        }
+        let other = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..slab.sample };
+        assert!(solve_alike(&[slab.sample, other], &slab, &options).is_err());
+        assert!(solve_alike(&[], &slab, &options).is_err());
+    }
+}
