@@ -15,7 +15,7 @@ use crate::report::{check_place, tell};
 #[command(after_help = "The merged table is the one that an unsharded build makes, to the last bit.
 
 Examples:
-  snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on any machines)
+  snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on machines of one kind)
   snowblue merge part1.nc part2.nc part3.nc -o full.nc
   snowblue merge part*.nc --space log --components 3 -o snow.nc")]
 pub(crate) struct Merge {

@@ -115,6 +115,9 @@ fn shards_that_do_not_belong_together_are_refused_by_name() {
     let mut other = all.clone();
     other[1].1.metadata[0].1 = "another title".to_owned();
     assert!(message(&other).contains("part2.nc was made in another way than part1.nc"));
+    let mut other = all.clone();
+    other[2].1.arithmetic = "0".repeat(16);
+    assert!(message(&other).contains("part3.nc was filled by another kind of processor"));
     assert!(message(&[all[0].clone(), shards(2)[1].clone()]).contains("has another number of parts"));
     assert!(message(&[]).contains("there are none"));
 }

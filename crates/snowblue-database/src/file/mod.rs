@@ -25,6 +25,7 @@ pub(crate) use writing::replace;
 const COMPONENT: &str = "component";
 const SINGULAR: &str = "singular_value";
 const SHARD: &str = "shard";
+const ARITHMETIC: &str = "arithmetic";
 const GRAIN: &str = "grain";
 const SAMPLE: &str = "sample";
 const SHARD_DIMENSIONS: [&str; 5] = [GRAIN, SAMPLE, "angle", "thickness", "wavelength"];
@@ -100,7 +101,8 @@ fn read_tables(path: &Path, mut reader: FileReader) -> Result<AnyTable, Database
         part.check(&axes).map_err(|error| wrong(path, &error.to_string()))?;
         let per_grain = axes.curves() / axes.grains() * axes.wavelengths_nm.len();
         let values = read_values(path, &mut reader, part.grains(&axes).len() * per_grain)?;
-        return Ok(AnyTable::Shard(Shard { axes, part, values, metadata }));
+        let arithmetic = reader.data_set().get_global_attr_as_string(ARITHMETIC).unwrap_or_default();
+        return Ok(AnyTable::Shard(Shard { axes, part, values, metadata, arithmetic }));
     }
     match reader.data_set().get_global_attr_as_string("space").as_deref() {
         None => {
@@ -235,7 +237,7 @@ fn check_values<T>(path: &Path, name: &str, values: Vec<T>, good: fn(&T) -> bool
 fn metadata(data: &DataSet) -> Vec<(String, String)> {
     data.get_global_attr_names()
         .into_iter()
-        .filter(|name| name != "Conventions" && name != "space" && name != SHARD)
+        .filter(|name| name != "Conventions" && name != "space" && name != SHARD && name != ARITHMETIC)
         .filter_map(|name| data.get_global_attr_as_string(&name).map(|value| (name, value)))
         .collect()
 }

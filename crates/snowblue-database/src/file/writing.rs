@@ -5,7 +5,7 @@ use std::path::Path;
 use netcdf3::error::WriteError;
 use netcdf3::{DataSet, FileWriter, Version};
 
-use super::{COMPONENT, ERRORS, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR, wrong};
+use super::{ARITHMETIC, COMPONENT, ERRORS, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR, wrong};
 use crate::axes::DIFFUSE_ANGLE_DEG;
 use crate::shard::Shard;
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Table};
@@ -40,7 +40,11 @@ impl Shard {
         let lengths = [(GRAIN, self.part.grains(&self.axes).len()), (SAMPLE, self.axes.samples_per_grain())];
         let values = [&self.values.transmittance[..], &self.values.reflectance];
         let variables = values_and_errors(&SHARD_DIMENSIONS, values, self.values.errors.as_ref());
-        let metadata = [&self.metadata[..], &[(SHARD.to_owned(), self.part.to_string())]].concat();
+        let metadata = [
+            &self.metadata[..],
+            &[(SHARD.to_owned(), self.part.to_string()), (ARITHMETIC.to_owned(), self.arithmetic.clone())],
+        ]
+        .concat();
         write(path, &self.axes, &lengths, &metadata, &variables)
     }
 }
