@@ -1,6 +1,5 @@
 //! `spectrum --broadband`: bands of sunlight instead of wavelengths.
 
-use snowblue_transport::ice::IceTable;
 use snowblue_transport::slab::Radiometry;
 use snowblue_transport::sunlight::{self, Band, BandWeights, Broadband};
 
@@ -23,13 +22,14 @@ pub(crate) fn bands(words: &str) -> Result<Bands, String> {
         let known = Band::ALL.into_iter().find(|band| band.name() == word.trim());
         known.ok_or_else(|| format!("'{word}' is no band; give some of {ALL_BANDS}"))
     };
+    let words = if words == "all" { ALL_BANDS } else { words };
     words.split(',').map(band).collect::<Result<_, _>>().map(Bands)
 }
 
 impl Bands {
     /// Wavelengths from the first band's begin to the last one's end.
-    pub(crate) fn wavelengths(&self, ice: IceTable) -> Wavelengths {
-        let ranges = self.0.iter().map(|band| band.range_nm(ice));
+    pub(crate) fn wavelengths(&self, reach_nm: (f64, f64)) -> Wavelengths {
+        let ranges = self.0.iter().map(|band| band.range_nm(reach_nm));
         let whole = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         let (first_nm, last_nm) = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), whole);
         let steps = std::iter::successors(Some(first_nm), |nm| Some(nm + STEP_NM));
@@ -37,8 +37,8 @@ impl Bands {
     }
 
     /// Weights of each band.
-    pub(crate) fn weights(&self, ice: IceTable, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
-        let weights = self.0.iter().map(|band| BandWeights::new(*band, ice, &wavelengths.0));
+    pub(crate) fn weights(&self, reach_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        let weights = self.0.iter().map(|band| BandWeights::new(*band, reach_nm, &wavelengths.0));
         weights.collect::<Result<_, _>>().map_err(Failure::input)
     }
 }
@@ -49,7 +49,7 @@ pub(crate) fn values(rows: &[Radiometry], weights: &[BandWeights]) -> Vec<Broadb
     rows.chunk_by(same).flat_map(|curve| weights.iter().map(|weights| weights.broadband(curve))).collect()
 }
 
-/// The name of a band with its ends, since those of the solar band depend on the table of ice: `solar-300-2500`.
+/// The name of a band with its ends, since they depend on what the tables of all that the snow holds reach: `solar-300-2500`.
 pub(crate) fn name(row: &Broadband) -> String {
     let (low_nm, high_nm) = row.range_nm;
     format!("{}-{low_nm}-{high_nm}", row.band.name())
@@ -79,11 +79,11 @@ mod tests {
     fn bands_have_the_wavelengths_that_they_need() {
         let all = bands(ALL_BANDS).unwrap();
         assert_eq!(all.0, Band::ALL);
-        let wavelengths = all.wavelengths(IceTable::Picard2016);
+        let wavelengths = all.wavelengths((320.0, 2500.0));
         assert_eq!((wavelengths.0.len(), wavelengths.0[0].to_bits()), (219, 320_f64.to_bits()));
         let par = bands("par").unwrap();
-        assert_eq!(par.wavelengths(IceTable::default()).0.len(), 31);
-        assert_eq!(par.weights(IceTable::default(), &par.wavelengths(IceTable::default())).unwrap().len(), 1);
+        assert_eq!(par.wavelengths((300.0, 2500.0)).0.len(), 31);
+        assert_eq!(par.weights((300.0, 2500.0), &par.wavelengths((300.0, 2500.0))).unwrap().len(), 1);
         assert!(bands("ultraviolet").unwrap_err().contains("'ultraviolet' is no band"));
     }
 }

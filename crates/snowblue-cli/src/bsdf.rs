@@ -45,7 +45,7 @@ pub(crate) struct Bsdf {
     )]
     wavelengths: Wavelengths,
     /// Rays for each wavelength
-    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
+    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count, help_heading = "Engine")]
     rays: u64,
     /// Seed of all randomness
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Engine")]
@@ -62,6 +62,8 @@ pub(crate) struct Bsdf {
 
 impl Bsdf {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        self.plot.as_deref().map_or(Ok(()), plot::check_place)?;
         let slab = Slab {
             sample: self.sample.sample()?,
             thicknesses_cm: vec![self.thickness],

@@ -16,6 +16,9 @@ use crate::report::{Cell, Report};
 /// The paper's three sample wavelengths, in nm.
 const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
 
+/// Widest step of a spectrum that is summed to a colour, in nm.
+const MOST_STEP_NM: f64 = 20.0;
+
 const COLUMNS: [&str; 13] = [
     "thickness_cm",
     "angle_deg",
@@ -45,7 +48,8 @@ A false colour is the transmittance at three wavelengths, 1 being white, without
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
   snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
-  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value)"
+  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value; 400–700 nm in equal
+                                                           steps of 20 nm at the most)"
 )]
 pub(crate) struct Color {
     #[command(flatten)]
@@ -150,6 +154,24 @@ impl Color {
     }
 }
 
+/// Checks that sums over the wavelengths are a colour: equal steps, close and wide enough.
+fn check_spacing(wavelengths_nm: &[f64]) -> Result<(), String> {
+    let [first, second, .., last] = *wavelengths_nm else {
+        return Err("a colour needs values from 400 to 700 nm in equal steps of 20 nm at the most".to_owned());
+    };
+    let step = second - first;
+    if let Some(pair) = wavelengths_nm.windows(2).find(|pair| (pair[1] - pair[0] - step).abs() > 1e-6) {
+        return Err(format!("the wavelengths must ascend in equal steps, but {} nm follows {} nm", pair[1], pair[0]));
+    }
+    if !(step > 0.0 && step <= MOST_STEP_NM) {
+        return Err(format!("the wavelengths are {step} nm apart, but must be in 0–{MOST_STEP_NM} nm"));
+    }
+    if first > 400.0 || last < 700.0 {
+        return Err(format!("the wavelengths are {first}–{last} nm, but must cover 400–700 nm"));
+    }
+    Ok(())
+}
+
 /// Reads `wavelength_nm,value` rows; a first line that starts with a letter is a header.
 fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let name = path.display();
@@ -173,8 +195,6 @@ fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
             }
         }
     }
-    if wavelengths_nm.len() < 2 {
-        return Err(Failure::Input(format!("{name}: a colour needs values at two wavelengths or more")));
-    }
+    check_spacing(&wavelengths_nm).map_err(|why| Failure::Input(format!("{name}: {why}")))?;
     Ok((wavelengths_nm, values))
 }

@@ -23,7 +23,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Deserialize;
-use snowblue_transport::ice::IceTable;
 use snowblue_transport::impurity::Substance;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
@@ -40,7 +39,9 @@ use crate::source::Source;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Layers")]
 pub(crate) struct StackOptions {
-    /// Layers of different snow, top first, from a TOML file (`[[layer]]` tables) instead of the options for one snow
+    /// Layers of different snow, top first, from a TOML file instead of the options for one snow. Each [[layer]] has
+    /// thickness_cm and, where it is not as usual: snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity,
+    /// density_kg_m3, water_saturation, impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may have ice
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "snow", "grain_size", "ssa", "size_measure", "facetness", "sphericity", "density", "water_saturation", "impurity",
         "temperature", "ice", "thickness",
@@ -72,9 +73,11 @@ impl StackOptions {
         !self.depths.is_empty()
     }
 
-    /// Whose ice constants the file of layers has, if there is one.
-    pub(crate) fn ice(&self) -> Result<Option<IceTable>, Failure> {
-        self.layers.as_deref().map(|path| Ok(read(path)?.1.table())).transpose()
+    /// The wavelengths, in nm, that the tables of all layers reach, if there is a file of them.
+    pub(crate) fn reach_nm(&self) -> Result<Option<(f64, f64)>, Failure> {
+        let Some(path) = &self.layers else { return Ok(None) };
+        let reaches = read(path)?.0.into_iter().map(|layer| layer.sample.range_nm());
+        Ok(reaches.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))))
     }
 
     /// The layers of the file, or one of each thickness of `slab`; and what the file's answer rests on, for metadata.

@@ -8,7 +8,7 @@ use snowblue_database::shard::{self, Shard};
 
 use crate::database::Compression;
 use crate::failure::{Failure, Outcome};
-use crate::report::{check_place, tell};
+use crate::report::{check_table_place, tell};
 
 /// Put all shards of a table together (database build --shard)
 #[derive(Debug, Args)]
@@ -31,7 +31,7 @@ pub(crate) struct Merge {
 
 impl Merge {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
-        check_place(&self.output)?;
+        check_table_place(&self.output)?;
         self.compression.check()?;
         let shards: Result<Vec<(String, Shard)>, Failure> = self.shards.iter().map(|path| read(path)).collect();
         let table = shard::merge(&shards?).map_err(Failure::input)?;

@@ -13,9 +13,9 @@ use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNo
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::snow_type::SnowType;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Outcome};
 use crate::parse::{self, SizeWords, Wavelengths};
-use crate::report::figures;
+use crate::report::{check_place, figures};
 
 /// What the snow is made of.
 #[derive(Debug, Args)]
@@ -25,10 +25,11 @@ pub(crate) struct SampleOptions {
     /// fresh, rounded, faceted, wind-packed, melt-forms, firn
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
-    /// Grain size in µm: a mean, which stands for mean ± 50, or MIN:MAX, uniform in number [20–5000; default: 400]
+    /// Grain size in µm: a mean, which stands for mean ± 50 [70–4950], or MIN:MAX, uniform in number [20–5000; default:
+    /// 400]
     #[arg(long, value_name = "SIZE", value_parser = parse::size, conflicts_with = "ssa")]
     grain_size: Option<SizeWords>,
-    /// Specific surface area in m²/kg, instead of a grain size [1–300]
+    /// Specific surface area in m²/kg, instead of a grain size [1.4–300]
     #[arg(long, value_name = "AREA", value_parser = parse::number)]
     ssa: Option<f64>,
     /// What the grain size measures
@@ -210,12 +211,16 @@ impl SampleOptions {
         Ok(slab)
     }
 
-    /// What the answer rests on besides numbers, for metadata: ice constants, kind of snow, water and impurities.
+    /// What the answer rests on, for metadata: the snow, its kind, ice constants, water and impurities.
     pub(crate) fn metadata(&self) -> Vec<(&'static str, String)> {
-        let mut metadata = vec![("ice", self.ice.name().to_owned())];
-        if let Some(kind) = self.snow {
-            metadata.push(("snow", format!("{kind} ({})", kind.source())));
+        let mut metadata = Vec::new();
+        if let Ok(sample) = self.sample() {
+            metadata.push(("snow", in_words(&sample)));
         }
+        if let Some(kind) = self.snow {
+            metadata.push(("kind", format!("{kind} ({})", kind.source())));
+        }
+        metadata.push(("ice", self.ice.name().to_owned()));
         if self.water_saturation > 0.0 {
             let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
             metadata.push(("water", format!("saturation {} ({source})", figures(self.water_saturation))));
@@ -229,10 +234,37 @@ impl SampleOptions {
         }
         metadata
     }
+}
 
-    /// Whose ice constants are used.
-    pub(crate) fn ice_table(&self) -> IceTable {
-        self.ice.table()
+/// Grains, density and temperature of dry snow in a few words.
+pub(crate) fn in_words(sample: &SnowSample) -> String {
+    let GrainSize { min_um, max_um, measure } = sample.grain_size;
+    let measure = match measure {
+        SizeMeasure::GreatestExtension => "greatest extension",
+        SizeMeasure::VolumeDiameter => "volume diameter",
+        SizeMeasure::OpticalDiameter => "optical diameter",
+    };
+    let range = |low: f64, high: f64| {
+        if low < high { format!("{}–{}", figures(low), figures(high)) } else { figures(low) }
+    };
+    let law = |law: &TruncatedNormal| match range(law.min, law.max) {
+        one if law.min >= law.max => one,
+        several => format!("{several} about {} ± {}", figures(law.mean), figures(law.standard_deviation)),
+    };
+    format!(
+        "{measure} {} µm, sphericity {}, facetness {}, {} kg/m³, {} °C",
+        range(min_um, max_um),
+        law(&sample.sphericity),
+        law(&sample.facetness),
+        figures(sample.density_kg_m3),
+        figures(sample.temperature_c),
+    )
+}
+
+impl OutputOptions {
+    /// Checks before long work that the output can stand at its place.
+    pub(crate) fn check(&self) -> Outcome {
+        self.output.as_deref().map_or(Ok(()), check_place)
     }
 }
 

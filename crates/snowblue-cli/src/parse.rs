@@ -32,6 +32,15 @@ pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
 }
 
+/// A whole number, also as 1e5.
+pub(crate) fn count(word: &str) -> Result<u64, String> {
+    let number = number(word)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and below 2⁵³")]
+    let count = number as u64;
+    let whole = (0.0..9e15).contains(&number) && number.fract() == 0.0;
+    if whole { Ok(count) } else { Err(format!("'{word}' is not a whole number of 0 or more")) }
+}
+
 fn numbers(words: &str) -> Result<Vec<f64>, String> {
     words.split(':').map(number).collect()
 }
@@ -114,7 +123,8 @@ pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
 
 pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
     if !words.contains(':') {
-        return words.split(',').map(number).collect::<Result<_, _>>().map(Wavelengths);
+        let list = words.split(',').map(number).collect::<Result<_, _>>().map(Wavelengths);
+        return list.map_err(|error| format!("{error}; give FIRST:LAST:STEP (400:700:10) or a list (450,550), in nm"));
     }
     let [first, last, step] = numbers(words)?[..] else {
         return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());

@@ -15,7 +15,7 @@ use svg::node::element::path::Data;
 use svg::node::element::{Circle, Line, Path as Shape, Rectangle, Text, Title};
 use svg::{Document, Node};
 
-use crate::failure::Outcome;
+use crate::failure::{Failure, Outcome};
 use crate::report::write_file;
 
 pub(crate) use chart::{Area, Chart, Entry, Look, Panel};
@@ -63,6 +63,17 @@ impl<'a> Stroke<'a> {
 /// A figure under the pen.
 struct Canvas(Document);
 
+/// Characters of a line of provenance.
+const MOST_CHARACTERS: usize = 150;
+
+/// Checks before long work that an SVG file can stand at a place.
+pub(crate) fn check_place(path: &Path) -> Outcome {
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) {
+        return Err(Failure::Input(format!("{}: the drawing must end in .svg", path.display())));
+    }
+    crate::report::check_place(path)
+}
+
 impl Canvas {
     fn new(width: f64, height: f64, title: &str) -> Self {
         let document = Document::new()
@@ -80,7 +91,20 @@ impl Canvas {
     /// The closing line that says what made the figure.
     fn provenance(&mut self, baseline: f64, metadata: &Metadata) {
         let made: Vec<String> = metadata.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        self.text((24.0, baseline), &made.join(" · "), Lettering { size: 10.5, fill: GREY, ..LABEL });
+        // One line, or the last of several where there is much to say.
+        let (mut lines, mut line) = (Vec::new(), String::new());
+        for word in made {
+            if !line.is_empty() && line.chars().count() + word.chars().count() > MOST_CHARACTERS {
+                lines.push(std::mem::take(&mut line));
+            }
+            line.push_str(if line.is_empty() { "" } else { " · " });
+            line.push_str(&word);
+        }
+        lines.push(line);
+        for (number, line) in lines.iter().rev().enumerate() {
+            let y = baseline - 14.0 * number as f64;
+            self.text((24.0, y), line, Lettering { size: 10.5, fill: GREY, ..LABEL });
+        }
     }
 
     fn text(&mut self, (x, y): Place, words: &str, style: Lettering) {

@@ -161,6 +161,14 @@ pub(crate) fn check_place(path: &Path) -> Outcome {
     Ok(())
 }
 
+/// Checks before long work that a table can stand at its place and has a name that tells what it is.
+pub(crate) fn check_table_place(path: &Path) -> Outcome {
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("nc")) {
+        return Err(Failure::Input(format!("{}: the table must end in .nc", path.display())));
+    }
+    check_place(path)
+}
+
 /// Writes a file beside its place, then renames it, so that none is ever half-written.
 pub(crate) fn write_file(path: &Path, contents: &[u8]) -> Outcome {
     let failed = |error: io::Error| Failure::Work(format!("{}: cannot be written: {error}", path.display()));

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use snowblue_transport::alternatives::alternatives;
-use snowblue_transport::ice::IceTable;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
@@ -62,7 +61,7 @@ pub(crate) struct Spectrum {
     ordinates: OrdinatesWords,
     /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; in layers, among
     /// impurities and in snow more than half full of water for each wavelength
-    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, help_heading = "Engine")]
+    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count, help_heading = "Engine")]
     rays: u64,
     /// Monte Carlo as the paper did it: every wavelength and thickness with rays of its own
     #[arg(long, help_heading = "Engine")]
@@ -85,6 +84,8 @@ enum Engine {
 
 impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        self.plot.as_deref().map_or(Ok(()), plot::check_place)?;
         let wavelengths = self.wavelengths()?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
@@ -110,15 +111,18 @@ impl Spectrum {
         report.write(&self.output, quiet)
     }
 
-    /// The ice of the file of layers, or of the one snow.
-    fn ice(&self) -> Result<IceTable, Failure> {
-        Ok(self.stack.ice()?.unwrap_or(self.sample.ice_table()))
+    /// The wavelengths, in nm, that the tables of all the snow reach.
+    fn reach_nm(&self) -> Result<(f64, f64), Failure> {
+        match self.stack.reach_nm()? {
+            Some(reach_nm) => Ok(reach_nm),
+            None => Ok(self.sample.sample()?.range_nm()),
+        }
     }
 
     fn wavelengths(&self) -> Result<Wavelengths, Failure> {
         match (&self.wavelengths, &self.broadband) {
             (Some(wavelengths), _) => Ok(wavelengths.clone()),
-            (None, Some(bands)) => Ok(bands.wavelengths(self.ice()?)),
+            (None, Some(bands)) => Ok(bands.wavelengths(self.reach_nm()?)),
             (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
         }
     }
@@ -126,7 +130,7 @@ impl Spectrum {
     /// Weights of the bands that are asked for; none without `--broadband`.
     fn band_weights(&self, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
         match &self.broadband {
-            Some(bands) => bands.weights(self.ice()?, wavelengths),
+            Some(bands) => bands.weights(self.reach_nm()?, wavelengths),
             None => Ok(Vec::new()),
         }
     }

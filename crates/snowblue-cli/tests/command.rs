@@ -67,10 +67,21 @@ fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
     assert!((luminance - 1.0).abs() < 1e-8);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.csv");
-    std::fs::write(&path, "wavelength_nm,value\n450,0.5\n550,0.5\n650,0.5\n").unwrap();
+    let rows = |wavelengths: &[u32]| wavelengths.iter().map(|nm| format!("{nm},0.5\n")).collect::<String>();
+    let close: Vec<u32> = (400..=700).step_by(20).collect();
+    std::fs::write(&path, format!("wavelength_nm,value\n{}", rows(&close))).unwrap();
     let text = stdout(&["color", "--spectrum", path.to_str().unwrap()]);
     let half: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
     assert!((half - 0.5).abs() < 1e-8);
+    for (wavelengths, words) in [
+        (&[450, 550, 650][..], "are 100 nm apart"),
+        (&[400, 420, 430, 450], "in equal steps, but 430 nm follows 420 nm"),
+        (&[500, 510, 520], "are 500–520 nm, but must cover 400–700 nm"),
+    ] {
+        std::fs::write(&path, rows(wavelengths)).unwrap();
+        let message = refused(&["color", "--spectrum", path.to_str().unwrap()]);
+        assert!(message.contains(words), "{message}");
+    }
 }
 
 #[test]
@@ -134,7 +145,8 @@ fn a_table_goes_through_its_file_into_a_picture() {
     let build = ["database", "build", "--tally-rays", "1024", "--streams", "8", "--quiet"];
     stdout(&[&build[..], &["--space", "linear", "--components", "2", "-o", &table]].concat());
     assert!(
-        stdout(&["database", "info", &table]).contains("24750 curves of 225 samples, 2 components in linear space")
+        stdout(&["database", "info", &table])
+            .contains("24750 curves of 225 kinds of snow, 2 components in linear space")
     );
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml");
     let small = ["--width", "24", "--height", "24", "--spp", "2", "--path", "view"];

@@ -80,7 +80,7 @@ fn axes_come_from_a_file_and_options() {
     ]);
     let info = stdout(&["database", "info", table]);
     for line in [
-        "32 curves of 8 samples",
+        "32 curves of 8 kinds of snow",
         "  water_saturation: 0 0.2\n",
         "  temperature (degree_Celsius): -10 -1\n",
         "  black_carbon (ng g-1): 0 100\n",

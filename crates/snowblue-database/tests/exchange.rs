@@ -87,6 +87,7 @@ fn rows_that_are_no_grid_are_refused_with_their_place() {
         (rows(&[good[0], "400,.3,300,0,2,500,20,.8"]), "line 3: transmittance is 20"),
         (rows(&[good[0], "400,.3,300"]), "line: 3"),
         (rows(&[good[0]]), "two values or more"),
+        (rows(&[&good[0].replace("500", "0.5"), &good[1].replace("500", "0.5")]), "wavelength is 0.5 nm"),
         (rows(&good).replace("facetness", "shininess"), "column 'shininess' is not known"),
         (rows(&good).replace("facetness", "density"), "comes twice"),
         (rows(&good).replace("reflectance", "absorptance"), "--set reflectance=VALUE"),
@@ -108,6 +109,12 @@ fn netcdf_comes_in_as_it_goes_out() {
     assert_eq!((read.axes, read.transmittance, read.reflectance), (table.axes, table.transmittance, table.reflectance));
     let set = Fixed::from([("angle".to_owned(), 0.0)]);
     assert!(exchange::import_netcdf(&path, &set).unwrap_err().to_string().contains("cannot be set"));
+    // A unit that is not the axis's.
+    let bytes = std::fs::read(&path).unwrap();
+    let place = bytes.windows(4).position(|four| four == b"cm\0\0").unwrap();
+    std::fs::write(&path, [&bytes[..place], b"mm", &bytes[place + 2..]].concat()).unwrap();
+    let message = exchange::import_netcdf(&path, &Fixed::new()).unwrap_err().to_string();
+    assert!(message.contains("'thickness' has the unit 'mm', but must be in cm"), "{message}");
     std::fs::write(&path, b"\x89HDF\r\n\x1a\n").unwrap();
     for message in [exchange::import_netcdf(&path, &Fixed::new()).unwrap_err(), file::read(&path).unwrap_err()]
         .map(|e| e.to_string())

@@ -17,6 +17,9 @@ use crate::spectral_table::SpectralTable;
 /// Mass fractions in ng/g: up to a hundredth of the snow.
 const MASS_FRACTION_RANGE_NG_G: (f64, f64) = (0.0, 1e7);
 
+/// First and last wavelength of the table, in nm.
+pub const RANGE_NM: (f64, f64) = (305.0, 1495.0);
+
 static TABLE: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../data/impurities_biosnicar.csv")));
 
@@ -168,7 +171,7 @@ impl Impurities {
         if self.is_none() {
             return Ok(());
         }
-        TransportError::check("wavelength in snow with impurities", wavelength_nm, TABLE.range_nm(), " nm")
+        TransportError::check("wavelength in snow with impurities", wavelength_nm, RANGE_NM, " nm")
     }
 }
 
@@ -188,7 +191,7 @@ mod tests {
     /// BioSNICAR's table, its rows at 305 and 505 nm.
     #[test]
     fn the_table_is_whole_and_ordered() {
-        assert_eq!((TABLE.ordered_rows(), TABLE.range_nm()), (Some(120), (305.0, 1495.0)));
+        assert_eq!((TABLE.ordered_rows(), TABLE.range_nm()), (Some(120), RANGE_NM));
         let soot = Particles { extinction_m2_kg: 12492.1, albedo: 0.367_635, asymmetry: 0.440_771 };
         assert_eq!(Substance::BlackCarbon.at(505.0), soot);
         assert_eq!(Substance::ALL.map(|substance| substance as usize), [0, 1, 2, 3, 4]);

@@ -5,7 +5,7 @@
 use crate::TransportError;
 use crate::grain;
 use crate::ice::{self, Ice, IceTable};
-use crate::impurity::Impurities;
+use crate::impurity::{self, Impurities};
 use crate::ordinates::Quadrature;
 use crate::water;
 
@@ -21,7 +21,8 @@ pub(crate) const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
 const DEVIATION_RANGE: (f64, f64) = (0.0, 10.0);
 const DENSITY_RANGE_KG_M3: (f64, f64) = (10.0, 900.0);
 const TEMPERATURE_RANGE_C: (f64, f64) = (-60.0, 0.0);
-const SURFACE_AREA_RANGE_M2_KG: (f64, f64) = (1.0, 300.0);
+/// Down to grains of the greatest size.
+const SURFACE_AREA_RANGE_M2_KG: (f64, f64) = (1.4, 300.0);
 
 /// What a grain size measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -99,7 +100,7 @@ impl GrainSize {
     /// Grains of one optical diameter that have a specific surface area SSA = S/(V ρ_ice), in m²/kg.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] for an area outside 1–300 m²/kg.
+    /// [`TransportError::OutOfRange`] for an area outside 1.4–300 m²/kg.
     pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
         TransportError::check("specific surface area", area_m2_kg, SURFACE_AREA_RANGE_M2_KG, " m²/kg")?;
         let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
@@ -224,6 +225,20 @@ impl SnowSample {
         TransportError::check("water saturation", self.water_saturation, (0.0, 1.0), "")?;
         self.impurities.check()?;
         TransportError::check("temperature", self.temperature_c, TEMPERATURE_RANGE_C, " °C")
+    }
+
+    /// First and last wavelength, in nm, that the tables of all that the snow holds reach.
+    #[must_use]
+    pub fn range_nm(&self) -> (f64, f64) {
+        let mut range = Ice::new(self.ice).range_nm();
+        let mut cut = |(low, high): (f64, f64)| range = (range.0.max(low), range.1.min(high));
+        if self.water_saturation > 0.0 {
+            cut(water::RANGE_NM);
+        }
+        if !self.impurities.is_none() {
+            cut(impurity::RANGE_NM);
+        }
+        range
     }
 
     /// Checks that the tables of all that the snow holds reach `wavelength_nm`.

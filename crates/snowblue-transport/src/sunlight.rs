@@ -17,7 +17,6 @@
 use std::sync::LazyLock;
 
 use crate::TransportError;
-use crate::ice::{Ice, IceTable};
 use crate::slab::{Estimate, Incidence, Radiometry};
 use crate::spectral_table::SpectralTable;
 
@@ -38,7 +37,7 @@ static G173: LazyLock<SpectralTable> =
 /// A part of the sun's spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Band {
-    /// All of it that the model reaches: 300–2500 nm, weighted by energy.
+    /// All of it that the model reaches: 300–2500 nm in dry and clean snow, weighted by energy.
     Solar,
     /// 400–700 nm, weighted by energy.
     Visible,
@@ -91,13 +90,14 @@ impl Band {
         }
     }
 
-    /// First and last wavelength, in nm. The solar band begins where the table of ice does.
+    /// First and last wavelength, in nm, in snow whose tables reach from `reach_nm.0` to `reach_nm.1`
+    /// ([`crate::sample::SnowSample::range_nm`]): the solar band is as wide as they are, the near-infrared ends with them.
     #[must_use]
-    pub fn range_nm(self, ice: IceTable) -> (f64, f64) {
+    pub fn range_nm(self, reach_nm: (f64, f64)) -> (f64, f64) {
         match self {
-            Self::Solar => Ice::new(ice).range_nm(),
+            Self::Solar => reach_nm,
             Self::Visible | Self::Par => (400.0, 700.0),
-            Self::NearInfrared => (700.0, 2500.0),
+            Self::NearInfrared => (700.0, reach_nm.1),
         }
     }
 
@@ -111,13 +111,13 @@ impl Band {
 }
 
 impl BandWeights {
-    /// Weights of wavelengths that ascend, for snow of this ice.
+    /// Weights of wavelengths that ascend, for snow whose tables reach from `reach_nm.0` to `reach_nm.1`.
     ///
     /// # Errors
     /// [`TransportError::Descending`] if they do not ascend, [`TransportError::Uncovered`] if they leave a part of the band
     /// out, or a gap of more than [`MOST_STEP_NM`] in it.
-    pub fn new(band: Band, ice: IceTable, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
-        let range_nm = band.range_nm(ice);
+    pub fn new(band: Band, reach_nm: (f64, f64), wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
+        let range_nm = band.range_nm(reach_nm);
         check_cover(band, range_nm, wavelengths_nm)?;
         let integrals = integrals(wavelengths_nm, range_nm, |wavelength_nm| band.weight(wavelength_nm));
         let sum: f64 = integrals.iter().sum();
@@ -250,7 +250,7 @@ fn spectral_irradiance_w_m2_nm(wavelength_nm: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const WARREN: IceTable = IceTable::WarrenBrandt2008;
+    const WARREN: (f64, f64) = (300.0, 2500.0);
 
     fn curve(wavelengths_nm: &[f64], value: impl Fn(f64) -> f64) -> Vec<Radiometry> {
         let radiometry = |wavelength_nm: &f64| {
@@ -353,6 +353,6 @@ mod tests {
         let mut beyond = steps(400, 700, 20);
         beyond.push(1000.0);
         assert!(BandWeights::new(Band::Par, WARREN, &beyond).is_ok());
-        assert_eq!(Band::Solar.range_nm(IceTable::Picard2016), (320.0, 2500.0));
+        assert_eq!(Band::NearInfrared.range_nm((320.0, 1400.0)), (700.0, 1400.0));
     }
 }

@@ -9,6 +9,9 @@ use std::sync::LazyLock;
 use crate::TransportError;
 use crate::spectral_table::SpectralTable;
 
+/// First and last wavelength of both tables, in nm.
+pub const RANGE_NM: (f64, f64) = (300.0, 1400.0);
+
 static ABSORPTION: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../data/water_absorption_wopp_v3.csv")));
 
@@ -20,7 +23,7 @@ static INDEX: LazyLock<SpectralTable> =
 /// # Errors
 /// [`TransportError::OutOfRange`] if they do not.
 pub fn check_wavelength(wavelength_nm: f64) -> Result<(), TransportError> {
-    TransportError::check("wavelength in wet snow", wavelength_nm, ABSORPTION.range_nm(), " nm")
+    TransportError::check("wavelength in wet snow", wavelength_nm, RANGE_NM, " nm")
 }
 
 /// Refractive index of water, linear between the rows.
@@ -55,7 +58,7 @@ mod tests {
     #[test]
     fn tables_are_whole_and_ordered() {
         assert_eq!((ABSORPTION.ordered_rows(), INDEX.ordered_rows()), (Some(551), Some(221)));
-        assert_eq!((ABSORPTION.range_nm(), INDEX.range_nm()), ((300.0, 1400.0), (300.0, 1400.0)));
+        assert_eq!((ABSORPTION.range_nm(), INDEX.range_nm()), (RANGE_NM, RANGE_NM));
     }
 
     /// Absorption as printed: 400 nm from Mason et al. 2016, 700 nm from Röttgers et al. 2014; the index of water at the

@@ -1,6 +1,6 @@
 //! `snowblue database import` and `export`: tables from and to other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use snowblue_database::exchange::{self, Fixed};
@@ -9,7 +9,7 @@ use snowblue_database::file::{self, AnyTable};
 use super::Compression;
 use crate::failure::{Failure, Outcome};
 use crate::parse;
-use crate::report::{check_place, tell};
+use crate::report::{check_place, check_table_place, tell};
 
 /// Make a table of curves from another model or an instrument
 #[derive(Debug, Args)]
@@ -72,11 +72,22 @@ fn setting(words: &str) -> Result<(String, f64), String> {
     Ok((name.trim().to_owned(), value))
 }
 
+/// Whether two names stand for one file.
+fn same_file(one: &Path, other: &Path) -> bool {
+    one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+}
+
 impl Import {
     pub(super) fn run(&self, quiet: bool) -> Outcome {
-        check_place(&self.output)?;
+        check_table_place(&self.output)?;
+        if same_file(&self.file, &self.output) {
+            return Err(Failure::Input(format!("{}: would be overwritten by its own table", self.file.display())));
+        }
         self.compression.check()?;
         let fixed: Fixed = self.set.iter().cloned().collect();
+        if fixed.len() < self.set.len() {
+            return Err(Failure::Input("--set names something twice".to_owned()));
+        }
         let is_netcdf = self.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nc"));
         let import = if is_netcdf { exchange::import_netcdf } else { exchange::import_csv };
         let table = import(&self.file, &fixed).map_err(Failure::input)?;
@@ -109,6 +120,9 @@ impl Export {
             Format::Raw => exchange::export_raw,
             Format::Csv => exchange::export_csv,
         };
+        if let AnyTable::Shard(_) = table {
+            return Err(Failure::Input("a shard cannot be exported; merge it first".to_owned()));
+        }
         export(&table, &self.output).map_err(Failure::work)
     }
 }

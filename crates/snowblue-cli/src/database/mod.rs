@@ -16,8 +16,9 @@ use snowblue_transport::monte_carlo;
 
 use crate::failure::{Failure, Outcome};
 use crate::options::{IceWord, OrdinatesWords};
+use crate::parse;
 use crate::progress::Progress;
-use crate::report::{check_place, figures, print, tell};
+use crate::report::{check_table_place, figures, print, tell};
 
 use axes::AxesOptions;
 pub(crate) use compression::Compression;
@@ -76,7 +77,7 @@ struct Filling {
     #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = clap::value_parser!(u32).range(1024..=1 << 20))]
     tally_rays: u32,
     /// Rays of the Monte Carlo engine for each kind of grain, angle and index node
-    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS)]
+    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count)]
     rays: u64,
     #[command(flatten)]
     ordinates: OrdinatesWords,
@@ -145,7 +146,7 @@ impl Filling {
 
 impl Build {
     fn run(&self, quiet: bool) -> Outcome {
-        check_place(&self.output)?;
+        check_table_place(&self.output)?;
         self.compression.check()?;
         let told = if let Some(part) = self.shard {
             let (shard, times) =
@@ -191,7 +192,7 @@ impl Info {
                 (&table.axes, &table.metadata, format!("{components} components in {} space", table.space.name()))
             }
         };
-        let mut text = format!("{name}: {} curves of {} samples, {kind}\n", axes.curves(), axes.samples());
+        let mut text = format!("{name}: {} curves of {} kinds of snow, {kind}\n", axes.curves(), axes.samples());
         for (axis, unit, values) in axes.named() {
             let value =
                 |value: &f64| if axis == "angle" && *value < 0.0 { "diffuse".to_owned() } else { figures(*value) };

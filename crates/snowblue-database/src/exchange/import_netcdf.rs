@@ -24,6 +24,7 @@ pub fn import_netcdf(path: &Path, fixed: &Fixed) -> Result<Table, DatabaseError>
     let mut values: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
     for name in dimensions(path, &reader)? {
         let axis = axis_of(&name).ok_or_else(|| wrong(path, format!("dimension '{name}' is not an axis of snow")))?;
+        check_unit(path, &reader, &name, axis)?;
         values.insert(axis, read(path, &mut reader, &name)?);
     }
     let mut constants = BTreeMap::new();
@@ -52,6 +53,27 @@ pub fn import_netcdf(path: &Path, fixed: &Fixed) -> Result<Table, DatabaseError>
     let reflectance = filled.pop().unwrap_or_default();
     let transmittance = filled.pop().unwrap_or_default();
     Ok(Table { axes, transmittance, reflectance, errors: None, metadata: metadata(path, fixed) })
+}
+
+/// Checks that a coordinate's unit, if it tells one, is the axis's.
+fn check_unit(path: &Path, reader: &FileReader, name: &str, axis: &str) -> Result<(), DatabaseError> {
+    let known: &[&str] = match axis {
+        "grain_size" => &["um", "µm", "micrometer", "micrometers", "micron", "microns"],
+        "density" => &["kg m-3", "kg/m3", "kg m^-3", "kg/m^3", "kg m**-3", "kg/m³"],
+        "angle" => &["degree", "degrees", "deg", "°"],
+        "thickness" => &["cm", "centimeter", "centimeters"],
+        "wavelength" => &["nm", "nanometer", "nanometers"],
+        "temperature" => &["degree_Celsius", "degrees_Celsius", "celsius", "Celsius", "degC", "°C"],
+        "facetness" | "water_saturation" => &["1"],
+        _ => &["ng g-1", "ng/g", "ppb"],
+    };
+    match reader.data_set().get_var_attr_as_string(name, "units") {
+        Some(unit) if !unit.is_empty() && !known.contains(&unit.as_str()) => {
+            let unit: String = unit.chars().filter(|c| !c.is_control()).take(30).collect();
+            Err(wrong(path, format!("'{name}' has the unit '{unit}', but must be in {}", known[0])))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Names of all dimensions of both quantities.

@@ -74,7 +74,28 @@ fn axes(path: &Path, mut values: BTreeMap<&'static str, Vec<f64>>) -> Result<Axe
     }
     axes.further = Property::all().filter_map(|property| Some((property, values.remove(property.name())?))).collect();
     axes.check_order().map_err(|error| wrong(path, error.to_string()))?;
+    check_magnitudes(path, &axes)?;
     Ok(axes)
+}
+
+/// Checks that imported axes can be those of snow in their units: what is far off is in another unit.
+fn check_magnitudes(path: &Path, axes: &Axes) -> Result<(), DatabaseError> {
+    for (name, unit, values) in axes.named() {
+        let (low, high) = match name {
+            "grain_size" => (1.0, 1e5),
+            "facetness" | "water_saturation" => (0.0, 1.0),
+            "density" => (1.0, 1000.0),
+            "temperature" => (-100.0, 0.0),
+            "angle" => (DIFFUSE_ANGLE_DEG, 90.0),
+            "wavelength" => (100.0, 1e5),
+            _ => (0.0, 1e9),
+        };
+        if let Some(value) = values.iter().find(|value| !(low..=high).contains(*value)) {
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            return Err(wrong(path, format!("{name} is {value}{unit}, but must lie in {low}–{high}{unit}")));
+        }
+    }
+    Ok(())
 }
 
 fn is_diffuse(angle_deg: f64) -> bool {
