@@ -155,6 +155,25 @@ fn a_table_goes_through_its_file_into_a_picture() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the files");
 }
 
+/// T and R, on the grid and between its values, at steep and grazing angles.
+#[test]
+fn look_ups_are_judged_between_the_values_of_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("small.nc").to_str().unwrap().to_owned();
+    let snow = ["--grain-size", "200,300,400,500", "--facetness", "0.3", "--preset", "default", "--tally-rays", "1024"];
+    let form = ["--space", "log", "--components", "6", "--quiet", "-o", &table];
+    stdout(&[&["database", "build"][..], &snow, &form].concat());
+    let judge = ["database", "fidelity", "--off-grid", "5", &table];
+    let text = stdout(&judge);
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let samples = rows.iter().position(|row| row[0] == "quantity").unwrap();
+    let between = rows[samples + 1..].iter().filter(|row| row[1] == "log" && row[3] == "between").count();
+    assert_eq!((rows.len() - samples - 1, between), (8, 4), "{text}");
+    assert_ne!(stdout(&[&judge[..], &["--seed", "2"]].concat()), text, "other places");
+    assert!(refused(&[&judge[..], &["--interpolation", "paper"]].concat()).contains("small.nc"));
+    assert!(refused(&["database", "fidelity", &table, "--seed", "2"]).contains("--seed"));
+}
+
 #[test]
 fn spread_names_its_alternatives() {
     let text = stdout(&["spectrum", "--spread", "--thickness", "30", "--wavelengths", "450"]);

@@ -1,7 +1,7 @@
 //! The computed, compressed table of snow that every face of the product carries.
 //!
-//! It has the axes of the paper's Table 1 with thin and thick knots in the thickness, three principal components in log
-//! space for transmittance and for reflectance, and the ice of Warren & Brandt 2008. The example `embed` of
+//! It has the axes of the paper's Table 1 with thin and thick knots in the thickness and two more angles, six principal
+//! components in log space for transmittance and for reflectance, and the ice of Warren & Brandt 2008. The example `embed` of
 //! `snowblue-database` computes it; the file's attributes say how. A test computes random rows anew and compares.
 
 use std::sync::LazyLock;
@@ -16,10 +16,10 @@ static TABLE: LazyLock<CompressedTable> = LazyLock::new(|| {
 /// The embedded table.
 ///
 /// ```
-/// use snowblue_database::{GridSample, PcaSnow};
+/// use snowblue_database::{PcaSnow, TableSample};
 ///
-/// let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
-/// let snow = PcaSnow::new(snowblue_data::embedded(), sample)?;
+/// let sample = TableSample::new(420.0, 0.35, 310.0);
+/// let snow = PcaSnow::new(snowblue_data::embedded(), &sample)?;
 /// let mut spectrum = [0.0; 31];
 /// snow.transmittance(30.0, 0.0, &mut spectrum);
 /// // Behind 30 cm of snow there is ten times as much blue as red.

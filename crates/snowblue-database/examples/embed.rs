@@ -9,9 +9,6 @@ use std::process::ExitCode;
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::{Axes, CompressedTable, DatabaseError, Space};
 
-/// Components of the embedded table: with them every curve keeps its colour and its numbers.
-const COMPONENTS: usize = 3;
-
 fn main() -> ExitCode {
     let Some(path) = std::env::args_os().nth(1) else {
         complain("usage: embed FILE.nc");
@@ -28,7 +25,7 @@ fn main() -> ExitCode {
 
 fn embed(path: &Path) -> Result<(), DatabaseError> {
     let (table, _) = fill::fill(&Axes::with_thin_and_thick_knots(), &FillOptions::default(), &|_, _| ())?;
-    CompressedTable::new(&table, Space::Log, COMPONENTS)?.write(path)
+    CompressedTable::new(&table, Space::Log, Space::Log.usual_components())?.write(path)
 }
 
 #[expect(clippy::print_stderr, reason = "a program speaks to its user")]

@@ -1,10 +1,10 @@
 //! The axes of a table: what snow, how thick, under what light, at which wavelengths.
 
 use snowblue_transport::ice::IceTable;
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use crate::{DatabaseError, Property};
+use crate::{DatabaseError, Property, TableSample};
 
 /// Values along each axis, ascending. The last axis runs fastest in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +34,8 @@ const MOST_ANGLE_DEG: f64 = 89.99;
 /// Thin and thick knots beside the paper's thicknesses, in cm, for splines that hold from nothing to a metre of snow.
 const THIN_KNOTS_CM: [f64; 11] = [0.000_5, 0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12, 0.25, 0.5];
 const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
+/// The paper's angles with two more where transmittance bends most, in degrees.
+const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 89.0];
 
 impl Axes {
     /// Table 1 of the paper (Varsa & Baranoski 2024): 225 samples, 24,750 curves of 31 wavelengths.
@@ -56,12 +58,12 @@ impl Axes {
         }
     }
 
-    /// The paper's axes with thin and thick knots, as in the embedded table.
+    /// The paper's axes with thin and thick knots, 75° and 85°, as in the embedded table.
     #[must_use]
     pub fn with_thin_and_thick_knots() -> Self {
         let paper = Self::paper();
         let thicknesses_cm = [&THIN_KNOTS_CM[..], &paper.thicknesses_cm, &THICK_KNOTS_CM].concat();
-        Self { thicknesses_cm, ..paper }
+        Self { thicknesses_cm, angles_deg: ANGLES_DEG.to_vec(), ..paper }
     }
 
     /// Table 1 at 5 nm.
@@ -143,6 +145,12 @@ impl Axes {
     /// # Errors
     /// If the mean grain size stands for no range.
     pub fn sample(&self, number: usize, ice: IceTable) -> Result<SnowSample, DatabaseError> {
+        self.table_sample(number).snow(ice)
+    }
+
+    /// Sample number `number` by its values.
+    #[must_use]
+    pub fn table_sample(&self, number: usize) -> TableSample {
         let mut rest = number;
         let mut next = |values: &[f64]| {
             let value = values[rest % values.len()];
@@ -153,17 +161,7 @@ impl Axes {
         let further: Vec<(Property, f64)> =
             self.further.iter().rev().map(|(property, values)| (*property, next(values))).collect();
         let (density_kg_m3, facetness) = (next(&self.densities_kg_m3), next(&self.facetness));
-        let mut sample = SnowSample {
-            grain_size: GrainSize::around(next(&self.grain_sizes_um))?,
-            facetness: TruncatedNormal::facetness_around(facetness),
-            density_kg_m3,
-            ice,
-            ..SnowSample::default()
-        };
-        for (property, value) in further {
-            property.set(&mut sample, value);
-        }
-        Ok(sample)
+        TableSample { grain_size_um: next(&self.grain_sizes_um), facetness, density_kg_m3, further }
     }
 
     /// What a curve belongs to, as words: for reports of worst cases.

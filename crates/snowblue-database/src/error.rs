@@ -54,8 +54,8 @@ pub enum DatabaseError {
         /// The value.
         value: f64,
     },
-    /// A sample that is not on the table's grid.
-    #[error("{quantity} is {value}{unit}, but the table has {known}{unit}")]
+    /// A sample that is not on the grid of a table in linear space.
+    #[error("{quantity} is {value}{unit}, but the paper's form takes the table's own values alone: {known}{unit}")]
     OffGrid {
         /// The axis.
         quantity: &'static str,
@@ -65,6 +65,38 @@ pub enum DatabaseError {
         known: String,
         /// Unit with a leading space, or nothing.
         unit: &'static str,
+    },
+    /// A sample beyond the table.
+    #[error("{quantity} is {value}{unit}, but the table {covered}")]
+    OffAxis {
+        /// The axis.
+        quantity: &'static str,
+        /// What was asked.
+        value: f64,
+        /// What the table covers, in words.
+        covered: String,
+        /// Unit with a leading space, or nothing.
+        unit: &'static str,
+    },
+    /// A property that the table knows nothing of.
+    #[error("{quantity} is {value}{unit}, but the table has no axis of it and holds {usual}{unit} alone")]
+    NoAxis {
+        /// The property.
+        quantity: &'static str,
+        /// What was asked.
+        value: f64,
+        /// Unit with a leading space, or nothing.
+        unit: &'static str,
+        /// What the table's snow has.
+        usual: f64,
+    },
+    /// A table that does not say how it was filled.
+    #[error(
+        "the table's attribute {name} does not tell how discrete ordinates filled it, so that nothing can be computed to compare with"
+    )]
+    Metadata {
+        /// The attribute.
+        name: &'static str,
     },
     /// The singular value decomposition did not converge.
     #[error("the singular value decomposition did not converge")]

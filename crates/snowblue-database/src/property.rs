@@ -44,6 +44,32 @@ impl Property {
         }
     }
 
+    /// Whether it is the mass fraction of an impurity.
+    #[must_use]
+    pub fn is_impurity(self) -> bool {
+        matches!(self, Self::Impurity(_))
+    }
+
+    /// Its name in messages.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::WaterSaturation => "water saturation",
+            Self::Temperature => "temperature",
+            Self::Impurity(substance) => substance.name(),
+        }
+    }
+
+    /// Its unit behind a number in messages: with a leading space, or nothing.
+    #[must_use]
+    pub fn unit_beside(self) -> &'static str {
+        match self {
+            Self::WaterSaturation => "",
+            Self::Temperature => " °C",
+            Self::Impurity(_) => " ng/g",
+        }
+    }
+
     /// The value that snow has where nothing is said of it: dry, clean, −5 °C.
     #[must_use]
     pub fn usual(self) -> f64 {

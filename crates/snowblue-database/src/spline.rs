@@ -4,6 +4,8 @@
 //! *A Practical Guide to Splines*, ch. IV). The spline is linear in the values at the knots, so that interpolating l'
 //! coefficients is the same as interpolating the spectra that they stand for.
 
+use wide::f32x8;
+
 /// How much the values and second derivatives at two neighbouring knots count at some place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Piece {
@@ -15,19 +17,69 @@ pub(crate) struct Piece {
     pub(crate) curvatures: [f32; 2],
 }
 
+/// Ascending knots to look places up between. Where there are so few, to compare with all is quicker than to search.
+#[derive(Debug, Clone)]
+pub(crate) struct Knots {
+    ends: (f32, f32),
+    /// From each knot but the last to the next.
+    ways: Vec<Way>,
+    /// All knots but the first and the last, eight at a time, filled up with infinity.
+    inner: Vec<f32x8>,
+}
+
+/// From one knot to the next.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    start: f32,
+    width: f32,
+    per_width: f32,
+}
+
+impl Knots {
+    pub(crate) fn new(knots: &[f64]) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "look-ups run in single precision")]
+        let knots: Vec<f32> = knots.iter().map(|knot| *knot as f32).collect();
+        let way = |two: &[f32]| Way { start: two[0], width: two[1] - two[0], per_width: (two[1] - two[0]).recip() };
+        let ways: Vec<Way> = knots.windows(2).map(way).collect();
+        let inner: Vec<f32> = ways.iter().skip(1).map(|way| way.start).collect();
+        let eight =
+            |some: &[f32]| f32x8::new(std::array::from_fn(|lane| some.get(lane).copied().unwrap_or(f32::INFINITY)));
+        Self { ends: (knots[0], knots[knots.len() - 1]), ways, inner: inner.chunks(8).map(eight).collect() }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.ways.len() + 1
+    }
+
+    /// The first and the last.
+    pub(crate) fn ends(&self) -> (f32, f32) {
+        self.ends
+    }
+
+    /// The knot below `x`, how far it is from there to the next, and which share of that way `x` has gone; the first and
+    /// the last way go on beyond the ends. There must be two knots or more.
+    #[inline]
+    pub(crate) fn place(&self, x: f32) -> (usize, f32, f32) {
+        let everywhere = f32x8::splat(x);
+        let up_to = self.inner.iter().map(|eight| eight.simd_le(everywhere).to_bitmask().trailing_ones());
+        let below = up_to.sum::<u32>() as usize;
+        let way = &self.ways[below];
+        (below, way.width, (x - way.start) * way.per_width)
+    }
+}
+
+const SIXTH: f32 = 1.0 / 6.0;
+
 /// The piece that holds at `x`, at or above the first knot; beyond the last knot it goes on in a straight line.
 #[inline]
-pub(crate) fn piece(knots: &[f32], x: f32) -> Piece {
-    let last = knots.len() - 1;
-    let knot = knots[1..last].partition_point(|other| *other <= x);
-    let width = knots[knot + 1] - knots[knot];
-    let t = (x - knots[knot]) / width;
+pub(crate) fn piece(knots: &Knots, x: f32) -> Piece {
+    let (knot, width, t) = knots.place(x);
     if t > 1.0 {
-        let beyond = (t - 1.0) * width * width / 6.0;
+        let beyond = (t - 1.0) * width * width * SIXTH;
         return Piece { knot, values: [1.0 - t, t], curvatures: [beyond, 0.0] };
     }
     let s = 1.0 - t;
-    let scale = width * width / 6.0;
+    let scale = width * width * SIXTH;
     Piece { knot, values: [s, t], curvatures: [scale * (s * s * s - s), scale * (t * t * t - t)] }
 }
 
@@ -57,7 +109,7 @@ mod tests {
         #[expect(clippy::cast_possible_truncation, reason = "a test in single precision")]
         let single = |v: &[f64]| v.iter().map(|v| *v as f32).collect::<Vec<_>>();
         let (second, y) = (single(&curvatures(knots, values)), single(values));
-        let piece = piece(&single(knots), x);
+        let piece = piece(&Knots::new(knots), x);
         let k = piece.knot;
         piece.values[0] * y[k]
             + piece.values[1] * y[k + 1]

@@ -8,7 +8,7 @@ use snowblue_color::Illuminant;
 use snowblue_database::fidelity::{self, Fidelity, PERCEPTIBLE_DELTA_E};
 use snowblue_database::fill::{self, Engine, FillOptions};
 use snowblue_database::pca::Decomposition;
-use snowblue_database::{Axes, CompressedTable, GridSample, PcaSnow, Quantity, Space, Table};
+use snowblue_database::{Axes, CompressedTable, PcaSnow, Quantity, Space, Table, TableSample};
 use snowblue_transport::ordinates::Streams;
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
@@ -72,22 +72,25 @@ fn spectral_trends() {
     }
 }
 
-/// Algorithm 1 at the grid's own places returns the grid's curves, in both forms.
+/// Algorithm 1 at the grid's own places returns the grid's curves: the paper's form to the rounding of single precision, ours
+/// within the straight lines between its resampled values.
 #[test]
 fn look_up_meets_the_table() {
-    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
+    let sample = TableSample::new(400.0, 0.3, 300.0);
     let first = ((6 * 5 + 1) * 5 + 2) * TABLE.axes.curves_per_sample();
-    for (space, components) in [(Space::Linear, 2), (Space::Log, 3)] {
+    for (space, components, allowed) in [(Space::Linear, 2, 2e-5), (Space::Log, 3, 4e-3)] {
         let compressed = CompressedTable::new(&TABLE, space, components).unwrap();
-        let snow = PcaSnow::new(&compressed, sample).unwrap();
+        let snow = PcaSnow::new(&compressed, &sample).unwrap();
         let (mut found, mut rebuilt) = ([0.0_f32; 31], [0.0; 31]);
         for (angle, angle_deg) in [(0, 0.0), (4, 40.0), (9, 89.0_f32)] {
             for (thickness, thickness_cm) in [(0, 1.0), (7, 15.0), (10, 50.0_f32)] {
                 snow.transmittance(thickness_cm, angle_deg, &mut found);
                 compressed.transmittance.rebuild(first + angle * 11 + thickness, space, &mut rebuilt);
                 for (a, b) in found.iter().zip(&rebuilt) {
-                    // Single precision of coefficients up to 100 in log space, up to 1 in linear space.
-                    assert!((f64::from(*a) - b).abs() < 2e-5 * b.abs() + 2e-7, "{a} {b}");
+                    assert!(
+                        (f64::from(*a) - b).abs() < allowed * b.abs() + 2e-7,
+                        "{thickness_cm} cm, {angle_deg}°: {a} {b}"
+                    );
                 }
             }
         }
@@ -97,9 +100,9 @@ fn look_up_meets_the_table() {
 /// The paper's ends: 0 cm is white, beyond 100 cm black, beyond 89° nothing. The log form goes on instead.
 #[test]
 fn ends_of_both_forms() {
-    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
+    let sample = TableSample::new(400.0, 0.3, 300.0);
     let look_up = |space, thickness_cm, angle_deg| {
-        let snow = PcaSnow::new(&CompressedTable::new(&TABLE, space, 3).unwrap(), sample).unwrap();
+        let snow = PcaSnow::new(&CompressedTable::new(&TABLE, space, 3).unwrap(), &sample).unwrap();
         let mut spectrum = [f32::NAN; 31];
         snow.transmittance(thickness_cm, angle_deg, &mut spectrum);
         spectrum

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, Engine, FillOptions};
-use snowblue_database::{Axes, CompressedTable, DatabaseError, GridSample, PcaSnow, Quantity, Space, Table};
+use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
 use snowblue_transport::ordinates::Streams;
 
 fn small_table() -> Table {
@@ -96,10 +96,29 @@ fn broken_and_foreign_files_are_refused() {
 
 #[test]
 fn messages_name_the_axis_and_its_values() {
-    let compressed = CompressedTable::new(&small_table(), Space::Log, 3).unwrap();
-    let sample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 320.0 };
-    let message = PcaSnow::new(&compressed, sample).unwrap_err().to_string();
-    assert_eq!(message, "density is 320 kg/m³, but the table has 250, 300 kg/m³");
+    let message = |space, sample: TableSample| {
+        let compressed = CompressedTable::new(&small_table(), space, 3).unwrap();
+        PcaSnow::new(&compressed, &sample).unwrap_err().to_string()
+    };
+    assert_eq!(
+        message(Space::Linear, TableSample::new(400.0, 0.3, 320.0)),
+        "density is 320 kg/m³, but the paper's form takes the table's own values alone: 250, 300 kg/m³"
+    );
+    assert_eq!(
+        message(Space::Log, TableSample::new(401.0, 0.3, 320.0)),
+        "grain size is 401 µm, but the table covers 200–400 µm"
+    );
+    assert_eq!(
+        message(Space::Log, TableSample::new(400.0, 0.4, 320.0)),
+        "facetness is 0.4, but the table has 0.3 alone"
+    );
+    assert_eq!(
+        message(Space::Log, TableSample::new(400.0, 0.3, 950.0)),
+        "density is 950 kg/m³, but must lie in 10–900 kg/m³"
+    );
+    let wet = TableSample::new(400.0, 0.3, 300.0).with(Property::WaterSaturation, 0.1);
+    let missing = "water saturation is 0.1, but the table has no axis of it and holds 0 alone";
+    assert_eq!([Space::Linear, Space::Log].map(|space| message(space, wet.clone())), [missing; 2]);
     assert!(matches!(
         CompressedTable::new(&small_table(), Space::Log, 0),
         Err(DatabaseError::Components { components: 0, .. })

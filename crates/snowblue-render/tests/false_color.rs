@@ -49,7 +49,7 @@ fn channels_are_transmittances_of_the_table() {
     let table = infrared();
     let seen = through_snow(&table, &lamp("D65"));
     let mut transmittance = [0.0; 31];
-    let snow = PcaSnow::new(&table, SAMPLE).unwrap();
+    let snow = PcaSnow::new(&table, &SAMPLE).unwrap();
     snow.transmittance(2.0, 0.0, &mut transmittance);
     // The lamp is so far away that irradiance is 1 W/m² everywhere.
     for (channel, place) in [(seen.r, 21), (seen.g, 15), (seen.b, 5)] {

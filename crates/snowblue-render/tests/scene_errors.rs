@@ -67,7 +67,25 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             10,
             "density_kg_m3 is 1200 kg/m³, but must lie in 10 to 900 kg/m³",
         ),
-        ("density_kg_m3 = 300", "density_kg_m3 = 310", 6, "density is 310 kg/m³, but the table has 300 kg/m³"),
+        ("grain_size_um = 400", "grain_size_um = 410", 8, "grain size is 410 µm, but the table has 400 µm alone"),
+        (
+            "density_kg_m3 = 300",
+            "density_kg_m3 = 300\nwater_saturation = 0.1",
+            11,
+            "water saturation is 0.1, but the table has no axis of it and holds 0 alone",
+        ),
+        (
+            "density_kg_m3 = 300",
+            "density_kg_m3 = 300\nimpurities_ng_g = { black-carbon = 5 }",
+            11,
+            "black-carbon is 5 ng/g, but the table has no axis of it",
+        ),
+        (
+            "density_kg_m3 = 300",
+            "density_kg_m3 = 300\nimpurities_ng_g = { soot = 5 }",
+            11,
+            "unknown key `soot` in material.drift.impurities_ng_g; known are black-carbon, saharan-dust",
+        ),
         ("density_kg_m3 = 300", "density_kg_m3 = \"300\"", 10, "is a text, but must be a number"),
         ("density_kg_m3 = 300", "density_kg_m3 = nan", 10, "is NaN kg/m³"),
         (

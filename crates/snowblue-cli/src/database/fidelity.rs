@@ -1,13 +1,14 @@
-//! `snowblue database fidelity`: what compression costs.
+//! `snowblue database fidelity`: what compression costs, and what look-ups between a table's values do.
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use snowblue_color::Illuminant;
-use snowblue_database::fidelity::{self, PERCEPTIBLE_DELTA_E};
+use snowblue_database::fidelity::off_grid::{Interpolation, OffGrid, off_grid};
+use snowblue_database::fidelity::{self, PERCEPTIBLE_DELTA_E, Spread};
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::pca::Decomposition;
-use snowblue_database::{DatabaseError, Quantity, Space, Table};
+use snowblue_database::{CompressedTable, DatabaseError, Quantity, Space, Table};
 
 use super::Filling;
 use crate::failure::{Failure, Outcome};
@@ -22,14 +23,21 @@ use crate::report::{Cell, Report};
     after_help = "Each row tells the errors of all rebuilt curves: worst, 99th percentile, mean; which curves are worst; \
 and the singular value of the row's last component.
 
+With --off-grid, look-ups at random thicknesses (0.01–100 cm) and angles (0–80° and 80–89°) are compared with direct \
+solutions by the same rays and seed as the table's, so that errors are those of interpolation alone: for the table's own \
+snow (samples 'grid') and, in log space, for snow between its values ('between'). Relative errors are told apart where the \
+value is above 1e-6 ('bright') and everywhere.
+
 Examples:
   snowblue database fidelity full.nc
   snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 --format csv -o fidelity.csv
-  snowblue database fidelity walked.nc --truth solved.nc     what the noise of few rays does to components and colours"
+  snowblue database fidelity walked.nc --truth solved.nc     what the noise of few rays does to components and colours
+  snowblue database fidelity --off-grid 200                  look-ups in the embedded table, and the paper's
+  snowblue database fidelity --off-grid 200 --seed 2 small.nc"
 )]
 pub(crate) struct Fidelity {
-    /// Full table to judge [default: the axes asked for, filled now]
-    #[arg(conflicts_with_all = ["Filling", "AxesOptions", "OrdinatesWords"])]
+    /// Full table to judge, with --off-grid of either kind [default: the axes asked for, filled now]
+    #[arg(conflicts_with_all = ["Filling", "AxesOptions", "streams"])]
     file: Option<PathBuf>,
     #[command(flatten)]
     filling: Filling,
@@ -39,6 +47,12 @@ pub(crate) struct Fidelity {
     /// Most components to judge [1–31]
     #[arg(long, value_name = "N", default_value_t = 4)]
     components: usize,
+    /// Compare look-ups with direct solutions at this many random places, chosen by --seed
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with_all = ["truth", "components"])]
+    off_grid: Option<u32>,
+    /// Whose look-ups: the paper's, of a table in linear space, or ours, in log space [default: both]
+    #[arg(long, value_name = "FORM", value_enum, requires = "off_grid")]
+    interpolation: Option<Form>,
     /// CIE illuminants to see colours under, by commas
     #[arg(
         long, value_name = "NAMES", default_value = "D65", value_delimiter = ',', value_parser = parse::illuminant,
@@ -47,6 +61,13 @@ pub(crate) struct Fidelity {
     illuminant: Vec<Illuminant>,
     #[command(flatten)]
     output: OutputOptions,
+}
+
+/// How a table is looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Form {
+    Paper,
+    Log,
 }
 
 const COLUMNS: [&str; 15] = [
@@ -67,8 +88,45 @@ const COLUMNS: [&str; 15] = [
     "worst_delta_e_curve",
 ];
 
+const OFF_GRID_COLUMNS: [&str; 19] = [
+    "quantity",
+    "interpolation",
+    "components",
+    "samples",
+    "least_angle_deg",
+    "most_angle_deg",
+    "illuminant",
+    "bright_worst",
+    "bright_p99",
+    "bright_mean",
+    "relative_worst",
+    "relative_p99",
+    "relative_mean",
+    "delta_e_worst",
+    "delta_e_p99",
+    "delta_e_mean",
+    "worst_bright_place",
+    "worst_relative_place",
+    "worst_delta_e_place",
+];
+
+impl Form {
+    fn of(space: Space) -> Self {
+        match space {
+            Space::Linear => Self::Paper,
+            Space::Log => Self::Log,
+        }
+    }
+}
+
 impl Fidelity {
     pub(super) fn run(&self, quiet: bool) -> Outcome {
+        if let Some(places) = self.off_grid {
+            return self.off_grid(places, quiet);
+        }
+        if self.file.is_some() && self.filling.ordinates.seed != 1 {
+            return Err(Failure::Input("--seed is of no use to a table that is filled already".to_owned()));
+        }
         let table = match &self.file {
             None => self.filling.table(quiet)?.0,
             Some(path) => full(path)?,
@@ -85,6 +143,51 @@ impl Fidelity {
             ("the paper claims", claim.to_owned()),
         ];
         Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
+    }
+
+    fn off_grid(&self, places: u32, quiet: bool) -> Outcome {
+        let [illuminant] = self.illuminant[..] else {
+            return Err(Failure::Input("--off-grid takes one illuminant".to_owned()));
+        };
+        let asked = OffGrid { places: places as usize, seed: self.filling.ordinates.seed, illuminant };
+        let mut rows = Vec::new();
+        for table in self.looked_up(quiet)? {
+            for found in off_grid(&table, &asked).map_err(Failure::input)? {
+                rows.push(off_grid_row(&table, illuminant, &found));
+            }
+        }
+        let metadata = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("places in each row", places.to_string()),
+            ("bright", "where the value is above 1e-6".to_owned()),
+        ];
+        Report { columns: OFF_GRID_COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
+    }
+
+    /// The tables to look up in, one for each form that is asked for.
+    fn looked_up(&self, quiet: bool) -> Result<Vec<CompressedTable>, Failure> {
+        let wanted = |space: &Space| self.interpolation.is_none_or(|form| form == Form::of(*space));
+        let spaces = [Space::Linear, Space::Log].into_iter().filter(wanted);
+        let compress = |table: &Table, space: Space| {
+            CompressedTable::new(table, space, space.usual_components().min(table.axes.wavelengths_nm.len()))
+        };
+        let Some(path) = &self.file else {
+            return spaces
+                .map(|space| match space {
+                    Space::Linear => compress(&self.filling.table(quiet)?.0, space).map_err(Failure::input),
+                    Space::Log => Ok(snowblue_data::embedded().clone()),
+                })
+                .collect();
+        };
+        match file::read(path).map_err(Failure::input)? {
+            AnyTable::Full(table) => spaces.map(|space| compress(&table, space).map_err(Failure::input)).collect(),
+            AnyTable::Compressed(table) if wanted(&table.space) => Ok(vec![table]),
+            other => Err(Failure::Input(format!(
+                "{}: is {}, which this look-up does not take",
+                path.display(),
+                other.kind()
+            ))),
+        }
     }
 
     fn judge(&self, table: &Table, truth: &Table) -> Result<Vec<Vec<Cell>>, DatabaseError> {
@@ -129,6 +232,28 @@ fn row(
     row.extend(numbers.map(Cell::from));
     // Commas would part the words in CSV.
     row.extend([rmse, delta_e].map(|spread| Cell::Word(table.axes.describe(spread.worst_curve).replace(',', ";"))));
+    row
+}
+
+fn off_grid_row(table: &CompressedTable, illuminant: Illuminant, found: &Interpolation) -> Vec<Cell> {
+    let word = |word: &str| Cell::Word(word.replace(',', ";"));
+    let form = match Form::of(table.space) {
+        Form::Paper => "paper",
+        Form::Log => "log",
+    };
+    let (low_deg, high_deg) = found.angles_deg;
+    let mut row = vec![
+        word(found.quantity.name()),
+        word(form),
+        (table.components(found.quantity).count as f64).into(),
+        word(if found.between_samples { "between" } else { "grid" }),
+        low_deg.into(),
+        high_deg.into(),
+        word(illuminant.name()),
+    ];
+    let numbers = |spread: &Spread| [spread.worst, spread.percentile_99, spread.mean].map(Cell::from);
+    row.extend([&found.bright, &found.relative, &found.delta_e].into_iter().flat_map(numbers));
+    row.extend(found.worst.iter().map(|place| word(place)));
     row
 }
 

@@ -116,13 +116,37 @@ pub fn fill_grains(
     }
 }
 
+/// How a table was filled by discrete ordinates, told by its metadata, so that more of the same can be computed.
+///
+/// # Errors
+/// [`DatabaseError::Metadata`] for what is missing or makes no sense: other models' tables do not say.
+pub fn told_by(metadata: &[(String, String)]) -> Result<FillOptions, DatabaseError> {
+    let word = |name: &'static str| {
+        let found = metadata.iter().find(|(other, _)| other == name);
+        found.map(|(_, word)| word.as_str()).ok_or(DatabaseError::Metadata { name })
+    };
+    fn number<N: std::str::FromStr>(name: &'static str, word: &str) -> Result<N, DatabaseError> {
+        word.parse().map_err(|_| DatabaseError::Metadata { name })
+    }
+    let streams = match word("streams")? {
+        "auto" => Streams::Auto,
+        word => Streams::Exactly(number("streams", word)?),
+    };
+    streams.check()?;
+    let tally_rays = number("tally_rays", word("tally_rays")?)?;
+    let ice = [IceTable::WarrenBrandt2008, IceTable::Picard2016];
+    let ice_constants = word("ice_constants")?;
+    let ice = ice.into_iter().find(|ice| ice_name(*ice) == ice_constants);
+    Ok(FillOptions {
+        engine: Engine::Ordinates { streams, tally_rays },
+        seed: number("seed", word("seed")?)?,
+        ice: ice.ok_or(DatabaseError::Metadata { name: "ice_constants" })?,
+    })
+}
+
 /// How a table was made, by name.
 #[must_use]
 pub fn metadata(options: &FillOptions) -> Vec<(String, String)> {
-    let ice = match options.ice {
-        IceTable::WarrenBrandt2008 => "Warren & Brandt 2008",
-        IceTable::Picard2016 => "Picard, Libois & Arnaud 2016; Warren & Brandt 2008 above 600 nm",
-    };
     let engine = match options.engine {
         Engine::Ordinates { streams, tally_rays } => {
             vec![
@@ -139,8 +163,15 @@ pub fn metadata(options: &FillOptions) -> Vec<(String, String)> {
     ];
     let last = [
         ("seed", options.seed.to_string()),
-        ("ice_constants", ice.to_owned()),
+        ("ice_constants", ice_name(options.ice).to_owned()),
         ("grain_size_measure", "greatest extension, mean of a uniform range of +-50 um".to_owned()),
     ];
     first.into_iter().chain(engine).chain(last).map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn ice_name(ice: IceTable) -> &'static str {
+    match ice {
+        IceTable::WarrenBrandt2008 => "Warren & Brandt 2008",
+        IceTable::Picard2016 => "Picard, Libois & Arnaud 2016; Warren & Brandt 2008 above 600 nm",
+    }
 }

@@ -1,6 +1,6 @@
 //! The `[material.NAME]` tables.
 
-use snowblue_database::{CompressedTable, GridSample, PcaSnow};
+use snowblue_database::{CompressedTable, DatabaseError, PcaSnow, Property, TableSample};
 use toml::de::DeTable;
 
 use crate::chord::Exit;
@@ -13,6 +13,11 @@ use crate::retina::Retina;
 use crate::scene_file::Overrides;
 use crate::scene_file::section::{SceneText, Section};
 use crate::spectrum::wavelengths_nm;
+
+/// Keys of snow that is not dry, clean and at −5 °C.
+const WATER_SATURATION: &str = "water_saturation";
+const TEMPERATURE_C: &str = "temperature_c";
+const IMPURITIES_NG_G: &str = "impurities_ng_g";
 
 /// A material with its name in the file.
 pub(super) type Named = (String, Material);
@@ -66,16 +71,14 @@ fn read_snow(
         "grain_size_um",
         "facetness",
         "density_kg_m3",
+        WATER_SATURATION,
+        TEMPERATURE_C,
+        IMPURITIES_NG_G,
         "path",
         "exit",
         "emission",
         "reflectance",
     ])?;
-    let sample = GridSample {
-        grain_size_um: section.number("grain_size_um", None, 20.0..=5000.0, "µm")?,
-        facetness: section.number("facetness", None, 0.0..=1.0, "")?,
-        density_kg_m3: section.number("density_kg_m3", None, 10.0..=900.0, "kg/m³")?,
-    };
     let paths = [
         ("easiest", PathMode::Easiest),
         ("normal", PathMode::Normal),
@@ -89,7 +92,7 @@ fn read_snow(
     } else {
         section.choice("reflectance", Reflection::Table, &[])?
     };
-    let snow = PcaSnow::new(table, sample).map_err(|error| section.error(error.to_string()))?;
+    let snow = read_curves(section, table)?;
     let wanted = wavelengths_nm();
     let fits = snow.wavelengths_nm().len() == wanted.len()
         && snow.wavelengths_nm().iter().zip(wanted).all(|(one, other)| (one - other).abs() < 1e-6);
@@ -106,4 +109,47 @@ fn read_snow(
         reflection,
         luminance: retina.luminance(),
     })
+}
+
+/// The curves of the snow that a material is made of.
+fn read_curves(section: &Section, table: &CompressedTable) -> Result<PcaSnow, RenderError> {
+    let mut sample = TableSample::new(
+        section.number("grain_size_um", None, 20.0..=5000.0, "µm")?,
+        section.number("facetness", None, 0.0..=1.0, "")?,
+        section.number("density_kg_m3", None, 10.0..=900.0, "kg/m³")?,
+    );
+    for (key, property, range, unit) in [
+        (WATER_SATURATION, Property::WaterSaturation, 0.0..=1.0, ""),
+        (TEMPERATURE_C, Property::Temperature, -60.0..=0.0, "°C"),
+    ] {
+        if section.has(key) {
+            sample = sample.with(property, section.number(key, None, range, unit)?);
+        }
+    }
+    if let Some(contents) = section.table(IMPURITIES_NG_G)? {
+        let impurities: Vec<Property> = Property::all().filter(|property| property.is_impurity()).collect();
+        contents.only(&impurities.iter().map(|impurity| impurity.title()).collect::<Vec<_>>())?;
+        for impurity in impurities.into_iter().filter(|impurity| contents.has(impurity.title())) {
+            sample = sample.with(impurity, contents.number(impurity.title(), None, 0.0..=1e7, "ng/g")?);
+        }
+    }
+    PcaSnow::new(table, &sample).map_err(|error| section.error_at(key_of(&error), error.to_string()))
+}
+
+/// The key of the value that a table does not reach.
+fn key_of(error: &DatabaseError) -> &'static str {
+    let (DatabaseError::OffGrid { quantity, .. }
+    | DatabaseError::OffAxis { quantity, .. }
+    | DatabaseError::NoAxis { quantity, .. }) = error
+    else {
+        return "type";
+    };
+    match *quantity {
+        "grain size" => "grain_size_um",
+        "facetness" => "facetness",
+        "density" => "density_kg_m3",
+        "water saturation" => WATER_SATURATION,
+        "temperature" => TEMPERATURE_C,
+        _ => IMPURITIES_NG_G,
+    }
 }

@@ -6,6 +6,8 @@
 //! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1
 //! [material.NAME]          # type = "diffuse": reflectance
 //!                          # type = "pca_snow": grain_size_um, facetness, density_kg_m3,
+//!                          #   where the table has axes of them: water_saturation = 0, temperature_c = -5,
+//!                          #   impurities_ng_g = { black-carbon = 0, … },
 //!                          #   path = "easiest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
 //! [[light]]                # type = "point": position, illuminant = "D65", radiant_intensity_w_sr

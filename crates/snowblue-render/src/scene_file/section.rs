@@ -126,6 +126,12 @@ impl<'text> Section<'text> {
         }
     }
 
+    /// A table within this one, if the key is there.
+    pub(crate) fn table(&self, key: &str) -> Read<Option<Self>> {
+        let inner = self.table.get(key);
+        inner.map(|value| Self::new(self.source, self.full_name(key), value)).transpose()
+    }
+
     /// A text, if the key is there.
     pub(crate) fn text(&self, key: &str) -> Read<Option<&'text str>> {
         let Some(value) = self.value(key) else {

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::Vec3A;
 use snowblue_database::pca::Components;
-use snowblue_database::{Axes, CompressedTable, GridSample, PcaSnow, Space, fill};
+use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
 use snowblue_render::camera::{PinholeCamera, View};
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
@@ -16,7 +16,7 @@ use snowblue_render::scene_file::Overrides;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// The sample that both tables hold.
-pub(crate) const SAMPLE: GridSample = GridSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0 };
+pub(crate) const SAMPLE: TableSample = TableSample::new(400.0, 0.3, 300.0);
 
 /// A pca_snow material of that sample, ready for more keys.
 pub(crate) const SNOW: &str =
@@ -102,7 +102,7 @@ pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
 
 /// The curves of the sample.
 pub(crate) fn curves(table: &CompressedTable) -> PcaSnow {
-    PcaSnow::new(table, SAMPLE).unwrap()
+    PcaSnow::new(table, &SAMPLE).unwrap()
 }
 
 /// Directions spread evenly over the sphere.

@@ -1,4 +1,7 @@
-//! How well a few components keep every curve: as numbers (RMSE) and as an eye would see them (ΔE*ab 1976).
+//! How well a few components keep every curve: as numbers (RMSE) and as an eye would see them (ΔE*ab 1976); and how well
+//! look-ups between the curves do ([`off_grid`]).
+
+pub mod off_grid;
 
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
@@ -17,12 +20,12 @@ struct CurveError {
     negative: usize,
 }
 
-/// Statistics of one measure over all curves.
+/// Statistics of one measure over all curves, or over all places.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
     /// Greatest value.
     pub worst: f64,
-    /// The curve that has it.
+    /// The curve or place that has it.
     pub worst_curve: usize,
     /// 99th percentile.
     pub percentile_99: f64,
@@ -120,9 +123,12 @@ pub fn judge(
     })
 }
 
-/// Worst, 99th percentile (nearest rank) and mean.
+/// Worst, 99th percentile (nearest rank) and mean; of nothing, nothing.
 fn spread(values: impl Iterator<Item = f64>) -> Spread {
     let mut ranked: Vec<(f64, usize)> = values.enumerate().map(|(i, value)| (value, i)).collect();
+    if ranked.is_empty() {
+        return Spread { worst: 0.0, worst_curve: 0, percentile_99: 0.0, mean: 0.0 };
+    }
     let mean = ranked.iter().map(|(value, _)| value).sum::<f64>() / ranked.len() as f64;
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (worst, worst_curve) = ranked[ranked.len() - 1];

@@ -1,0 +1,171 @@
+//! Laws of the look-up, and what its own grid and the snow between a table's values cost.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and look-ups are single")]
+
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use snowblue_color::Illuminant;
+use snowblue_database::fidelity::off_grid::{OffGrid, off_grid};
+use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
+use snowblue_transport::impurity::Substance;
+
+const SNOW: TableSample = TableSample::new(300.0, 0.3, 300.0);
+
+fn fill(axes: &Axes) -> Table {
+    fill::fill(axes, &FillOptions::by_ordinates(1 << 12), &|_, _| ()).unwrap().0
+}
+
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
+    fill(&Axes {
+        grain_sizes_um: vec![200.0, 250.0, 300.0, 350.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![250.0, 300.0],
+        ..Axes::with_thin_and_thick_knots()
+    })
+});
+static COMPRESSED: LazyLock<CompressedTable> = LazyLock::new(|| CompressedTable::new(&TABLE, Space::Log, 6).unwrap());
+static LOOKED_UP: LazyLock<PcaSnow> = LazyLock::new(|| PcaSnow::new(&COMPRESSED, &SNOW).unwrap());
+
+fn transmittance(snow: &PcaSnow, thickness_cm: f32, angle_deg: f32) -> [f32; 31] {
+    let mut spectrum = [f32::NAN; 31];
+    snow.transmittance(thickness_cm, angle_deg, &mut spectrum);
+    spectrum
+}
+
+fn reflectance(snow: &PcaSnow, thickness_cm: f32, angle_deg: f32) -> [f32; 31] {
+    let mut spectrum = [f32::NAN; 31];
+    snow.reflectance(thickness_cm, angle_deg, &mut spectrum);
+    spectrum
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// More snow passes less, reflects no less, and gives back no more than it gets, at any angle and across all cells.
+    #[test]
+    fn thicker_snow_is_darker(logarithm in -9.0..5.0_f32, angle_deg in 0.0..89.0_f32, step in 0.01..0.5_f32) {
+        let (thin, thick) = (logarithm.exp(), (logarithm + step).exp());
+        let (before, after) = (transmittance(&LOOKED_UP, thin, angle_deg), transmittance(&LOOKED_UP, thick, angle_deg));
+        let (dark, bright) = (reflectance(&LOOKED_UP, thin, angle_deg), reflectance(&LOOKED_UP, thick, angle_deg));
+        for w in 0..31 {
+            prop_assert!(before[w] >= after[w] && before[w] < 1.0 + 1e-6, "{thin} {angle_deg} {w}");
+            prop_assert!(bright[w] >= dark[w] * (1.0 - 1e-4), "{thin} {angle_deg} {w}");
+            // Straight lines between knots and nodes; in layers of a few grains' breadth the table itself has too few.
+            let most = if thin < 0.01 { 1.05 } else { 1.005 };
+            prop_assert!(before[w] + dark[w] <= most, "{thin} {angle_deg} {w}");
+        }
+    }
+
+    /// A step of a millionth changes nothing that can be seen, wherever it is: neither cells nor knots leave a jump.
+    #[test]
+    fn neighbours_are_alike(logarithm in -9.0..4.6_f32, angle_deg in 0.0..88.9_f32) {
+        let thickness_cm = logarithm.exp();
+        let here = transmittance(&LOOKED_UP, thickness_cm, angle_deg);
+        for beside in [
+            transmittance(&LOOKED_UP, thickness_cm * (1.0 + 1e-6), angle_deg),
+            transmittance(&LOOKED_UP, thickness_cm, angle_deg + 1e-5),
+        ] {
+            for (a, b) in here.iter().zip(beside) {
+                // ln T of up to 50, times a millionth and some roundings.
+                prop_assert!((a - b).abs() <= 1e-4 * a.abs(), "{thickness_cm} {angle_deg}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_snow_passes_everything() {
+    for angle_deg in [0.0, 33.0, 88.0] {
+        assert!(transmittance(&LOOKED_UP, 0.0, angle_deg).iter().all(|t| t.to_bits() == 1.0_f32.to_bits()));
+        assert!(transmittance(&LOOKED_UP, 1e-7, angle_deg).iter().all(|t| (t - 1.0).abs() < 1e-3));
+        assert!(reflectance(&LOOKED_UP, 1e-7, angle_deg).iter().all(|r| *r < 1e-3));
+    }
+}
+
+/// At the table's own places the resampled curves are the table's, within the straight lines of the grid: .3 % of T and,
+/// in layers from .008 cm, .6 % of R.
+#[test]
+fn resampling_keeps_the_table() {
+    let axes = &TABLE.axes;
+    let sample = 2 * 2 + 1;
+    let mut rebuilt = [0.0; 31];
+    for (quantity, most) in [(Quantity::Transmittance, 0.003), (Quantity::Reflectance, 0.006)] {
+        for (a, angle_deg) in axes.angles_deg.iter().enumerate() {
+            for (t, thickness_cm) in axes.thicknesses_cm.iter().enumerate().filter(|(_, h)| **h > 0.007) {
+                let curve = sample * axes.curves_per_sample() + a * axes.thicknesses_cm.len() + t;
+                COMPRESSED.components(quantity).rebuild(curve, Space::Log, &mut rebuilt);
+                let look_up = if quantity == Quantity::Transmittance { transmittance } else { reflectance };
+                for (found, table) in look_up(&LOOKED_UP, *thickness_cm as f32, *angle_deg as f32).iter().zip(&rebuilt)
+                {
+                    let error = (f64::from(*found) / table - 1.0).abs();
+                    assert!(error < most, "{}: {error}", axes.describe(curve));
+                }
+            }
+        }
+    }
+}
+
+/// Dry snow knows only the product of density and thickness: any density, also beyond the table's, is exact.
+#[test]
+fn density_is_a_thickness() {
+    for (density_kg_m3, known) in [(100.0, 250.0), (280.0, 300.0), (600.0, 300.0)] {
+        let one = PcaSnow::new(&COMPRESSED, &TableSample { density_kg_m3, ..SNOW }).unwrap();
+        let other = PcaSnow::new(&COMPRESSED, &TableSample { density_kg_m3: known, ..SNOW }).unwrap();
+        for thickness_cm in [0.01, 0.5, 20.0_f32] {
+            let thicker = thickness_cm * (density_kg_m3 / known) as f32;
+            for look_up in [transmittance, reflectance] {
+                for (a, b) in look_up(&one, thickness_cm, 40.0).iter().zip(look_up(&other, thicker, 40.0)) {
+                    assert!((a - b).abs() < 1e-5 * b, "{density_kg_m3} kg/m³, {thickness_cm} cm: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+/// Wet, cold and sooty snow between the values of its axes is near a direct solution with the same rays. The first traces
+/// of soot are the hardest: ice itself absorbs next to nothing in the blue.
+#[test]
+fn further_properties_are_interpolated() {
+    let soot = Property::Impurity(Substance::BlackCarbon);
+    let axes = |further| Axes {
+        grain_sizes_um: vec![300.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![200.0, 300.0, 400.0],
+        further,
+        ..Axes::with_thin_and_thick_knots()
+    };
+    let compress = |axes: &Axes| CompressedTable::new(&fill(axes), Space::Log, 6).unwrap();
+    let wet = vec![(Property::WaterSaturation, vec![0.0, 0.1, 0.2, 0.3]), (Property::Temperature, vec![-20.0, -5.0])];
+    let sooty = compress(&axes(vec![(soot, vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0])]));
+    let asked = OffGrid { places: 40, seed: 5, illuminant: Illuminant::D65 };
+    for (table, most_steep) in [(&compress(&axes(wet)), 0.015), (&sooty, 0.06)] {
+        for found in off_grid(table, &asked).unwrap() {
+            let most = if found.angles_deg.0 > 70.0 { 2.0 * most_steep } else { most_steep };
+            assert!(found.bright.worst < most && found.delta_e.worst < 0.5, "{found:#?}");
+        }
+    }
+    assert_eq!(
+        PcaSnow::new(&sooty, &SNOW.with(soot, 200.0)).unwrap_err().to_string(),
+        "black-carbon is 200 ng/g, but the table covers 0–100 ng/g"
+    );
+}
+
+/// A table of the engine tells its errors between the values; one of which nothing is known is refused.
+#[test]
+fn errors_between_the_values_are_told() {
+    let asked = OffGrid { places: 30, seed: 1, illuminant: Illuminant::D65 };
+    let rows = off_grid(&COMPRESSED, &asked).unwrap();
+    assert_eq!(rows.len(), 2 * 2 * 2);
+    for row in &rows {
+        let most = if row.angles_deg.0 > 70.0 { 0.03 } else { 0.01 };
+        assert!(row.bright.worst < most && row.bright.mean > 0.0 && row.delta_e.worst < 1.0, "{row:#?}");
+        assert!(row.relative.worst >= row.bright.worst && row.worst.iter().all(|place| place.contains(" cm")));
+    }
+    // The paper's form, of grid samples alone, goes far astray where there is least light.
+    let linear = off_grid(&CompressedTable::new(&TABLE, Space::Linear, 2).unwrap(), &asked).unwrap();
+    assert!(linear.len() == 4 && linear[0].bright.worst > 10.0 * rows[0].bright.worst, "{linear:#?}");
+    let unknown = CompressedTable { metadata: vec![], ..COMPRESSED.clone() };
+    assert!(matches!(off_grid(&unknown, &asked), Err(DatabaseError::Metadata { name: "streams" })));
+}
