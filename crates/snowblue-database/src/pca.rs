@@ -11,6 +11,9 @@ use crate::{Axes, DatabaseError, Quantity, Table};
 /// Most components that a compressed table keeps.
 pub const MOST_COMPONENTS: usize = 31;
 
+/// Shares of light below this are one to the log space: beyond the reach of single precision, and of any use.
+pub const DARKEST: f64 = 1e-40;
+
 /// What the principal components are taken of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Space {
@@ -68,12 +71,12 @@ impl Space {
         }
     }
 
-    /// From a value into this space.
+    /// From a value into this space; in the log space what is darker than [`DARKEST`] counts as that.
     #[must_use]
     pub fn enter(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
-            Self::Log => value.ln(),
+            Self::Log => value.max(DARKEST).ln(),
         }
     }
 
@@ -99,12 +102,13 @@ impl Decomposition {
     /// Decomposes the curves of a quantity.
     ///
     /// # Errors
-    /// In the log space, if a value is not positive.
+    /// In the log space, if a value is negative, or if it is 0 for want of rays.
     pub fn new(table: &Table, quantity: Quantity, space: Space) -> Result<Self, DatabaseError> {
         let wavelengths = table.axes.wavelengths_nm.len();
         let values = table.values(quantity);
         if space == Space::Log
-            && let Some(place) = values.iter().position(|value| *value <= 0.0)
+            && let Some(place) =
+                values.iter().position(|value| *value < 0.0 || (*value == 0.0 && table.errors.is_some()))
         {
             let curve = table.axes.describe(place / wavelengths);
             return Err(DatabaseError::NoLogarithm { quantity: quantity.name(), curve, value: values[place] });

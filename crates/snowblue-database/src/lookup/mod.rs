@@ -62,6 +62,9 @@ impl PcaSnow {
     /// [`DatabaseError::NoAxis`] if the table knows nothing of it.
     pub fn new(table: &CompressedTable, sample: &TableSample) -> Result<Self, DatabaseError> {
         let axes = &table.axes;
+        if axes.angles_deg.is_empty() {
+            return Err(DatabaseError::AxisRange { name: "angle", what: "an angle, since look-ups are of beams" });
+        }
         let blend = match table.space {
             Space::Linear => Blend::on_grid(axes, sample)?,
             Space::Log => Blend::between(axes, sample)?,
