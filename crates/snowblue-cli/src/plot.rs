@@ -5,6 +5,7 @@
 //! with shapes of the `svg` crate: the plotting crates round places to whole pixels, or have no polar plot of two halves.
 
 mod chart;
+mod fidelity;
 mod polar;
 mod spectra;
 
@@ -19,6 +20,7 @@ use crate::failure::{Failure, Outcome};
 use crate::report::write_file;
 
 pub(crate) use chart::{Area, Chart, Entry, Look, Panel};
+pub(crate) use fidelity::{Cost, fidelity};
 pub(crate) use polar::bsdf;
 pub(crate) use spectra::spectrum;
 

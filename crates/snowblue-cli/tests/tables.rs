@@ -139,6 +139,10 @@ fn the_walk_fills_tables_too_and_its_noise_is_judged() {
         "--format",
         "csv",
     ]);
+    let drawing = folder.path().join("cost.svg");
+    let plot = ["--components", "2", "--plot", drawing.to_str().unwrap(), "--quiet"];
+    stdout(&[&["database", "fidelity", solved.to_str().unwrap()], &plot[..]].concat());
+    assert!(std::fs::read_to_string(drawing).unwrap().contains("Singular value over the first"));
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!((rows.len(), &rows[0][13..]), (5, &["worst_rmse_curve", "worst_delta_e_curve"][..]));
     assert!(rows[1][13].contains("µm; facetness"), "{text}");

@@ -14,7 +14,8 @@ use super::Filling;
 use crate::failure::{Failure, Outcome};
 use crate::options::OutputOptions;
 use crate::parse;
-use crate::report::{Cell, Report};
+use crate::plot::{self, Cost};
+use crate::report::{Cell, Report, write_file};
 
 /// Judge how well 1–N principal components keep every curve of a full table, in both spaces
 #[derive(Debug, Args)]
@@ -30,7 +31,7 @@ value is above 1e-6 ('bright') and everywhere.
 
 Examples:
   snowblue database fidelity full.nc
-  snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 --format csv -o fidelity.csv
+  snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 -o fidelity.csv --plot fidelity.svg
   snowblue database fidelity walked.nc --truth solved.nc     what the noise of few rays does to components and colours
   snowblue database fidelity --off-grid 200                  look-ups in the embedded table, and the paper's
   snowblue database fidelity --off-grid 200 --seed 2 small.nc"
@@ -61,6 +62,19 @@ pub(crate) struct Fidelity {
     illuminant: Vec<Illuminant>,
     #[command(flatten)]
     output: OutputOptions,
+    /// Draw worst ΔE and RMSE and the singular values against the number of components into an SVG file
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with = "off_grid")]
+    plot: Option<PathBuf>,
+}
+
+/// One number of components of one quantity in one space, judged.
+struct Judged {
+    quantity: Quantity,
+    space: Space,
+    components: usize,
+    illuminant: Illuminant,
+    found: fidelity::Fidelity,
+    singular_value: f64,
 }
 
 /// How a table is looked up.
@@ -121,6 +135,8 @@ impl Form {
 
 impl Fidelity {
     pub(super) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        self.plot.as_deref().map_or(Ok(()), plot::check_place)?;
         if let Some(places) = self.off_grid {
             return self.off_grid(places, quiet);
         }
@@ -135,14 +151,35 @@ impl Fidelity {
         if truth.as_ref().is_some_and(|truth| truth.axes != table.axes) {
             return Err(Failure::Input("the table of --truth has other axes".to_owned()));
         }
-        let rows = self.judge(&table, truth.as_ref().unwrap_or(&table)).map_err(Failure::input)?;
+        let truth = truth.as_ref().unwrap_or(&table);
+        let judged = self.judge(&table, truth).map_err(Failure::input)?;
+        let rows = judged.iter().map(|judged| row(judged, truth)).collect();
         let claim = "l' = 2 linear: every ΔE below 2.3 and RMSE below 0.002";
         let metadata = vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("curves", table.axes.curves().to_string()),
             ("the paper claims", claim.to_owned()),
         ];
+        if let Some(path) = &self.plot {
+            write_file(path, plot::fidelity(&self.costs(&judged), &metadata).as_bytes())?;
+        }
         Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)
+    }
+
+    /// What is drawn: under the first illuminant.
+    fn costs(&self, judged: &[Judged]) -> Vec<Cost> {
+        let first = |one: &&Judged| Some(&one.illuminant) == self.illuminant.first();
+        let largest = |one: &Judged| {
+            let alike = |other: &&Judged| (other.quantity, other.space) == (one.quantity, one.space);
+            judged.iter().find(alike).map_or(f64::NAN, |first| first.singular_value)
+        };
+        let cost = |one: &Judged| Cost {
+            space: usize::from(one.space == Space::Log),
+            quantity: usize::from(one.quantity == Quantity::Reflectance),
+            components: one.components,
+            measures: [one.found.delta_e.worst, one.found.rmse.worst, one.singular_value / largest(one)],
+        };
+        judged.iter().filter(first).map(cost).collect()
     }
 
     fn off_grid(&self, places: u32, quiet: bool) -> Outcome {
@@ -190,8 +227,8 @@ impl Fidelity {
         }
     }
 
-    fn judge(&self, table: &Table, truth: &Table) -> Result<Vec<Vec<Cell>>, DatabaseError> {
-        let mut rows = Vec::new();
+    fn judge(&self, table: &Table, truth: &Table) -> Result<Vec<Judged>, DatabaseError> {
+        let mut judged = Vec::new();
         for quantity in Quantity::ALL {
             for space in [Space::Linear, Space::Log] {
                 let decomposition = Decomposition::new(table, quantity, space)?;
@@ -199,25 +236,23 @@ impl Fidelity {
                     let kept = decomposition.keep(table, quantity, components)?;
                     for illuminant in &self.illuminant {
                         let found = fidelity::judge(truth, quantity, (&kept, space), *illuminant)?;
-                        let value = decomposition.singular_values()[components - 1];
-                        rows.push(row((quantity, space, components, *illuminant), &found, (truth, value)));
+                        let singular_value = decomposition.singular_values()[components - 1];
+                        let illuminant = *illuminant;
+                        judged.push(Judged { quantity, space, components, illuminant, found, singular_value });
                     }
                 }
             }
         }
-        Ok(rows)
+        Ok(judged)
     }
 }
 
-fn row(
-    (quantity, space, components, illuminant): (Quantity, Space, usize, Illuminant),
-    found: &fidelity::Fidelity,
-    (table, singular_value): (&Table, f64),
-) -> Vec<Cell> {
+fn row(judged: &Judged, table: &Table) -> Vec<Cell> {
+    let Judged { quantity, space, components, illuminant, found, singular_value } = judged;
     debug_assert!(PERCEPTIBLE_DELTA_E.to_bits() == 2.3_f64.to_bits(), "the column says 2.3");
     let word = |word: &str| Cell::Word(word.to_owned());
     let (rmse, delta_e) = (&found.rmse, &found.delta_e);
-    let mut row = vec![word(quantity.name()), word(space.name()), (components as f64).into(), word(illuminant.name())];
+    let mut row = vec![word(quantity.name()), word(space.name()), (*components as f64).into(), word(illuminant.name())];
     let numbers = [
         rmse.worst,
         rmse.percentile_99,
@@ -227,7 +262,7 @@ fn row(
         delta_e.mean,
         found.perceptible_share,
         found.negative_values as f64,
-        singular_value,
+        *singular_value,
     ];
     row.extend(numbers.map(Cell::from));
     // Commas would part the words in CSV.
