@@ -72,7 +72,7 @@ def tartes_fills_a_table(folder):
     theirs, table, raw = folder / "tartes.nc", folder / "snow.nc", folder / "snow.json"
     tartes_table.main(theirs)
     snowblue("database", "import", theirs, "--space", "log", "--components", 3, "-o", table)
-    assert "56 curves of 2 samples, 3 components in log space" in snowblue("database", "info", table)
+    assert "56 curves of 2 kinds of snow, 3 components in log space" in snowblue("database", "info", table)
     snowblue("database", "export", table, "-o", raw)
     document = json.loads(raw.read_text())
     numbers = np.fromfile(folder / document["numbers"], "<f4")
