@@ -39,7 +39,7 @@ use crate::source::Source;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Layers")]
 pub(crate) struct StackOptions {
-    /// Layers of different snow, top first, from a TOML file instead of the options for one snow. Each [[layer]] has
+    /// Layers of different snow, top first, from a TOML file instead of the options for one snow. Each `[[layer]]` has
     /// thickness_cm and, where it is not as usual: snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity,
     /// density_kg_m3, water_saturation, impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may have ice
     #[arg(long, value_name = "FILE", conflicts_with_all = [

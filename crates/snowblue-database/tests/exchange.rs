@@ -87,6 +87,12 @@ fn rows_that_are_no_grid_are_refused_with_their_place() {
         (rows(&[good[0], "400,.3,300,0,2,500,20,.8"]), "line 3: transmittance is 20"),
         (rows(&[good[0], "400,.3,300"]), "line: 3"),
         (rows(&[good[0]]), "two values or more"),
+        (
+            (0..60)
+                .map(|i| format!("{0},{1},3{2},{2},{0},{0},.2,.7\n", 400 + i, 0.01 * f64::from(i), 10 + i))
+                .fold(header.to_owned(), |all, row| all + &row),
+            "is not a grid: 60 rows, but values on its axes 60 × 60",
+        ),
         (rows(&[&good[0].replace("500", "0.5"), &good[1].replace("500", "0.5")]), "wavelength is 0.5 nm"),
         (rows(&good).replace("facetness", "shininess"), "column 'shininess' is not known"),
         (rows(&good).replace("facetness", "density"), "comes twice"),

@@ -169,3 +169,62 @@ fn errors_between_the_values_are_told() {
     let unknown = CompressedTable { metadata: vec![], ..COMPRESSED.clone() };
     assert!(matches!(off_grid(&unknown, &asked), Err(DatabaseError::Metadata { name: "streams" })));
 }
+
+/// Where nothing measurable comes through the last two knots, nothing comes through more snow either; and no look-up brings
+/// light out of nothing, at 30 m or at 3 km.
+#[test]
+fn darkness_goes_on() {
+    let axes = Axes {
+        grain_sizes_um: vec![400.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![300.0],
+        angles_deg: vec![0.0, 60.0],
+        thicknesses_cm: vec![1.0, 5.0, 20.0],
+        wavelengths_nm: vec![500.0, 1500.0],
+        ..Axes::paper()
+    };
+    for dark in [[0.3, 0.1, 0.1, 0.0, 0.05, 0.0], [0.3, 0.2, 0.1, 1e-4, 0.05, 1e-4]] {
+        let table = Table {
+            axes: axes.clone(),
+            transmittance: [dark, dark].concat(),
+            reflectance: vec![0.5; 12],
+            errors: None,
+            metadata: vec![],
+        };
+        for count in [1, 2] {
+            let compressed = CompressedTable::new(&table, Space::Log, count).unwrap();
+            let snow = PcaSnow::new(&compressed, &TableSample::new(400.0, 0.3, 300.0)).unwrap();
+            let at = |thickness_cm: f32| {
+                let mut spectrum = [0.0; 2];
+                snow.transmittance(thickness_cm, 30.0, &mut spectrum);
+                spectrum
+            };
+            // Beyond the cell that holds the last knot.
+            let last = at(23.0);
+            for thickness_cm in [24.0, 30.0, 100.0, 3e3, 3e5] {
+                let beyond = at(thickness_cm);
+                assert!(beyond.iter().zip(last).all(|(t, last)| *t <= last && *t >= 0.0), "{last:?} {beyond:?}");
+            }
+        }
+    }
+}
+
+/// Look-ups in a table without grazing angles are judged where the table is.
+#[test]
+fn steep_tables_are_judged_where_they_are() {
+    let axes = Axes {
+        grain_sizes_um: vec![400.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![300.0],
+        angles_deg: vec![0.0, 30.0, 60.0],
+        thicknesses_cm: vec![1.0, 2.0, 5.0, 10.0, 20.0],
+        ..Axes::paper()
+    };
+    let (table, _) = fill::fill(&axes, &FillOptions::by_ordinates(1 << 10), &|_, _| ()).unwrap();
+    let compressed = CompressedTable::new(&table, Space::Log, 4).unwrap();
+    let asked = OffGrid { places: 20, seed: 1, illuminant: Illuminant::D65 };
+    let rows = off_grid(&compressed, &asked).unwrap();
+    assert!(rows.iter().all(|row| row.angles_deg.0 < 1e-9 && (row.angles_deg.1 - 60.0).abs() < 1e-9), "{rows:?}");
+    // Five knots and three angles are coarse.
+    assert!(rows.iter().all(|row| row.relative.worst < 0.1), "{rows:?}");
+}

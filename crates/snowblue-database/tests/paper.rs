@@ -22,7 +22,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 fn fidelity_of(space: Space, components: usize) -> Fidelity {
     let decomposition = Decomposition::new(&TABLE, Quantity::Transmittance, space).unwrap();
     let kept = decomposition.keep(&TABLE, Quantity::Transmittance, components).unwrap();
-    fidelity::judge(&TABLE, Quantity::Transmittance, (&kept, space), Illuminant::D65).unwrap()
+    fidelity::judge(&TABLE, Quantity::Transmittance, (&kept, space), Some(Illuminant::D65)).unwrap()
 }
 
 /// Table 1: 9 sizes × 5 facetness × 5 densities × 10 angles × 11 thicknesses = 24,750 curves of 31 wavelengths.

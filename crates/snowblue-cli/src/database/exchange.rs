@@ -68,7 +68,9 @@ enum Format {
 
 fn setting(words: &str) -> Result<(String, f64), String> {
     let (name, value) = words.split_once('=').ok_or("give NAME=VALUE (facetness=0.3)")?;
-    let value = if value == "diffuse" { snowblue_database::axes::DIFFUSE_ANGLE_DEG } else { parse::number(value)? };
+    let is_angle = ["angle", "angle_deg"].contains(&name.trim());
+    let value =
+        if value == "diffuse" && is_angle { snowblue_database::axes::DIFFUSE_ANGLE_DEG } else { parse::number(value)? };
     Ok((name.trim().to_owned(), value))
 }
 

@@ -206,7 +206,11 @@ impl Fidelity {
         let wanted = |space: &Space| self.interpolation.is_none_or(|form| form == Form::of(*space));
         let spaces = [Space::Linear, Space::Log].into_iter().filter(wanted);
         let compress = |table: &Table, space: Space| {
-            CompressedTable::new(table, space, space.usual_components().min(table.axes.wavelengths_nm.len()))
+            CompressedTable::new(
+                table,
+                space,
+                space.usual_components().min(table.axes.wavelengths_nm.len()).min(table.axes.curves()),
+            )
         };
         let Some(path) = &self.file else {
             return spaces
@@ -235,7 +239,7 @@ impl Fidelity {
                 for components in 1..=self.components.min(decomposition.singular_values().len()) {
                     let kept = decomposition.keep(table, quantity, components)?;
                     for illuminant in &self.illuminant {
-                        let found = fidelity::judge(truth, quantity, (&kept, space), *illuminant)?;
+                        let found = fidelity::judge(truth, quantity, (&kept, space), Some(*illuminant))?;
                         let singular_value = decomposition.singular_values()[components - 1];
                         let illuminant = *illuminant;
                         judged.push(Judged { quantity, space, components, illuminant, found, singular_value });

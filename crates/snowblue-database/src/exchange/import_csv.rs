@@ -14,6 +14,8 @@ use crate::axes::DIFFUSE_ANGLE_DEG;
 use crate::{DatabaseError, Table};
 
 const QUANTITIES: [&str; 4] = ["transmittance", "reflectance", "transmittance_se", "reflectance_se"];
+/// Times as many places as rows are searched for the one that is missing.
+const MOST_MISSING: usize = 10;
 const PASSED_OVER: [&str; 2] = ["absorptance", "absorptance_se"];
 
 /// What a column is.
@@ -51,7 +53,7 @@ pub fn import_csv(path: &Path, fixed: &Fixed) -> Result<Table, DatabaseError> {
                 names.push(axis);
                 said.push(*value);
             }
-            (None, Some(quantity)) if !has(quantity) => usual[quantity] = *value,
+            (None, Some(quantity)) if !has(quantity) => usual[quantity] = check_share(path, "", name, *value)?,
             (None, None) => return Err(wrong(path, format!("'{name}' is neither an axis nor a quantity"))),
             _ => return Err(wrong(path, format!("has '{name}' itself, so it cannot be set"))),
         }
@@ -138,7 +140,11 @@ fn table(
     // Every axis of the table is one of the columns, or `axes` had refused.
     let column = |axis: &str| names.iter().position(|name| *name == axis).unwrap_or(0);
     let order: Vec<(usize, &Vec<f64>)> = named.iter().map(|(name, _, values)| (column(name), values)).collect();
-    let all = axes.curves() * axes.wavelengths_nm.len();
+    let all = order.iter().try_fold(1_usize, |all, (_, values)| all.checked_mul(values.len()));
+    let all = all.filter(|all| *all <= MOST_MISSING * rows.len()).ok_or_else(|| {
+        let lengths: Vec<String> = order.iter().map(|(_, values)| values.len().to_string()).collect();
+        wrong(path, format!("is not a grid: {} rows, but values on its axes {}", rows.len(), lengths.join(" × ")))
+    })?;
     let mut lines = vec![0; all];
     let mut filled = [(); 4].map(|()| vec![0.0; all]);
     for row in rows {

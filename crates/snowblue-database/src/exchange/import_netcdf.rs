@@ -25,7 +25,10 @@ pub fn import_netcdf(path: &Path, fixed: &Fixed) -> Result<Table, DatabaseError>
     for name in dimensions(path, &reader)? {
         let axis = axis_of(&name).ok_or_else(|| wrong(path, format!("dimension '{name}' is not an axis of snow")))?;
         check_unit(path, &reader, &name, axis)?;
-        values.insert(axis, read(path, &mut reader, &name)?);
+        let axis_values = read(path, &mut reader, &name)?;
+        if values.insert(axis, axis_values).is_some() {
+            return Err(wrong(path, format!("has two dimensions for the axis '{axis}'")));
+        }
     }
     let mut constants = BTreeMap::new();
     for (name, value) in fixed {
@@ -34,7 +37,7 @@ pub fn import_netcdf(path: &Path, fixed: &Fixed) -> Result<Table, DatabaseError>
                 return Err(wrong(path, format!("has '{name}' itself, so it cannot be set")));
             }
             Some(axis) => drop(values.insert(axis, vec![*value])),
-            None => drop(constants.insert(name.as_str(), *value)),
+            None => drop(constants.insert(name.as_str(), check_share(path, "", name, *value)?)),
         }
     }
     let axes = axes(path, values)?;
@@ -65,15 +68,37 @@ fn check_unit(path: &Path, reader: &FileReader, name: &str, axis: &str) -> Resul
         "wavelength" => &["nm", "nanometer", "nanometers"],
         "temperature" => &["degree_Celsius", "degrees_Celsius", "celsius", "Celsius", "degC", "°C"],
         "facetness" | "water_saturation" => &["1"],
+        "transmittance" | "reflectance" => &["1"],
         _ => &["ng g-1", "ng/g", "ppb"],
     };
     match reader.data_set().get_var_attr_as_string(name, "units") {
-        Some(unit) if !unit.is_empty() && !known.contains(&unit.as_str()) => {
+        Some(unit) => {
             let unit: String = unit.chars().filter(|c| !c.is_control()).take(30).collect();
+            if unit.is_empty() || known.contains(&unit.as_str()) {
+                return Ok(());
+            }
             Err(wrong(path, format!("'{name}' has the unit '{unit}', but must be in {}", known[0])))
         }
-        _ => Ok(()),
+        None => Ok(()),
     }
+}
+
+/// Checks that a variable's numbers are what they stand for: not packed, and none of them filled in.
+fn check_plain(path: &Path, reader: &FileReader, name: &str) -> Result<(), DatabaseError> {
+    let data = reader.data_set();
+    for packed in ["scale_factor", "add_offset"] {
+        if data.has_var_attr(name, packed) == Some(true) {
+            return Err(wrong(path, format!("'{name}' is packed ({packed}); write it as plain numbers")));
+        }
+    }
+    for filled in ["_FillValue", "missing_value"] {
+        let double = data.get_var_attr_f64(name, filled).is_some_and(|values| values.iter().any(|v| !v.is_nan()));
+        let single = data.get_var_attr_f32(name, filled).is_some_and(|values| values.iter().any(|v| !v.is_nan()));
+        if double || single {
+            return Err(wrong(path, format!("'{name}' has a number for missing values ({filled}); write it without")));
+        }
+    }
+    Ok(())
 }
 
 /// Names of all dimensions of both quantities.
@@ -113,6 +138,7 @@ fn variable(
     if let Some(place) = (0..order.len()).find(|place| order[*place].1 > 1 && strides[*place] == 0) {
         return Err(wrong(path, format!("'{name}' has no dimension '{}'", order[place].0)));
     }
+    check_unit(path, reader, name, name)?;
     let values = read(path, reader, name)?;
     let all: usize = order.iter().map(|(_, length)| length).product();
     if values.len() != all {
@@ -137,9 +163,11 @@ fn read(path: &Path, reader: &mut FileReader, name: &str) -> Result<Vec<f64>, Da
     if length > MOST_VALUES {
         return Err(wrong(path, format!("has {length} values of '{name}', more than fit into memory")));
     }
+    check_plain(path, reader, name)?;
     Ok(match reader.read_var(name).map_err(|error| broken(path, &error))? {
         DataVector::F64(values) => values,
-        DataVector::F32(values) => values.into_iter().map(f64::from).collect(),
+        // The number that was meant: .1, not .10000000149.
+        DataVector::F32(values) => values.into_iter().map(|v| v.to_string().parse().unwrap_or(f64::from(v))).collect(),
         DataVector::I32(values) => values.into_iter().map(f64::from).collect(),
         DataVector::I16(values) => values.into_iter().map(f64::from).collect(),
         DataVector::I8(values) => values.into_iter().map(f64::from).collect(),

@@ -62,30 +62,37 @@ pub struct Criteria {
 /// # Errors
 /// [`DatabaseError::Criteria`] if no number of components does, or if colours cannot be judged.
 pub fn fewest(table: &Table, space: Space, criteria: &Criteria) -> Result<usize, DatabaseError> {
-    let mut count = 1;
-    for quantity in Quantity::ALL {
-        let decomposition = Decomposition::new(table, quantity, space)?;
-        let most = decomposition.singular_values().len().min(MOST_COMPONENTS);
-        loop {
-            let components = decomposition.keep(table, quantity, count)?;
-            let within = |illuminant: &Illuminant| {
-                let found = judge(table, quantity, (&components, space), *illuminant)?;
-                Ok(found.rmse.worst <= criteria.most_rmse && found.delta_e.worst <= criteria.most_delta_e)
-            };
-            let kept: Result<Vec<bool>, DatabaseError> = criteria.illuminants.iter().map(within).collect();
-            if kept?.into_iter().all(|kept| kept) {
-                break;
+    let decompositions: Vec<(Quantity, Decomposition)> = Quantity::ALL
+        .into_iter()
+        .map(|quantity| Ok((quantity, Decomposition::new(table, quantity, space)?)))
+        .collect::<Result<_, DatabaseError>>()?;
+    // Colours are judged only if they matter: there are none of infrared light.
+    let lights: Vec<Option<Illuminant>> = if criteria.most_delta_e.is_finite() {
+        criteria.illuminants.iter().copied().map(Some).collect()
+    } else {
+        vec![None]
+    };
+    let mut failing = Quantity::Transmittance;
+    let most =
+        decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MOST_COMPONENTS);
+    // Errors need not fall with every component, so that both quantities are judged at each number.
+    'counts: for count in 1..=most {
+        for (quantity, decomposition) in &decompositions {
+            let components = decomposition.keep(table, *quantity, count)?;
+            for illuminant in &lights {
+                let found = judge(table, *quantity, (&components, space), *illuminant)?;
+                if found.rmse.worst > criteria.most_rmse || found.delta_e.worst > criteria.most_delta_e {
+                    failing = *quantity;
+                    continue 'counts;
+                }
             }
-            if count == most {
-                return Err(DatabaseError::Criteria { quantity: quantity.name(), most });
-            }
-            count += 1;
         }
+        return Ok(count);
     }
-    Ok(count)
+    Err(DatabaseError::Criteria { quantity: failing.name(), most })
 }
 
-/// Compares every rebuilt curve of a quantity with the original.
+/// Compares every rebuilt curve of a quantity with the original; without an illuminant colours do not differ.
 ///
 /// # Errors
 /// If the wavelengths do not allow colours under `illuminant`.
@@ -93,11 +100,11 @@ pub fn judge(
     table: &Table,
     quantity: Quantity,
     (components, space): (&Components, Space),
-    illuminant: Illuminant,
+    illuminant: Option<Illuminant>,
 ) -> Result<Fidelity, DatabaseError> {
-    let colorimeter = Colorimeter::new(Observer::Cie1931, illuminant, &table.axes.wavelengths_nm)?;
+    let colorimeter = |illuminant| Colorimeter::new(Observer::Cie1931, illuminant, &table.axes.wavelengths_nm);
+    let colorimeter = illuminant.map(colorimeter).transpose()?;
     let wavelengths = table.axes.wavelengths_nm.len();
-    let white = colorimeter.white();
     let curves: Vec<&[f64]> = table.curves(quantity).collect();
     let errors: Vec<CurveError> = curves
         .par_iter()
@@ -106,10 +113,13 @@ pub fn judge(
             let mut rebuilt = vec![0.0; wavelengths];
             components.rebuild(number, space, &mut rebuilt);
             let squares: f64 = curve.iter().zip(&rebuilt).map(|(a, b)| (a - b).powi(2)).sum();
-            let lab = |values: &[f64]| Lab::from_xyz(colorimeter.xyz(values), white);
+            let differ = |colorimeter: &Colorimeter| {
+                let lab = |values: &[f64]| Lab::from_xyz(colorimeter.xyz(values), colorimeter.white());
+                lab(curve).delta_e_1976(lab(&rebuilt))
+            };
             CurveError {
                 rmse: (squares / wavelengths as f64).sqrt(),
-                delta_e: lab(curve).delta_e_1976(lab(&rebuilt)),
+                delta_e: colorimeter.as_ref().map_or(0.0, differ),
                 negative: rebuilt.iter().filter(|value| **value < 0.0).count(),
             }
         })

@@ -91,7 +91,9 @@ pub fn off_grid(table: &CompressedTable, asked: &OffGrid) -> Result<Vec<Interpol
     for number in 0..table.axes.samples() {
         peak = peak.max(Peak::of(&table.axes.sample(number, options.ice)?));
     }
-    let degree = streams.most(&table.axes.incidences(), peak);
+    // As many moments as the most grazing place takes; the table's own are among them.
+    let grazing = Incidence::Beam { angle_deg: ANGLES_DEG[1].1 };
+    let degree = streams.most(&[&table.axes.incidences()[..], &[grazing]].concat(), peak);
     let plan = TallyPlan { degree, rays: tally_rays, seed: options.seed };
     let filled = Filled { axes: &table.axes, plan, streams, ice: options.ice };
     let colorimeter = Colorimeter::new(Observer::Cie1931, asked.illuminant, &table.axes.wavelengths_nm)?;
@@ -104,7 +106,7 @@ pub fn off_grid(table: &CompressedTable, asked: &OffGrid) -> Result<Vec<Interpol
         let places = places(&table.axes, asked, between_samples);
         let answers = answers(table, &filled, &places)?;
         for (places, (answers, angles_deg)) in
-            places.chunks_exact(asked.places).zip(answers.chunks_exact(asked.places).zip(ANGLES_DEG))
+            places.chunks_exact(asked.places).zip(answers.chunks_exact(asked.places).zip(angles_deg(&table.axes)))
         {
             for quantity in Quantity::ALL {
                 rows.push(Interpolation {
@@ -123,14 +125,16 @@ fn places(axes: &Axes, asked: &OffGrid, between_samples: bool) -> Vec<Place> {
     let mut random = Stream::new(asked.seed, u64::from(between_samples));
     let kinds: Vec<f64> = (0..KINDS).map(|_| within(&axes.facetness, random.uniform())).collect();
     let mut all = Vec::with_capacity(ANGLES_DEG.len() * asked.places);
-    for (low_deg, high_deg) in ANGLES_DEG {
+    let (first_cm, last_cm) = (axes.thicknesses_cm[0], axes.thicknesses_cm[axes.thicknesses_cm.len() - 1]);
+    let thicknesses_cm = (THICKNESSES_CM.0.max(first_cm), THICKNESSES_CM.1.min(last_cm));
+    for (low_deg, high_deg) in angles_deg(axes) {
         for number in 0..asked.places {
             let sample = if between_samples {
                 between(axes, kinds[number % KINDS], &mut random)
             } else {
                 axes.table_sample(choose(axes.samples(), random.uniform()))
             };
-            let (thin_cm, thick_cm) = THICKNESSES_CM;
+            let (thin_cm, thick_cm) = thicknesses_cm;
             all.push(Place {
                 sample,
                 thickness_cm: single(thin_cm * (thick_cm / thin_cm).powf(random.uniform())),
@@ -139,6 +143,13 @@ fn places(axes: &Axes, asked: &OffGrid, between_samples: bool) -> Vec<Place> {
         }
     }
     all
+}
+
+/// The ranges of angles that a table reaches.
+fn angles_deg(axes: &Axes) -> Vec<(f64, f64)> {
+    let (Some(first_deg), Some(last_deg)) = (axes.angles_deg.first(), axes.angles_deg.last()) else { return vec![] };
+    let reached = ANGLES_DEG.map(|(low_deg, high_deg)| (low_deg.max(*first_deg), high_deg.min(*last_deg)));
+    reached.into_iter().filter(|(low_deg, high_deg)| low_deg <= high_deg).collect()
 }
 
 /// Snow somewhere between a table's values.

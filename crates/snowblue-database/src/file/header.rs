@@ -4,7 +4,7 @@
 //! lengths. A damaged length may ask for any amount of memory; here every length is held against the bytes that are there.
 
 /// Most bytes of a header: the axes' names, the attributes and the variables of any table fit.
-pub(super) const MOST_BYTES: u64 = 1 << 20;
+pub(super) const MOST_BYTES: u64 = 1 << 24;
 
 const DIMENSION: u32 = 0x0a;
 const VARIABLE: u32 = 0x0b;
@@ -29,7 +29,7 @@ pub(super) fn check(start: &[u8], length: u64) -> Result<(), &'static str> {
     for _ in 0..rest.list(DIMENSION)? {
         rest.name()?;
         match rest.number()? {
-            0 => return Err("it has an unlimited dimension"),
+            0 => return Err("it has an unlimited or empty dimension, which a table has not"),
             size => dimensions.push(u64::from(size)),
         }
     }

@@ -168,19 +168,20 @@ fn read_axes(path: &Path, reader: &mut FileReader) -> Result<Axes, DatabaseError
     let is_shard = reader.data_set().has_global_attr(SHARD);
     let expected: Vec<&str> = named.iter().map(|(name, ..)| *name).collect();
     let expected = if is_shard { &SHARD_DIMENSIONS[..] } else { &expected[..] };
-    let before_wavelength = expected.len() - 1;
-    let order = order_of_dimensions(reader);
-    if !order.iter().map(String::as_str).take(before_wavelength).eq(expected[..before_wavelength].iter().copied()) {
-        return Err(wrong(path, "has its dimensions in another order; use 'database import'"));
+    for quantity in Quantity::ALL {
+        for ending in ["", ERRORS, "_coefficients"] {
+            let Some(variable) = reader.data_set().get_var(&format!("{}{ending}", quantity.name())) else { continue };
+            let mut expected = expected.to_vec();
+            if ending == "_coefficients" {
+                expected.pop();
+                expected.push(COMPONENT);
+            }
+            if variable.dim_names() != expected {
+                return Err(wrong(path, "has its dimensions in another order; use 'database import'"));
+            }
+        }
     }
     Ok(axes)
-}
-
-/// Names of the dimensions of the variable that holds transmittance, slowest first.
-fn order_of_dimensions(reader: &FileReader) -> Vec<String> {
-    let data = reader.data_set();
-    let variable = ["transmittance", "transmittance_coefficients"].into_iter().find_map(|name| data.get_var(name));
-    variable.map_or(Vec::new(), netcdf3::Variable::dim_names)
 }
 
 fn read_components(

@@ -45,6 +45,12 @@ impl Basis {
         self.rebuild(coefficients, first, spectrum, |sum| factor * power_of_two(sum));
     }
 
+    /// 2^Σ c v at each wavelength, but 1 at the most: what passes is a share of what comes.
+    #[inline]
+    pub(super) fn shares(&self, coefficients: &Lanes, spectrum: &mut [f32]) {
+        self.rebuild(coefficients, 0.0, spectrum, |sum| power_of_two(if sum < 0.0 { sum } else { 0.0 }));
+    }
+
     #[inline(always)]
     fn rebuild(&self, coefficients: &Lanes, first: f32, spectrum: &mut [f32], leave: impl Fn(f32) -> f32) {
         let sums = |shapes: &[[f32; BLOCK]]| {

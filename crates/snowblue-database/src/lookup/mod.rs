@@ -126,7 +126,7 @@ impl PcaSnow {
                     return spectrum.fill(0.0);
                 }
                 transmittance.coefficients(self.thicker * thickness_cm, angle_deg, &mut coefficients);
-                self.transmittance_basis.powers_of_two(&coefficients, (0.0, 1.0), spectrum);
+                self.transmittance_basis.shares(&coefficients, spectrum);
             }
         }
     }
@@ -193,7 +193,17 @@ fn paper_reflectance(axes: &Axes, (components, coefficients): (&Components, Vec<
 fn log_transmittance(axes: &Axes, (components, coefficients): (&Components, Vec<f64>)) -> Resampled {
     let splines = splines(axes, &coefficients, Some((0.0, vec![0.0; components.count])), None);
     let (_, last_cm) = splines.range();
-    let at = |angle: usize, thickness_cm: f32| splines.at_angle(angle, thickness_cm);
+    // Where the dark ends of some wavelengths rise, the straight line beyond would bring light out of nothing.
+    let fades = |angle: usize| {
+        let [last, beyond] = [last_cm, last_cm + 1.0].map(|h| splines.at_angle(angle, h));
+        let rises =
+            |shape: &[f32]| shape.iter().zip(last.iter().zip(beyond)).map(|(v, (a, b))| v * (b - a)).sum::<f32>();
+        components.basis.chunks_exact(components.count).all(|shape| rises(shape) <= 0.0)
+    };
+    let fades: Vec<bool> = (0..axes.angles_deg.len()).map(fades).collect();
+    let at = |angle: usize, thickness_cm: f32| {
+        splines.at_angle(angle, if fades[angle] { thickness_cm } else { thickness_cm.min(last_cm) })
+    };
     Resampled::new(&axes.angles_deg, last_cm, components.count, at)
 }
 
