@@ -75,9 +75,10 @@ impl Bsdf {
         let spread = monte_carlo::distribute(&slab, &options, &|done, all| bar.at(done, all));
         bar.end();
         let spread = spread.map_err(Failure::input)?;
-        let report = self.report(&spread);
+        let made = self.provenance()?;
+        let report = self.report(&spread, &made);
         if let Some(path) = &self.plot {
-            plot::bsdf(path, &spread, &self.provenance())?;
+            plot::bsdf(path, &spread, &made)?;
         }
         report.write(&self.output, quiet)
     }
@@ -88,7 +89,7 @@ impl Bsdf {
         self.patches.unwrap_or(if axial { PatchGrid { sectors: 1, ..usual } } else { usual })
     }
 
-    fn report(&self, spread: &[Distribution]) -> Report {
+    fn report(&self, spread: &[Distribution], made: &[(&'static str, String)]) -> Report {
         let mut rows = Vec::new();
         for one in spread {
             for (side, patches) in [("reflection", &one.reflection), ("transmission", &one.transmission)] {
@@ -100,38 +101,38 @@ impl Bsdf {
                 }));
             }
         }
-        Report { columns: COLUMNS.to_vec(), rows, metadata: self.metadata(spread) }
+        Report { columns: COLUMNS.to_vec(), rows, metadata: metadata(spread, made) }
     }
 
     /// What made the answer.
-    fn provenance(&self) -> Vec<(&'static str, String)> {
+    fn provenance(&self) -> Result<Vec<(&'static str, String)>, Failure> {
         let PatchGrid { rings, sectors } = self.grid();
         let mut made = vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("engine", format!("Monte Carlo, {} rays on {rings} × {sectors} patches", self.rays)),
         ];
-        made.extend(self.sample.metadata());
+        made.extend(self.sample.metadata()?);
         made.push(("seed", self.seed.to_string()));
-        made
+        Ok(made)
     }
+}
 
-    /// What made the answer, then the fluxes.
-    fn metadata(&self, spread: &[Distribution]) -> Vec<(&'static str, String)> {
-        let fluxes = |quantity: &dyn Fn(&Distribution) -> Estimate| {
-            let words = spread.iter().map(|one| {
-                let Estimate { value, standard_error } = quantity(one);
-                format!("{} ± {} at {} nm", figures(value), figures(standard_error), one.wavelength_nm)
-            });
-            words.collect::<Vec<_>>().join(", ")
-        };
-        let mut metadata = self.provenance();
-        metadata.extend([
-            ("reflectance", fluxes(&|one| one.reflectance)),
-            ("transmittance", fluxes(&|one| one.transmittance)),
-            ("direct", fluxes(&|one| one.direct)),
-        ]);
-        metadata
-    }
+/// What made the answer, then the fluxes.
+fn metadata(spread: &[Distribution], made: &[(&'static str, String)]) -> Vec<(&'static str, String)> {
+    let fluxes = |quantity: &dyn Fn(&Distribution) -> Estimate| {
+        let words = spread.iter().map(|one| {
+            let Estimate { value, standard_error } = quantity(one);
+            format!("{} ± {} at {} nm", figures(value), figures(standard_error), one.wavelength_nm)
+        });
+        words.collect::<Vec<_>>().join(", ")
+    };
+    let mut metadata = made.to_vec();
+    metadata.extend([
+        ("reflectance", fluxes(&|one| one.reflectance)),
+        ("transmittance", fluxes(&|one| one.transmittance)),
+        ("direct", fluxes(&|one| one.direct)),
+    ]);
+    metadata
 }
 
 fn patches(words: &str) -> Result<PatchGrid, String> {

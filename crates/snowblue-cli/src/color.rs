@@ -94,7 +94,7 @@ impl Color {
         };
         let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), observer];
         if self.spectrum.is_none() {
-            metadata.extend(self.sample.metadata());
+            metadata.extend(self.sample.metadata()?);
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
         Report { columns, rows, metadata }.write(&self.output, quiet)

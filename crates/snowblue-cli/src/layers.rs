@@ -26,6 +26,7 @@ use serde::Deserialize;
 use snowblue_transport::impurity::Substance;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
+use snowblue_transport::snow_type::SnowType;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 use toml::Spanned;
 
@@ -55,6 +56,12 @@ pub(crate) struct StackOptions {
     depths: Vec<f64>,
 }
 
+/// Layers out of a file, and what their answer rests on, for metadata.
+pub(crate) struct Pack {
+    layers: Vec<Layer>,
+    pub(crate) made_of: Provenance,
+}
+
 /// Names and words for metadata.
 pub(crate) type Provenance = Vec<(&'static str, String)>;
 
@@ -73,15 +80,21 @@ impl StackOptions {
         !self.depths.is_empty()
     }
 
-    /// The wavelengths, in nm, that the tables of all layers reach, if there is a file of them.
-    pub(crate) fn reach_nm(&self) -> Result<Option<(f64, f64)>, Failure> {
+    /// The layers of the file, if there is one.
+    pub(crate) fn pack(&self) -> Result<Option<Pack>, Failure> {
         let Some(path) = &self.layers else { return Ok(None) };
-        let reaches = read(path)?.0.into_iter().map(|layer| layer.sample.range_nm());
-        Ok(reaches.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1))))
+        let (layers, ice) = read(path)?;
+        let mut made_of = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
+        let held = |one: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *one));
+        let held: Vec<&str> = Substance::ALL.iter().filter(|one| held(one)).map(|one| one.source()).collect();
+        if !held.is_empty() {
+            made_of.push(("impurities", held.join(", ")));
+        }
+        Ok(Some(Pack { layers, made_of }))
     }
 
-    /// The layers of the file, or one of each thickness of `slab`; and what the file's answer rests on, for metadata.
-    pub(crate) fn stacks(&self, slab: &Slab) -> Result<(Vec<Stack>, Option<Provenance>), Failure> {
+    /// The layers of a pack, or one of each thickness of `slab`.
+    pub(crate) fn stacks(&self, slab: &Slab, pack: Option<&Pack>) -> Result<Vec<Stack>, Failure> {
         let stack = |layers: Vec<Layer>| Stack {
             layers,
             ground_albedo: self.ground_albedo.unwrap_or(0.0),
@@ -89,21 +102,21 @@ impl StackOptions {
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),
         };
-        let (stacks, made_of) = if let Some(path) = &self.layers {
-            let (layers, ice) = read(path)?;
-            let mut made_of = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
-            let held = |one: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *one));
-            let held: Vec<&str> = Substance::ALL.iter().filter(|one| held(one)).map(|one| one.source()).collect();
-            if !held.is_empty() {
-                made_of.push(("impurities", held.join(", ")));
-            }
-            (vec![stack(layers)], Some(made_of))
-        } else {
-            let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
-            (slab.thicknesses_cm.iter().map(one).collect(), None)
+        let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
+        let stacks: Vec<Stack> = match pack {
+            Some(pack) => vec![stack(pack.layers.clone())],
+            None => slab.thicknesses_cm.iter().map(one).collect(),
         };
         stacks.iter().try_for_each(Stack::check).map_err(Failure::input)?;
-        Ok((stacks, made_of))
+        Ok(stacks)
+    }
+}
+
+impl Pack {
+    /// The wavelengths, in nm, that the tables of all layers reach.
+    pub(crate) fn reach_nm(&self) -> Option<(f64, f64)> {
+        let reaches = self.layers.iter().map(|layer| layer.sample.range_nm());
+        reaches.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
     }
 }
 
@@ -181,9 +194,7 @@ fn read_layer(source: Source, words: &LayerWords, ice: IceWord) -> Result<Layer,
     let checked = |layer: &Layer, place: &Range<usize>| layer.check().map_err(|error| source.failure(place, error));
     checked(&layer, &words.thickness_cm.span())?;
     if let Some(name) = &words.snow {
-        let kind = parse::snow_type(name.get_ref());
-        let kind = kind.map_err(|error| source.failure(&name.span(), format!("snow '{}': {error}", name.get_ref())))?;
-        let of_kind = kind.sample().map_err(|error| source.failure(&name.span(), error))?;
+        let of_kind = kind_of(source, name)?.sample().map_err(|error| source.failure(&name.span(), error))?;
         layer.sample = SnowSample { ice: sample.ice, ..of_kind };
     }
     if let Some(water_saturation) = &words.water_saturation {
@@ -218,6 +229,10 @@ fn read_layer(source: Source, words: &LayerWords, ice: IceWord) -> Result<Layer,
     Ok(layer)
 }
 
+fn kind_of(source: Source, name: &Spanned<String>) -> Result<SnowType, Failure> {
+    parse::snow_type(name.get_ref()).map_err(|error| source.failure(&name.span(), error))
+}
+
 fn read_law(
     source: Source,
     numbers: &Spanned<Numbers>,
@@ -244,8 +259,8 @@ fn read_size(
     let Some(numbers) = &words.grain_size_um else {
         // A kind of snow stands for a surface area, whose diameter hangs on the density of ice.
         if let (Some(name), None) = (&words.snow, measure) {
-            let kind = parse::snow_type(name.get_ref()).map_err(|error| source.failure(&name.span(), error))?;
-            let size = GrainSize::from_specific_surface_area(kind.surface_area_m2_kg(), temperature_c);
+            let area_m2_kg = kind_of(source, name)?.surface_area_m2_kg();
+            let size = GrainSize::from_specific_surface_area(area_m2_kg, temperature_c);
             return size.map(|size| Some((size, name.span()))).map_err(|error| source.failure(&name.span(), error));
         }
         return match measure {

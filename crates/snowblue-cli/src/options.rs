@@ -212,11 +212,8 @@ impl SampleOptions {
     }
 
     /// What the answer rests on, for metadata: the snow, its kind, ice constants, water and impurities.
-    pub(crate) fn metadata(&self) -> Vec<(&'static str, String)> {
-        let mut metadata = Vec::new();
-        if let Ok(sample) = self.sample() {
-            metadata.push(("snow", in_words(&sample)));
-        }
+    pub(crate) fn metadata(&self) -> Result<Vec<(&'static str, String)>, Failure> {
+        let mut metadata = vec![("snow", in_words(&self.sample()?))];
         if let Some(kind) = self.snow {
             metadata.push(("kind", format!("{kind} ({})", kind.source())));
         }
@@ -232,12 +229,12 @@ impl SampleOptions {
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }
-        metadata
+        Ok(metadata)
     }
 }
 
 /// Grains, density and temperature of dry snow in a few words.
-pub(crate) fn in_words(sample: &SnowSample) -> String {
+fn in_words(sample: &SnowSample) -> String {
     let GrainSize { min_um, max_um, measure } = sample.grain_size;
     let measure = match measure {
         SizeMeasure::GreatestExtension => "greatest extension",

@@ -84,11 +84,7 @@ pub(crate) fn sphericity_of(numbers: &[f64]) -> Result<TruncatedNormal, String> 
 
 /// A kind of snow by its name.
 pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {
-    let kinds = || SnowType::ALL.into_iter();
-    kinds().find(|kind| kind.name() == word).ok_or_else(|| {
-        let names: Vec<&str> = kinds().map(SnowType::name).collect();
-        format!("there are {}", names.join(", "))
-    })
+    word.parse::<SnowType>().map_err(|error| error.to_string())
 }
 
 /// `black-carbon=10`: a substance and its mass fraction in ng/g, which is checked later.

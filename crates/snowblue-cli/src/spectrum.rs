@@ -12,7 +12,7 @@ use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::broadband::{self, ALL_BANDS, Bands};
 use crate::failure::{Failure, Outcome};
-use crate::layers::{PROFILE_COLUMNS, Provenance, StackOptions, profile_rows};
+use crate::layers::{PROFILE_COLUMNS, Pack, Provenance, StackOptions, profile_rows};
 use crate::options::{OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
 use crate::plot;
@@ -86,16 +86,23 @@ impl Spectrum {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
         self.plot.as_deref().map_or(Ok(()), plot::check_place)?;
-        let wavelengths = self.wavelengths()?;
+        let pack = self.stack.pack()?;
+        let reach_nm = match pack.as_ref().and_then(Pack::reach_nm) {
+            Some(reach_nm) => reach_nm,
+            None => self.sample.sample()?.range_nm(),
+        };
+        let wavelengths = self.wavelengths(reach_nm)?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
             return self.spread(&slab, quiet)?.write(&self.output, quiet);
         }
-        let weights = self.band_weights(&wavelengths)?;
-        let mut snow = self.sample.metadata();
+        let weights = self.band_weights(reach_nm, &wavelengths)?;
+        let snow = match &pack {
+            Some(pack) => pack.made_of.clone(),
+            None => self.sample.metadata()?,
+        };
         let (rows, mut report) = if self.stack.asked() {
-            let (stacks, of_file) = self.stack.stacks(&slab)?;
-            snow = of_file.unwrap_or(snow);
+            let stacks = self.stack.stacks(&slab, pack.as_ref())?;
             self.solve_stacks(&stacks, &snow, quiet)?
         } else {
             let rows = self.solve(&slab, quiet)?;
@@ -111,26 +118,19 @@ impl Spectrum {
         report.write(&self.output, quiet)
     }
 
-    /// The wavelengths, in nm, that the tables of all the snow reach.
-    fn reach_nm(&self) -> Result<(f64, f64), Failure> {
-        match self.stack.reach_nm()? {
-            Some(reach_nm) => Ok(reach_nm),
-            None => Ok(self.sample.sample()?.range_nm()),
-        }
-    }
-
-    fn wavelengths(&self) -> Result<Wavelengths, Failure> {
+    /// The wavelengths that are asked for, or those of bands where the tables of all the snow reach.
+    fn wavelengths(&self, reach_nm: (f64, f64)) -> Result<Wavelengths, Failure> {
         match (&self.wavelengths, &self.broadband) {
             (Some(wavelengths), _) => Ok(wavelengths.clone()),
-            (None, Some(bands)) => Ok(bands.wavelengths(self.reach_nm()?)),
+            (None, Some(bands)) => Ok(bands.wavelengths(reach_nm)),
             (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
         }
     }
 
     /// Weights of the bands that are asked for; none without `--broadband`.
-    fn band_weights(&self, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+    fn band_weights(&self, reach_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
         match &self.broadband {
-            Some(bands) => bands.weights(self.reach_nm()?, wavelengths),
+            Some(bands) => bands.weights(reach_nm, wavelengths),
             None => Ok(Vec::new()),
         }
     }
@@ -145,7 +145,7 @@ impl Spectrum {
                 tell(&format!("snowblue: {} is left out: {error}\n", alternative.name));
                 continue;
             }
-            let mut report = self.report(&self.solve(&other, quiet)?, &self.sample.metadata());
+            let mut report = self.report(&self.solve(&other, quiet)?, &self.sample.metadata()?);
             report.metadata.retain(|(name, _)| !["ice", STANDARD_ERROR].contains(name));
             report.columns.insert(0, "alternative");
             report.rows.iter_mut().for_each(|row| row.insert(0, Cell::Word(alternative.name.to_owned())));

@@ -102,6 +102,53 @@ impl Axes {
         named
     }
 
+    /// Axes from their values by the names of [`Axes::named`], further properties in the order in which they come.
+    ///
+    /// # Errors
+    /// The name of an axis that is not there.
+    pub(crate) fn from_named<'n>(values: impl IntoIterator<Item = (&'n str, Vec<f64>)>) -> Result<Self, &'static str> {
+        let mut values: Vec<(&str, Vec<f64>)> = values.into_iter().collect();
+        let mut required = |name: &'static str| {
+            let place = values.iter().position(|(other, _)| *other == name).ok_or(name)?;
+            Ok(values.remove(place).1)
+        };
+        let mut axes = Self {
+            grain_sizes_um: required("grain_size")?,
+            facetness: required("facetness")?,
+            densities_kg_m3: required("density")?,
+            further: Vec::new(),
+            diffuse: false,
+            angles_deg: required("angle")?,
+            thicknesses_cm: required("thickness")?,
+            wavelengths_nm: required("wavelength")?,
+        };
+        axes.diffuse = axes.angles_deg.first().is_some_and(|angle_deg| is_diffuse(*angle_deg));
+        if axes.diffuse {
+            axes.angles_deg.remove(0);
+        }
+        let property = |name: &str| Property::all().find(|property| property.name() == name);
+        axes.further = values.into_iter().filter_map(|(name, values)| Some((property(name)?, values))).collect();
+        Ok(axes)
+    }
+
+    /// The values of a curve by the names and units of its axes, slowest first, the wavelength apart.
+    #[must_use]
+    pub(crate) fn place(&self, curve: usize) -> Vec<(&'static str, &'static str, f64)> {
+        let named = self.named();
+        let mut rest = curve;
+        let mut place: Vec<_> = named[..named.len() - 1]
+            .iter()
+            .rev()
+            .map(|(name, unit, values)| {
+                let value = values[rest % values.len()];
+                rest /= values.len();
+                (*name, *unit, value)
+            })
+            .collect();
+        place.reverse();
+        place
+    }
+
     /// Number of curves.
     #[must_use]
     pub fn curves(&self) -> usize {
@@ -167,23 +214,16 @@ impl Axes {
     /// What a curve belongs to, as words: for reports of worst cases.
     #[must_use]
     pub fn describe(&self, curve: usize) -> String {
-        let named = self.named();
-        let mut rest = curve;
-        let mut words = Vec::new();
-        for (name, unit, values) in named[..named.len() - 1].iter().rev() {
-            let value = values[rest % values.len()];
-            rest /= values.len();
-            words.push(match *name {
-                "grain_size" => format!("{value} µm"),
-                "density" => format!("{value} kg/m³"),
-                "thickness" => format!("{value} cm"),
-                "angle" if value < 0.0 => "diffuse".to_owned(),
-                "angle" => format!("{value}°"),
-                _ if *unit == "1" => format!("{} {value}", name.replace('_', " ")),
-                _ => format!("{} {value} {unit}", name.replace('_', " ")),
-            });
-        }
-        words.reverse();
+        let word = |(name, unit, value): (&str, &str, f64)| match name {
+            "grain_size" => format!("{value} µm"),
+            "density" => format!("{value} kg/m³"),
+            "thickness" => format!("{value} cm"),
+            "angle" if is_diffuse(value) => "diffuse".to_owned(),
+            "angle" => format!("{value}°"),
+            _ if unit == "1" => format!("{} {value}", name.replace('_', " ")),
+            _ => format!("{} {value} {unit}", name.replace('_', " ")),
+        };
+        let words: Vec<String> = self.place(curve).into_iter().map(word).collect();
         words.join(", ")
     }
 
@@ -237,6 +277,17 @@ impl Axes {
         }
         Ok(())
     }
+}
+
+/// Whether a table can have an axis of this name.
+pub(crate) fn is_axis(name: &str) -> bool {
+    let always = ["grain_size", "facetness", "density", "angle", "thickness", "wavelength"];
+    always.contains(&name) || Property::all().any(|property| property.name() == name)
+}
+
+/// Whether an angle stands for Lambertian light.
+pub(crate) fn is_diffuse(angle_deg: f64) -> bool {
+    angle_deg.to_bits() == DIFFUSE_ANGLE_DEG.to_bits()
 }
 
 /// A number in words, with an exponent where it would be long.

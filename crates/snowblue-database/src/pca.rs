@@ -186,6 +186,6 @@ impl Components {
 
 /// Coefficients and basis are stored in single precision.
 #[expect(clippy::cast_possible_truncation, reason = "single precision is what is stored")]
-fn single(value: f64) -> f32 {
+pub(crate) fn single(value: f64) -> f32 {
     value as f32
 }

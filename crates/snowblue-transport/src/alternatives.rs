@@ -35,13 +35,14 @@ pub struct Alternative {
 /// ```
 #[must_use]
 pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
-    let other_ice = match given.ice {
-        IceTable::WarrenBrandt2008 => ("ice picard2016", IceTable::Picard2016),
-        IceTable::Picard2016 => ("ice warren2008", IceTable::WarrenBrandt2008),
+    let other_ice = given.ice.other();
+    let name = match other_ice {
+        IceTable::WarrenBrandt2008 => "ice warren2008",
+        IceTable::Picard2016 => "ice picard2016",
     };
     let mut found = vec![
         Alternative { name: "as given", sample: *given },
-        Alternative { name: other_ice.0, sample: SnowSample { ice: other_ice.1, ..*given } },
+        Alternative { name, sample: SnowSample { ice: other_ice, ..*given } },
     ];
     for (name, shift) in [("facetness - 0.2", -FACETNESS_DOUBT), ("facetness + 0.2", FACETNESS_DOUBT)] {
         let facetness = shifted(&given.facetness, shift, FACETNESS_RANGE);

@@ -27,6 +27,16 @@ pub enum IceTable {
     Picard2016,
 }
 
+impl IceTable {
+    /// The table that this one is in dispute with.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::WarrenBrandt2008 => Self::Picard2016,
+            Self::Picard2016 => Self::WarrenBrandt2008,
+        }
+    }
+}
+
 /// Optical constants of ice, interpolated from a published table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ice {

@@ -14,7 +14,6 @@ use crate::ordinates::{Fluxes, OrdinatesOptions, Peak};
 use crate::population::Population;
 use crate::sample::{GrainSize, SizeMeasure, SnowSample};
 use crate::slab::{Incidence, check_thickness, check_wavelengths};
-use crate::tally::TallyPlan;
 
 const AREA_RANGE_M2_KG: (f64, f64) = (1.5, 200.0);
 const CARBON_RANGE_NG_G: (f64, f64) = (0.0, 1e5);
@@ -110,7 +109,7 @@ impl Finding {
     /// Snow that has what was found and is otherwise the given one.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] for a surface area outside 1–300 m²/kg.
+    /// [`TransportError::OutOfRange`] for a surface area outside 1.4–300 m²/kg.
     pub fn in_snow(&self, snow: &SnowSample) -> Result<SnowSample, TransportError> {
         let grain_size = GrainSize::from_specific_surface_area(self.surface_area_m2_kg, snow.temperature_c)?;
         let impurities = snow.impurities.with(Substance::BlackCarbon, self.black_carbon_ng_g);
@@ -128,11 +127,7 @@ impl AlbedoModel {
         coarsest.check()?;
         options.streams.check()?;
         check_wavelengths(wavelengths_nm, &coarsest)?;
-        let plan = TallyPlan {
-            degree: options.streams.most(&[Incidence::Diffuse], Peak::of(snow)),
-            rays: options.tally_rays,
-            seed: options.seed,
-        };
+        let plan = options.plan(&[Incidence::Diffuse], Peak::of(snow));
         let population = Population::new(&snow.sphericity, &snow.facetness, SizeMeasure::OpticalDiameter);
         Ok(Self {
             tallies: GrainTallies::new(&population, &Demand::of_sample(&coarsest, wavelengths_nm), &plan),

@@ -134,8 +134,8 @@ impl GrainTallies {
         Self { in_air: tally(&|met| met.in_air), in_water: demand.wet.then(|| tally(&|met| met.in_water)) }
     }
 
-    /// The medium that a sample of these grains, within what was demanded, is at a wavelength; without one of the tallies' 16 batches, for the
-    /// jackknife (Tukey 1958).
+    /// The medium that a sample of these grains, within what was demanded, is at a wavelength; without one of the tallies'
+    /// 16 batches, for the jackknife (Tukey 1958).
     ///
     /// # Panics
     /// If the sample is wet and the demand was not.

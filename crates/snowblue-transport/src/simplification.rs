@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 
 use crate::TransportError;
-use crate::ice::{Ice, IceTable};
+use crate::ice::Ice;
 use crate::medium::{Demand, GrainTallies, Medium};
 use crate::ordinates::{OrdinatesOptions, Peak, Scattering, Streams};
 use crate::population::Population;
 use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use crate::slab::{Incidence, Slab};
-use crate::tally::TallyPlan;
 use crate::two_stream::delta_eddington;
 
 /// The wavelength whose index serves all in a model without dispersion, in nm.
@@ -98,11 +97,7 @@ impl<'s> Simplifier<'s> {
         if !slab.sample.impurities.is_none() || slab.incidences.contains(&Incidence::Diffuse) {
             return Err(TransportError::Nothing { quantity: "clean snow under beams" });
         }
-        let plan = TallyPlan {
-            degree: options.streams.most(&slab.incidences, Peak::Broad),
-            rays: options.tally_rays,
-            seed: options.seed,
-        };
+        let plan = options.plan(&slab.incidences, Peak::Broad);
         let tally = |sample: &SnowSample| {
             GrainTallies::new(&Population::of_sample(sample), &Demand::of_sample(sample, &slab.wavelengths_nm), &plan)
         };
@@ -163,13 +158,7 @@ impl<'s> Simplifier<'s> {
                 let scattering = Scattering { one_minus_albedo: weak.one_minus_albedo / WEAKER, ..weak };
                 Medium { scattering, ..exact }
             }
-            Simplification::OtherIce => {
-                let other = match sample.ice {
-                    IceTable::WarrenBrandt2008 => Ice::picard_2016(),
-                    IceTable::Picard2016 => Ice::warren_brandt_2008(),
-                };
-                of_grains(index, other.absorption_per_m(wavelength_nm))
-            }
+            Simplification::OtherIce => of_grains(index, Ice::new(sample.ice.other()).absorption_per_m(wavelength_nm)),
             _ => exact,
         }
     }

@@ -6,6 +6,7 @@
 //! micro-tomograms of Letcher et al. 2022), so that all kinds have the same sphericity and facetness.
 
 use std::fmt;
+use std::str::FromStr;
 
 use crate::TransportError;
 use crate::sample::{GrainSize, SnowSample};
@@ -118,6 +119,18 @@ impl SnowType {
 impl fmt::Display for SnowType {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.name())
+    }
+}
+
+impl FromStr for SnowType {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| TransportError::Unknown {
+            quantity: "snow",
+            name: name.to_owned(),
+            known: Self::ALL.map(Self::name).join(", "),
+        })
     }
 }
 

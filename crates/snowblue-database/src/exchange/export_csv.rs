@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::{axis_names, is_diffuse, wrong};
+use super::{axis_names, wrong};
+use crate::axes::is_diffuse;
 use crate::file::{AnyTable, replace};
-use crate::{Axes, DatabaseError, Quantity};
+use crate::{DatabaseError, Quantity};
 
 /// Writes every value of a full table, or every rebuilt one of a compressed table.
 ///
@@ -35,7 +36,10 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
                 AnyTable::Shard(_) => {}
             }
         }
-        let place = words(axes, number);
+        let word = |(name, _, value): (&str, &str, f64)| {
+            if name == "angle" && is_diffuse(value) { "diffuse".to_owned() } else { value.to_string() }
+        };
+        let place: Vec<String> = axes.place(number).into_iter().map(word).collect();
         for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
             let row = place.iter().cloned().chain([*wavelength_nm, curve[0][w], curve[1][w]].map(|v| v.to_string()));
             writer.write_record(row).map_err(failed)?;
@@ -43,18 +47,4 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
     }
     let text = writer.into_inner().map_err(|error| wrong(path, format!("cannot be written: {}", error.error())))?;
     replace(path, &text)
-}
-
-/// The values of a curve's axes, the wavelength apart.
-fn words(axes: &Axes, curve: usize) -> Vec<String> {
-    let named = axes.named();
-    let mut rest = curve;
-    let mut words = Vec::new();
-    for (name, _, values) in named[..named.len() - 1].iter().rev() {
-        let value = values[rest % values.len()];
-        rest /= values.len();
-        words.push(if *name == "angle" && is_diffuse(value) { "diffuse".to_owned() } else { value.to_string() });
-    }
-    words.reverse();
-    words
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::wrong;
 use crate::file::{AnyTable, replace};
-use crate::pca::Components;
+use crate::pca::{Components, single};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space};
 
 /// How a spectrum comes out of the numbers.
@@ -78,9 +78,4 @@ fn array(name: &str, dimensions: &[&str], numbers: &mut Vec<f32>, values: impl I
 
 fn names(axes: &Axes) -> Vec<&'static str> {
     axes.named().into_iter().map(|(name, ..)| name).collect()
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "single precision is what is asked for")]
-fn single(value: f64) -> f32 {
-    value as f32
 }

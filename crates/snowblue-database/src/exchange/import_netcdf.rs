@@ -67,8 +67,7 @@ fn check_unit(path: &Path, reader: &FileReader, name: &str, axis: &str) -> Resul
         "thickness" => &["cm", "centimeter", "centimeters"],
         "wavelength" => &["nm", "nanometer", "nanometers"],
         "temperature" => &["degree_Celsius", "degrees_Celsius", "celsius", "Celsius", "degC", "°C"],
-        "facetness" | "water_saturation" => &["1"],
-        "transmittance" | "reflectance" => &["1"],
+        "facetness" | "water_saturation" | "transmittance" | "reflectance" => &["1"],
         _ => &["ng g-1", "ng/g", "ppb"],
     };
     match reader.data_set().get_var_attr_as_string(name, "units") {

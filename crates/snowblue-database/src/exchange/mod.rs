@@ -51,28 +51,12 @@ fn axis_of(name: &str) -> Option<&'static str> {
 
 /// Axes from their values by short names; further properties are there if they have values.
 fn axes(path: &Path, mut values: BTreeMap<&'static str, Vec<f64>>) -> Result<Axes, DatabaseError> {
-    let mut required = |name: &'static str| {
-        values.remove(name).ok_or_else(|| {
-            let names = axis_names();
-            let long = names.iter().find(|(short, _)| *short == name).map_or(name, |(_, long)| long);
-            wrong(path, format!("has no '{long}'; if it is one value, give it: --set {long}=VALUE"))
-        })
-    };
-    let mut axes = Axes {
-        grain_sizes_um: required("grain_size")?,
-        facetness: required("facetness")?,
-        densities_kg_m3: required("density")?,
-        further: Vec::new(),
-        diffuse: false,
-        angles_deg: required("angle")?,
-        thicknesses_cm: required("thickness")?,
-        wavelengths_nm: required("wavelength")?,
-    };
-    axes.diffuse = axes.angles_deg.first().is_some_and(|angle_deg| is_diffuse(*angle_deg));
-    if axes.diffuse {
-        axes.angles_deg.remove(0);
-    }
-    axes.further = Property::all().filter_map(|property| Some((property, values.remove(property.name())?))).collect();
+    let names = axis_names();
+    let in_order = names.iter().filter_map(|(short, _)| Some((*short, values.remove(short)?)));
+    let axes = Axes::from_named(in_order).map_err(|missing| {
+        let long = names.iter().find(|(short, _)| *short == missing).map_or(missing, |(_, long)| long);
+        wrong(path, format!("has no '{long}'; if it is one value, give it: --set {long}=VALUE"))
+    })?;
     axes.check_order().map_err(|error| wrong(path, error.to_string()))?;
     check_magnitudes(path, &axes)?;
     Ok(axes)
@@ -96,10 +80,6 @@ fn check_magnitudes(path: &Path, axes: &Axes) -> Result<(), DatabaseError> {
         }
     }
     Ok(())
-}
-
-fn is_diffuse(angle_deg: f64) -> bool {
-    angle_deg.to_bits() == DIFFUSE_ANGLE_DEG.to_bits()
 }
 
 /// Checks that a value is a share of light, but for noise.

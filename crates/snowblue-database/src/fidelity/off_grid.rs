@@ -16,6 +16,7 @@ use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
 use super::{Spread, spread};
 use crate::fill::{self, Engine};
+use crate::pca::single;
 use crate::{Axes, CompressedTable, DatabaseError, PcaSnow, Quantity, Space, TableSample};
 
 /// Relative errors of less light than this are told apart, as no eye sees it.
@@ -296,9 +297,4 @@ fn round(value: f64) -> f64 {
 #[expect(clippy::cast_possible_truncation, reason = "a whole number of two figures")]
 fn whole(value: f64) -> i32 {
     value as i32
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "look-ups take single precision")]
-fn single(value: f64) -> f32 {
-    value as f32
 }

@@ -14,11 +14,11 @@ use std::path::Path;
 use netcdf3::error::ReadError;
 use netcdf3::{DataSet, FileReader};
 
-use crate::axes::DIFFUSE_ANGLE_DEG;
+use crate::axes::is_axis;
 use crate::fill;
 use crate::pca::{Components, MOST_COMPONENTS};
 use crate::shard::{Part, Shard};
-use crate::{Axes, CompressedTable, DatabaseError, Property, Quantity, Space, Table};
+use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, Table};
 
 pub(crate) use writing::replace;
 
@@ -137,32 +137,16 @@ fn read_values(path: &Path, reader: &mut FileReader, expected: usize) -> Result<
 }
 
 fn read_axes(path: &Path, reader: &mut FileReader) -> Result<Axes, DatabaseError> {
-    let mut axis = |name: &str| {
-        let size = reader.data_set().dim_size(name);
-        let size = size.ok_or_else(|| wrong(path, &format!("is not a table of snow: it has no dimension '{name}'")))?;
-        doubles(path, reader, name, size)
-    };
-    let mut axes = Axes {
-        grain_sizes_um: axis("grain_size")?,
-        facetness: axis("facetness")?,
-        densities_kg_m3: axis("density")?,
-        further: Vec::new(),
-        diffuse: false,
-        angles_deg: axis("angle")?,
-        thicknesses_cm: axis("thickness")?,
-        wavelengths_nm: axis("wavelength")?,
-    };
-    axes.diffuse = axes.angles_deg.first().is_some_and(|angle_deg| angle_deg.to_bits() == DIFFUSE_ANGLE_DEG.to_bits());
-    if axes.diffuse {
-        axes.angles_deg.remove(0);
-    }
     // Coordinates stand in the order of the axes.
-    for name in reader.data_set().get_var_names() {
-        if let Some(property) = Property::all().find(|property| property.name() == name) {
-            let size = reader.data_set().dim_size(&name).unwrap_or(0);
-            axes.further.push((property, doubles(path, reader, &name, size)?));
+    let names = reader.data_set().get_var_names();
+    let mut values = Vec::new();
+    for name in names.iter().filter(|name| is_axis(name)) {
+        if let Some(size) = reader.data_set().dim_size(name) {
+            values.push((name.as_str(), doubles(path, reader, name, size)?));
         }
     }
+    let axes = Axes::from_named(values)
+        .map_err(|name| wrong(path, &format!("is not a table of snow: it has no dimension '{name}'")))?;
     axes.check_order().map_err(|error| wrong(path, &error.to_string()))?;
     let named = axes.named();
     let is_shard = reader.data_set().has_global_attr(SHARD);

@@ -7,7 +7,7 @@
 //!   between them. The spline runs through 0 cm (white) and 100 cm (black); beyond 100 cm and beyond 89° there is nothing.
 //!   It overshoots between the knots, as the paper's does. Snow is that of the grid alone.
 //! - `log`, ours: the spline of ln T runs through ln T = 0 at 0 cm and goes on in a straight line beyond the last knot,
-//!   since deep in snow light fades exponentially; between the angles it is a cubic. Angles beyond the last one are taken
+//!   since deep in snow light fades exponentially (where that line would rise, it stays); between the angles it is a cubic. Angles beyond the last one are taken
 //!   as that one. All of it is worked out beforehand (`resampled`), for any snow within the axes (`blend`).
 //!
 //! Reflectance is interpolated in the same way, in log space over ln h: it starts in proportion to the thickness and
@@ -25,7 +25,7 @@ use resampled::{Resampled, THIN_CM};
 use splines::Splines;
 
 use crate::blend::Blend;
-use crate::pca::Components;
+use crate::pca::{Components, single};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, TableSample};
 
 /// Light through snow thicker than this is black in the paper's scheme, in cm.
@@ -243,9 +243,4 @@ fn splines(
         values.extend(after.iter().flat_map(|(_, values)| values));
     }
     Splines::new(&axes.angles_deg, &knots, &values)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "look-ups run in single precision")]
-fn single(value: f64) -> f32 {
-    value as f32
 }

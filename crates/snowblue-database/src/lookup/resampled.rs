@@ -15,7 +15,7 @@ use wide::f32x4;
 use super::basis::{LANES, Lanes};
 use super::splines::{REGISTER, in_registers};
 use crate::cubic;
-use crate::lookup::single;
+use crate::pca::single;
 
 /// Added to the thickness, in cm: below it cells are even.
 pub(super) const THIN_CM: f32 = 0.015_625;

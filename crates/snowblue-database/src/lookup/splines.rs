@@ -4,7 +4,7 @@
 use wide::f32x4;
 
 use super::basis::{LANES, Lanes};
-use crate::lookup::single;
+use crate::pca::single;
 use crate::spline::{Knots, Piece, curvatures, piece};
 
 /// Numbers in a register.

@@ -21,6 +21,13 @@ pub struct OrdinatesOptions {
     pub seed: u64,
 }
 
+impl OrdinatesOptions {
+    /// How the grains of snow with such a peak are tallied for some lights.
+    pub(crate) fn plan(&self, incidences: &[Incidence], peak: Peak) -> TallyPlan {
+        TallyPlan { degree: self.streams.most(incidences, peak), rays: self.tally_rays, seed: self.seed }
+    }
+}
+
 impl Default for OrdinatesOptions {
     fn default() -> Self {
         Self { streams: Streams::default(), tally_rays: crate::tally::DEFAULT_RAYS, seed: 1 }
@@ -36,11 +43,7 @@ impl Default for OrdinatesOptions {
 pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     options.streams.check()?;
-    let plan = TallyPlan {
-        degree: options.streams.most(&slab.incidences, Peak::of(&slab.sample)),
-        rays: options.tally_rays,
-        seed: options.seed,
-    };
+    let plan = options.plan(&slab.incidences, Peak::of(&slab.sample));
     let demand = Demand::of_sample(&slab.sample, &slab.wavelengths_nm);
     let tallies = GrainTallies::new(&Population::of_sample(&slab.sample), &demand, &plan);
     // [wavelength][thickness × incidence]

@@ -11,7 +11,6 @@ use crate::medium::{Demand, GrainTallies};
 use crate::population::Population;
 use crate::sample::SnowSample;
 use crate::slab::Slab;
-use crate::tally::TallyPlan;
 
 /// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the slab's
 /// own: for each sample, each thickness and then incidence, a spectrum.
@@ -54,8 +53,7 @@ pub fn solve_alike(
     let demands = samples.iter().map(|sample| Demand::of_sample(sample, &slab.wavelengths_nm));
     let demand = demands.reduce(|all, one| all.and(&one)).unwrap_or_else(|| unreachable!("there is a first"));
     let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
-    let degree = options.streams.most(&slab.incidences, peak);
-    let plan = TallyPlan { degree, rays: options.tally_rays, seed: options.seed };
+    let plan = options.plan(&slab.incidences, peak);
     let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);
     let solve = |sample: &SnowSample| -> Vec<Vec<Fluxes>> {
         let at = |nm: &f64| {

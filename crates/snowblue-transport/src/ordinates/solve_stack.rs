@@ -17,7 +17,6 @@ use crate::population::Population;
 use crate::sample::SnowSample;
 use crate::slab::{Incidence, Radiometry};
 use crate::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
-use crate::tally::TallyPlan;
 
 /// Tallies of all grains of a stack.
 struct Grains {
@@ -144,11 +143,7 @@ fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<See
 
 impl Grains {
     fn new(stack: &Stack, options: &OrdinatesOptions) -> Self {
-        let plan = TallyPlan {
-            degree: options.streams.most(&stack.incidences, peak(stack)),
-            rays: options.tally_rays,
-            seed: options.seed,
-        };
+        let plan = options.plan(&stack.incidences, peak(stack));
         // A sample of each population, with what all of it asks for.
         let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
         let mut kind_of_layer = Vec::new();
