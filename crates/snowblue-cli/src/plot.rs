@@ -62,11 +62,13 @@ impl<'a> Stroke<'a> {
     }
 }
 
-/// A figure under the pen.
-struct Canvas(Document);
+/// A figure under the pen, with its width and height.
+struct Canvas(Document, Place);
 
 /// Characters of a line of provenance.
 const MOST_CHARACTERS: usize = 150;
+/// From one of its lines to the next.
+const LINE_HEIGHT: f64 = 14.0;
 
 /// Checks before long work that an SVG file can stand at a place.
 pub(crate) fn check_place(path: &Path) -> Outcome {
@@ -85,7 +87,7 @@ impl Canvas {
             .set("font-family", "Inter, 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif")
             .add(Title::new(title))
             .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "white"));
-        let mut canvas = Self(document);
+        let mut canvas = Self(document, (width, height));
         canvas.text((24.0, 34.0), title, Lettering { size: 17.0, bold: true, ..LABEL });
         canvas
     }
@@ -93,7 +95,7 @@ impl Canvas {
     /// The closing line that says what made the figure.
     fn provenance(&mut self, baseline: f64, metadata: &Metadata) {
         let made: Vec<String> = metadata.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        // One line, or the last of several where there is much to say.
+        // Where there is much to say the figure grows by more lines.
         let (mut lines, mut line) = (Vec::new(), String::new());
         for word in made {
             if !line.is_empty() && line.chars().count() + word.chars().count() > MOST_CHARACTERS {
@@ -103,10 +105,15 @@ impl Canvas {
             line.push_str(&word);
         }
         lines.push(line);
-        for (number, line) in lines.iter().rev().enumerate() {
-            let y = baseline - 14.0 * number as f64;
+        let mut y = baseline;
+        for line in &lines {
             self.text((24.0, y), line, Lettering { size: 10.5, fill: GREY, ..LABEL });
+            y += LINE_HEIGHT;
         }
+        let (width, height) = self.1;
+        let height = height + LINE_HEIGHT * (lines.len() - 1) as f64;
+        self.0.assign("viewBox", (0.0, 0.0, width, height));
+        self.0.assign("height", height);
     }
 
     fn text(&mut self, (x, y): Place, words: &str, style: Lettering) {
