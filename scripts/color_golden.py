@@ -11,7 +11,8 @@ import colour
 import numpy as np
 
 FOLDER = Path(__file__).parent.parent / "crates/snowblue-color/tests/data"
-OBSERVER = "CIE 1931 2 Degree Standard Observer"
+OBSERVERS = ["CIE 1931 2 Degree Standard Observer", "CIE 1964 10 Degree Standard Observer"]
+OBSERVER = OBSERVERS[0]
 SHAPE = colour.SpectralShape(400, 700, 10)
 WAVELENGTHS_NM = SHAPE.wavelengths
 # Smooth, steep and jagged; `snow` has the size and slope of 15 cm of snow.
@@ -48,7 +49,77 @@ def colours():
             yield [spectrum, name] + [f"{v:.12g}" for v in (*xyz, *lab, *(xyz_to_rgb @ xyz))]
 
 
+def linear(curve, shape):
+    """On straight lines: the package's own choice for even steps is Sprague's curves."""
+    known = colour.LinearInterpolator(curve.wavelengths, curve.values)
+    return colour.SpectralDistribution(known(shape.wavelengths), shape.wavelengths)
+
+
+def chromaticities():
+    """As published. Those of FL1-FL12 for 10 degrees are left out: they are 1e-4 off the white points of ASTM E308."""
+    for observer in OBSERVERS:
+        for name in TABULATED:
+            if observer == OBSERVER or not name.startswith("FL") or "." in name:
+                yield [name, observer.split()[1], *np.round(colour.CCS_ILLUMINANTS[observer][name], 5)]
+
+
+def sums():
+    """One spectrum each for all lights, observers and steps, in turn."""
+    curves = {
+        "snow": lambda nm: 0.0215 * np.exp(-((np.maximum(nm - 400, 0) / 265) ** 3)),
+        "green_band": lambda nm: np.exp(-(((nm - 540) / 30) ** 2)),
+        "ramp": lambda nm: (nm - 300) / 600,
+    }
+    turn = 0
+    for name in TABULATED:
+        first, last = max(colour.SDS_ILLUMINANTS[name].shape.start, 360), min(colour.SDS_ILLUMINANTS[name].shape.end, 780)
+        for observer in OBSERVERS:
+            for step in (1, 5, 10):
+                shape = colour.SpectralShape(first, last, step)
+                illuminant = linear(colour.SDS_ILLUMINANTS[name], shape)
+                matching = colour.MSDS_CMFS[observer].copy().align(shape)
+                spectrum = list(curves)[(turn + turn // 6) % 3]
+                turn += 1
+                curve = colour.SpectralDistribution(curves[spectrum](shape.wavelengths), shape.wavelengths)
+                xyz = colour.sd_to_XYZ(curve, matching, illuminant, method="Integration") / 100
+                year = observer.split()[1]
+                yield [name, year, step, spectrum] + [f"{v:.12g}" for v in xyz]
+
+
+def spaces():
+    """The same lights in other spaces; `adapted` is by Bradford from D65 to the white of ACEScg."""
+    d65 = colour.xy_to_XYZ([0.3127, 0.3290])
+    aces = colour.xy_to_XYZ([0.32168, 0.33767])
+    lights = [d65, aces, [0.2, 0.25, 0.6], [0.0011, 0.00105, 0.00494], [0.4, 0.2, 0.02], [0.05, 0.1, 0.07]]
+    before = None
+    for xyz in np.array(lights):
+        adapted = colour.chromatic_adaptation(xyz, d65, aces, method="Von Kries", transform="Bradford")
+        row = [*xyz]
+        for name in ("ITU-R BT.2020", "ACEScg"):
+            space = colour.RGB_COLOURSPACES[name]
+            row += [*(np.linalg.inv(colour.normalised_primary_matrix(space.primaries, space.whitepoint)) @ xyz)]
+        lab = colour.XYZ_to_Lab(xyz, [0.3127, 0.3290])
+        row += [*adapted, *lab, 0 if before is None else colour.delta_E(before, lab, method="CIE 2000")]
+        row += [*colour.XYZ_to_Oklab(xyz)]
+        before = lab
+        yield [f"{v:.12g}" for v in row]
+
+
+def interpolated():
+    """Sprague's curves through the spectrum of snow."""
+    curve = np.round(SPECTRA["snow"], 6)
+    places = np.array([400, 401, 413, 426.5, 555, 683, 697, 700])
+    return zip(places, [f"{v:.12g}" for v in colour.SpragueInterpolator(WAVELENGTHS_NM, curve)(places)])
+
+
 write("spectra.csv", ["wavelength_nm", *SPECTRA], zip(WAVELENGTHS_NM, *(np.round(v, 6) for v in SPECTRA.values())))
 write("colours.csv", ["spectrum", "illuminant", *"XYZLab", "r_linear", "g_linear", "b_linear"], colours())
-chromaticities = colour.CCS_ILLUMINANTS[OBSERVER]
-write("illuminant_chromaticities.csv", ["illuminant", "x", "y"], ([n, *np.round(chromaticities[n], 5)] for n in TABULATED))
+write("illuminant_chromaticities.csv", ["illuminant", "observer", "x", "y"], chromaticities())
+write("sums.csv", ["illuminant", "observer", "step_nm", "spectrum", *"XYZ"], sums())
+channels = [f"{channel}_{space}" for space in ("rec2020", "acescg") for channel in "rgb"]
+write(
+    "spaces.csv",
+    [*"XYZ", *channels, "X_adapted", "Y_adapted", "Z_adapted", *"Lab", "delta_e_2000_from_row_above", "ok_l", "ok_a", "ok_b"],
+    spaces(),
+)
+write("sprague.csv", ["wavelength_nm", "snow"], interpolated())

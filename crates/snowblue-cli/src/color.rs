@@ -145,7 +145,7 @@ impl Color {
         let xyz = colorimeter.xyz(values);
         let lab = Lab::from_xyz(xyz, colorimeter.white());
         let rgb = LinearRgb::from_xyz(xyz);
-        let hex = Srgb8::encode(rgb.into_gamut()).to_string();
+        let hex = Srgb8::encode(rgb.displayable()).to_string();
         let mut row = place.to_vec();
         row.push(Cell::Word(self.light.illuminant.name().to_owned()));
         row.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, rgb.r, rgb.g, rgb.b].map(Cell::from));

@@ -10,6 +10,11 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
+    /// At least two values, at as many increasing wavelengths.
+    pub(crate) fn new(wavelengths_nm: Vec<f64>, values: Vec<f64>) -> Curve {
+        Curve { wavelengths_nm, values }
+    }
+
     /// The value at a wavelength, none outside the table.
     pub(crate) fn at(&self, wavelength_nm: f64) -> Option<f64> {
         if !self.range_nm().contains(&wavelength_nm) {

@@ -11,6 +11,12 @@ pub enum ColorError {
         /// All names, separated by commas.
         known: String,
     },
+    /// No observer has this name.
+    #[error("observer is `{name}`, but must be 1931 (or 2, for 2°) or 1964 (or 10, for 10°)")]
+    UnknownObserver {
+        /// The name as it was written.
+        name: String,
+    },
     /// A wavelength lies where a table has no values.
     #[error("wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm for {table}")]
     OutsideTable {
@@ -20,7 +26,7 @@ pub enum ColorError {
         first_nm: f64,
         /// The last wavelength of the table in nm.
         last_nm: f64,
-        /// The illuminant or the observer.
+        /// The illuminant, the observer or the spectrum.
         table: String,
     },
     /// A list of wavelengths stands still or goes back.
@@ -30,6 +36,17 @@ pub enum ColorError {
         wavelength_nm: f64,
         /// The one before it in nm.
         previous_nm: f64,
+    },
+    /// A spectrum has too few values or uneven steps for Sprague's curves.
+    #[error(
+        "Sprague's interpolation needs 6 values or more in even steps, but there are {count} values, of which the first \
+         two lie {step_nm} nm apart"
+    )]
+    NoSprague {
+        /// How many values there are.
+        count: usize,
+        /// The first step in nm.
+        step_nm: f64,
     },
     /// The light excites fewer than three kinds of the observer's receptors, so there is no white to compare with.
     #[error(

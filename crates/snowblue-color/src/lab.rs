@@ -34,6 +34,24 @@ impl Lab {
         Lab { l: 116.0 * y - 16.0, a: 500.0 * (x - y), b: 200.0 * (y - z) }
     }
 
+    /// The tristimulus values that look like this to an eye adapted to `white`: the inverse of [`from_xyz`](Self::from_xyz).
+    pub fn xyz(self, white: Xyz) -> Xyz {
+        let y = (self.l + 16.0) / 116.0;
+        let (x, z) = (y + self.a / 500.0, y - self.b / 200.0);
+        Xyz { x: white.x * expand(x), y: white.y * expand(y), z: white.z * expand(z) }
+    }
+
+    /// Chroma C*ab, how far the colour is from grey: what is vivid has much of it.
+    pub fn chroma(self) -> f64 {
+        self.a.hypot(self.b)
+    }
+
+    /// Hue angle h_ab in degrees, from 0 to below 360: 0 red, 90 yellow, 180 green, 270 blue. Grey has none and gives 0.
+    pub fn hue_deg(self) -> f64 {
+        let hue = self.b.atan2(self.a).to_degrees();
+        if hue < 0.0 { hue + 360.0 } else { hue }
+    }
+
     /// Colour difference ΔE*ab of 1976, the distance of two colours; about 2.3 is just noticeable (Mahy, Van Eycken &
     /// Oosterlinck 1994, Color Res. Appl. 19, 105).
     pub fn delta_e_1976(self, other: Lab) -> f64 {
@@ -41,10 +59,17 @@ impl Lab {
     }
 }
 
+/// Where f turns from a line into the cube root.
+const DELTA: f64 = 6.0 / 29.0;
+
 /// f: the cube root, straightened near 0.
 fn compress(ratio: f64) -> f64 {
-    const DELTA: f64 = 6.0 / 29.0;
     if ratio > DELTA * DELTA * DELTA { ratio.cbrt() } else { ratio / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
+}
+
+/// The inverse of f.
+fn expand(compressed: f64) -> f64 {
+    if compressed > DELTA { compressed.powi(3) } else { 3.0 * DELTA * DELTA * (compressed - 4.0 / 29.0) }
 }
 
 #[cfg(test)]
@@ -73,6 +98,24 @@ mod tests {
         let slope = |from: f64, to: f64| (compress(to) - compress(from)) / (to - from);
         assert!((compress(joint * (1.0 + 1e-12)) - compress(joint * (1.0 - 1e-12))).abs() < 1e-12);
         assert!((slope(joint * 0.999, joint) / slope(joint, joint * 1.001) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn there_and_back_is_the_same_colour() {
+        for xyz in [Xyz { x: 0.2, y: 0.3, z: 0.9 }, Xyz { x: 0.002, y: 0.001, z: 0.007 }, Xyz::default()] {
+            let back = Lab::from_xyz(xyz, WHITE).xyz(WHITE);
+            let differences = [back.x - xyz.x, back.y - xyz.y, back.z - xyz.z];
+            assert!(differences.iter().all(|difference| difference.abs() < 1e-15), "{back:?}");
+        }
+    }
+
+    #[test]
+    fn chroma_and_hue_are_polar() {
+        let blue = Lab { l: 50.0, a: 3.0, b: -4.0 };
+        assert!((blue.chroma() - 5.0).abs() < 1e-15);
+        assert!((blue.hue_deg() - 306.869_897_645_844).abs() < 1e-12);
+        assert!((Lab { a: -1.0, b: 0.0, ..blue }.hue_deg() - 180.0).abs() < 1e-12);
+        assert!(Lab { a: 0.0, b: 0.0, ..blue }.hue_deg().abs() < 1e-12);
     }
 
     #[test]

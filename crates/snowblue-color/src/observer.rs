@@ -2,25 +2,42 @@
 //!
 //! CIE 015:2018, *Colorimetry*, doi:10.25039/TR.015.2018.
 
+use std::fmt;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 use crate::curve::{self, Curve};
 use crate::error::ColorError;
 use crate::xyz::Xyz;
 
+const HEADER: &str = "wavelength_nm,x_bar,y_bar,z_bar";
 static CIE_1931: LazyLock<[Curve; 3]> =
-    LazyLock::new(|| curve::parse(include_str!("../data/cmf_1931_2deg_1nm.csv"), "wavelength_nm,x_bar,y_bar,z_bar"));
+    LazyLock::new(|| curve::parse(include_str!("../data/cmf_1931_2deg_1nm.csv"), HEADER));
+static CIE_1964: LazyLock<[Curve; 3]> =
+    LazyLock::new(|| curve::parse(include_str!("../data/cmf_1964_10deg_1nm.csv"), HEADER));
 
-/// A standard eye.
+/// A standard eye. It is written as its year, and read as its year or its field of view in degrees:
+///
+/// ```
+/// # use snowblue_color::Observer;
+/// assert_eq!("10".parse::<Observer>()?.to_string(), "1964");
+/// # Ok::<(), snowblue_color::ColorError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Observer {
     /// The CIE 1931 observer, for fields of view of 1–4°; sRGB and CIE 1931 chromaticities are defined by it.
     #[default]
     Cie1931,
+    /// The CIE 1964 observer, for fields of view above 4°: a wall of snow rather than a spot of it. Screens and RGB
+    /// spaces are not defined by it.
+    Cie1964,
 }
 
 impl Observer {
+    /// Every observer there is.
+    pub const ALL: [Observer; 2] = [Observer::Cie1931, Observer::Cie1964];
+
     /// Colour-matching functions x̄, ȳ, z̄: tristimulus values of one unit of power at one wavelength.
     ///
     /// The eye is most sensitive to yellowish green:
@@ -51,13 +68,36 @@ impl Observer {
     pub fn name(self) -> &'static str {
         match self {
             Observer::Cie1931 => "CIE 1931 2°",
+            Observer::Cie1964 => "CIE 1964 10°",
         }
     }
 
     fn curves(self) -> &'static [Curve; 3] {
         match self {
             Observer::Cie1931 => &CIE_1931,
+            Observer::Cie1964 => &CIE_1964,
         }
+    }
+}
+
+impl FromStr for Observer {
+    type Err = ColorError;
+
+    fn from_str(name: &str) -> Result<Observer, ColorError> {
+        match name {
+            "1931" | "2" => Ok(Observer::Cie1931),
+            "1964" | "10" => Ok(Observer::Cie1964),
+            _ => Err(ColorError::UnknownObserver { name: name.to_owned() }),
+        }
+    }
+}
+
+impl fmt::Display for Observer {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Observer::Cie1931 => "1931",
+            Observer::Cie1964 => "1964",
+        })
     }
 }
 
@@ -68,10 +108,12 @@ mod tests {
     /// Rows as printed in CIE 015:2018 and in Wyszecki & Stiles 2000, *Color Science*, table I(3.3.1).
     #[test]
     fn table_keeps_printed_values() {
-        for curve in Observer::Cie1931.curves() {
+        for curve in Observer::ALL.into_iter().flat_map(Observer::curves) {
             assert_eq!(curve.count(), 471);
             assert_eq!(curve.range_nm(), 360.0..=830.0);
         }
+        let wide = Xyz { x: 0.370_702, y: 0.089_456, z: 1.994_8 };
+        assert_eq!(Observer::Cie1964.matching(450.0), Ok(wide));
         let printed = [
             (360.0, Xyz { x: 0.0001299, y: 0.000003917, z: 0.0006061 }),
             (450.0, Xyz { x: 0.3362, y: 0.038, z: 1.77211 }),
@@ -86,11 +128,23 @@ mod tests {
     /// The three functions were scaled to the same area, so that the light of equal power is white.
     #[test]
     fn areas_are_equal() {
-        let matching = (360..=830).map(|nm| Observer::Cie1931.matching(f64::from(nm)).unwrap());
-        let area = matching.fold(Xyz::default(), |sum, matching| sum + matching);
-        assert!((area.y - 106.857).abs() < 1e-3, "{area:?}");
-        // The published functions are rounded: their areas differ by 3 parts in 10⁴.
-        assert!((area.x / area.y - 1.0).abs() < 4e-4 && (area.z / area.y - 1.0).abs() < 4e-4, "{area:?}");
+        for (observer, luminous) in [(Observer::Cie1931, 106.857), (Observer::Cie1964, 116.662)] {
+            let matching = (360..=830).map(|nm| observer.matching(f64::from(nm)).unwrap());
+            let area = matching.fold(Xyz::default(), |sum, matching| sum + matching);
+            assert!((area.y - luminous).abs() < 1e-3, "{area:?}");
+            // The published functions are rounded: their areas differ by 3 parts in 10⁴.
+            assert!((area.x / area.y - 1.0).abs() < 4e-4 && (area.z / area.y - 1.0).abs() < 4e-4, "{area:?}");
+        }
+    }
+
+    #[test]
+    fn names_are_years_or_degrees() {
+        for (names, observer) in [(["1931", "2"], Observer::Cie1931), (["1964", "10"], Observer::Cie1964)] {
+            assert!(names.iter().all(|name| name.parse() == Ok(observer)));
+            assert_eq!(observer.to_string(), names[0]);
+        }
+        let message = "1978".parse::<Observer>().unwrap_err().to_string();
+        assert_eq!(message, "observer is `1978`, but must be 1931 (or 2, for 2°) or 1964 (or 10, for 10°)");
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub struct Srgb8 {
 impl Srgb8 {
     /// The 8-bit colour, rounded; what is below 0 or above 1 is shown as 0 or 1.
     ///
-    /// Channels below 0 shift the hue when cut off: apply [`LinearRgb::into_gamut`] first.
+    /// Channels below 0 shift the hue when cut off: apply [`LinearRgb::displayable`] first.
     ///
     /// The eye tells dark tones apart better than light ones, so half of the codes serve the darkest fifth of the light:
     /// ```

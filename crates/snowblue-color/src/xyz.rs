@@ -1,4 +1,4 @@
-//! CIE 1931 tristimulus values: how strongly light excites a standard eye.
+//! Tristimulus values: how strongly light excites a standard eye.
 //!
 //! x = X/(X + Y + Z), y = Y/(X + Y + Z) (CIE 015:2018).
 
@@ -24,7 +24,30 @@ pub struct Chromaticity {
     pub y: f64,
 }
 
+/// xyY: hue and saturation, and the luminance beside them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Xyy {
+    /// x and y.
+    pub chromaticity: Chromaticity,
+    /// Y, relative.
+    pub luminance: f64,
+}
+
+impl Xyy {
+    /// The tristimulus values. No light has y = 0 beside a luminance: it gives infinity or NaN.
+    pub fn xyz(self) -> Xyz {
+        let Chromaticity { x, y } = self.chromaticity;
+        let scale = self.luminance / y;
+        Xyz { x: x * scale, y: self.luminance, z: (1.0 - x - y) * scale }
+    }
+}
+
 impl Xyz {
+    /// Chromaticity and luminance. Darkness has no chromaticity: it gives NaN.
+    pub fn xyy(self) -> Xyy {
+        Xyy { chromaticity: self.chromaticity(), luminance: self.y }
+    }
+
     /// The chromaticity. Darkness has none: it gives NaN.
     ///
     /// Candlelight and lamps are yellower than daylight, they lie at a larger x:
@@ -65,6 +88,13 @@ impl Mul<f64> for Xyz {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn xyy_keeps_the_light() {
+        let light = Xyz { x: 0.25, y: 0.5, z: 0.25 };
+        assert_eq!(light.xyy().xyz(), light);
+        assert!(Xyz::default().xyy().chromaticity.x.is_nan());
+    }
 
     #[test]
     fn chromaticity_does_not_depend_on_strength() {

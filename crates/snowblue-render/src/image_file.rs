@@ -8,7 +8,7 @@ use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Te
 use snowblue_color::{LinearRgb, Srgb8};
 
 use crate::error::RenderError;
-use crate::film::{Film, displayable};
+use crate::film::Film;
 use crate::ray::narrow;
 use crate::scene::Exposure;
 
@@ -24,7 +24,7 @@ pub fn write_png(film: &Film, exposure: Exposure, notes: &Notes, path: &Path) ->
     let factor = film.display_factor(exposure);
     let mut bytes = Vec::with_capacity(3 * film.pixels().len());
     for &xyz in film.pixels() {
-        let Srgb8 { r, g, b } = Srgb8::encode(displayable(LinearRgb::from_xyz(xyz * factor)));
+        let Srgb8 { r, g, b } = Srgb8::encode(LinearRgb::from_xyz(xyz * factor).displayable());
         bytes.extend([r, g, b]);
     }
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(&pixels[..6], [0, 0, 0, 255, 255, 255]);
         // Linear 0.25, one stop up, is 0.5: code 188 (IEC 61966-2-1).
         assert_eq!(&pixels[9..], [188, 188, 188]);
-        // Twice the blue, (−0.2, 0.4, 1.0), moves to the grey of its luminance until red is 0.
+        // Twice the blue, (−0.2, 0.4, 1.0), loses chroma until red is 0.
         assert!(pixels[6] == 0 && pixels[7] > 130 && pixels[8] > pixels[7] && pixels[8] < 255, "{pixels:?}");
     }
 

@@ -97,7 +97,7 @@ fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec
 }
 
 fn hex(xyz: Xyz) -> String {
-    Srgb8::encode(LinearRgb::from_xyz(xyz).into_gamut()).to_string()
+    Srgb8::encode(LinearRgb::from_xyz(xyz).displayable()).to_string()
 }
 
 const COLUMNS: [&str; 9] = ["cm", "1 %", "5 %", "7 %", "10 %", "20 %", "30 %", "50 %", "100 %"];

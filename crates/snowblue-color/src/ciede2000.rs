@@ -1,0 +1,76 @@
+//! CIEDE2000: a colour difference closer to the eye's than ΔE*ab, above all among vivid colours and blues.
+//!
+//! G. Sharma, W. Wu & E. N. Dalal 2005, *The CIEDE2000 color-difference formula: implementation notes, supplementary test
+//! data, and mathematical observations*, Color Res. Appl. 30, 21, doi:10.1002/col.20070, equations 2–22;
+//! ISO/CIE 11664-6:2022. The parametric factors k_L, k_C and k_H are 1.
+
+use crate::lab::Lab;
+
+/// 25⁷, the chroma above which a* is no longer stretched.
+const TURNING_CHROMA_7: f64 = 6_103_515_625.0;
+
+impl Lab {
+    /// Colour difference ΔE₀₀ of 2000, with k_L = k_C = k_H = 1: the same from either colour.
+    ///
+    /// The eye forgives vivid colours more:
+    /// ```
+    /// # use snowblue_color::Lab;
+    /// let step = |b| Lab { l: 50.0, a: 0.0, b }.delta_e_2000(Lab { l: 50.0, a: 0.0, b: b + 3.0 });
+    /// assert!(step(0.0) > 2.0 && step(-80.0) < 1.0);
+    /// ```
+    pub fn delta_e_2000(self, other: Lab) -> f64 {
+        let mean_chroma = 0.5 * (self.chroma() + other.chroma());
+        let stretch = 1.0 + 0.5 * (1.0 - saturating(mean_chroma).sqrt());
+        let [first, second] = [self, other].map(|lab| Lab { a: stretch * lab.a, ..lab });
+        let (chroma_1, chroma_2) = (first.chroma(), second.chroma());
+        let (hue_1, hue_2) = (first.hue_deg(), second.hue_deg());
+        let grey = chroma_1 * chroma_2 <= 0.0;
+
+        let turn = if grey { 0.0 } else { shortest_turn_deg(hue_1, hue_2) };
+        let lightness_step = second.l - first.l;
+        let chroma_step = chroma_2 - chroma_1;
+        let hue_step = 2.0 * (chroma_1 * chroma_2).sqrt() * (0.5 * turn).to_radians().sin();
+
+        let chroma = 0.5 * (chroma_1 + chroma_2);
+        let hue = if grey { hue_1 + hue_2 } else { mean_hue_deg(hue_1, hue_2) };
+        let from_middle_2 = (0.5 * (first.l + second.l) - 50.0).powi(2);
+        let lightness_term = lightness_step / (1.0 + 0.015 * from_middle_2 / (20.0 + from_middle_2).sqrt());
+        let chroma_term = chroma_step / (1.0 + 0.045 * chroma);
+        let hue_term = hue_step / (1.0 + 0.015 * chroma * hue_weight(hue));
+        let blue_turn_deg = 60.0 * (-((hue - 275.0) / 25.0).powi(2)).exp();
+        let rotation = -2.0 * saturating(chroma).sqrt() * blue_turn_deg.to_radians().sin();
+        let square = lightness_term.powi(2) + chroma_term.powi(2) + hue_term.powi(2);
+        (square + rotation * chroma_term * hue_term).sqrt()
+    }
+}
+
+/// C⁷/(C⁷ + 25⁷).
+fn saturating(chroma: f64) -> f64 {
+    let power = chroma.powi(7);
+    power / (power + TURNING_CHROMA_7)
+}
+
+/// T of equation 15.
+fn hue_weight(hue_deg: f64) -> f64 {
+    let cos = |degrees: f64| degrees.to_radians().cos();
+    1.0 - 0.17 * cos(hue_deg - 30.0) + 0.24 * cos(2.0 * hue_deg) + 0.32 * cos(3.0 * hue_deg + 6.0)
+        - 0.20 * cos(4.0 * hue_deg - 63.0)
+}
+
+fn shortest_turn_deg(from: f64, to: f64) -> f64 {
+    match to - from {
+        turn if turn > 180.0 => turn - 360.0,
+        turn if turn < -180.0 => turn + 360.0,
+        turn => turn,
+    }
+}
+
+/// The hue half-way on the shorter arc.
+fn mean_hue_deg(first: f64, second: f64) -> f64 {
+    let sum = first + second;
+    match (first - second).abs() > 180.0 {
+        false => 0.5 * sum,
+        true if sum < 360.0 => 0.5 * (sum + 360.0),
+        true => 0.5 * (sum - 360.0),
+    }
+}
