@@ -1,10 +1,16 @@
 //! `snowblue figures`: figures and tables of the validation, each as an SVG and a CSV, with a page that shows them.
 
 mod albedo;
+mod curves;
+mod fig2;
+mod fig4;
+mod lprime;
 mod microct;
 mod page;
+mod s1;
 mod s2;
 mod simplifications;
+mod table1;
 mod water;
 
 use std::path::PathBuf;
@@ -17,11 +23,11 @@ use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::report::{Cell, Report, print, write_file};
 
-/// Figures and tables of the validation, recomputed, into a folder
+/// Every figure and table of the paper and of the validation, recomputed, into a folder
 #[derive(Debug, Args)]
 #[command(
     after_help = "Each figure NAME becomes NAME.svg and NAME.csv, each of its tables NAME_TABLE.csv; index.html shows
-what was made. Tables are printed as well. All take less than a minute.
+what was made. Tables are printed as well. All together take about a minute.
 
 Examples:
   snowblue figures -o figures
@@ -31,7 +37,7 @@ pub(crate) struct Figures {
     /// Folder to write into, which is made if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Some figures only: water, albedo, microct, s2, simplifications
+    /// Some figures only: table1, fig2, fig4, s1, lprime, s2, simplifications, water, albedo, microct
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
 }
@@ -39,8 +45,10 @@ pub(crate) struct Figures {
 /// A figure that was computed and drawn.
 struct Figure {
     title: &'static str,
-    /// What it shows, and whose numbers are whose.
-    caption: String,
+    /// What we computed and what we find.
+    ours: String,
+    /// What the paper shows or says of it.
+    paper: String,
     svg: String,
     /// The numbers behind the drawing.
     numbers: Report,
@@ -57,15 +65,23 @@ struct Table {
 /// A figure's name and how it is made.
 struct Recipe {
     name: &'static str,
+    /// What of the paper it redraws, as the paper calls it; nothing for questions of our own.
+    of: Option<&'static str>,
     make: fn() -> Result<Figure, Failure>,
 }
 
-const RECIPES: [Recipe; 5] = [
-    Recipe { name: "water", make: water::figure },
-    Recipe { name: "albedo", make: albedo::figure },
-    Recipe { name: "microct", make: microct::figure },
-    Recipe { name: "s2", make: s2::figure },
-    Recipe { name: "simplifications", make: simplifications::figure },
+/// In the order of the page: the paper's, then ours.
+const RECIPES: [Recipe; 10] = [
+    Recipe { name: "table1", of: Some("Table 1"), make: table1::figure },
+    Recipe { name: "fig2", of: Some("Fig. 2"), make: fig2::figure },
+    Recipe { name: "fig4", of: Some("Fig. 4"), make: fig4::figure },
+    Recipe { name: "s1", of: Some("Fig. S1"), make: s1::figure },
+    Recipe { name: "lprime", of: Some("Sidebar"), make: lprime::figure },
+    Recipe { name: "s2", of: Some("Fig. S2"), make: s2::figure },
+    Recipe { name: "simplifications", of: None, make: simplifications::figure },
+    Recipe { name: "water", of: None, make: water::figure },
+    Recipe { name: "albedo", of: None, make: albedo::figure },
+    Recipe { name: "microct", of: None, make: microct::figure },
 ];
 
 impl Figures {
@@ -80,7 +96,7 @@ impl Figures {
             bar.at(number as u64, recipes.len() as u64);
             let figure = (recipe.make)()?;
             self.write(recipe.name, &figure)?;
-            figures.push((recipe.name, figure));
+            figures.push((*recipe, figure));
         }
         bar.end();
         write_file(&self.output.join("index.html"), page::index(&figures).as_bytes())?;

@@ -5,6 +5,7 @@
 //! with shapes of the `svg` crate: the plotting crates round places to whole pixels, or have no polar plot of two halves.
 
 mod chart;
+mod diagram;
 mod fidelity;
 mod polar;
 mod spectra;
@@ -29,23 +30,23 @@ pub(crate) type Metadata = [(&'static str, String)];
 
 pub(crate) const INK: &str = "#1f2933";
 pub(crate) const GREY: &str = "#6b7785";
-const PALE: &str = "#e1e6eb";
+pub(crate) const PALE: &str = "#e1e6eb";
 
 /// A place on the canvas: pixels to the right and down.
-type Place = (f64, f64);
+pub(crate) type Place = (f64, f64);
 
 /// How text stands at its place.
 #[derive(Debug, Clone, Copy)]
-struct Lettering {
-    size: f64,
-    fill: &'static str,
+pub(crate) struct Lettering {
+    pub(crate) size: f64,
+    pub(crate) fill: &'static str,
     /// `start`, `middle` or `end`.
-    anchor: &'static str,
-    bold: bool,
+    pub(crate) anchor: &'static str,
+    pub(crate) bold: bool,
 }
 
-const LABEL: Lettering = Lettering { size: 13.0, fill: INK, anchor: "start", bold: false };
-const TICK: Lettering = Lettering { size: 12.0, fill: GREY, anchor: "middle", bold: false };
+pub(crate) const LABEL: Lettering = Lettering { size: 13.0, fill: INK, anchor: "start", bold: false };
+pub(crate) const TICK: Lettering = Lettering { size: 12.0, fill: GREY, anchor: "middle", bold: false };
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +64,7 @@ impl<'a> Stroke<'a> {
 }
 
 /// A figure under the pen, with its width and height.
-struct Canvas(Document, Place);
+pub(crate) struct Canvas(Document, Place);
 
 /// Characters of a line of provenance.
 const MOST_CHARACTERS: usize = 150;
@@ -79,7 +80,7 @@ pub(crate) fn check_place(path: &Path) -> Outcome {
 }
 
 impl Canvas {
-    fn new(width: f64, height: f64, title: &str) -> Self {
+    pub(crate) fn new(width: f64, height: f64, title: &str) -> Self {
         let document = Document::new()
             .set("viewBox", (0.0, 0.0, width, height))
             .set("width", width)
@@ -116,7 +117,7 @@ impl Canvas {
         self.0.assign("height", height);
     }
 
-    fn text(&mut self, (x, y): Place, words: &str, style: Lettering) {
+    pub(crate) fn text(&mut self, (x, y): Place, words: &str, style: Lettering) {
         self.0.append(lettered(words, style).set("x", rounded(x)).set("y", rounded(y)));
     }
 
@@ -126,7 +127,7 @@ impl Canvas {
         self.0.append(lettered(words, Lettering { anchor: "middle", ..style }).set("transform", turn));
     }
 
-    fn line(&mut self, from: Place, to: Place, stroke: Stroke) {
+    pub(crate) fn line(&mut self, from: Place, to: Place, stroke: Stroke) {
         let line = Line::new()
             .set("x1", rounded(from.0))
             .set("y1", rounded(from.1))
@@ -135,9 +136,14 @@ impl Canvas {
         self.0.append(stroked(line, stroke));
     }
 
-    fn curve(&mut self, points: &[Place], stroke: Stroke) {
-        let shape = Shape::new().set("d", through(points)).set("stroke-linejoin", "round");
-        self.0.append(stroked(shape, stroke));
+    pub(crate) fn curve(&mut self, points: &[Place], stroke: Stroke) {
+        self.curves(&[points], stroke);
+    }
+
+    /// Curves that look alike, as one shape.
+    fn curves<C: AsRef<[Place]>>(&mut self, curves: &[C], stroke: Stroke) {
+        let data = curves.iter().fold(Data::new(), |data, points| passing(data, points.as_ref()));
+        self.0.append(stroked(Shape::new().set("d", data).set("stroke-linejoin", "round"), stroke));
     }
 
     /// A filled area between two curves.
@@ -147,7 +153,7 @@ impl Canvas {
         self.0.append(shape);
     }
 
-    fn dot(&mut self, (x, y): Place, radius: f64, fill: &str) {
+    pub(crate) fn dot(&mut self, (x, y): Place, radius: f64, fill: &str) {
         let circle = Circle::new().set("cx", rounded(x)).set("cy", rounded(y)).set("r", radius).set("fill", fill);
         self.0.append(circle);
     }
@@ -177,7 +183,11 @@ fn stroked<T: Node>(mut node: T, stroke: Stroke) -> T {
 }
 
 fn through(points: &[Place]) -> Data {
-    points.iter().enumerate().fold(Data::new(), |data, (i, (x, y))| {
+    passing(Data::new(), points)
+}
+
+fn passing(data: Data, points: &[Place]) -> Data {
+    points.iter().enumerate().fold(data, |data, (i, (x, y))| {
         let place = (rounded(*x), rounded(*y));
         if i == 0 { data.move_to(place) } else { data.line_to(place) }
     })
@@ -233,7 +243,7 @@ impl Axis {
     }
 
     /// Where a value lies between both ends, 0–1; what lies beyond stays at the end.
-    fn share(&self, value: f64) -> f64 {
+    pub(crate) fn share(&self, value: f64) -> f64 {
         let share = if self.logarithmic {
             (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
         } else {
@@ -242,7 +252,7 @@ impl Axis {
         share.clamp(0.0, 1.0)
     }
 
-    fn label(&self, mark: f64) -> String {
+    pub(crate) fn label(&self, mark: f64) -> String {
         let (size, least) = if self.logarithmic { (mark, self.low) } else { (self.step, self.step) };
         if least < 0.999e-4 && mark != 0.0 {
             return power_of_ten(mark);

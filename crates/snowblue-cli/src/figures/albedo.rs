@@ -73,13 +73,14 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     ];
     Ok(Figure {
         title: "Snow from its albedo, and thin snow predicted from it",
-        caption: "Above: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard deviation) of \
-                  34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm over a black panel, with our \
-                  prediction for the same snow: the band spans the densities 147–287 kg/m³ and panel albedos .02–.06 that are not \
-                  known. Dashed: the same with the surface area that the thin snow itself tells beyond 1000 nm, where the panel \
-                  cannot be seen. Middle: ours less measured. Below: thin over thick, which no common error of the scale or of the ice table \
-                  changes; grey is the band of the dashed line."
+        ours: "Above: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard deviation) of \
+               34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm over a black panel, with our \
+               prediction for the same snow: the band spans the densities 147–287 kg/m³ and panel albedos .02–.06 that are not \
+               known. Dashed: the same with the surface area that the thin snow itself tells beyond 1000 nm, where the panel \
+               cannot be seen. Middle: ours less measured. Below: thin over thick, which no common error of the scale or of the ice table \
+               changes; grey is the band of the dashed line."
             .to_owned(),
+        paper: "Compares its model with one measured reflectance (Fig. S2) and with none of these measurements.".to_owned(),
         svg: draw(&answers),
         numbers: numbers(&columns, answers.measured.iter().enumerate().map(row).collect()),
         tables: vec![fits(&answers), bands(&answers), ratios(&answers)],

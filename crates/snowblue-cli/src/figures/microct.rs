@@ -63,12 +63,13 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     ];
     Ok(Figure {
         title: "Our grains against micro-tomograms",
-        caption: format!(
+        ours: format!(
             "Extinction, path enhancement B and asymmetry g (theirs without the diffraction that they add: 2g − 1) of 32 \
              micro-tomograms of Letcher et al. 2022, and the lines of our grains: κ = ρ SSA/4, B = n² = {:.3} and g = {:.3} \
              (facetness .3, 550 nm). The dashed line is the straight line through their B: {:.3} − {:.5} ρ. Nothing is tuned.",
             ours.path_enhancement, ours.asymmetry, trend[0], -trend[1]
         ),
+        paper: "Describes grains by size, facetness and sphericity, and compares them with no tomogram.".to_owned(),
         svg: draw(&samples, &ours, trend),
         numbers: numbers(&columns, samples.iter().map(row).collect()),
         tables: vec![kinds(&samples, &ours), effects(&exact, &ours, &theirs)],

@@ -1,45 +1,87 @@
-//! The page that shows figures with their captions and tables.
+//! The page that shows figures in the paper's order, ours after them, each with what is ours and what the paper says.
 
-use super::{Figure, Table};
+use super::{Figure, Recipe, Table};
+use crate::report::Cell;
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;color:#1f2933;max-width:60rem;margin:2rem auto;padding:0 1rem}\
-img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 1.5rem;font-variant-numeric:tabular-nums}\
-th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e1e6eb}th:first-child,td:first-child{text-align:left}";
+const STYLE: &str = include_str!("page.css");
+const PAPER: &str = "Petri M. Varsa and Gladimir V. G. Baranoski, “Rendering the Bluish Appearance of Snow: When Light \
+                     Transmission Matters”, IEEE Computer Graphics and Applications 44 (1), 2024";
+/// Columns with longer cells than this are words, which run over lines.
+const MOST_IN_A_LINE: usize = 24;
+const DOI: &str = "10.1109/MCG.2023.3307517";
 
-/// One page of HTML.
-pub(super) fn index(figures: &[(&str, Figure)]) -> String {
-    let sections: String = figures.iter().map(|(name, figure)| section(name, figure)).collect();
+/// One page of HTML, with its drawings and numbers as files beside it.
+pub(super) fn index(figures: &[(&Recipe, Figure)]) -> String {
+    let sections: String = figures.iter().map(|(recipe, figure)| section(recipe, figure)).collect();
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Figures of snowblue {version}</title>\n\
-         <style>{STYLE}</style>\n<h1>Figures of snowblue {version}</h1>\n{sections}</html>\n",
-        version = env!("CARGO_PKG_VERSION")
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Figures of snowblue</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>The blue of light through snow, figure by figure</h1>\n\
+         <p>Everything here is computed by snowblue {version}, from its engines and its tables of constants alone. \
+         Beside it stands what the paper shows or says: {PAPER}, \
+         <a href=\"https://doi.org/{DOI}\">doi:{DOI}</a>.</p>\n</header>\n\
+         <nav aria-label=\"Contents\">\n{contents}</nav>\n<main>\n{sections}</main>\n</body>\n</html>\n",
+        version = env!("CARGO_PKG_VERSION"),
+        contents = contents(figures, true) + &contents(figures, false),
     )
 }
 
-fn section(name: &str, figure: &Figure) -> String {
+/// Links to the figures of the paper, or to those beyond it.
+fn contents(figures: &[(&Recipe, Figure)], of_paper: bool) -> String {
+    let link = |(recipe, figure): &(&Recipe, Figure)| {
+        format!("<li>{}<a href=\"#{}\">{}</a></li>\n", of(recipe), recipe.name, escaped(figure.title))
+    };
+    let links: String = figures.iter().filter(|(recipe, _)| recipe.of.is_some() == of_paper).map(link).collect();
+    let (title, kind) = if of_paper { ("The paper, recomputed", "paper") } else { ("Beyond the paper", "beyond") };
+    if links.is_empty() {
+        return String::new();
+    }
+    format!("<div>\n<h2>{title}</h2>\n<ul class=\"{kind}\">\n{links}</ul>\n</div>\n")
+}
+
+/// What of the paper a figure redraws.
+fn of(recipe: &Recipe) -> String {
+    recipe.of.map_or_else(String::new, |of| format!("<span class=\"of\">{of}</span>"))
+}
+
+fn section(recipe: &Recipe, figure: &Figure) -> String {
+    let name = recipe.name;
     let tables: String = figure.tables.iter().map(table).collect();
     let files = figure.tables.iter().map(|table| format!("{name}_{}.csv", table.name));
-    let links: Vec<String> = std::iter::once(format!("{name}.csv"))
+    let links: Vec<String> = [format!("{name}.svg"), format!("{name}.csv")]
+        .into_iter()
         .chain(files)
         .map(|file| format!("<a href=\"{file}\">{file}</a>"))
         .collect();
     format!(
-        "<h2 id=\"{name}\">{title}</h2>\n<img src=\"{name}.svg\" alt=\"{title}\">\n<p>{caption}</p>\n{tables}<p>{links}</p>\n",
+        "<section id=\"{name}\">\n<h2>{of}{title}</h2>\n<figure>\n<img src=\"{name}.svg\" alt=\"{title}\">\n<figcaption>\n\
+         <dl>\n<dt>Ours</dt><dd>{ours}</dd>\n<dt>The paper</dt><dd>{paper}</dd>\n</dl>\n</figcaption>\n</figure>\n\
+         {tables}<p class=\"files\">{links}</p>\n</section>\n",
+        of = of(recipe),
         title = escaped(figure.title),
-        caption = escaped(&figure.caption),
+        ours = escaped(&figure.ours),
+        paper = escaped(&figure.paper),
         links = links.join(" · ")
     )
 }
 
 fn table(table: &Table) -> String {
-    let line = |cells: Vec<String>, tag: &str| -> String {
-        let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
-        format!("<tr>{cells}</tr>\n")
+    let columns = table.report.columns.iter().map(|name| (*name).to_owned()).collect();
+    let rows: Vec<Vec<String>> = table.report.rows.iter().map(|row| row.iter().map(Cell::text).collect()).collect();
+    let wordy = |column: usize| rows.iter().any(|row| row[column].chars().count() > MOST_IN_A_LINE);
+    let line = |cells: &Vec<String>, tag: &str| -> String {
+        let cell = |(column, cell): (usize, &String)| {
+            let class = if wordy(column) { " class=\"words\"" } else { "" };
+            format!("<{tag}{class}>{}</{tag}>", escaped(cell))
+        };
+        format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())
     };
-    let head = line(table.report.columns.iter().map(|name| (*name).to_owned()).collect(), "th");
-    let rows: String =
-        table.report.rows.iter().map(|row| line(row.iter().map(crate::report::Cell::text).collect(), "td")).collect();
-    format!("<h3>{}</h3>\n<table>\n{head}{rows}</table>\n", escaped(&table.title))
+    format!(
+        "<h3>{}</h3>\n<div class=\"wide\">\n<table>\n<thead>\n{}</thead>\n<tbody>\n{}</tbody>\n</table>\n</div>\n",
+        escaped(&table.title),
+        line(&columns, "th"),
+        rows.iter().map(|row| line(row, "td")).collect::<String>()
+    )
 }
 
 fn escaped(text: &str) -> String {

@@ -33,11 +33,13 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     };
     Ok(Figure {
         title: "Snow of the paper's Fig. S2",
-        caption: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 (grains \
-                  200–300 µm, facetness .15, 360 kg/m³), 5 nm, 0°. All curves are ours; the measured reflectance (SISpec file \
-                  6) and the paper's own curves are not at hand as numbers, and its text does not tell the other \
-                  thicknesses. The paper reports more blue and green than red light, and a fall with thickness that is not \
-                  linear: both hold."
+        ours: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 (grains \
+               200–300 µm, facetness .15, 360 kg/m³), 5 nm, 0°. All curves are ours. More blue and green than red light \
+               passes, and transmittance does not fall linearly with thickness: the paper's trends hold."
+            .to_owned(),
+        paper: "Shows modelled reflectance beside a measured one (SISpec file 6, Salvatori et al. 2022) and transmittance at \
+                thicknesses that its text does not tell; neither is at hand as numbers. It reports more blue and green than \
+                red light, and a fall with thickness that is not linear."
             .to_owned(),
         svg: draw(&curves),
         numbers: numbers(

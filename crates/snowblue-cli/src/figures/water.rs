@@ -54,11 +54,11 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     let rows = THICKNESSES_CM.iter().zip(&lights).flat_map(|(cm, lights)| lights.iter().map(|one| (*cm, one)));
     Ok(Figure {
         title: "Water in the pores and the colour behind snow",
-        caption: "ΔE*ab (CIELAB, D65, its white) of the light through wet snow against dry snow of equal dry density, 400 µm, \
-                  facetness .3, 300 kg/m³, 0°. Left as it is; right with both lights exposed to middle grey, which leaves hue and \
-                  chroma. Swatches are so exposed. All numbers are ours: grains lie in water as a whole or not at all; the \
-                  paper leaves the question open."
+        ours: "ΔE*ab (CIELAB, D65, its white) of the light through wet snow against dry snow of equal dry density, 400 µm, \
+               facetness .3, 300 kg/m³, 0°. Left as it is; right with both lights exposed to middle grey, which leaves hue and \
+               chroma. Swatches are so exposed. Grains lie in water as a whole or not at all."
             .to_owned(),
+        paper: "Leaves to future work whether water in the pores matters, and whether the table needs an axis of it.".to_owned(),
         svg: draw(&lights),
         numbers: numbers(&columns, rows.map(cells).collect()),
         tables: vec![

@@ -84,6 +84,12 @@ impl Chart {
         self.canvas.curve(&panel.places(points), stroke);
     }
 
+    /// Lines that look alike, as one shape.
+    pub(crate) fn lines(&mut self, panel: &Panel, lines: &[Vec<(f64, f64)>], stroke: Stroke) {
+        let places: Vec<Vec<Place>> = lines.iter().map(|points| panel.places(points)).collect();
+        self.canvas.curves(&places, stroke);
+    }
+
     /// A filled band between two curves.
     pub(crate) fn band(&mut self, panel: &Panel, [lower, upper]: [&[(f64, f64)]; 2], (colour, opacity): (&str, f64)) {
         self.canvas.band(&panel.places(lower), &panel.places(upper), colour, opacity);
