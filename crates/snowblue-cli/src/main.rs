@@ -7,6 +7,7 @@ mod color;
 mod database;
 mod failure;
 mod figures;
+mod inspect;
 mod layers;
 mod merge;
 mod options;

@@ -13,6 +13,8 @@ use snowblue_render::scene::{Exposure, Scene};
 use snowblue_render::scene_file::Overrides;
 
 use crate::failure::{Failure, Outcome};
+use crate::inspect;
+use crate::options::{Format, OutputOptions};
 use crate::parse;
 use crate::progress::Progress;
 use crate::report::{check_place, tell};
@@ -25,14 +27,22 @@ use crate::report::{check_place, tell};
   snowblue render scenes/block_30cm.toml -o block.png
   snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
+  snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
   snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png"
 )]
 pub(crate) struct Render {
     /// Scene file
     scene: PathBuf,
     /// Where to write the picture: .png (8-bit sRGB) or .exr (linear RGB, 32-bit)
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
+    output: Option<PathBuf>,
+    /// Look at the objects only: their size in metres, open edges, lines that find them open; exit code 1 if snow is not
+    /// watertight. With -o, into a .csv, .json or .txt file
+    #[arg(long)]
+    check: bool,
+    /// Format of --check [default: by the file's ending, else a table on a terminal and CSV into a pipe]
+    #[arg(long, value_name = "FORMAT", value_enum, requires = "check")]
+    format: Option<Format>,
     /// Compressed table to look snow up in [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
@@ -93,9 +103,16 @@ fn exposure(word: &str) -> Result<Exposure, String> {
 
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let output = match &self.output {
+            Some(output) if !self.check => output,
+            _ => {
+                let output = OutputOptions { output: self.output.clone(), format: self.format };
+                return inspect::check(&self.load()?, &output, quiet);
+            }
+        };
         // Checked before the work, not after it.
-        let picture = picture(&self.output)?;
-        check_place(&self.output)?;
+        let picture = picture(output)?;
+        check_place(output)?;
         let scene = self.load()?;
         let bar = Progress::new("rows", quiet);
         let rendering = render::render(&scene, &|at| bar.at(at.rows_done.into(), at.rows.into()));
@@ -118,14 +135,16 @@ impl Render {
         ];
         let film = &rendering.film;
         match picture {
-            Picture::Png => write_png(film, scene.film.exposure, &notes, &self.output),
-            Picture::Exr => write_exr(film, &notes, &self.output),
+            Picture::Png => write_png(film, scene.film.exposure, &notes, output),
+            Picture::Exr => write_exr(film, &notes, output),
         }
         .map_err(Failure::work)?;
         let odd = rendering.statistics.odd_depth_lines;
         if odd > 0 && !quiet {
             let lines = rendering.statistics.depth_lines;
-            tell(&format!("{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open\n"));
+            tell(&format!(
+                "{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open (see --check)\n"
+            ));
         }
         Ok(())
     }

@@ -46,6 +46,8 @@ pub(crate) struct Chord {
 pub(crate) enum ChordEnd {
     /// It leaves the solid.
     Surface {
+        /// Index of the object that it leaves.
+        object: usize,
         /// Exit point.
         point: Vec3A,
         /// Outward unit normal there.
@@ -83,6 +85,7 @@ pub(crate) fn chord(crossings: &mut [Crossing], line: &Line, exit: Exit) -> Opti
         } else {
             let normal = pair[1].normal.normalize();
             ChordEnd::Surface {
+                object: pair[1].object as usize,
                 point: line.point + line.direction * stop_m,
                 normal: if normal.dot(line.direction) < 0.0 { -normal } else { normal },
             }
@@ -101,7 +104,7 @@ mod tests {
     }
 
     fn crossings(distances_m: &[f32]) -> Vec<Crossing> {
-        distances_m.iter().map(|&distance_m| Crossing { distance_m, normal: Vec3A::NEG_X * 3.0 }).collect()
+        distances_m.iter().map(|&distance_m| Crossing::new(distance_m, Vec3A::NEG_X * 3.0)).collect()
     }
 
     #[test]
@@ -109,7 +112,7 @@ mod tests {
         let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
         let last = chord(&mut unsorted, &line(Vec3A::X), Exit::Last).unwrap();
         assert!((last.depth_m - 0.4).abs() < 1e-6);
-        let ChordEnd::Surface { point, normal } = last.exit else { panic!("leaves the solid") };
+        let ChordEnd::Surface { point, normal, .. } = last.exit else { panic!("leaves the solid") };
         assert!((point.x - 0.7).abs() < 1e-6 && (normal.x - 1.0).abs() < 1e-6);
         let first = chord(&mut unsorted, &line(Vec3A::X), Exit::First).unwrap();
         assert!((first.depth_m - 0.2).abs() < 1e-6);

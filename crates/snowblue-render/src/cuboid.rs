@@ -36,6 +36,12 @@ impl Cuboid {
         Bounds { low: self.centre - reach, high: self.centre + reach }
     }
 
+    /// Volume in m³.
+    pub fn volume_m3(&self) -> f64 {
+        let size = 2.0 * self.half_size.as_dvec3();
+        size.x * size.y * size.z
+    }
+
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let local = self.to_local(ray);
@@ -46,11 +52,7 @@ impl Cuboid {
         }
         let mut point = local.at(face.distance_m);
         point[face.axis] = face.sign * self.half_size[face.axis];
-        Some(ShapeHit {
-            distance_m: face.distance_m,
-            point: self.centre + self.axes * point,
-            normal: self.normal(&face),
-        })
+        Some(ShapeHit::plain(face.distance_m, self.centre + self.axes * point, self.normal(&face)))
     }
 
     /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
@@ -73,7 +75,7 @@ impl Cuboid {
     /// ```
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         if let Some(faces) = self.faces(&self.to_local(ray)) {
-            crossings.extend(faces.map(|face| Crossing { distance_m: face.distance_m, normal: self.normal(&face) }));
+            crossings.extend(faces.map(|face| Crossing::new(face.distance_m, self.normal(&face))));
         }
     }
 
@@ -113,6 +115,7 @@ mod tests {
     use glam::{EulerRot, Vec3};
 
     use crate::mesh::Mesh;
+    use crate::triangles::Triangles;
 
     /// The twelve triangles of the same box.
     fn triangles(centre: Vec3, size: Vec3, axes: Mat3A) -> Vec<[Vec3; 3]> {
@@ -129,7 +132,7 @@ mod tests {
         let (centre, size) = (Vec3::new(0.3, -0.2, 0.4), Vec3::new(0.6, 0.3, 0.5));
         let axes = Mat3A::from_euler(EulerRot::XYZ, 0.4, -0.7, 1.1);
         let cuboid = Cuboid::new(centre.into(), size.into(), axes);
-        let mesh = Mesh::new(&triangles(centre, size, axes));
+        let mesh = Mesh::new(Triangles::loose(&triangles(centre, size, axes)));
         let (mut exact, mut traced) = (Vec::new(), Vec::new());
         let mut met = 0;
         for k in 0..5000 {

@@ -31,6 +31,16 @@ pub enum RenderError {
         /// What is wrong in it, with the place where that is known.
         reason: String,
     },
+    /// A line of a mesh file breaks a rule of its format.
+    #[error("{}:{line}: {reason}", path.display())]
+    MeshLine {
+        /// The mesh file.
+        path: PathBuf,
+        /// Line in it, counted from 1.
+        line: usize,
+        /// What is wrong there.
+        reason: String,
+    },
     /// A setting given from outside the scene file (an override) lies out of range.
     #[error("{0}")]
     Override(String),

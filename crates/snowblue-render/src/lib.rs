@@ -3,7 +3,7 @@
 //! ```text
 //! scene_file ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
 //!                 │         └─ path: one path of light, 31 wavelengths at once
-//!                 ├─ objects: boxes and meshes ─ what a ray hits, and how deep a line runs through a solid
+//!                 ├─ objects: shapes and meshes ─ what a ray hits, and how deep a line runs through a solid
 //!                 ├─ materials: diffuse, pca_snow
 //!                 └─ lights, camera
 //! ```
@@ -29,10 +29,22 @@ pub mod bounds;
 pub mod ray;
 mod triangle;
 
-pub mod cuboid;
-pub mod mesh;
-pub mod ply_file;
+pub mod camera;
+pub mod topology;
+pub mod triangles;
 
+pub mod cuboid;
+pub mod ellipsoid;
+pub mod instance;
+pub mod mesh;
+pub mod placement;
+pub mod plane;
+pub mod shape;
+
+pub mod height_field;
+pub mod mesh_file;
+
+mod body;
 pub mod chord;
 pub mod objects;
 pub mod probe;
@@ -42,11 +54,12 @@ pub mod material;
 
 mod retina;
 
-pub mod camera;
 pub mod scene;
 pub mod scene_file;
 
 pub mod sampling;
+
+pub mod inspection;
 
 mod path;
 

@@ -8,15 +8,16 @@
 
 use std::time::Duration;
 
-use glam::{Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::ray::RayHit;
 use obvhs::{Boundable, BvhBuildParams};
 
 use crate::bounds::{Bounds, finite_inverse};
-use crate::ray::{Crossing, Ray, ShapeHit, narrow};
+use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit, narrow};
 use crate::triangle::ShearedRay;
+use crate::triangles::Triangles;
 
 /// Padding of the hierarchy's boxes as a share of the mesh's greatest coordinate and size: 16 units in the last
 /// place, where a box test rounds three times.
@@ -25,11 +26,13 @@ const BOX_PADDING: f32 = 16.0 * f32::EPSILON;
 /// How far before the mesh's box a query starts, in m: the hierarchy ignores boxes nearer than 1e-4.
 const RUN_UP_M: f32 = 1e-3;
 
-/// A surface of triangles in the coordinates of the scene, in m.
+/// A surface of triangles in coordinates of its own; distances along rays are in their unit.
 #[derive(Debug)]
 pub struct Mesh {
+    /// The triangles as the file has them.
+    source: Triangles,
     /// Corners, in the order of the hierarchy's leaves.
-    triangles: Vec<[Vec3; 3]>,
+    leaves: Vec<[Vec3; 3]>,
     hierarchy: CwBvh,
     bounds: Bounds,
 }
@@ -47,19 +50,40 @@ impl Boundable for PaddedTriangle {
 }
 
 impl Mesh {
-    /// Builds the hierarchy over triangles given by their corners, in m.
+    /// Builds the hierarchy over triangles.
     ///
     /// # Panics
     ///
-    /// When there is no triangle, or a coordinate is not finite: the file reader refuses both.
-    pub fn new(triangles: &[[Vec3; 3]]) -> Self {
-        assert!(!triangles.is_empty(), "a mesh has at least one triangle");
+    /// When there is no triangle, or a coordinate is not finite: the file readers refuse both.
+    pub fn new(source: Triangles) -> Self {
+        assert!(!source.corners.is_empty(), "a mesh has at least one triangle");
+        let triangles: Vec<_> = (0..source.corners.len()).map(|triangle| source.places(triangle)).collect();
         let tight = Bounds::of(triangles.iter().flatten().copied());
         let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
         let padded: Vec<_> = triangles.iter().map(|&corners| PaddedTriangle { corners, padding }).collect();
         let hierarchy = build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default());
-        let triangles = hierarchy.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
-        Self { triangles, hierarchy, bounds: tight.padded(padding) }
+        let leaves = hierarchy.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        Self { source, leaves, hierarchy, bounds: tight.padded(padding) }
+    }
+
+    /// The triangles as their file has them.
+    pub fn source(&self) -> &Triangles {
+        &self.source
+    }
+
+    /// Texture coordinates at a place, if the file has them.
+    pub fn uv(&self, place: &MeshPlace) -> Option<Vec2> {
+        self.source.corners[place.triangle as usize]
+            .iter()
+            .zip(place.weights)
+            .try_fold(Vec2::ZERO, |sum, (&at, weight)| Some(sum + *self.source.uv.get(at as usize)? * weight))
+    }
+
+    /// A further value of the file's vertices at a place, by its name there.
+    pub fn attribute(&self, name: &str, place: &MeshPlace) -> Option<f32> {
+        let values = self.source.attributes.get(name)?;
+        let corners = self.source.corners[place.triangle as usize];
+        Some(corners.iter().zip(place.weights).map(|(&at, weight)| values[at as usize] * weight).sum())
     }
 
     /// The axis-parallel box around it.
@@ -73,7 +97,7 @@ impl Mesh {
         let mut found = RayHit::none();
         let mut weights = [0.0; 3];
         self.hierarchy.ray_traverse(query.box_ray, &mut found, |near, index| {
-            match query.sheared.intersect(&self.triangles[index]) {
+            match query.sheared.intersect(&self.leaves[index]) {
                 Some(hit) if query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < near.tmax => {
                     weights = hit.weights;
                     narrow(hit.distance_m)
@@ -81,12 +105,14 @@ impl Mesh {
                 _ => f32::INFINITY,
             }
         });
-        let corners = self.triangles.get(found.primitive_id as usize)?;
+        let leaf = found.primitive_id as usize;
+        let corners = self.leaves.get(leaf)?;
         let [u, v, w] = weights.map(narrow);
         Some(ShapeHit {
             distance_m: found.t + query.start_m,
             point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
             normal: area_normal(corners).normalize(),
+            place: MeshPlace { triangle: self.hierarchy.primitive_indices[leaf], weights: [u, v, w] },
         })
     }
 
@@ -96,7 +122,7 @@ impl Mesh {
             return false;
         };
         !self.hierarchy.ray_traverse_miss(query.box_ray, |_, index| {
-            match query.sheared.intersect(&self.triangles[index]) {
+            match query.sheared.intersect(&self.leaves[index]) {
                 Some(hit) if query.beyond_origin(hit.distance_m) => narrow(hit.distance_m),
                 _ => f32::INFINITY,
             }
@@ -109,12 +135,10 @@ impl Mesh {
             return;
         };
         self.hierarchy.ray_traverse_anyhit(query.box_ray, |_, index| {
-            let corners = &self.triangles[index];
+            let corners = &self.leaves[index];
             if let Some(hit) = query.sheared.intersect(corners) {
-                crossings.push(Crossing {
-                    distance_m: narrow(hit.distance_m + f64::from(query.start_m)),
-                    normal: area_normal(corners),
-                });
+                let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
+                crossings.push(Crossing::new(distance_m, area_normal(corners)));
             }
         });
     }
@@ -190,7 +214,7 @@ mod tests {
     #[test]
     fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
         let triangles = sphere(16);
-        let mesh = Mesh::new(&triangles);
+        let mesh = Mesh::new(Triangles::loose(&triangles));
         let mut crossings = Vec::new();
         let mut through = 0;
         for (k, direction) in directions(4000).enumerate() {
@@ -208,7 +232,7 @@ mod tests {
 
     #[test]
     fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
-        let mesh = Mesh::new(&sphere(8));
+        let mesh = Mesh::new(Triangles::loose(&sphere(8)));
         for along in [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X, Vec3A::NEG_Y, Vec3A::NEG_Z] {
             for signs in 0..8 {
                 let signed =
@@ -228,7 +252,7 @@ mod tests {
         // Far from the origin and small: coordinates are coarse against the triangles.
         let shift = Vec3::new(3.0, -5.0, 2.0);
         let triangles: Vec<_> = sphere(24).into_iter().map(|corners| corners.map(|c| c * 0.01 + shift)).collect();
-        let mesh = Mesh::new(&triangles);
+        let mesh = Mesh::new(Triangles::loose(&triangles));
         let mut crossings = Vec::new();
         for (k, mut direction) in directions(30_000).enumerate() {
             if k % 4 == 0 {
@@ -258,7 +282,7 @@ mod tests {
                 triangles.extend([[a, b, c], [a, c, d]]);
             }
         }
-        let mesh = Mesh::new(&triangles);
+        let mesh = Mesh::new(Triangles::loose(&triangles));
         let mut crossings = Vec::new();
         for axis in 0..3 {
             for (i, j) in (1..16).flat_map(|i| (1..16).map(move |j| (i, j))) {
@@ -274,7 +298,7 @@ mod tests {
 
     #[test]
     fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
-        let mesh = Mesh::new(&sphere(16));
+        let mesh = Mesh::new(Triangles::loose(&sphere(16)));
         let mut crossings = Vec::new();
         for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
             for k in 0..64 {
@@ -288,7 +312,7 @@ mod tests {
 
     #[test]
     fn first_hit_blocking_and_crossings_tell_the_same_distances() {
-        let mesh = Mesh::new(&sphere(12));
+        let mesh = Mesh::new(Triangles::loose(&sphere(12)));
         for direction in directions(500) {
             let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
             let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
@@ -310,7 +334,7 @@ mod tests {
 
     #[test]
     fn a_single_triangle_is_a_mesh() {
-        let mesh = Mesh::new(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
+        let mesh = Mesh::new(Triangles::loose(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
         let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
         let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
         assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);

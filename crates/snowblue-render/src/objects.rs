@@ -1,18 +1,22 @@
 //! The things in a scene and the three questions asked of them: what does a ray hit first, is a light hidden, and
-//! how does a line run through one object.
+//! how does a line run through one solid.
+//!
+//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are then one piece of snow.
+//! Each keeps its own material, and the depth counts in that of the object that is seen.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::ray::RayHit;
 use obvhs::{Boundable, BvhBuildParams};
 
+use crate::body::{pair_up, unite};
 use crate::bounds::{Bounds, finite_inverse};
-use crate::cuboid::Cuboid;
-use crate::mesh::Mesh;
-use crate::ray::{Crossing, Ray, ShapeHit};
+use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
+use crate::shape::Shape;
 
 /// Up to this number objects are tried one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
@@ -20,22 +24,17 @@ const FEW_OBJECTS: usize = 6;
 /// How far before its origin a ray enters the hierarchy of objects, in m: boxes nearer than 1e-4 are ignored there.
 const RUN_UP_M: f32 = 1e-3;
 
-/// A surface in the scene.
-#[derive(Debug)]
-pub enum Shape {
-    /// A box.
-    Cuboid(Cuboid),
-    /// A triangle mesh; for snow it should be watertight.
-    Mesh(Mesh),
-}
-
 /// A shape made of a material.
 #[derive(Debug)]
 pub struct Object {
+    /// What it is called in reports: its file or shape.
+    pub name: String,
     /// Its surface.
     pub shape: Shape,
     /// Index of its material in the scene.
     pub material: usize,
+    /// Objects of the same body are one solid; without a name, an object is its own body.
+    pub body: Option<String>,
 }
 
 /// What a ray hits first.
@@ -51,38 +50,23 @@ pub struct Surface {
     pub normal: Vec3A,
     /// Unit direction of the ray.
     pub direction: Vec3A,
+    /// Where on the object's mesh the point is.
+    pub place: MeshPlace,
 }
 
 /// All objects of a scene.
 #[derive(Debug)]
 pub struct Objects {
     objects: Vec<Object>,
-    bounds: Vec<Bounds>,
+    /// Index of each object's body.
+    bodies: Vec<usize>,
+    /// The objects of each body.
+    members: Vec<Vec<usize>>,
+    /// Objects without end: they have no box.
+    endless: Vec<usize>,
+    /// All others, with their boxes.
+    bounded: Vec<(usize, Bounds)>,
     hierarchy: Option<CwBvh>,
-}
-
-impl Shape {
-    /// The axis-parallel box around it.
-    pub fn bounds(&self) -> Bounds {
-        match self {
-            Self::Cuboid(cuboid) => cuboid.bounds(),
-            Self::Mesh(mesh) => mesh.bounds(),
-        }
-    }
-
-    fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        match self {
-            Self::Cuboid(cuboid) => cuboid.first_hit(ray, limit_m),
-            Self::Mesh(mesh) => mesh.first_hit(ray, limit_m),
-        }
-    }
-
-    fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
-        match self {
-            Self::Cuboid(cuboid) => cuboid.blocks(ray, limit_m),
-            Self::Mesh(mesh) => mesh.blocks(ray, limit_m),
-        }
-    }
 }
 
 struct PaddedBounds(Bounds);
@@ -96,13 +80,20 @@ impl Boundable for PaddedBounds {
 impl Objects {
     /// Gathers the objects, and builds the hierarchy over them if they are many.
     pub fn new(objects: Vec<Object>) -> Self {
-        let bounds: Vec<Bounds> = objects.iter().map(|object| object.shape.bounds()).collect();
-        let hierarchy = (objects.len() > FEW_OBJECTS).then(|| {
-            let scene = bounds.iter().map(Bounds::greatest_coordinate).fold(0.0, f32::max);
-            let padded: Vec<_> = bounds.iter().map(|one| PaddedBounds(one.padded(scene * 1e-5))).collect();
+        let (mut endless, mut bounded) = (Vec::new(), Vec::new());
+        for (index, object) in objects.iter().enumerate() {
+            match object.shape.bounds() {
+                Some(bounds) => bounded.push((index, bounds)),
+                None => endless.push(index),
+            }
+        }
+        let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| {
+            let scene = bounded.iter().map(|(_, bounds)| bounds.greatest_coordinate()).fold(0.0, f32::max);
+            let padded: Vec<_> = bounded.iter().map(|(_, one)| PaddedBounds(one.padded(scene * 1e-5))).collect();
             build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default())
         });
-        Self { objects, bounds, hierarchy }
+        let (bodies, members) = bodies(&objects);
+        Self { objects, bodies, members, endless, bounded, hierarchy }
     }
 
     /// The objects, in the order of the scene.
@@ -110,10 +101,20 @@ impl Objects {
         &self.objects
     }
 
+    /// Texture coordinates at a hit, where the object's mesh has them.
+    pub fn uv(&self, surface: &Surface) -> Option<Vec2> {
+        self.objects[surface.object].shape.mesh()?.uv(&surface.place)
+    }
+
+    /// A value that the object's mesh has at its vertices, at a hit, by its name in the mesh file.
+    pub fn attribute(&self, name: &str, surface: &Surface) -> Option<f32> {
+        self.objects[surface.object].shape.mesh()?.attribute(name, &surface.place)
+    }
+
     /// What the ray hits first.
     pub fn first_hit(&self, ray: &Ray) -> Option<Surface> {
         let mut nearest = f32::INFINITY;
-        let mut found = None;
+        let mut found: Option<(usize, ShapeHit)> = None;
         self.visit(ray, f32::INFINITY, |index| {
             let Some(hit) = self.objects[index].shape.first_hit(ray, nearest) else {
                 return f32::INFINITY;
@@ -130,37 +131,91 @@ impl Objects {
             point: hit.point,
             normal: if facing { hit.normal } else { -hit.normal },
             direction: ray.direction,
+            place: hit.place,
         })
     }
 
     /// Whether anything lies on the ray nearer than `limit_m`.
     pub fn blocked(&self, ray: &Ray, limit_m: f32) -> bool {
+        self.blocked_by(ray, limit_m, |_| true)
+    }
+
+    /// Whether anything lies on a ray from a surface of `object`, nearer than `limit_m`, but for the other objects of its
+    /// body.
+    pub fn blocked_from(&self, object: usize, ray: &Ray, limit_m: f32) -> bool {
+        let body = self.bodies[object];
+        self.blocked_by(ray, limit_m, |index| index == object || self.bodies[index] != body)
+    }
+
+    #[inline]
+    fn blocked_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
         let mut blocked = false;
         self.visit(ray, limit_m, |index| {
-            blocked = blocked || self.objects[index].shape.blocks(ray, limit_m);
+            blocked = blocked || (counts(index) && self.objects[index].shape.blocks(ray, limit_m));
             // Nothing can lie nearer than behind the origin: this ends the search.
             if blocked { f32::NEG_INFINITY } else { f32::INFINITY }
         });
         blocked
     }
 
-    /// Collects every crossing of a line with one object's surface, in no particular order.
-    pub fn crossings(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) {
+    /// Collects every crossing of a line with the solid that an object is or belongs to, in no particular order; within
+    /// a body of several objects, the parts that lie farther on than `limit_m` or wholly behind are left out.
+    ///
+    /// Returns whether the line crossed an object's surface an odd number of times.
+    pub fn crossings(&self, object: usize, ray: &Ray, limit_m: f32, crossings: &mut Vec<Crossing>) -> bool {
         crossings.clear();
-        match &self.objects[object].shape {
-            Shape::Cuboid(cuboid) => cuboid.crossings(ray, crossings),
-            Shape::Mesh(mesh) => mesh.crossings(ray, crossings),
+        let members = &self.members[self.bodies[object]];
+        if members.len() == 1 {
+            self.add_crossings(object, ray, crossings);
+            return crossings.len() % 2 == 1;
         }
+        let mut odd = false;
+        for &member in members {
+            if self.objects[member].shape.bounds().is_some_and(|bounds| bounds.span(ray, 0.0, limit_m).is_some()) {
+                let first = crossings.len();
+                self.add_crossings(member, ray, crossings);
+                odd |= pair_up(crossings, first);
+            }
+        }
+        unite(crossings);
+        odd
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
+    fn add_crossings(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) {
+        let first = crossings.len();
+        self.objects[object].shape.crossings(ray, crossings);
+        for crossing in &mut crossings[first..] {
+            crossing.object = object as u32;
+        }
+    }
+
+    /// Whether a point lies within an object: lines from there in three directions all say so.
+    ///
+    /// An open surface, which has no inside, does not.
+    pub fn holds(&self, object: usize, point: Vec3A) -> bool {
+        let mut crossings = Vec::new();
+        [Vec3A::new(0.36, 0.48, 0.8), Vec3A::new(-0.8, 0.6, 0.0), Vec3A::new(0.48, -0.6, -0.64)].iter().all(
+            |&direction| {
+                crossings.clear();
+                self.objects[object].shape.crossings(&Ray { origin: point, direction }, &mut crossings);
+                let ahead = crossings.iter().filter(|crossing| crossing.distance_m > 0.0).count();
+                crossings.len() % 2 == 0 && ahead % 2 == 1
+            },
+        )
     }
 
     /// Calls `try_object` for objects whose box the ray meets; it returns the distance up to which to look on.
     #[inline]
     fn visit(&self, ray: &Ray, limit_m: f32, mut try_object: impl FnMut(usize) -> f32) {
+        let mut nearest = limit_m;
+        for &index in &self.endless {
+            nearest = nearest.min(try_object(index));
+        }
         let Some(hierarchy) = &self.hierarchy else {
-            let mut nearest = limit_m;
-            for (index, bounds) in self.bounds.iter().enumerate() {
+            for (index, bounds) in &self.bounded {
                 if bounds.span(ray, 0.0, nearest).is_some() {
-                    nearest = nearest.min(try_object(index));
+                    nearest = nearest.min(try_object(*index));
                 }
             }
             return;
@@ -170,29 +225,51 @@ impl Objects {
             direction: ray.direction,
             inv_direction: finite_inverse(ray.direction),
             tmin: 0.0,
-            tmax: limit_m + RUN_UP_M,
+            tmax: nearest + RUN_UP_M,
         };
         hierarchy.ray_traverse(box_ray, &mut RayHit::none(), |_, index| {
-            try_object(hierarchy.primitive_indices[index] as usize) + RUN_UP_M
+            try_object(self.bounded[hierarchy.primitive_indices[index] as usize].0) + RUN_UP_M
         });
     }
+}
+
+/// The body of each object, and the objects of each body.
+fn bodies(objects: &[Object]) -> (Vec<usize>, Vec<Vec<usize>>) {
+    let mut named = BTreeMap::new();
+    let (mut bodies, mut members) = (Vec::with_capacity(objects.len()), Vec::<Vec<usize>>::new());
+    for (index, object) in objects.iter().enumerate() {
+        let fresh = members.len();
+        let body = object.body.as_ref().map_or(fresh, |name| *named.entry(name).or_insert(fresh));
+        if body == fresh {
+            members.push(Vec::new());
+        }
+        bodies.push(body);
+        members[body].push(index);
+    }
+    (bodies, members)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cuboid::Cuboid;
+    use crate::plane::Plane;
     use glam::Mat3A;
 
-    fn row(count: usize) -> Objects {
+    fn object(shape: Shape, material: usize) -> Object {
+        Object { name: String::new(), shape, material, body: None }
+    }
+
+    fn row(count: usize) -> Vec<Object> {
         let cube =
             |k: usize| Shape::Cuboid(Cuboid::new(Vec3A::new(2.0 * k as f32, 0.0, 0.0), Vec3A::ONE, Mat3A::IDENTITY));
-        Objects::new((0..count).map(|k| Object { shape: cube(k), material: k }).collect())
+        (0..count).map(|k| object(cube(k), k)).collect()
     }
 
     #[test]
     fn few_objects_and_many_answer_alike() {
         for count in [3, 40] {
-            let objects = row(count);
+            let objects = Objects::new(row(count));
             let from_left = Ray { origin: Vec3A::new(-5.0, 0.1, 0.2), direction: Vec3A::X };
             let hit = objects.first_hit(&from_left).unwrap();
             assert_eq!((hit.object, hit.material), (0, 0));
@@ -204,5 +281,39 @@ mod tests {
             let between = Ray { origin: Vec3A::new(1.0, -3.0, 0.0), direction: Vec3A::Y };
             assert!(objects.first_hit(&between).is_none() && !objects.blocked(&between, 99.0));
         }
+    }
+
+    #[test]
+    fn a_plane_hides_and_is_hidden_among_few_and_many() {
+        for count in [3, 40] {
+            let mut all = row(count);
+            all.push(object(Shape::Plane(Plane::new(Vec3A::new(0.0, 0.0, -2.0), Mat3A::IDENTITY)), count));
+            let objects = Objects::new(all);
+            let down = |x: f32| Ray { origin: Vec3A::new(x, 0.1, 3.0), direction: Vec3A::NEG_Z };
+            assert_eq!(objects.first_hit(&down(0.2)).unwrap().object, 0);
+            assert_eq!(objects.first_hit(&down(1.0)).unwrap().object, count);
+            assert!(objects.blocked(&down(1.0), 5.1) && !objects.blocked(&down(1.0), 4.9));
+            let up = Ray { origin: Vec3A::new(0.2, 0.1, -4.0), direction: Vec3A::Z };
+            assert_eq!(objects.first_hit(&up).unwrap().object, count);
+        }
+    }
+
+    #[test]
+    fn objects_of_a_body_are_crossed_as_one_and_do_not_hide_each_other() {
+        let mut all = row(3);
+        for (object, body) in all.iter_mut().zip(["wall", "wall", "other"]) {
+            object.body = Some(body.to_owned());
+        }
+        let objects = Objects::new(all);
+        let ray = Ray { origin: Vec3A::new(-0.5, 0.1, 0.2), direction: Vec3A::X };
+        let mut crossings = Vec::new();
+        assert!(!objects.crossings(1, &ray, f32::INFINITY, &mut crossings));
+        let crossed: Vec<_> = crossings.iter().map(|crossing| crossing.object).collect();
+        assert_eq!(crossed, [0, 0, 1, 1]);
+        let beyond = Ray { origin: Vec3A::new(0.6, 0.1, 0.2), direction: Vec3A::X };
+        assert!(objects.blocked(&beyond, 2.5));
+        assert!(!objects.blocked_from(0, &beyond, 2.5), "the second block of the wall does not count");
+        assert!(objects.blocked_from(0, &beyond, 3.5), "another body does");
+        assert!(objects.holds(1, Vec3A::new(2.2, 0.3, -0.4)) && !objects.holds(1, Vec3A::new(2.2, 0.6, -0.4)));
     }
 }

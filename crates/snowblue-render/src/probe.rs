@@ -71,19 +71,31 @@ impl<'scene> Probe<'scene> {
     /// Whether a place is seen from a surface point, on the side of the normal.
     pub(crate) fn sees(&mut self, point: Vec3A, normal: Vec3A, target: Vec3A) -> bool {
         self.statistics.shadow_rays += 1;
-        let origin = off_surface(point, normal);
-        let way = target - origin;
-        let distance_m = way.length();
-        let ray = Ray { origin, direction: way / distance_m };
+        let (ray, distance_m) = shadow_ray(point, normal, target);
         !self.objects.blocked(&ray, distance_m)
     }
 
-    /// The depth of a straight path through one object.
+    /// Whether a place is seen from where a path leaves an object; the rest of its body does not hide it.
+    pub(crate) fn sees_from_exit(&mut self, object: usize, point: Vec3A, normal: Vec3A, target: Vec3A) -> bool {
+        self.statistics.shadow_rays += 1;
+        let (ray, distance_m) = shadow_ray(point, normal, target);
+        !self.objects.blocked_from(object, &ray, distance_m)
+    }
+
+    /// The depth of a straight path through the solid that an object is or belongs to.
     pub(crate) fn chord(&mut self, object: usize, line: &Line, exit: Exit) -> Option<Chord> {
         self.statistics.depth_lines += 1;
         let ray = Ray { origin: line.point, direction: line.direction };
-        self.objects.crossings(object, &ray, &mut self.crossings);
-        self.statistics.odd_depth_lines += (self.crossings.len() % 2) as u64;
+        let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);
+        self.statistics.odd_depth_lines += u64::from(odd);
         chord(&mut self.crossings, line, exit)
     }
+}
+
+/// The ray from just off a surface to a place, and the distance between them, in m.
+fn shadow_ray(point: Vec3A, normal: Vec3A, target: Vec3A) -> (Ray, f32) {
+    let origin = off_surface(point, normal);
+    let way = target - origin;
+    let distance_m = way.length();
+    (Ray { origin, direction: way / distance_m }, distance_m)
 }

@@ -28,6 +28,24 @@ pub struct ShapeHit {
     pub point: Vec3A,
     /// Unit normal, of either sense.
     pub normal: Vec3A,
+    /// Where on a mesh that is.
+    pub place: MeshPlace,
+}
+
+/// A place on a mesh; on other shapes it says nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeshPlace {
+    /// Number of the triangle in its file.
+    pub triangle: u32,
+    /// Barycentric weights of the triangle's corners.
+    pub weights: [f32; 3],
+}
+
+impl ShapeHit {
+    /// A hit on a shape without triangles.
+    pub(crate) fn plain(distance_m: f32, point: Vec3A, normal: Vec3A) -> Self {
+        Self { distance_m, point, normal, place: MeshPlace::default() }
+    }
 }
 
 /// A place where a line goes through a shape's surface.
@@ -37,6 +55,15 @@ pub struct Crossing {
     pub distance_m: f32,
     /// Normal, of either sense and any length.
     pub normal: Vec3A,
+    /// Index of the object whose surface it is; 0 where a shape was asked by itself.
+    pub object: u32,
+}
+
+impl Crossing {
+    /// A crossing of a shape that was asked by itself.
+    pub(crate) fn new(distance_m: f32, normal: Vec3A) -> Self {
+        Self { distance_m, normal, object: 0 }
+    }
 }
 
 /// A double brought to the precision of ray tracing.

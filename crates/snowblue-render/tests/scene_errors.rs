@@ -114,12 +114,44 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[camera]", "[camera", 1, ""),
         ("position = [1, -2, 0.5]", "position = [1, -2, 0.5]]", 2, ""),
     ];
-    for (right, wrong, line, expected) in cases {
-        let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY), &Overrides::default()).unwrap_err();
-        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
-        assert!(message.contains(expected), "{wrong}: {message}");
-        assert!(!message.contains('\n'), "{message}");
+    for case in cases {
+        check_mistake(case);
     }
+}
+
+#[test]
+fn mistakes_in_shapes_are_named_too() {
+    let cases = [
+        ("shape = \"box\"\nsize = [1, 1, 1]", "shape = \"plane\"", 21, "a plane has no inside and cannot be snow"),
+        ("mesh = \"gone.ply\"", "shape = \"cone\"", 24, "must be one of box, sphere, plane, heights"),
+        ("mesh = \"gone.ply\"", "shape = \"sphere\"\nradius = 0", 25, "object.radius is 0 m, but must lie in"),
+        ("mesh = \"gone.ply\"", "mesh = \"gone.ply\"\nscale = [1, 0, 1]", 25, "object.scale is 0, but must lie in"),
+        (
+            "mesh = \"gone.ply\"",
+            "shape = \"heights\"\nsize = [1, 1, 1]\nbottom = 0\nheights = [[1, 2], [1, 0]]",
+            26,
+            "object.bottom is 0 m, but must lie below the least height of 0 m",
+        ),
+        (
+            "mesh = \"gone.ply\"",
+            "shape = \"heights\"\nsize = [1, 1, 1]\nbottom = -1\nheights = [[1, 2], [1]]",
+            27,
+            "a list of lists of numbers, all of one length",
+        ),
+        ("material = \"floor\"", "material = \"floor\"\nbody = \"a\"", 26, "material \"floor\" is diffuse"),
+        ("position = [1, -2, 0.5]", "position = [0.1, 0.2, 0.3]", 2, "camera.position lies inside the snow of \"box\""),
+    ];
+    for case in cases {
+        check_mistake(case);
+    }
+}
+
+/// Replaces something right by something wrong, and looks for the line and the words of the complaint.
+fn check_mistake((right, wrong, line, expected): (&str, &str, usize, &str)) {
+    let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY), &Overrides::default()).unwrap_err();
+    assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+    assert!(message.contains(expected), "{wrong}: {message}");
+    assert!(!message.contains('\n'), "{message}");
 }
 
 #[test]
@@ -127,7 +159,7 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     let missing = load(SCENE, None, &Overrides::default()).unwrap_err();
     assert!(missing.contains("scene.toml:24: ") && missing.contains("gone.ply does not exist"), "{missing}");
     let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12]), &Overrides::default()).unwrap_err();
-    assert!(truncated.contains("gone.ply: not a readable PLY file"), "{truncated}");
+    assert!(truncated.contains("gone.ply:12: not a readable PLY file"), "{truncated}");
     let table = simple_law();
     let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table, &Overrides::default()).unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");

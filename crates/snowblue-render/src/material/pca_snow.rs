@@ -5,8 +5,9 @@
 //!
 //! L(λ) = T(λ; d, θ) E(λ) / π, with E = I V cos θ / r² at X_t,
 //!
-//! V being 1 where X_t sees the light and 0 elsewhere: all objects hide it, snow as well. Light reflected at X_i is
-//! R(λ; d, θ_i) E_i / π with the same d, so that a slab never gives back more than it gets.
+//! V being 1 where X_t sees the light and 0 elsewhere: all objects hide it, snow as well, but for the others of the same
+//! body. Light reflected at X_i is R(λ; d, θ_i) E_i / π with the same d, so that a slab never gives back more than it
+//! gets.
 //!
 //! Which d that is for reflection needs no choice: a light that shines on X_i from outside has, on the line to it, no
 //! snow; so `light` and `easiest` then use the path along the normal. For light from other surfaces it is this path
@@ -181,9 +182,11 @@ impl PcaSnowMaterial {
     /// What comes through along a path, if the light shines on its exit.
     fn through(&self, probe: &mut Probe, surface: &Surface, light: &PointLight, chord: &Chord) -> Option<Passage> {
         let (cos_incidence, irradiance_per_intensity) = match chord.exit {
-            ChordEnd::Surface { point, normal } => {
+            ChordEnd::Surface { object, point, normal } => {
                 let arrival = light.arrival(point, normal)?;
-                if self.emission == Emission::Transmitted && !probe.sees(point, normal, light.position) {
+                if self.emission == Emission::Transmitted
+                    && !probe.sees_from_exit(object, point, normal, light.position)
+                {
                     return None;
                 }
                 (arrival.cos_incidence, arrival.irradiance_per_intensity)

@@ -11,18 +11,28 @@
 //!                          #   path = "easiest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
 //! [[light]]                # type = "point": position, illuminant = "D65", radiant_intensity_w_sr
-//! [[object]]               # shape = "box": size; or mesh = "FILE.ply": scale = 1
-//!                          # position = [0, 0, 0], rotation_deg = [0, 0, 0], material
+//! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
+//!                          # shape = "heights": size, heights = [[…], …] or file = "FILE.png" | "FILE.exr", bottom;
+//!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z"
+//!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
+//! gltf = "FILE.glb"        # all its meshes, and its camera where there is no [camera]; before all tables
 //! ```
 //!
-//! A box is placed by its centre, a mesh by its own origin. Rotations are about x, then y, then z, each
-//! counter-clockwise seen from the axis' tip; scale comes before rotation, position after. Mesh files are looked for
-//! beside the scene file.
+//! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it; a plane is level,
+//! facing z, until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip;
+//! scale comes before rotation, position after. Mesh files are looked for beside the scene file. glTF has y upwards and
+//! is turned to z; `up` says so, or not, for single meshes. `part` is an object or group of an OBJ file, a node or mesh
+//! of a glTF. A glTF's materials are those of the scene file under the same names, and else diffuse, as bright as their
+//! base colour. Heights, row by row from far to near, rise `size`'s third number each, from a `bottom` that closes the
+//! solid. Snow objects of one `body` are one solid.
 
+mod gltf_scene;
 mod materials;
 mod placing;
 mod section;
+mod things;
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::Vec3A;
@@ -40,9 +50,10 @@ use crate::ray::narrow;
 use crate::retina::{FalseColor, Retina};
 use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
 
-use materials::read_materials;
-use placing::read_object;
+use gltf_scene::{GltfScene, read_gltf};
+use materials::{Named, read_materials};
 use section::{SceneText, Section};
+use things::{Meshes, read_object, snow_around};
 
 /// Greatest coordinate of anything in a scene, in m.
 const GREATEST_COORDINATE_M: f64 = 1e5;
@@ -94,10 +105,11 @@ impl Scene {
     fn parse(source: SceneText, table: &CompressedTable, overrides: &Overrides) -> Read<Self> {
         let root = DeTable::parse(source.text)
             .map_err(|error| source.error(&error.span().unwrap_or(0..0), error.message()))?;
-        let place = root.span();
         let root = root.into_inner();
         for (key, _) in &root {
-            if !["camera", "film", "integrator", "material", "light", "object"].contains(&key.get_ref().as_ref()) {
+            if !["camera", "film", "integrator", "material", "light", "object", "gltf"]
+                .contains(&key.get_ref().as_ref())
+            {
                 return Err(source.error(&key.span(), format!("unknown table `{}`", key.get_ref())));
             }
         }
@@ -110,18 +122,25 @@ impl Scene {
             integrator = read_integrator(Section::new(source, "integrator".into(), value)?, integrator)?;
         }
         replace(&mut film, &mut integrator, overrides)?;
-        let camera = root.get("camera").ok_or_else(|| source.error(&place, "the table [camera] is missing"))?;
         let aspect = film.width as f32 / film.height as f32;
         let retina = match overrides.false_color {
             None => Retina::eye(),
             Some(colour) => Retina::false_color(colour, &table.axes.wavelengths_nm)?,
         };
-        let materials = read_materials(source, &root, table, overrides, &retina)?;
+        let mut materials = read_materials(source, &root, table, overrides, &retina)?;
         let lights = list(source, &root, "light", |section| read_light(section, overrides))?;
-        let objects = list(source, &root, "object", |section| read_object(section, source.path, &materials))?;
+        let (objects, gltf_view) = read_objects(source, &root, &mut materials)?;
+        let camera = read_view(source, &root, gltf_view)?;
+        if let Some(index) = snow_around(&objects, &materials, camera.view.position) {
+            let name = &objects.list()[index].name;
+            return Err(source.error(&camera.place, format!("camera.position lies inside the snow of \"{name}\"")));
+        }
+        let camera = PinholeCamera::new(&camera.view, aspect).ok_or_else(|| {
+            source.error(&camera.aim_place, "camera.look_at must lie off the camera's position and up axis")
+        })?;
         Ok(Self {
-            camera: read_camera(Section::new(source, "camera".into(), camera)?, aspect)?,
-            objects: Objects::new(objects),
+            camera,
+            objects,
             materials: materials.into_iter().map(|(_, material)| material).collect(),
             lights,
             film,
@@ -131,7 +150,41 @@ impl Scene {
     }
 }
 
-fn read_camera(section: Section, aspect: f32) -> Read<PinholeCamera> {
+/// All objects, of the file's own tables and of its glTF, and the glTF's view.
+fn read_objects(source: SceneText, root: &DeTable, materials: &mut Vec<Named>) -> Read<(Objects, Option<View>)> {
+    let mut meshes = Meshes::default();
+    let mut objects =
+        list(source, root, "object", |section| read_object(&section, source.path, materials, &mut meshes))?;
+    let Some(value) = root.get("gltf") else {
+        return Ok((Objects::new(objects), None));
+    };
+    let Some(name) = value.get_ref().as_str() else {
+        return Err(source.error(&value.span(), "`gltf` must be the name of a file in quotes"));
+    };
+    let file = source.path.with_file_name(name);
+    if !file.is_file() {
+        return Err(source.error(&value.span(), format!("glTF file {} does not exist", file.display())));
+    }
+    let GltfScene { objects: more, view } = read_gltf(&file, materials)?;
+    objects.extend(more);
+    Ok((Objects::new(objects), view))
+}
+
+/// A view, and where in the file its position and its aim stand.
+struct PlacedView {
+    view: View,
+    place: Range<usize>,
+    aim_place: Range<usize>,
+}
+
+fn read_view(source: SceneText, root: &DeTable, gltf_view: Option<View>) -> Read<PlacedView> {
+    let Some(camera) = root.get("camera") else {
+        let place = root.get("gltf").map_or(0..0, Spanned::span);
+        let reason = "the table [camera] is missing, and there is no glTF with a perspective camera";
+        let view = gltf_view.ok_or_else(|| source.error(&place, reason))?;
+        return Ok(PlacedView { view, place: place.clone(), aim_place: place });
+    };
+    let section = Section::new(source, "camera".into(), camera)?;
     section.only(&["position", "look_at", "up", "vertical_fov_deg"])?;
     let anywhere = -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M;
     let view = View {
@@ -140,9 +193,7 @@ fn read_camera(section: Section, aspect: f32) -> Read<PinholeCamera> {
         up: section.vector("up", Some(Vec3A::Z), -1e6..=1e6, "")?,
         vertical_fov_deg: narrow(section.number("vertical_fov_deg", Some(40.0), 0.1..=170.0, "deg")?),
     };
-    let camera = PinholeCamera::new(&view, aspect)
-        .ok_or_else(|| section.error_at("look_at", "camera.look_at must lie off the camera's position and up axis"))?;
-    Ok(camera)
+    Ok(PlacedView { view, place: section.place_of("position"), aim_place: section.place_of("look_at") })
 }
 
 fn read_film(section: Section, defaults: FilmSettings) -> Read<FilmSettings> {
@@ -194,7 +245,7 @@ fn list<'text, T>(
     source: SceneText<'text>,
     root: &'text DeTable<'text>,
     name: &str,
-    read: impl Fn(Section<'text>) -> Read<T>,
+    mut read: impl FnMut(Section<'text>) -> Read<T>,
 ) -> Read<Vec<T>> {
     let Some(value) = root.get(name) else {
         return Ok(Vec::new());

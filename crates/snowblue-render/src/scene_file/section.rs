@@ -72,8 +72,12 @@ impl<'text> Section<'text> {
 
     /// A complaint about the value of one key.
     pub(crate) fn error_at(&self, key: &str, reason: impl Into<String>) -> RenderError {
-        let place = self.table.get(key).map_or(self.place.clone(), Spanned::span);
-        self.source.error(&place, reason)
+        self.source.error(&self.place_of(key), reason)
+    }
+
+    /// Where a key's value stands, or the table where there is none.
+    pub(crate) fn place_of(&self, key: &str) -> Range<usize> {
+        self.table.get(key).map_or(self.place.clone(), Spanned::span)
     }
 
     /// A number within a range; the key must be there unless there is a default.
@@ -126,6 +130,27 @@ impl<'text> Section<'text> {
         }
     }
 
+    /// Rows of numbers, all of one length: how many there are in each, and all of them.
+    pub(crate) fn rows(&self, key: &str) -> Read<Option<(usize, Vec<f32>)>> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        let wrong = || self.wrong_kind(key, value, "a list of lists of numbers, all of one length");
+        let mut columns = 0;
+        let mut numbers = Vec::new();
+        for row in value.as_array().ok_or_else(wrong)? {
+            let row = row.get_ref().as_array().ok_or_else(wrong)?;
+            if columns != 0 && columns != row.len() {
+                return Err(wrong());
+            }
+            columns = row.len();
+            for item in row {
+                numbers.push(narrow(as_number(item.get_ref()).ok_or_else(wrong)?));
+            }
+        }
+        Ok(Some((columns, numbers)))
+    }
+
     /// A table within this one, if the key is there.
     pub(crate) fn table(&self, key: &str) -> Read<Option<Self>> {
         let inner = self.table.get(key);
@@ -166,6 +191,11 @@ impl<'text> Section<'text> {
     /// Whether a key is there, and a text: for values that are a word or a number.
     pub(crate) fn is_text(&self, key: &str) -> bool {
         self.table.get(key).is_some_and(|value| value.get_ref().as_str().is_some())
+    }
+
+    /// Whether a key is there, and a list: for values that are one number or several.
+    pub(crate) fn is_list(&self, key: &str) -> bool {
+        self.value(key).is_some_and(|value| value.as_array().is_some())
     }
 
     /// Whether a key is there.

@@ -1,0 +1,152 @@
+//! `render --check`: closed meshes pass, open snow fails, broken files are told in one line.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod shell;
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use shell::{refused, snowblue};
+
+/// Corners and outwards sides of a cube of 2 m.
+const SIDES: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+
+fn corner(bits: usize) -> [i32; 3] {
+    [1, 2, 4].map(|bit| if bits & bit == 0 { -1 } else { 1 })
+}
+
+fn obj(vertices: &[[f64; 3]], faces: &[Vec<usize>]) -> String {
+    let mut text = String::new();
+    for [x, y, z] in vertices {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    for face in faces {
+        let corners: Vec<String> = face.iter().map(|corner| (corner + 1).to_string()).collect();
+        writeln!(text, "f {}", corners.join(" ")).unwrap();
+    }
+    text
+}
+
+/// A cube whose sides have corners of their own, as a mesh with texture seams has.
+fn cube(sides: usize) -> String {
+    let vertices: Vec<_> = SIDES.iter().flatten().map(|&bits| corner(bits).map(f64::from)).collect();
+    let faces: Vec<_> = (0..sides).map(|side| (4 * side..4 * side + 4).collect()).collect();
+    obj(&vertices, &faces)
+}
+
+/// The icosahedron's sides cut in four, twice, and blown up to a sphere of 1 m.
+fn icosphere() -> String {
+    let golden = 0.5 * (1.0 + 5f64.sqrt());
+    let mut vertices: Vec<[f64; 3]> = Vec::new();
+    for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
+        vertices.extend([[a, b, 0.0], [0.0, a, b], [b, 0.0, a]]);
+    }
+    let apart = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>();
+    let mut faces = Vec::new();
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in b + 1..12 {
+                let [p, q, r] = [a, b, c].map(|index| &vertices[index]);
+                if [apart(p, q), apart(q, r), apart(r, p)].iter().all(|&length| length < 4.5) {
+                    let volume = p[0] * (q[1] * r[2] - q[2] * r[1])
+                        + p[1] * (q[2] * r[0] - q[0] * r[2])
+                        + p[2] * (q[0] * r[1] - q[1] * r[0]);
+                    faces.push(if volume > 0.0 { vec![a, b, c] } else { vec![a, c, b] });
+                }
+            }
+        }
+    }
+    assert_eq!(faces.len(), 20);
+    for _ in 0..2 {
+        let whole = std::mem::take(&mut faces);
+        for face in whole {
+            let mut middle = |a: usize, b: usize| {
+                // From the same sum either way, so that both triangles at an edge get the same place.
+                let (p, q) = (vertices[a.min(b)], vertices[a.max(b)]);
+                vertices.push([p[0] + q[0], p[1] + q[1], p[2] + q[2]]);
+                vertices.len() - 1
+            };
+            let (a, b, c) = (face[0], face[1], face[2]);
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            faces.extend([vec![a, ab, ca], vec![ab, b, bc], vec![ca, bc, c], vec![ab, bc, ca]]);
+        }
+        for vertex in &mut vertices {
+            let length = vertex.iter().map(|x| x * x).sum::<f64>().sqrt();
+            *vertex = vertex.map(|x| x / length);
+        }
+    }
+    obj(&vertices, &faces)
+}
+
+fn scene(folder: &tempfile::TempDir, mesh: &str) -> PathBuf {
+    let path = folder.path().join("scene.toml");
+    std::fs::write(folder.path().join("mesh.obj"), mesh).unwrap();
+    let text = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n\
+        [material.drift]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
+        [[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n\
+        [[object]]\nmesh = \"mesh.obj\"\nmaterial = \"drift\"\n";
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// Exit code, and the values of the first object by column.
+fn checked(mesh: &str) -> (Option<i32>, serde_json::Value) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(&folder, mesh);
+    let output = snowblue(&["render", path.to_str().unwrap(), "--check", "--format", "json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    (output.status.code(), report["rows"][0].clone())
+}
+
+fn number(row: &serde_json::Value, column: &str) -> f64 {
+    row[column].as_f64().unwrap()
+}
+
+#[test]
+fn a_closed_cube_with_doubled_corners_passes() {
+    let (code, row) = checked(&cube(6));
+    assert_eq!((code, row["watertight"].as_str()), (Some(0), Some("yes")), "{row}");
+    for (column, value) in [("triangles", 12.0), ("size_x_m", 2.0), ("volume_m3", 8.0), ("open_edges", 0.0)] {
+        assert!((number(&row, column) - value).abs() < 1e-6, "{column}: {row}");
+    }
+    assert!((number(&row, "merged_vertices") - 16.0).abs() < 1e-6 && number(&row, "lines") > 3000.0, "{row}");
+}
+
+#[test]
+fn a_cube_without_a_side_fails_with_its_four_edges() {
+    let (code, row) = checked(&cube(5));
+    assert_eq!(
+        (code, row["watertight"].as_str(), row["volume_m3"].as_str()),
+        (Some(1), Some("no"), Some("-")),
+        "{row}"
+    );
+    assert!((number(&row, "open_edges") - 4.0).abs() < 1e-6, "{row}");
+    // A line through a cube crosses two of its six sides: one in three meets the missing one.
+    let odd = number(&row, "odd_lines") / number(&row, "lines");
+    assert!(odd > 0.25 && odd < 0.45, "{odd}");
+}
+
+#[test]
+fn an_icosphere_passes_with_nearly_the_volume_of_a_ball() {
+    let (code, row) = checked(&icosphere());
+    assert_eq!((code, number(&row, "odd_lines").to_bits()), (Some(0), 0f64.to_bits()), "{row}");
+    assert!((number(&row, "triangles") - 320.0).abs() < 1e-6, "{row}");
+    let ball = 4.0 / 3.0 * std::f64::consts::PI;
+    // Flat sides lie within the ball: 320 of them leave out about 3 %.
+    let share = number(&row, "volume_m3") / ball;
+    assert!(share > 0.95 && share < 1.0, "{share}");
+}
+
+#[test]
+fn broken_files_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(&folder, &cube(6).replace("f 1 ", "f 99 "));
+    let message = refused(&["render", path.to_str().unwrap(), "--check"]);
+    assert!(message.contains("mesh.obj:25: a face names vertex 99, but there are 24 so far"), "{message}");
+    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("mesh.obj", "mesh.glb")).unwrap();
+    std::fs::write(folder.path().join("mesh.glb"), b"glTF\x02\0\0\0\xff\0\0\0").unwrap();
+    let message = refused(&["render", path.to_str().unwrap(), "-o", folder.path().join("a.png").to_str().unwrap()]);
+    assert!(message.contains("mesh.glb: not a readable glTF file"), "{message}");
+    assert!(!folder.path().join("a.png").exists());
+}

@@ -1,0 +1,191 @@
+//! Solids under a surface of heights: drifts, fields, dunes. The surface is closed by walls around it and a level bottom,
+//! so that it can be snow.
+
+use std::path::Path;
+
+use exr::prelude::{ReadChannels, ReadLayers, read};
+use glam::{Vec2, Vec3};
+
+use crate::error::RenderError;
+use crate::triangles::Triangles;
+
+/// Heights on a grid, row by row from the far side (greatest y) to the near, each from left to right.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heights {
+    columns: usize,
+    values: Vec<f32>,
+}
+
+impl Heights {
+    /// A grid of rows of one length.
+    ///
+    /// # Errors
+    ///
+    /// When there are fewer than two rows or columns, a height is not finite, or there are more than 2²⁸.
+    pub fn new(columns: usize, values: Vec<f32>) -> Result<Self, String> {
+        let rows = values.len().checked_div(columns).unwrap_or(0);
+        if rows < 2 || columns < 2 || rows * columns != values.len() || values.len() > 1 << 28 {
+            return Err(format!(
+                "heights are a grid of {columns} × {rows}, but must be 2 × 2 at least, and 2^28 at most"
+            ));
+        }
+        match values.iter().find(|height| !height.is_finite()) {
+            Some(height) => Err(format!("a height is {height}, but must be finite")),
+            None => Ok(Self { columns, values }),
+        }
+    }
+
+    /// Heights of a grey PNG of 8 or 16 bits, white being 1, or of the first channel of an EXR.
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be read, or is neither.
+    pub fn read(path: &Path) -> Result<Self, RenderError> {
+        let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let (columns, values) = match ending.as_str() {
+            "png" => read_png(path)?,
+            "exr" => read_exr(path).map_err(wrong)?,
+            other => return Err(wrong(format!("the ending is \"{other}\", but heights must be png or exr"))),
+        };
+        Self::new(columns, values).map_err(wrong)
+    }
+
+    /// The solid between these heights and a level bottom, over the rectangle of a size about the origin: a height h lies
+    /// at z = h · `size.z`. Texture coordinates go from (0, 0), left and near, to (1, 1), right and far.
+    ///
+    /// # Errors
+    ///
+    /// When the bottom lies as high as the least height.
+    pub fn solid(&self, size: Vec3, bottom: f32) -> Result<Triangles, String> {
+        let least = self.values.iter().fold(f32::INFINITY, |least, &height| least.min(height * size.z));
+        if bottom >= least {
+            return Err(format!("bottom is {bottom} m, but must lie below the least height of {least} m"));
+        }
+        let (columns, rows) = (self.columns, self.values.len() / self.columns);
+        let uv = |column: usize, row: usize| {
+            Vec2::new(column as f32 / (columns - 1) as f32, 1.0 - row as f32 / (rows - 1) as f32)
+        };
+        let mut solid = Triangles::default();
+        let mut add = |uv: Vec2, z: f32| {
+            solid.positions.push(Vec3::new((uv.x - 0.5) * size.x, (uv.y - 0.5) * size.y, z));
+            solid.uv.push(uv);
+        };
+        for (index, height) in self.values.iter().enumerate() {
+            add(uv(index % columns, index / columns), height * size.z);
+        }
+        let rim = self.rim();
+        for &index in &rim {
+            add(uv(index % columns, index / columns), bottom);
+        }
+        add(Vec2::splat(0.5), bottom);
+        solid.corners = self.corners(&rim);
+        Ok(solid)
+    }
+
+    /// Indices of the grid's outermost points, once around: counter-clockwise seen from above.
+    fn rim(&self) -> Vec<usize> {
+        let (columns, rows) = (self.columns, self.values.len() / self.columns);
+        let far = (1..columns).rev();
+        let left = (0..rows - 1).map(|row| row * columns);
+        let near = (0..columns - 1).map(|column| (rows - 1) * columns + column);
+        let right = (1..rows).rev().map(|row| row * columns + columns - 1);
+        far.chain(left).chain(near).chain(right).collect()
+    }
+
+    /// The triangles of top, walls and bottom; the bottom's rim follows the grid's points, and then its middle.
+    #[expect(clippy::cast_possible_truncation, reason = "a grid has fewer than 2^28 points")]
+    fn corners(&self, rim: &[usize]) -> Vec<[u32; 3]> {
+        let (columns, rows, points) = (self.columns, self.values.len() / self.columns, self.values.len());
+        let mut corners = Vec::with_capacity(2 * points + 3 * rim.len());
+        for row in 0..rows - 1 {
+            for column in 0..columns - 1 {
+                let far_left = row * columns + column;
+                let near_left = far_left + columns;
+                corners.push([far_left, near_left, near_left + 1]);
+                corners.push([far_left, near_left + 1, far_left + 1]);
+            }
+        }
+        let middle = points + rim.len();
+        for (number, &top) in rim.iter().enumerate() {
+            let next = (number + 1) % rim.len();
+            let (top_next, below, below_next) = (rim[next], points + number, points + next);
+            corners.extend([[top, below, below_next], [top, below_next, top_next], [middle, below_next, below]]);
+        }
+        corners.into_iter().map(|triangle| triangle.map(|corner| corner as u32)).collect()
+    }
+}
+
+fn read_png(path: &Path) -> Result<(usize, Vec<f32>), RenderError> {
+    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+    let file = std::fs::File::open(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+    let malformed = |error: png::DecodingError| wrong(format!("not a readable PNG file: {error}"));
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(malformed)?;
+    let size = reader.output_buffer_size().ok_or_else(|| wrong("the picture is too large".into()))?;
+    let mut bytes = vec![0; size];
+    let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
+    bytes.truncate(frame.buffer_size());
+    let values = match (frame.color_type, frame.bit_depth) {
+        (png::ColorType::Grayscale, png::BitDepth::Eight) => {
+            bytes.iter().map(|&byte| f32::from(byte) / 255.0).collect()
+        }
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen) => {
+            let (pairs, _) = bytes.as_chunks::<2>();
+            pairs.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0).collect()
+        }
+        (kind, depth) => {
+            return Err(wrong(format!("the picture is {kind:?} of {depth:?} bits, but must be grey of 8 or 16 bits")));
+        }
+    };
+    Ok((frame.width as usize, values))
+}
+
+fn read_exr(path: &Path) -> Result<(usize, Vec<f32>), String> {
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image = image.from_file(path).map_err(|error| format!("not a readable EXR file: {error}"))?;
+    let layer = image.layer_data;
+    let channel = layer.channel_data.list.first().ok_or("the picture has no channel")?;
+    Ok((layer.size.width(), channel.sample_data.values_as_f32().collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::{Topology, volume};
+
+    #[test]
+    fn the_solid_is_closed_and_holds_the_mean_height() {
+        let (columns, rows) = (7, 5);
+        let slope = |k: usize| 1.0 + (k % columns) as f32 / 6.0 + (k / columns) as f32 / 4.0;
+        let heights = Heights::new(columns, (0..columns * rows).map(slope).collect()).unwrap();
+        let solid = heights.solid(Vec3::new(3.0, 2.0, 0.1), -0.2).unwrap();
+        let topology = Topology::of(&solid);
+        assert!(topology.is_closed() && topology.reversed_edges == 0 && topology.merged_vertices == 0, "{topology:?}");
+        // Heights rise evenly from 0.1 to 0.3 m: 0.2 m in the mean, above a bottom at −0.2 m.
+        assert!((volume(&solid) - 3.0 * 2.0 * 0.4).abs() < 1e-6);
+        // The far right corner is the highest of the first row; texture coordinates say where it is.
+        assert_eq!(solid.positions[6], Vec3::new(1.5, 1.0, 0.2));
+        assert_eq!(solid.uv[6], Vec2::ONE);
+    }
+
+    #[test]
+    fn a_bottom_above_the_ground_and_odd_grids_are_refused() {
+        assert!(Heights::new(2, vec![0.0; 4]).unwrap().solid(Vec3::ONE, 0.0).unwrap_err().contains("bottom is 0 m"));
+        assert!(Heights::new(3, vec![0.0; 3]).is_err());
+        assert!(Heights::new(2, vec![0.0, 1.0, f32::NAN, 0.0]).unwrap_err().contains("NaN"));
+    }
+
+    #[test]
+    fn pictures_of_16_bits_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drift.png");
+        let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), 2, 2);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.write_header().unwrap().write_image_data(&[0, 0, 0xff, 0xff, 0x80, 0, 0, 1]).unwrap();
+        let heights = Heights::read(&path).unwrap();
+        assert_eq!(heights, Heights::new(2, vec![0.0, 1.0, 32_768.0 / 65_535.0, 1.0 / 65_535.0]).unwrap());
+        std::fs::write(&path, b"no picture").unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
+    }
+}

@@ -1,0 +1,166 @@
+//! The `[[object]]` tables: shapes and meshes with their sizes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3A};
+
+use crate::cuboid::Cuboid;
+use crate::ellipsoid::Ellipsoid;
+use crate::error::RenderError;
+use crate::height_field::Heights;
+use crate::instance::Instance;
+use crate::material::Material;
+use crate::mesh::Mesh;
+use crate::mesh_file::gltf::Y_UP_TO_Z_UP;
+use crate::mesh_file::{is_y_up, read_triangles};
+use crate::objects::Object;
+use crate::plane::Plane;
+use crate::ray::narrow;
+use crate::scene_file::GREATEST_COORDINATE_M;
+use crate::scene_file::materials::Named;
+use crate::scene_file::placing::{Placing, check_reach, placement, read_body, read_material_name};
+use crate::scene_file::section::Section;
+use crate::shape::Shape;
+
+/// Least and greatest size of a shape, in m.
+pub(super) const SIZE_M: std::ops::RangeInclusive<f64> = 1e-4..=1e5;
+
+/// The shapes that have a name.
+#[derive(Clone, Copy)]
+enum Kind {
+    Box,
+    Sphere,
+    Plane,
+    Heights,
+}
+
+/// Mesh files that were read: each is there once, with the map from its centred form to its own coordinates.
+#[derive(Default)]
+pub(super) struct Meshes(BTreeMap<(PathBuf, Option<String>), (Arc<Mesh>, DAffine3)>);
+
+impl Meshes {
+    fn get(&mut self, file: PathBuf, part: Option<&str>) -> Result<(Arc<Mesh>, DAffine3), RenderError> {
+        let key = (file, part.map(str::to_owned));
+        if let Some((mesh, map)) = self.0.get(&key) {
+            return Ok((Arc::clone(mesh), *map));
+        }
+        let (centred, map) = read_triangles(&key.0, part)?.centred();
+        let mesh = Arc::new(Mesh::new(centred));
+        self.0.insert(key, (Arc::clone(&mesh), map));
+        Ok((mesh, map))
+    }
+}
+
+/// Reads one object; a mesh file is looked for beside the scene file.
+pub(super) fn read_object(
+    section: &Section,
+    scene: &Path,
+    materials: &[Named],
+    meshes: &mut Meshes,
+) -> Result<Object, RenderError> {
+    let kinds = [("box", Kind::Box), ("sphere", Kind::Sphere), ("plane", Kind::Plane), ("heights", Kind::Heights)];
+    let common = ["scale", "position", "rotation_deg", "material", "body"];
+    let only = |own: &[&str]| section.only(&[own, &common].concat());
+    let material = read_material_name(section, materials)?;
+    let placing = Placing::read(section)?;
+    let (name, shape) = match (section.text("shape")?, section.text("mesh")?) {
+        (Some(name), None) => {
+            let shape = match section.choice("shape", Kind::Box, &kinds)? {
+                Kind::Box => only(&["shape", "size"]).and_then(|()| read_box(section, &placing))?,
+                Kind::Sphere => only(&["shape", "radius"]).and_then(|()| read_sphere(section, &placing))?,
+                Kind::Heights => only(&["shape", "size", "heights", "file", "bottom"])
+                    .and_then(|()| read_heights(section, scene, &placing))?,
+                Kind::Plane => {
+                    section.only(&["shape", "position", "rotation_deg", "material"])?;
+                    read_plane(section, &placing, &materials[material].1)?
+                }
+            };
+            (name.to_owned(), shape)
+        }
+        (None, Some(file)) => {
+            only(&["mesh", "part", "up"])?;
+            let part = section.text("part")?;
+            let name = part.map_or_else(|| file.to_owned(), |part| format!("{file} {part}"));
+            (name, read_mesh(section, scene.with_file_name(file), &placing, meshes)?)
+        }
+        _ => return Err(section.error("an object must have either `shape` or `mesh`")),
+    };
+    Ok(Object { name, shape, material, body: read_body(section, &materials[material])? })
+}
+
+fn read_box(section: &Section, placing: &Placing) -> Result<Shape, RenderError> {
+    let size = section.vector("size", None, SIZE_M, "m")?;
+    let size = (size.as_dvec3() * placing.scale).as_vec3a();
+    Ok(Shape::Cuboid(Cuboid::new(placing.position, size, placing.axes())))
+}
+
+fn read_sphere(section: &Section, placing: &Placing) -> Result<Shape, RenderError> {
+    let radius_m = section.number("radius", None, SIZE_M, "m")?;
+    let to_scene = placing.to_scene() * DAffine3::from_scale(DVec3::splat(radius_m));
+    let ellipsoid = Ellipsoid::new(to_scene);
+    ellipsoid.map(Shape::Ellipsoid).ok_or_else(|| section.error_at("scale", "object.scale flattens the sphere"))
+}
+
+fn read_plane(section: &Section, placing: &Placing, material: &Material) -> Result<Shape, RenderError> {
+    if matches!(material, Material::PcaSnow(_)) {
+        let reason = "a plane has no inside and cannot be snow; a box of 1000 m does for an endless layer";
+        return Err(section.error_at("material", reason));
+    }
+    Ok(Shape::Plane(Plane::new(placing.position, placing.axes())))
+}
+
+/// Heights from a list of rows or a picture, as a solid.
+fn read_heights(section: &Section, scene: &Path, placing: &Placing) -> Result<Shape, RenderError> {
+    let heights = match (section.rows("heights")?, section.text("file")?) {
+        (Some((columns, values)), None) => {
+            Heights::new(columns, values).map_err(|reason| section.error_at("heights", format!("object.{reason}")))?
+        }
+        (None, Some(file)) => {
+            let file = scene.with_file_name(file);
+            if !file.is_file() {
+                return Err(section.error_at("file", format!("file of heights {} does not exist", file.display())));
+            }
+            Heights::read(&file)?
+        }
+        _ => return Err(section.error("heights must be given either as `heights` or as `file`")),
+    };
+    let size = section.vector("size", None, SIZE_M, "m")?;
+    let anywhere = -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M;
+    let bottom_m = narrow(section.number("bottom", None, anywhere, "m")?);
+    let solid = heights.solid(size.into(), bottom_m);
+    let (centred, map) = solid.map_err(|reason| section.error_at("bottom", format!("object.{reason}")))?.centred();
+    let wrong = |reason: String| section.error(format!("heights: {reason}"));
+    let instance = Instance {
+        mesh: Arc::new(Mesh::new(centred)),
+        placement: placement(&(placing.to_scene() * map)).map_err(wrong)?,
+    };
+    check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
+    Ok(Shape::Mesh(instance))
+}
+
+fn read_mesh(section: &Section, file: PathBuf, placing: &Placing, meshes: &mut Meshes) -> Result<Shape, RenderError> {
+    if !file.is_file() {
+        return Err(section.error_at("mesh", format!("mesh file {} does not exist", file.display())));
+    }
+    let y_up = section.choice("up", is_y_up(&file), &[("y", true), ("z", false)])?;
+    let upright = DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY });
+    let named = format!("mesh {}", file.display());
+    let (mesh, map) = meshes.get(file, section.text("part")?)?;
+    let wrong = |reason: String| section.error_at("mesh", format!("{named}: {reason}"));
+    let placement = placement(&(placing.to_scene() * upright * map)).map_err(wrong)?;
+    let instance = Instance { mesh, placement };
+    let bounds = instance.bounds();
+    check_reach(bounds.greatest_coordinate())
+        .map_err(|reason| section.error_at("mesh", format!("{named} {reason}")))?;
+    Ok(Shape::Mesh(instance))
+}
+
+/// Whether a point lies inside snow, and then in which object.
+pub(super) fn snow_around(objects: &crate::objects::Objects, materials: &[Named], point: Vec3A) -> Option<usize> {
+    (0..objects.list().len()).find(|&index| {
+        let is_snow = matches!(materials[objects.list()[index].material].1, Material::PcaSnow(_));
+        is_snow && objects.holds(index, point)
+    })
+}

@@ -1,0 +1,258 @@
+//! One mesh in every format that is read, and files that are broken.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use glam::{DAffine3, Vec2, Vec3, Vec3A};
+use snow::{SNOW, directions, simple_law};
+use snowblue_render::mesh_file::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
+use snowblue_render::mesh_file::read_triangles;
+use snowblue_render::ray::Ray;
+use snowblue_render::scene::Scene;
+use snowblue_render::scene_file::Overrides;
+use snowblue_render::triangles::Triangles;
+
+/// An octahedron with bulges: vertices with texture coordinates, outwards triangles.
+fn stone() -> Triangles {
+    let positions =
+        vec![Vec3::new(0.6, 0.1, 0.0), Vec3::new(-0.5, 0.0, 0.1), Vec3::new(0.0, 0.4, 0.0), Vec3::new(0.1, -0.6, 0.0)]
+            .into_iter()
+            .chain([Vec3::new(0.0, 0.1, 0.7), Vec3::new(0.05, 0.0, -0.4)])
+            .collect::<Vec<_>>();
+    let uv = positions.iter().map(|place| Vec2::new(0.5 + place.x * 0.5, 0.25 + place.y * 0.5)).collect();
+    let corners = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    Triangles { positions, corners, uv, ..Triangles::default() }
+}
+
+fn ply(mesh: &Triangles) -> Vec<u8> {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float u\n\
+         property float v\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.positions.len(),
+        mesh.corners.len()
+    );
+    for (p, uv) in mesh.positions.iter().zip(&mesh.uv) {
+        writeln!(text, "{} {} {} {} {}", p.x, p.y, p.z, uv.x, uv.y).unwrap();
+    }
+    for [a, b, c] in &mesh.corners {
+        writeln!(text, "3 {a} {b} {c}").unwrap();
+    }
+    text.into_bytes()
+}
+
+fn obj(mesh: &Triangles) -> Vec<u8> {
+    let mut text = String::from("o stone\n");
+    for (p, uv) in mesh.positions.iter().zip(&mesh.uv) {
+        writeln!(text, "v {} {} {}\nvt {} {}", p.x, p.y, p.z, uv.x, uv.y).unwrap();
+    }
+    for corners in &mesh.corners {
+        let [a, b, c] = corners.map(|corner| corner + 1);
+        writeln!(text, "f {a}/{a} {b}/{b} {c}/{c}").unwrap();
+    }
+    text.into_bytes()
+}
+
+/// The mesh turned to y up, moved by its node, with a camera, a point light and a second copy beside it.
+fn glb(mesh: &Triangles) -> Vec<u8> {
+    let mut binary = Vec::new();
+    // The node moves it by (1, 2, 3); so its own coordinates are as much less.
+    for p in &mesh.positions {
+        for value in [p.x - 1.0, p.z - 2.0, -p.y - 3.0] {
+            binary.extend(value.to_le_bytes());
+        }
+    }
+    for uv in &mesh.uv {
+        binary.extend(uv.x.to_le_bytes().into_iter().chain(uv.y.to_le_bytes()));
+    }
+    for &corner in mesh.corners.iter().flatten() {
+        binary.extend(u16::try_from(corner).unwrap().to_le_bytes());
+    }
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1,2,3]}}],
+        "extensionsUsed":["KHR_lights_punctual"],
+        "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":30,"color":[1,0.5,0.25]}}]}}}},
+        "nodes":[{{"name":"stone","mesh":0,"translation":[1,2,3]}},{{"name":"far","mesh":0,"translation":[1,2,-5]}},
+        {{"camera":0,"translation":[0,0,4]}},
+        {{"name":"lamp","translation":[0,3,0],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+        "cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}}],
+        "materials":[{{"name":"snow","pbrMetallicRoughness":{{"baseColorFactor":[0.2,0.4,0.6,1]}}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},"indices":2,"material":0}}]}}],
+        "buffers":[{{"byteLength":{total}}}],
+        "bufferViews":[{{"buffer":0,"byteLength":72}},{{"buffer":0,"byteOffset":72,"byteLength":48}},
+        {{"buffer":0,"byteOffset":120,"byteLength":48}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":6,"type":"VEC3","min":[-2,-3,-4],"max":[1,1,1]}},
+        {{"bufferView":1,"componentType":5126,"count":6,"type":"VEC2"}},
+        {{"bufferView":2,"componentType":5123,"count":24,"type":"SCALAR"}}]}}"#,
+        total = binary.len()
+    );
+    let mut json = json.into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let total = 12 + 8 + json.len() + 8 + binary.len();
+    let word = |value: usize| u32::try_from(value).unwrap().to_le_bytes();
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend(word(total));
+    file.extend(word(json.len()).into_iter().chain(*b"JSON"));
+    file.extend(json);
+    file.extend(word(binary.len()).into_iter().chain(*b"BIN\0"));
+    file.extend(binary);
+    file
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write("stone.ply", &ply(&stone()));
+        folder.write("stone.obj", &obj(&stone()));
+        folder.write("stone.glb", &glb(&stone()));
+        folder
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn write(&self, name: &str, content: &[u8]) {
+        std::fs::write(self.path().join(name), content).unwrap();
+    }
+
+    fn load(&self, text: &str) -> Result<Scene, String> {
+        let path = self.path().join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        Scene::load(&path, &simple_law(), &Overrides::default()).map_err(|error| error.to_string())
+    }
+}
+
+const CAMERA: &str = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n\
+    [[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n";
+
+#[test]
+fn every_format_gives_the_same_hits_and_texture_coordinates() {
+    let folder = Folder::new();
+    let of = |object: &str| folder.load(&format!("{CAMERA}{SNOW}[[object]]\n{object}\nmaterial = \"snow\"\n")).unwrap();
+    let from_ply = of("mesh = \"stone.ply\"");
+    for other in [
+        of("mesh = \"stone.obj\""),
+        of("mesh = \"stone.obj\"\npart = \"stone\""),
+        of("mesh = \"stone.glb\"\npart = \"stone\""),
+        // Said to be z up, it lies on its side, and is set upright by hand.
+        of("mesh = \"stone.glb\"\npart = \"stone\"\nup = \"z\"\nrotation_deg = [90, 0, 0]"),
+    ] {
+        let mut met = 0;
+        for (k, direction) in directions(1000).enumerate() {
+            let side = direction.any_orthonormal_vector() * (0.5 * (k % 13) as f32 / 13.0);
+            let ray = Ray { origin: side - direction * 2.0, direction };
+            let (one, two) = (from_ply.objects.first_hit(&ray), other.objects.first_hit(&ray));
+            let (Some(one), Some(two)) = (one, two) else {
+                assert!(one.is_none() && two.is_none(), "ray {k}");
+                continue;
+            };
+            // The GLB's own coordinates reach to 4 and carry 2.4e-7; edge-on hits spread that.
+            assert!((one.point - two.point).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
+            // At an edge, rounding picks the one triangle or the other.
+            let least = one.place.weights.into_iter().fold(1.0, f32::min);
+            assert!(one.place.triangle == two.place.triangle || least < 1e-5, "ray {k}: {least}");
+            let (uv, other_uv) = (from_ply.objects.uv(&one).unwrap(), other.objects.uv(&two).unwrap());
+            assert!((uv - other_uv).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
+            // As the texture coordinates were made from places.
+            assert!((uv - Vec2::new(0.5 + one.point.x * 0.5, 0.25 + one.point.y * 0.5)).length() < 1e-6);
+            met += 1;
+        }
+        assert!(met > 500, "{met}");
+    }
+}
+
+#[test]
+fn a_whole_gltf_brings_its_meshes_its_camera_and_its_materials() {
+    let folder = Folder::new();
+    let light = "[[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n";
+    let scene = folder.load(&format!("gltf = \"stone.glb\"\n{SNOW}{light}")).unwrap();
+    let names: Vec<_> = scene.objects.list().iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(names, ["stone", "far"]);
+    assert_eq!(scene.materials.len(), 1, "the glTF's snow is the scene's");
+    // The camera stands at z = 4 of the glTF, which is y = −4 here, and looks at the stone; behind it is its copy.
+    let ahead = scene.camera.ray(0.5, 0.5);
+    assert!((ahead.origin - Vec3A::new(0.0, -4.0, 0.0)).length() < 1e-6);
+    assert!((ahead.direction - Vec3A::Y).length() < 1e-6);
+    assert!((scene.camera.ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
+    assert_eq!(scene.objects.first_hit(&ahead).unwrap().object, 0);
+    let back = Ray { origin: Vec3A::new(0.0, 20.0, 0.0), direction: Vec3A::NEG_Y };
+    assert_eq!(scene.objects.first_hit(&back).unwrap().object, 1);
+    // Without the scene's material, the glTF's own is made.
+    let plain = folder.load(&format!("gltf = \"stone.glb\"\n{light}")).unwrap();
+    assert_eq!(plain.materials.len(), 1);
+    let none = folder.load(&format!("gltf = \"gone.glb\"\n{light}")).unwrap_err();
+    assert!(none.contains("scene.toml:1: glTF file") && none.contains("does not exist"), "{none}");
+}
+
+#[test]
+fn lights_are_turned_with_everything_else() {
+    let folder = Folder::new();
+    let file = GltfFile::open(&folder.path().join("stone.glb")).unwrap();
+    let lights = file.lights(&file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP)).unwrap());
+    assert_eq!(lights.len(), 1);
+    assert_eq!(lights[0].name, "lamp");
+    assert_eq!(lights[0].kind, LightKind::Point { intensity_cd: 30.0 });
+    assert!((lights[0].position - Vec3A::new(0.0, 0.0, 3.0)).length() < 1e-6);
+    assert!((lights[0].colour.g - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn a_glb_cut_anywhere_is_refused_in_one_line() {
+    let folder = Folder::new();
+    let whole = glb(&stone());
+    for length in (0..whole.len()).step_by(7).chain([whole.len() - 1]) {
+        folder.write("cut.glb", &whole[..length]);
+        let message = read_triangles(&folder.path().join("cut.glb"), None).unwrap_err().to_string();
+        assert!(message.contains("cut.glb: ") && !message.contains('\n'), "{length}: {message}");
+    }
+}
+
+#[test]
+fn broken_meshes_are_named_in_one_line() {
+    let folder = Folder::new();
+    let broken = |from: &str, to: &str| {
+        let text = glb(&stone());
+        let at = text.windows(from.len()).position(|part| part == from.as_bytes()).unwrap();
+        assert_eq!(from.len(), to.len());
+        let mut changed = text.clone();
+        changed[at..at + to.len()].copy_from_slice(to.as_bytes());
+        folder.write("broken.glb", &changed);
+        read_triangles(&folder.path().join("broken.glb"), None).unwrap_err().to_string()
+    };
+    for (from, to, expected) in [
+        (r#""count":24"#, r#""count":99"#, "accessor 2 reaches beyond the end of its buffer"),
+        (r#""count":6,"type":"VEC3""#, r#""count":2,"type":"VEC3""#, "names vertex"),
+        (r#""byteOffset":120"#, r#""byteOffset":920"#, "accessor 2 reaches beyond"),
+        (r#""indices":2"#, r#""indices":7"#, "not a readable glTF file"),
+        (r#""scene":0,"#, r#""scene":9,"#, "not a readable glTF file"),
+    ] {
+        let message = broken(from, to);
+        assert!(message.contains(expected) && message.contains("broken.glb: "), "{message}");
+        assert!(!message.contains('\n'), "{message}");
+    }
+    folder.write("stone.stl", b"solid");
+    let message = read_triangles(&folder.path().join("stone.stl"), None).unwrap_err().to_string();
+    assert!(message.contains("the ending is \"stl\""), "{message}");
+    let message = read_triangles(&folder.path().join("stone.glb"), Some("tree")).unwrap_err().to_string();
+    assert!(message.contains("no node or mesh of its scene is called \"tree\""), "{message}");
+}
+
+#[test]
+fn a_camera_within_snow_is_an_error_with_its_line() {
+    let folder = Folder::new();
+    let text = |position: &str| {
+        format!(
+            "[camera]\nposition = {position}\nlook_at = [9, 9, 9]\n{SNOW}[[object]]\nmesh = \"stone.obj\"\n\
+             material = \"snow\"\n[[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n"
+        )
+    };
+    let message = folder.load(&text("[0.1, 0, 0.1]")).unwrap_err();
+    assert!(message.contains("scene.toml:2: camera.position lies inside the snow of \"stone.obj\""), "{message}");
+    assert!(folder.load(&text("[0.6, 0.4, 0.1]")).is_ok());
+}

@@ -1,0 +1,173 @@
+//! Spheres, stretched and repeated meshes, bodies of several objects: the same depths and the same light as the shapes
+//! that they stand for.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use glam::{DVec3, Vec3A};
+use snow::{SNOW, directions, scene, seen, simple_law};
+use snowblue_render::ray::{Crossing, Ray};
+use snowblue_render::render::render;
+use snowblue_render::scene::Scene;
+
+const LIGHT: &str = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
+
+/// A PLY file of the cube from −1 to 1.
+const CUBE: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 6\nproperty list uchar int vertex_indices\nend_header\n\
+    -1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n\
+    4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
+
+fn objects(text: &str) -> Scene {
+    scene(
+        &format!("{SNOW}path = \"normal\"\nreflectance = 0\n{text}{LIGHT}"),
+        &simple_law(),
+        &[("cube.ply", CUBE.into())],
+    )
+}
+
+/// Where a line crosses the solid of the first object, in order.
+fn crossings(scene: &Scene, ray: &Ray) -> Vec<Crossing> {
+    let mut crossings = Vec::new();
+    assert!(!scene.objects.crossings(0, ray, f32::INFINITY, &mut crossings));
+    crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+    crossings
+}
+
+#[test]
+fn a_ball_is_crossed_along_its_chords_from_any_direction() {
+    let ball = objects(
+        "[[object]]\nshape = \"sphere\"\nradius = 0.15\nscale = 2\nposition = [0.2, -0.1, 0.4]\nmaterial = \"snow\"\n",
+    );
+    let centre = DVec3::new(0.2, -0.1, 0.4);
+    for (k, direction) in directions(2000).enumerate() {
+        let towards = direction.as_dvec3().normalize();
+        let miss_m = 0.31 * (k % 23) as f64 / 23.0;
+        let eye = (centre + towards.any_orthonormal_vector() * miss_m - towards * 3.0).as_vec3a();
+        let found = crossings(&ball, &Ray { origin: eye, direction: towards.as_vec3a() });
+        // The ray as rounded: its own distance from the centre, and direction.
+        let along = towards.as_vec3a().as_dvec3();
+        let way = centre.as_vec3a().as_dvec3() - eye.as_dvec3();
+        let middle = way.dot(along) / along.length_squared();
+        let within = 0.09 - (way - middle * along).length_squared();
+        // Near the rim the place of the centre, good to 3e-8 m, decides.
+        if within < 1e-5 {
+            continue;
+        }
+        let half_m = within.sqrt();
+        for (crossing, expected) in found.iter().zip([middle - half_m, middle + half_m]) {
+            // A distance near 3 m is rounded by 1.2e-7; the radius' and the centre's rounding of 3e-8 count by r / half.
+            let allowed = 3e-7 + 2e-7 * 0.3 / half_m;
+            assert!((f64::from(crossing.distance_m) - expected).abs() < allowed, "line {k}");
+        }
+        assert_eq!(found.len(), 2, "line {k}");
+    }
+}
+
+#[test]
+fn a_stretched_and_turned_mesh_is_the_box_of_that_size() {
+    let place = "position = [0.3, -0.2, 0.4]\nrotation_deg = [20, -35, 70]\nmaterial = \"snow\"\n";
+    // Twice in the scene, so that the second copy shares the triangles of the first.
+    let mesh =
+        |more: &str| objects(&format!("[[object]]\nmesh = \"cube.ply\"\nscale = [0.3, 0.15, 0.25]\n{place}{more}"));
+    let copy = "[[object]]\nmesh = \"cube.ply\"\nposition = [0, -60, 0]\nmaterial = \"snow\"\n";
+    let exact = objects(&format!("[[object]]\nshape = \"box\"\nsize = [0.6, 0.3, 0.5]\n{place}"));
+    for stretched in [mesh(""), mesh(copy)] {
+        let mut met = 0;
+        for (k, direction) in directions(2000).enumerate() {
+            let side = direction.any_orthonormal_vector() * (0.4 * (k % 17) as f32 / 17.0);
+            let ray = Ray { origin: Vec3A::new(0.3, -0.2, 0.4) + side - direction * 2.0, direction };
+            let (one, other) = (crossings(&stretched, &ray), crossings(&exact, &ray));
+            assert_eq!(one.len(), other.len(), "line {k}");
+            for (one, other) in one.iter().zip(&other) {
+                // As for a box of triangles in place: coordinates of a few metres, and what the transform rounds.
+                let cos = other.normal.dot(direction).abs();
+                assert!((one.distance_m - other.distance_m).abs() * cos < 4e-6, "line {k}");
+                assert!(one.normal.normalize().dot(other.normal).abs() > 0.999_99, "line {k}");
+                met += 1;
+            }
+            if let (Some(one), Some(other)) = (stretched.objects.first_hit(&ray), exact.objects.first_hit(&ray)) {
+                assert!((one.point - other.point).dot(other.normal).abs() < 1e-6, "line {k}");
+                assert!(one.normal.dot(other.normal) > 0.999_99, "line {k}");
+            }
+        }
+        assert!(met > 2000, "{met}");
+    }
+}
+
+#[test]
+fn mirrored_and_swollen_spheres_keep_lengths_in_metres() {
+    let egg = objects("[[object]]\nshape = \"sphere\"\nradius = 1\nscale = [0.1, 0.2, 0.4]\nmaterial = \"snow\"\n");
+    for (axis, length_m) in [(Vec3A::X, 0.2), (Vec3A::Y, 0.4), (Vec3A::Z, 0.8)] {
+        let found = crossings(&egg, &Ray { origin: -3.0 * axis, direction: axis });
+        assert!((found[1].distance_m - found[0].distance_m - length_m).abs() < 1e-6);
+    }
+}
+
+/// Blocks of these boundaries along y, 0.8 m wide and high, as objects of one body or of none.
+fn blocks(boundaries: &[(f64, f64)], body: bool) -> String {
+    let body = if body { "body = \"wall\"\n" } else { "" };
+    let block = |&(low, high): &(f64, f64)| {
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.8, {}, 0.8]\nposition = [0, {}, 0]\nmaterial = \"snow\"\n{body}",
+            high - low,
+            0.5 * (low + high)
+        )
+    };
+    boundaries.iter().map(block).collect()
+}
+
+fn light_through(text: &str, target: Vec3A) -> f32 {
+    seen(&mut objects(text), Vec3A::new(0.3, -2.0, 0.5), target).0[15]
+}
+
+#[test]
+fn blocks_of_a_body_that_touch_or_overlap_are_one_block() {
+    let target = Vec3A::new(0.1, 0.0, -0.05);
+    let whole = light_through(&blocks(&[(0.0, 0.3)], false), target);
+    assert!(whole > 0.0);
+    for parts in [[(0.0, 0.1), (0.1, 0.3)], [(0.0, 0.2), (0.1, 0.3)], [(0.0, 0.3), (0.1, 0.2)]] {
+        let united = light_through(&blocks(&parts, true), target);
+        // Ends of the parts near 0.3 m are rounded by 3e-8; the depth of 30 cm has ln T ≈ -1 here.
+        assert!((united / whole - 1.0).abs() < 1e-5, "{parts:?}: {united} for {whole}");
+    }
+    // Without the body's name the block behind hides the light from the block before it.
+    assert_eq!(light_through(&blocks(&[(0.0, 0.1), (0.1, 0.3)], false), target).to_bits(), 0);
+}
+
+#[test]
+fn a_gap_in_a_body_is_air() {
+    let target = Vec3A::new(0.1, 0.0, -0.05);
+    let depth = |parts: &[(f64, f64)]| {
+        let scene = objects(&blocks(parts, true));
+        let found = crossings(&scene, &Ray { origin: target - Vec3A::Y, direction: Vec3A::Y });
+        found.chunks(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
+    };
+    assert!((depth(&[(0.0, 0.1), (0.4, 0.6)]) - 0.3).abs() < 1e-6);
+    assert!((depth(&[(0.0, 0.1), (0.05, 0.6)]) - 0.6).abs() < 1e-6);
+    // The light of the whole wall's depth, from its last exit.
+    let apart = light_through(&blocks(&[(0.0, 0.1), (0.4, 0.6)], true), target);
+    let mut thin = objects(&blocks(&[(0.3, 0.6)], false));
+    let same_exit = seen(&mut thin, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.3, -0.05)).0[15];
+    assert!((apart / same_exit - 1.0).abs() < 1e-5, "{apart} for {same_exit}");
+}
+
+#[test]
+fn a_picture_of_two_halves_is_the_picture_of_the_whole() {
+    let picture = |text: &str| {
+        let mut scene = objects(text);
+        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (24, 24, 4);
+        scene.integrator.max_bounces = 2;
+        let rendering = render(&scene, &|_| {});
+        assert_eq!(rendering.statistics.odd_depth_lines, 0);
+        rendering.film
+    };
+    let whole = picture(&blocks(&[(-0.2, 0.2)], false));
+    let halves = picture(&blocks(&[(-0.2, 0.05), (0.0, 0.2)], true));
+    for (one, other) in whole.pixels().iter().zip(halves.pixels()) {
+        // A sample may hit an edge on this side or that; the rest agrees to rounding.
+        assert!((one.y - other.y).abs() <= 1e-4 * one.y.max(1e-3), "{} {}", one.y, other.y);
+    }
+    assert!(whole.pixels().iter().any(|xyz| xyz.y > 0.0));
+}
