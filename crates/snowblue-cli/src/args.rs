@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{bsdf, color, database, figures, merge, render, slab, spectrum};
+use crate::{bsdf, color, database, figures, match_command, merge, render, slab, spectrum};
 
 /// The blue of light through snow, predicted from what the snow is made of
 #[derive(Debug, Parser)]
@@ -27,6 +27,7 @@ pub(crate) enum Command {
     Database(database::Database),
     Merge(merge::Merge),
     Color(Box<color::Color>),
+    Match(Box<match_command::Match>),
     Render(render::Render),
     Figures(figures::Figures),
 }

@@ -1,10 +1,11 @@
-//! `snowblue color`: the colour of the light that comes through.
+//! `snowblue color`: the colour of the light that comes through snow, or that snow sends back.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_color::{Colorimeter, Lab, LinearRgb, Observer, Srgb8};
+use snowblue_color::{Colorimeter, Lab, LinearRgb, Srgb8, exposure};
 use snowblue_render::FalseColor;
+use snowblue_render::scene::Exposure;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 
@@ -12,12 +13,10 @@ use crate::failure::{Failure, Outcome};
 use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
 use crate::report::{Cell, Report};
+use crate::spectrum_file;
 
 /// The paper's three sample wavelengths, in nm.
 const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
-
-/// Widest step of a spectrum that is summed to a colour, in nm.
-const MOST_STEP_NM: f64 = 20.0;
 
 const COLUMNS: [&str; 13] = [
     "thickness_cm",
@@ -38,18 +37,22 @@ const COLUMNS: [&str; 13] = [
 /// Columns of false colours, which no eye sees: they have no illuminant, XYZ or CIELAB.
 const FALSE_COLUMNS: [&str; 6] = ["thickness_cm", "angle_deg", "r_linear", "g_linear", "b_linear", "hex"];
 
-/// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow
+/// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow, or that it sends back
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
 A false colour is the transmittance at three wavelengths, 1 being white, without illuminant, XYZ and CIELAB.
+The exposure changes hex alone: automatic, it brings the brightest channel of the brightest row to 0.9.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
+  snowblue color --thickness 5,10,15,30 --exposure auto
+  snowblue color --reflected --impurity black-carbon=200
   snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
-  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value; 400–700 nm in equal
-                                                           steps of 20 nm at the most)"
+  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value, or a CSV of `snowblue spectrum`
+                                                           with its header; 400–700 nm in equal steps of 20 nm at the
+                                                           most)"
 )]
 pub(crate) struct Color {
     #[command(flatten)]
@@ -58,6 +61,9 @@ pub(crate) struct Color {
     slab: SlabOptions,
     #[command(flatten)]
     ordinates: OrdinatesWords,
+    /// The light that the snow sends back instead of what comes through
+    #[arg(long, help_heading = "Light")]
+    reflected: bool,
     #[command(flatten)]
     light: LightOptions,
     /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
@@ -69,7 +75,13 @@ pub(crate) struct Color {
         value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "samples"]
     )]
     false_color: Option<FalseColor>,
-    /// Colour of a spectrum in a CSV file (wavelength_nm,value) instead of snow
+    /// Exposure of hex in stops, or 'auto'
+    #[arg(
+        long, value_name = "STOPS", default_value = "0", value_parser = parse::exposure, allow_negative_numbers = true,
+        help_heading = "Light"
+    )]
+    exposure: Exposure,
+    /// Colours of the spectra in a CSV file (wavelength_nm,value or that of `snowblue spectrum`) instead of snow
     #[arg(
         long, value_name = "FILE",
         conflicts_with_all = ["SampleOptions", "SlabOptions", "OrdinatesWords", "samples", "false_color"]
@@ -79,10 +91,20 @@ pub(crate) struct Color {
     output: OutputOptions,
 }
 
+/// Thickness and angle of a slab, and its spectrum.
+type Curve = ([Cell; 2], Vec<f64>);
+
+/// A row before its hex, which waits for the exposure.
+struct Colored {
+    cells: Vec<Cell>,
+    light: LinearRgb,
+}
+
 impl Color {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
         let (columns, rows) = match (&self.spectrum, self.false_color) {
-            (Some(path), _) => (COLUMNS.to_vec(), vec![self.of_file(path)?]),
+            (Some(path), _) => (COLUMNS.to_vec(), self.of_file(path)?),
             (None, Some(colour)) => (FALSE_COLUMNS.to_vec(), self.in_false_color(colour)?),
             (None, None) => (COLUMNS.to_vec(), self.of_snow()?),
         };
@@ -90,111 +112,85 @@ impl Color {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
             }
-            None => ("observer", Observer::Cie1931.name().to_owned()),
+            None => ("observer", self.light.observer().name().to_owned()),
         };
-        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), observer];
+        let light = if self.reflected { "reflected" } else { "transmitted" };
+        let exposure = match self.exposure {
+            Exposure::Auto => "auto".to_owned(),
+            Exposure::Stops(stops) => format!("{stops} stops"),
+        };
+        let mut metadata =
+            vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("light", light.to_owned()), observer];
+        metadata.push(("exposure of hex", exposure));
         if self.spectrum.is_none() {
             metadata.extend(self.sample.metadata()?);
             metadata.push(("seed", self.ordinates.seed.to_string()));
         }
-        Report { columns, rows, metadata }.write(&self.output, quiet)
+        Report { columns, rows: self.exposed(rows), metadata }.write(&self.output, quiet)
     }
 
-    fn of_snow(&self) -> Result<Vec<Vec<Cell>>, Failure> {
+    /// The rows with their hex, all at one exposure.
+    fn exposed(&self, rows: Vec<Colored>) -> Vec<Vec<Cell>> {
+        let factor = match self.exposure {
+            Exposure::Stops(stops) => exposure::factor(stops),
+            Exposure::Auto => exposure::automatic(rows.iter().map(|row| row.light)),
+        };
+        let finish = |Colored { mut cells, light: LinearRgb { r, g, b } }: Colored| {
+            let shown = LinearRgb { r: factor * r, g: factor * g, b: factor * b }.displayable();
+            cells.push(Cell::Word(Srgb8::encode(shown).to_string()));
+            cells
+        };
+        rows.into_iter().map(finish).collect()
+    }
+
+    fn of_snow(&self) -> Result<Vec<Colored>, Failure> {
         let wavelengths = match self.samples.as_str() {
             "3" => Wavelengths(THREE_SAMPLES_NM.to_vec()),
             _ => parse::wavelengths("400:700:10").map_err(Failure::Work)?,
         };
-        let slab = self.sample.slab(&self.slab, &wavelengths)?;
-        let colorimeter = self.colorimeter(&slab.wavelengths_nm)?;
-        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
-        let row = |curve: &[Radiometry]| {
-            let values: Vec<f64> = curve.iter().map(|row| row.transmittance.value).collect();
-            let place = [curve[0].thickness_cm.into(), Cell::Word(incidence_name(curve[0].incidence))];
-            self.row(place, &colorimeter, &values)
-        };
-        Ok(solved.chunks_exact(slab.wavelengths_nm.len()).map(row).collect())
+        let colorimeter = self.light.colorimeter(&wavelengths.0)?;
+        let row = |(place, values): Curve| self.row(place, &colorimeter, &values);
+        Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
 
-    fn in_false_color(&self, colour: FalseColor) -> Result<Vec<Vec<Cell>>, Failure> {
+    fn in_false_color(&self, colour: FalseColor) -> Result<Vec<Colored>, Failure> {
         let wavelengths = Wavelengths(vec![colour.red_nm, colour.green_nm, colour.blue_nm]);
-        let slab = self.sample.slab(&self.slab, &wavelengths)?;
-        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
-        let row = |three: &[Radiometry]| {
-            let [r, g, b] = [0, 1, 2].map(|channel| three[channel].transmittance.value);
-            let hex = Srgb8::encode(LinearRgb { r, g, b }).to_string();
-            let mut row = vec![three[0].thickness_cm.into(), Cell::Word(incidence_name(three[0].incidence))];
-            row.extend([r, g, b].map(Cell::from));
-            row.push(Cell::Word(hex));
-            row
+        let row = |(place, values): Curve| {
+            let light = LinearRgb { r: values[0], g: values[1], b: values[2] };
+            let cells = place.into_iter().chain(values.into_iter().map(Cell::from)).collect();
+            Colored { cells, light }
         };
-        Ok(solved.chunks_exact(3).map(row).collect())
+        Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
 
-    fn of_file(&self, path: &Path) -> Result<Vec<Cell>, Failure> {
-        let (wavelengths_nm, values) = read_spectrum(path)?;
-        let colorimeter = self.colorimeter(&wavelengths_nm)?;
-        Ok(self.row([Cell::Word(String::new()), Cell::Word(String::new())], &colorimeter, &values))
+    /// The curves of the slabs that are asked for.
+    fn curves(&self, wavelengths: &Wavelengths) -> Result<Vec<Curve>, Failure> {
+        let slab = self.sample.slab(&self.slab, wavelengths)?;
+        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let curve = |rows: &[Radiometry]| {
+            let value = |row: &Radiometry| if self.reflected { row.reflectance.value } else { row.transmittance.value };
+            let place = [rows[0].thickness_cm.into(), Cell::Word(incidence_name(rows[0].incidence))];
+            (place, rows.iter().map(value).collect())
+        };
+        Ok(solved.chunks_exact(wavelengths.0.len()).map(curve).collect())
     }
 
-    fn colorimeter(&self, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
-        Colorimeter::new(Observer::Cie1931, self.light.illuminant, wavelengths_nm).map_err(Failure::input)
+    fn of_file(&self, path: &Path) -> Result<Vec<Colored>, Failure> {
+        let quantity = if self.reflected { "reflectance" } else { "transmittance" };
+        let row = |curve: spectrum_file::Curve| {
+            let colorimeter = self.light.colorimeter(&curve.wavelengths_nm)?;
+            Ok(self.row(curve.place.map(Cell::Word), &colorimeter, &curve.values))
+        };
+        spectrum_file::read(path, quantity)?.into_iter().map(row).collect()
     }
 
-    fn row(&self, place: [Cell; 2], colorimeter: &Colorimeter, values: &[f64]) -> Vec<Cell> {
+    fn row(&self, place: [Cell; 2], colorimeter: &Colorimeter, values: &[f64]) -> Colored {
         let xyz = colorimeter.xyz(values);
         let lab = Lab::from_xyz(xyz, colorimeter.white());
-        let rgb = LinearRgb::from_xyz(xyz);
-        let hex = Srgb8::encode(rgb.displayable()).to_string();
-        let mut row = place.to_vec();
-        row.push(Cell::Word(self.light.illuminant.name().to_owned()));
-        row.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, rgb.r, rgb.g, rgb.b].map(Cell::from));
-        row.push(Cell::Word(hex));
-        row
+        let light = LinearRgb::from_xyz(xyz);
+        let mut cells = place.to_vec();
+        cells.push(Cell::Word(self.light.illuminant.name().to_owned()));
+        cells.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, light.r, light.g, light.b].map(Cell::from));
+        Colored { cells, light }
     }
-}
-
-/// Checks that sums over the wavelengths are a colour: equal steps, close and wide enough.
-fn check_spacing(wavelengths_nm: &[f64]) -> Result<(), String> {
-    let [first, second, .., last] = *wavelengths_nm else {
-        return Err("a colour needs values from 400 to 700 nm in equal steps of 20 nm at the most".to_owned());
-    };
-    let step = second - first;
-    if let Some(pair) = wavelengths_nm.windows(2).find(|pair| (pair[1] - pair[0] - step).abs() > 1e-6) {
-        return Err(format!("the wavelengths must ascend in equal steps, but {} nm follows {} nm", pair[1], pair[0]));
-    }
-    if !(step > 0.0 && step <= MOST_STEP_NM) {
-        return Err(format!("the wavelengths are {step} nm apart, but must be in 0–{MOST_STEP_NM} nm"));
-    }
-    if first > 400.0 || last < 700.0 {
-        return Err(format!("the wavelengths are {first}–{last} nm, but must cover 400–700 nm"));
-    }
-    Ok(())
-}
-
-/// Reads `wavelength_nm,value` rows; a first line that starts with a letter is a header.
-fn read_spectrum(path: &Path) -> Result<(Vec<f64>, Vec<f64>), Failure> {
-    let name = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Failure::Input(format!("{name}: cannot be read: {error}")))?;
-    let (mut wavelengths_nm, mut values) = (Vec::new(), Vec::new());
-    let text = text.trim_start_matches('\u{feff}');
-    for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let fields: Result<Vec<f64>, String> = line.split(',').map(parse::number).collect();
-        match fields.as_deref() {
-            Ok([wavelength_nm, value]) if wavelength_nm.is_finite() && value.is_finite() && *value >= 0.0 => {
-                wavelengths_nm.push(*wavelength_nm);
-                values.push(*value);
-            }
-            Err(_) if number == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic()) => {}
-            _ => {
-                let place = format!("{name}:{}", number + 1);
-                return Err(Failure::Input(format!(
-                    "{place}: expected a wavelength in nm and a value of 0 or more, but found '{line}'"
-                )));
-            }
-        }
-    }
-    check_spacing(&wavelengths_nm).map_err(|why| Failure::Input(format!("{name}: {why}")))?;
-    Ok((wavelengths_nm, values))
 }

@@ -9,6 +9,7 @@ mod failure;
 mod figures;
 mod inspect;
 mod layers;
+mod match_command;
 mod merge;
 mod options;
 mod parse;
@@ -19,6 +20,7 @@ mod report;
 mod slab;
 mod source;
 mod spectrum;
+mod spectrum_file;
 
 use args::{Arguments, Command};
 use clap::Parser as _;
@@ -39,6 +41,7 @@ fn run() -> Outcome {
         Command::Database(command) => command.run(arguments.quiet),
         Command::Merge(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(arguments.quiet),
+        Command::Match(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(arguments.quiet),
         Command::Figures(command) => command.run(arguments.quiet),
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
-use snowblue_color::Illuminant;
+use snowblue_color::{Colorimeter, Illuminant, Observer};
 use snowblue_transport::TransportError;
 use snowblue_transport::ice::IceTable;
 use snowblue_transport::impurity::{Impurities, Substance};
@@ -211,9 +211,24 @@ impl SampleOptions {
         Ok(slab)
     }
 
+    /// Whether the grain size is said in any way.
+    pub(crate) fn tells_size(&self) -> bool {
+        self.grain_size.is_some() || self.ssa.is_some() || self.snow.is_some()
+    }
+
+    /// Whether the density is said in any way.
+    pub(crate) fn tells_density(&self) -> bool {
+        self.density.is_some() || self.snow.is_some()
+    }
+
     /// What the answer rests on, for metadata: the snow, its kind, ice constants, water and impurities.
     pub(crate) fn metadata(&self) -> Result<Vec<(&'static str, String)>, Failure> {
-        let mut metadata = vec![("snow", in_words(&self.sample()?))];
+        Ok(self.metadata_of(&self.sample()?))
+    }
+
+    /// The same for snow that was found by these options.
+    pub(crate) fn metadata_of(&self, sample: &SnowSample) -> Vec<(&'static str, String)> {
+        let mut metadata = vec![("snow", in_words(sample))];
         if let Some(kind) = self.snow {
             metadata.push(("kind", format!("{kind} ({})", kind.source())));
         }
@@ -229,7 +244,7 @@ impl SampleOptions {
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }
-        Ok(metadata)
+        metadata
     }
 }
 
@@ -262,6 +277,18 @@ impl OutputOptions {
     /// Checks before long work that the output can stand at its place.
     pub(crate) fn check(&self) -> Outcome {
         self.output.as_deref().map_or(Ok(()), check_place)
+    }
+}
+
+impl LightOptions {
+    /// The eye that sees the colours.
+    pub(crate) fn observer(&self) -> Observer {
+        Observer::Cie1931
+    }
+
+    /// From spectra on some wavelengths to colours.
+    pub(crate) fn colorimeter(&self, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
+        Colorimeter::new(self.observer(), self.illuminant, wavelengths_nm).map_err(Failure::input)
     }
 }
 

@@ -1,7 +1,9 @@
 //! Option values as users write them: ranges, lists, distributions.
 
-use snowblue_color::Illuminant;
+use snowblue_color::{Illuminant, Srgb8};
 use snowblue_render::FalseColor;
+use snowblue_render::scene::Exposure;
+use snowblue_render::scene_file::GREATEST_STOPS;
 use snowblue_transport::impurity::Substance;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::TruncatedNormal;
@@ -141,8 +143,35 @@ pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
     Ok(Wavelengths(wavelengths))
 }
 
+/// `10`, which is 10 to 10, or `5:30`.
+pub(crate) fn range(words: &str) -> Result<(f64, f64), String> {
+    match numbers(words)?[..] {
+        [one] => Ok((one, one)),
+        [min, max] if min < max => Ok((min, max)),
+        [min, max] => Err(format!("the range must ascend, but {max} follows {min}")),
+        _ => Err("give one value (10) or a range (5:30)".to_owned()),
+    }
+}
+
+/// `#rrggbb`.
+pub(crate) fn hex(word: &str) -> Result<Srgb8, String> {
+    word.parse::<Srgb8>().map_err(|error| error.to_string())
+}
+
 pub(crate) fn illuminant(word: &str) -> Result<Illuminant, String> {
     word.parse::<Illuminant>().map_err(|error| error.to_string())
+}
+
+/// `auto`, or stops.
+pub(crate) fn exposure(word: &str) -> Result<Exposure, String> {
+    if word == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let stops = number(word).map_err(|_| format!("'{word}' is neither stops nor 'auto'"))?;
+    if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops) {
+        return Err(format!("exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops"));
+    }
+    Ok(Exposure::Stops(stops))
 }
 
 /// Three wavelengths for red, green and blue.

@@ -65,7 +65,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
     /// Brightness of a PNG in stops, or 'auto', instead of the scene's
-    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// Three wavelengths of the table in nm as red, green and blue [1030,860,550 if none are given], under lights that shine
     /// alike at all wavelengths; the table must hold 31 of them, of any range
@@ -92,13 +92,6 @@ enum PathWord {
 enum Picture {
     Png,
     Exr,
-}
-
-fn exposure(word: &str) -> Result<Exposure, String> {
-    match word {
-        "auto" => Ok(Exposure::Auto),
-        stops => parse::number(stops).map(Exposure::Stops).map_err(|_| format!("'{word}' is neither stops nor 'auto'")),
-    }
 }
 
 impl Render {

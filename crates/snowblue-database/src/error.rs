@@ -125,6 +125,15 @@ pub enum DatabaseError {
         /// What is wrong with it.
         what: String,
     },
+    /// A colour without light has no hue to look for.
+    #[error("the target is black, which has no hue: its luminance must be above 0")]
+    DarkTarget,
+    /// Snow so thick that its transmitted light has no colour.
+    #[error("no light comes through {thickness_cm} cm of this snow")]
+    NoLight {
+        /// The thickness in cm.
+        thickness_cm: f64,
+    },
     /// Colour of these wavelengths cannot be judged.
     #[error(transparent)]
     Color(#[from] snowblue_color::ColorError),

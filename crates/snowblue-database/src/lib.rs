@@ -35,6 +35,8 @@ mod spline;
 
 pub mod fidelity;
 
+pub mod matching;
+
 pub mod file;
 
 pub mod exchange;

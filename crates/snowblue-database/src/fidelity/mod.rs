@@ -1,7 +1,8 @@
 //! How well a few components keep every curve: as numbers (RMSE) and as an eye would see them (ΔE*ab 1976); and how well
-//! look-ups between the curves do ([`off_grid`]).
+//! look-ups between the curves do ([`off_grid`]), and how many wavelengths a colour takes ([`sampling`]).
 
 pub mod off_grid;
+pub mod sampling;
 
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};

@@ -64,7 +64,7 @@ const GREATEST_SAMPLES: u32 = 1 << 24;
 /// Most surfaces on a path after the first.
 const GREATEST_BOUNCES: u32 = 10_000;
 /// Greatest exposure, in stops.
-const GREATEST_STOPS: f64 = 100.0;
+pub const GREATEST_STOPS: f64 = 100.0;
 
 /// Settings from outside that replace those of the file; `None` leaves the file's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,0 +1,142 @@
+//! `snowblue match`: snow whose transmitted light has a wanted colour.
+
+use clap::Args;
+use snowblue_color::difference::exposed;
+use snowblue_color::{LinearRgb, Srgb8, Xyz};
+use snowblue_database::DatabaseError;
+use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
+use snowblue_database::matching::{
+    self, DENSITIES_KG_M3, Dial, GRAIN_SIZES_UM, Match as Found, Snow, THICKNESSES_CM, Target, Turn,
+};
+use snowblue_transport::slab::Incidence;
+
+use crate::failure::{Failure, Outcome};
+use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, incidence_name};
+use crate::parse;
+use crate::report::{Cell, Report, tell};
+
+const COLUMNS: [&str; 11] = [
+    "grain_size_um",
+    "density_kg_m3",
+    "thickness_cm",
+    "angle_deg",
+    "illuminant",
+    "delta_e",
+    "within_reach",
+    "Y",
+    "exposure_stops",
+    "hex",
+    "hex_transmitted",
+];
+
+/// Snow whose transmitted light comes closest to a colour
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "The target is meant as a screen shows it (sRGB), without adaptation to the illuminant; its hue
+and chroma count. Light through snow runs from the bare light's colour into deep blue and grows dim. delta_e
+(CIELAB 1976, before the screen's white) is taken with the light brought to the target's luminance;
+up to 2.3 an eye sees no difference.
+
+What is not given is searched for: the thickness first; where it is given or does not reach, the
+grain size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow nearest to
+the usual one; the others have its hue as far as they reach, but pass more or less light: Y, with
+the bare light's at 1. exposure_stops makes it the target's luminance, hex is the light so exposed,
+hex_transmitted as it comes through. A target out of reach is said to be so on stderr.
+
+Examples:
+  snowblue match --target '#55b9e0'
+  snowblue match --target '#6f8f9c' --grain-size 250 --thickness 5:30 --illuminant D55
+  snowblue match --target '#6f8f9c' --thickness 10 --impurity black-carbon=20"
+)]
+pub(crate) struct Match {
+    /// The colour, as #rrggbb
+    #[arg(long, value_name = "HEX", value_parser = parse::hex)]
+    target: Srgb8,
+    #[command(flatten)]
+    sample: SampleOptions,
+    /// Thickness in cm, or the range MIN:MAX in which it is searched for [default: 0:100]
+    #[arg(long, value_name = "CM", value_parser = parse::range, help_heading = "Slab")]
+    thickness: Option<(f64, f64)>,
+    /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian)
+    #[arg(long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab")]
+    angle: Incidence,
+    #[command(flatten)]
+    ordinates: OrdinatesWords,
+    #[command(flatten)]
+    light: LightOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Match {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        let wavelengths = parse::wavelengths("400:700:10").map_err(Failure::Work)?;
+        let colorimeter = self.light.colorimeter(&wavelengths.0)?;
+        let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
+        let target = Target { color: self.target.decode().xyz(), white, colorimeter: &colorimeter };
+        let found =
+            matching::family(&target, &self.snow()?, &self.ordinates.options()).map_err(|error| match error {
+                DatabaseError::DarkTarget => Failure::Input(format!("--target {}: {error}", self.target)),
+                other => Failure::input(other),
+            })?;
+        let mut metadata = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("target", self.target.to_string()),
+            ("observer", self.light.observer().name().to_owned()),
+        ];
+        metadata.extend(self.sample.metadata_of(&found[0].sample));
+        metadata.push(("seed", self.ordinates.seed.to_string()));
+        let rows = found.iter().map(|one| self.row(one, target.color)).collect();
+        Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)?;
+        if !found[0].within_reach() {
+            tell(&self.out_of_reach(&found[0], &target));
+        }
+        Ok(())
+    }
+
+    /// The snow, and what is not said of it.
+    fn snow(&self) -> Result<Snow, Failure> {
+        let (least, most) = self.thickness.unwrap_or(THICKNESSES_CM);
+        let mut turns = Vec::new();
+        if least < most {
+            turns.push(Turn { dial: Dial::Thickness, range: (least, most) });
+        }
+        if !self.sample.tells_size() {
+            turns.push(Turn { dial: Dial::GrainSize, range: GRAIN_SIZES_UM });
+        }
+        if !self.sample.tells_density() {
+            turns.push(Turn { dial: Dial::Density, range: DENSITIES_KG_M3 });
+        }
+        Ok(Snow { sample: self.sample.sample()?, thickness_cm: most, incidence: self.angle, turns })
+    }
+
+    fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
+        let hex = |light: Xyz| Cell::Word(Srgb8::encode(LinearRgb::from_xyz(light).into_gamut()).to_string());
+        let size = found.sample.grain_size;
+        let within_reach = if found.within_reach() { "yes" } else { "no" };
+        vec![
+            (0.5 * (size.min_um + size.max_um)).into(),
+            found.sample.density_kg_m3.into(),
+            found.thickness_cm.into(),
+            Cell::Word(incidence_name(self.angle)),
+            Cell::Word(self.light.illuminant.name().to_owned()),
+            found.difference.at_equal_luminance.into(),
+            Cell::Word(within_reach.to_owned()),
+            found.light.y.into(),
+            (target.y / found.light.y).log2().into(),
+            hex(exposed(found.light, target.y)),
+            hex(found.light),
+        ]
+    }
+
+    fn out_of_reach(&self, nearest: &Found, target: &Target) -> String {
+        let (word, a, b) = nearest.direction(target);
+        format!(
+            "snowblue: {} is out of reach: it is {word} than any light that comes through; the nearest is ΔE*ab {:.1} away \
+             (a* {a:+.1}, b* {b:+.1}; an eye sees {PERCEPTIBLE_DELTA_E})\n",
+            self.target, nearest.difference.at_equal_luminance
+        )
+    }
+}
