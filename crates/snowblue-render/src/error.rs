@@ -23,6 +23,24 @@ pub enum RenderError {
         /// The quantity, its value and what it must be.
         reason: String,
     },
+    /// A file with a lamp's spectrum breaks a rule.
+    #[error("{}:{line}: {reason}", path.display())]
+    Spectrum {
+        /// The file.
+        path: PathBuf,
+        /// Line in it, counted from 1.
+        line: usize,
+        /// The quantity, its value and what it must be.
+        reason: String,
+    },
+    /// An image of the sky cannot be used.
+    #[error("{}: {reason}", path.display())]
+    ReadImage {
+        /// The image file.
+        path: PathBuf,
+        /// What is wrong in it.
+        reason: String,
+    },
     /// A mesh file is not what it claims to be.
     #[error("{}: {reason}", path.display())]
     Mesh {

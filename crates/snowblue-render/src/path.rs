@@ -4,7 +4,12 @@
 //! a diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation",
 //! doi:10.1145/15922.15902; the notation is that of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths are ended
 //! at random with a probability that the survivors make up for: nothing is lost on average.
+//!
+//! Lights with extent are found in two ways, by drawing a point of them and by the path's next ray; each counts with its
+//! share of the density of both (see [`light`](crate::light)).
 
+use crate::light::{Light, Place};
+use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
 use crate::ray::{Ray, off_surface};
 use crate::sampling::{Sampler, cosine_direction};
@@ -19,12 +24,14 @@ const SAFE_BOUNCES: u32 = 4;
 pub(crate) struct PathTracer<'scene> {
     scene: &'scene Scene,
     probe: Probe<'scene>,
+    sees_lights: bool,
 }
 
 impl<'scene> PathTracer<'scene> {
     /// A tracer that has not traced anything.
     pub(crate) fn new(scene: &'scene Scene) -> Self {
-        Self { scene, probe: Probe::new(&scene.objects) }
+        let sees_lights = scene.lights.iter().any(Light::has_extent);
+        Self { scene, probe: Probe::new(&scene.objects), sees_lights }
     }
 
     /// What was traced so far.
@@ -36,13 +43,19 @@ impl<'scene> PathTracer<'scene> {
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
         let mut throughput = Spectrum::ONE;
+        let mut ray = *camera_ray;
+        let mut from = None;
         let mut hit = self.probe.camera_hit(camera_ray);
         for bounce in 0.. {
-            let Some(surface) = hit else { break };
+            if self.sees_lights {
+                radiance.add_product(1.0, &throughput, &self.met(&ray, hit.as_ref(), from.as_ref()));
+            }
+            let Some(surface) = hit.filter(|_| bounce <= self.scene.integrator.max_bounces) else { break };
             let material = &self.scene.materials[surface.material];
-            let shading = material.lit(&mut self.probe, &surface, &self.scene.lights);
+            let shading = material.lit(&mut self.probe, &surface, &self.scene.lights, sampler);
             radiance.add_product(1.0, &throughput, &shading.radiance);
-            if bounce >= self.scene.integrator.max_bounces {
+            // The last ray shows lights alone.
+            if bounce == self.scene.integrator.max_bounces && !self.sees_lights {
                 break;
             }
             let [u, v, chance, _] = sampler.next_four();
@@ -53,8 +66,19 @@ impl<'scene> PathTracer<'scene> {
                 break;
             }
             throughput = throughput * survival.recip();
-            let origin = off_surface(surface.point, surface.normal);
-            hit = self.probe.indirect_hit(&Ray { origin, direction });
+            ray = Ray { origin: off_surface(surface.point, surface.normal), direction };
+            from = Some(Place { point: surface.point, normal: surface.normal });
+            hit = self.probe.indirect_hit(&ray);
+        }
+        radiance
+    }
+
+    /// The lights on a ray before what it hits.
+    fn met(&self, ray: &Ray, hit: Option<&Surface>, from: Option<&Place>) -> Spectrum {
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(ray.origin));
+        let mut radiance = Spectrum::ZERO;
+        for light in self.scene.lights.iter().filter_map(|light| light.met(ray, limit_m, from)) {
+            radiance += light;
         }
         radiance
     }

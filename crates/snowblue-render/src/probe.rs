@@ -68,18 +68,27 @@ impl<'scene> Probe<'scene> {
         self.objects.first_hit(ray)
     }
 
-    /// Whether a place is seen from a surface point, on the side of the normal.
-    pub(crate) fn sees(&mut self, point: Vec3A, normal: Vec3A, target: Vec3A) -> bool {
-        self.statistics.shadow_rays += 1;
-        let (ray, distance_m) = shadow_ray(point, normal, target);
-        !self.objects.blocked(&ray, distance_m)
+    /// Whether a place is seen from a surface point, on the side of the normal; `left` is the object that a path leaves
+    /// there, if one does.
+    pub(crate) fn sees(&mut self, point: Vec3A, normal: Vec3A, left: Option<usize>, target: Vec3A) -> bool {
+        let origin = off_surface(point, normal);
+        let way = target - origin;
+        let distance_m = way.length();
+        self.is_free(&Ray { origin, direction: way / distance_m }, distance_m, left)
     }
 
-    /// Whether a place is seen from where a path leaves an object; the rest of its body does not hide it.
-    pub(crate) fn sees_from_exit(&mut self, object: usize, point: Vec3A, normal: Vec3A, target: Vec3A) -> bool {
+    /// Whether nothing lies in a direction from a surface point, on the side of the normal.
+    pub(crate) fn sees_far(&mut self, point: Vec3A, normal: Vec3A, left: Option<usize>, direction: Vec3A) -> bool {
+        self.is_free(&Ray { origin: off_surface(point, normal), direction }, f32::INFINITY, left)
+    }
+
+    /// Whether nothing blocks a ray; where it starts at the exit from an object, the rest of its body does not.
+    fn is_free(&mut self, ray: &Ray, limit_m: f32, left: Option<usize>) -> bool {
         self.statistics.shadow_rays += 1;
-        let (ray, distance_m) = shadow_ray(point, normal, target);
-        !self.objects.blocked_from(object, &ray, distance_m)
+        !match left {
+            None => self.objects.blocked(ray, limit_m),
+            Some(object) => self.objects.blocked_from(object, ray, limit_m),
+        }
     }
 
     /// The depth of a straight path through the solid that an object is or belongs to.
@@ -90,12 +99,4 @@ impl<'scene> Probe<'scene> {
         self.statistics.odd_depth_lines += u64::from(odd);
         chord(&mut self.crossings, line, exit)
     }
-}
-
-/// The ray from just off a surface to a place, and the distance between them, in m.
-fn shadow_ray(point: Vec3A, normal: Vec3A, target: Vec3A) -> (Ray, f32) {
-    let origin = off_surface(point, normal);
-    let way = target - origin;
-    let distance_m = way.length();
-    (Ray { origin, direction: way / distance_m }, distance_m)
 }

@@ -94,15 +94,14 @@ fn hat(wavelengths_nm: &[f64], at_nm: f64) -> Result<[(usize, f64); 2], RenderEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::PointLight;
-    use glam::Vec3A;
+    use crate::light::LampSpectrum;
 
     #[test]
     fn equal_energy_of_one_watt_has_luminance_one_and_daylight_is_neutral() {
         let retina = Retina::eye();
         assert!((retina.xyz(&Spectrum::ONE).y - 1.0).abs() < 1e-12);
         assert!((retina.luminance().dot(&Spectrum::ONE) - 1.0).abs() < 1e-6);
-        let daylight = PointLight::new(Vec3A::ZERO, Illuminant::D65, 1.0).unwrap();
+        let daylight = LampSpectrum::illuminant(Illuminant::D65).unwrap();
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(retina.xyz(&daylight.relative));
         // What 10 nm steps and the ends at 400 and 700 nm leave out of D65.
         for channel in [r, g, b] {

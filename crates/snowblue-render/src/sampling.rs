@@ -60,6 +60,15 @@ pub fn cosine_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
     (side * (radius * cos) + ahead * (radius * sin) + normal * (1.0 - u).sqrt()).normalize()
 }
 
+/// A unit direction above a normal, all alike with density 1 / 2π, from two numbers in [0, 1).
+#[inline]
+pub fn even_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
+    let (side, ahead) = normal.any_orthonormal_pair();
+    let radius = (u * (2.0 - u)).sqrt();
+    let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
+    (side * (radius * cos) + ahead * (radius * sin) + normal * (1.0 - u)).normalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! A scene ready to be rendered: camera, objects, materials, lights, and how the picture is to be made.
 
 use crate::camera::PinholeCamera;
-use crate::light::PointLight;
+use crate::light::Light;
 use crate::material::Material;
 use crate::objects::Objects;
 use crate::retina::Retina;
@@ -16,7 +16,7 @@ pub struct Scene {
     /// What it is made of; objects refer to these by index.
     pub materials: Vec<Material>,
     /// What shines.
-    pub lights: Vec<PointLight>,
+    pub lights: Vec<Light>,
     /// The picture's size and brightness.
     pub film: FilmSettings,
     /// How many paths there are and how long.

@@ -7,7 +7,7 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
-use snow::{SNOW, directions, extinction_per_cm, scene, seen, simple_law};
+use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law};
 use snowblue_render::ray::Ray;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
@@ -85,9 +85,9 @@ fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
         }
         // The light stands on the same line behind the box: every mode of path but `normal` is this line.
         let beyond_m = 2.0;
-        scene.lights[0].position = (eye + direction * (leave + beyond_m)).as_vec3a();
+        lamp(&mut scene).position = (eye + direction * (leave + beyond_m)).as_vec3a();
         let seen = seen(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
-        let irradiance = f64::from(scene.lights[0].intensity.0[15]) * cos / (beyond_m * beyond_m);
+        let irradiance = f64::from(lamp(&mut scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
         let angle_deg = cos.acos().to_degrees().min(89.0);
         let depth_cm =
             -(f64::from(seen.0[15]) * PI / irradiance).ln() / (extinction_per_cm(15) * (1.0 + angle_deg / 100.0));
@@ -132,9 +132,9 @@ fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
     for (exit, depth_cm) in [("last", 30.0), ("first", 10.0)] {
         let keys = format!("path = \"view\"\nexit = \"{exit}\"\nemission = \"relative\"\nreflectance = 0");
         let mut scene = lone("mesh = \"walls.ply\"", &keys, &files);
-        scene.lights[0].position = Vec3A::new(0.2, 9.0, 0.3);
+        lamp(&mut scene).position = Vec3A::new(0.2, 9.0, 0.3);
         let seen = seen(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
-        let share = f64::from(seen.0[15]) / f64::from(scene.lights[0].relative.0[15]);
+        let share = f64::from(seen.0[15]) / f64::from(lamp(&mut scene).relative.0[15]);
         assert!((share.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {share}");
     }
 }
@@ -157,7 +157,7 @@ fn open_meshes_are_counted_and_closed_ones_are_not() {
             1.0,
         )
         .unwrap();
-        scene.lights[0].position = Vec3A::new(-1.0, 3.0, 1.0);
+        lamp(&mut scene).position = Vec3A::new(-1.0, 3.0, 1.0);
         let statistics = render(&scene, &|_| {}).statistics;
         assert!(statistics.depth_lines > 1000, "{statistics:?}");
         assert_eq!(statistics.odd_depth_lines > 100, open, "{statistics:?}");
@@ -175,7 +175,8 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
             )
         })
         .collect();
-    let scene = scene(&format!("{SNOW}{text}"), &simple_law(), &[]);
+    let light = "[environment]\nradiance_w_m2_sr = 1\n";
+    let scene = scene(&format!("{SNOW}{text}{light}"), &simple_law(), &[]);
     for k in 0..40 {
         let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
         assert_eq!(scene.objects.first_hit(&ray).unwrap().object, k);

@@ -7,10 +7,12 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{Vec3, Vec3A};
-use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
+use snow::{SNOW, extinction_per_cm, lamp, scene, seen, simple_law};
 use snowblue_render::camera::{PinholeCamera, View};
+use snowblue_render::film::Film;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
+use snowblue_stat::Moments;
 
 /// Spheres about the origin, each an octahedron whose sides are cut `steps` times and blown up, as a PLY file.
 fn spheres(steps: usize, radii_m: &[f32]) -> String {
@@ -60,6 +62,13 @@ fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Sce
     scene
 }
 
+/// Mean luminance of a picture and its standard error.
+fn mean_luminance(film: &Film) -> (f64, f64) {
+    let mut moments = Moments::default();
+    film.pixels().iter().for_each(|xyz| moments.push(xyz.y));
+    (moments.mean(), moments.standard_error())
+}
+
 #[test]
 fn every_bounce_in_a_closed_sphere_adds_its_power_of_the_reflectance() {
     for (max_bounces, sum) in [(0, 1.0), (1, 1.7), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
@@ -73,13 +82,29 @@ fn every_bounce_in_a_closed_sphere_adds_its_power_of_the_reflectance() {
 }
 
 #[test]
+fn a_lamp_with_extent_in_a_closed_sphere_adds_the_same_powers() {
+    // E = π L a² from a ball of radius a in the middle: directly lit, the wall has the radiance ρ L a² = 1.
+    let radiance = 1.0 / (0.7 * 0.3f64.powi(2));
+    let text = format!(
+        "[material.wall]\ntype = \"diffuse\"\nreflectance = 0.7\n[[object]]\nmesh = \"sphere.ply\"\nmaterial = \"wall\"\n\
+         [[light]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 0.3\nilluminant = \"E\"\nvisible = false\n\
+         radiance_w_m2_sr = {radiance}\n"
+    );
+    for (max_bounces, sum) in [(0, 1.0), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
+        let mut scene = lit_sphere(0.7, max_bounces, 64);
+        scene.lights = snow::scene(&text, &simple_law(), &[("sphere.ply", spheres(48, &[1.0]))]).lights;
+        let film = render(&scene, &|_| {}).film;
+        let (mean, standard_error) = mean_luminance(&film);
+        // The facets' share as above.
+        let allowed = 4.0 * standard_error + 1e-3 * sum;
+        assert!((mean - sum).abs() < allowed && allowed < 0.05 * sum, "{mean} ± {allowed} for {sum}");
+    }
+}
+
+#[test]
 fn a_closed_sphere_reaches_its_balance_though_long_paths_end_by_chance() {
     let film = render(&lit_sphere(0.8, 10_000, 64), &|_| {}).film;
-    let values: Vec<f64> = film.pixels().iter().map(|xyz| xyz.y).collect();
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    let standard_error = (variance / count).sqrt();
+    let (mean, standard_error) = mean_luminance(&film);
     // L = 1 / (1 − ρ); the facets' share as above, five times over.
     assert!((mean - 5.0).abs() < 4.0 * standard_error + 5e-3, "{mean} ± {standard_error}");
     assert!(standard_error > 1e-3 && standard_error < 0.1, "{standard_error}");
@@ -100,7 +125,7 @@ fn snow_that_lets_light_through_lights_the_floor() {
     (scene.integrator.max_bounces, scene.integrator.samples_per_pixel) = (1, samples);
     let floor = seen(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
     for k in [0, 15, 30] {
-        let wall = f64::from(scene.lights[0].relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
+        let wall = f64::from(lamp(&mut scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
         // Half of the rays meet the wall: the standard error of independent ones, relative, is 1/√n.
         let expected = 0.25 * wall;
         let allowed = 4.0 * expected / f64::from(samples).sqrt();

@@ -114,8 +114,39 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[camera]", "[camera", 1, ""),
         ("position = [1, -2, 0.5]", "position = [1, -2, 0.5]]", 2, ""),
     ];
-    for case in cases {
-        check_mistake(case);
+    assert_named(&cases);
+}
+
+#[test]
+fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
+    assert_named(&[
+        ("type = \"point\"", "type = \"sphere\"", 18, "unknown key `radiant_intensity_w_sr` in light; known are type"),
+        ("illuminant = \"D65\"", "spectrum = \"gone.csv\"", 17, "gone.csv does not exist"),
+        (
+            "illuminant = \"D65\"",
+            "illuminant = \"D65\"\nspectrum = \"gone.csv\"",
+            18,
+            "either `illuminant` or `spectrum`, not both",
+        ),
+        ("[[object]]", "[environment]\nradiance_w_m2_sr = -1\n[[object]]", 20, "is -1 W/(m² sr), but must lie in 0 to"),
+        ("[[object]]", "[environment]\n[[object]]", 19, "environment.radiance_w_m2_sr is missing"),
+        ("[[object]]", "[environment]\nimage = \"sky.exr\"\n[[object]]", 20, "sky.exr does not exist"),
+        (
+            "[[object]]",
+            "[environment]\nradiance_w_m2_sr = 1\nvisible = 1\n[[object]]",
+            21,
+            "environment.visible is a whole number, but must be true or false",
+        ),
+    ]);
+}
+
+/// Puts each second text in place of the first; the message then has this line and these words.
+fn assert_named(cases: &[(&str, &str, usize, &str)]) {
+    for (right, wrong, line, expected) in cases {
+        let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY), &Overrides::default()).unwrap_err();
+        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+        assert!(message.contains(expected), "{wrong}: {message}");
+        assert!(!message.contains('\n'), "{message}");
     }
 }
 
@@ -163,6 +194,39 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     let table = simple_law();
     let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table, &Overrides::default()).unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
+}
+
+#[test]
+fn lamps_with_mistakes_are_named() {
+    let light = |keys: &str| {
+        let (before, after) = (SCENE.split("[[light]]").next().unwrap(), SCENE.split("[[object]]").nth(1).unwrap());
+        load(&format!("{before}{keys}[[object]]{after}"), Some(PLY), &Overrides::default()).unwrap_err()
+    };
+    assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment]"));
+    for (keys, expected) in [
+        ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light.direction is [0, 0, 0]"),
+        ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light.irradiance_w_m2 is missing"),
+        ("type = \"sphere\"\nposition = [0, 0, 1]\nradius = 0\n", "light.radius is 0 m, but must lie in 0.000001 to"),
+        (
+            "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nsize = [1, 1]\nradiance_w_m2_sr = 1\n",
+            "light.look_at must lie off the light's position and up axis",
+        ),
+        (
+            "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 1, 0]\nsize = 1\nradiance_w_m2_sr = 1\n",
+            "light.size is a whole number, but must be a list of two numbers",
+        ),
+    ] {
+        let message = light(&format!("[[light]]\n{keys}"));
+        assert!(message.contains("scene.toml:") && message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn skies_that_are_no_images_are_named() {
+    let text = format!("{SCENE}[environment]\nimage = \"gone.ply\"\n")
+        .replace("mesh = \"gone.ply\"", "shape = \"box\"\nsize = [1, 1, 1]");
+    let message = load(&text, Some(PLY), &Overrides::default()).unwrap_err();
+    assert!(message.contains("gone.ply: ") && !message.contains('\n'), "{message}");
 }
 
 #[test]

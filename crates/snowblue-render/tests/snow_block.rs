@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, curves, load, real, scene, seen, simple_law};
+use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law};
 use snowblue_database::PcaSnow;
 use snowblue_render::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
@@ -59,9 +59,9 @@ fn a_slab_lets_through_t_e_over_pi_from_every_direction() {
         let mut scene = scene(&slab(thickness_m, "path = \"normal\""), &table, &[]);
         for (x, y) in [(0.0, 0.0), (0.1, -0.2), (0.7, 0.3), (-1.5, 2.0), (9.0, 0.0)] {
             let top = Vec3A::new(x, y, thickness_m as f32);
-            let (angle_deg, per_intensity) = arrival(&scene.lights[0], Vec3A::new(x, y, 0.0));
+            let (angle_deg, per_intensity) = arrival(lamp(&mut scene), Vec3A::new(x, y, 0.0));
             let share = transmittance(&curves, 100.0 * thickness_m, angle_deg);
-            let intensity = scene.lights[0].intensity;
+            let intensity = lamp(&mut scene).intensity;
             let expected =
                 std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
             for eye in [Vec3A::new(0.0, 0.0, 2.0), Vec3A::new(3.0, -1.0, 0.5), Vec3A::new(x - 4.0, y, 0.4)] {
@@ -77,7 +77,7 @@ fn easiest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
     let mut easiest = scene(&slab(0.3, ""), &table, &[]);
     let mut normal = scene(&slab(0.3, "path = \"normal\""), &table, &[]);
     for scene in [&mut easiest, &mut normal] {
-        scene.lights[0].position = Vec3A::new(3.0, 0.0, -40.0);
+        lamp(scene).position = Vec3A::new(3.0, 0.0, -40.0);
     }
     for x in [-3.0, 0.0, 1.0] {
         let (eye, target) = (Vec3A::new(0.5, 0.5, 3.0), Vec3A::new(x, 0.2, 0.3));
@@ -91,12 +91,12 @@ fn light_from_the_front_is_reflected_by_the_depth_behind() {
     let curves = curves(&table);
     for path in ["normal", "light", "easiest"] {
         let mut scene = scene(&slab(0.04, &format!("path = \"{path}\"")), &table, &[]);
-        scene.lights[0].position.z = 1.0;
+        lamp(&mut scene).position.z = 1.0;
         for (x, y) in [(0.0, 0.0), (1.5, -0.3), (-6.0, 2.0)] {
             let top = Vec3A::new(x, y, 0.04);
-            let (angle_deg, per_intensity) = arrival(&scene.lights[0], top);
+            let (angle_deg, per_intensity) = arrival(lamp(&mut scene), top);
             let share = reflectance(&curves, 4.0, angle_deg);
-            let intensity = scene.lights[0].intensity;
+            let intensity = lamp(&mut scene).intensity;
             let expected =
                 std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
             assert_close(&seen(&mut scene, Vec3A::new(1.0, 2.0, 3.0), top), expected, path);
@@ -113,8 +113,8 @@ fn what_a_slab_reflects_and_lets_through_is_no_more_than_it_gets() {
             let (below, above) = (Vec3A::new(x, -0.2, 0.0), Vec3A::new(x, -0.2, thickness_m as f32));
             let reflected = seen(&mut scene, Vec3A::new(1.0, 0.0, -2.0), below);
             let through = seen(&mut scene, Vec3A::new(1.0, 0.0, 2.0), above);
-            let (_, per_intensity) = arrival(&scene.lights[0], below);
-            let intensity = scene.lights[0].intensity;
+            let (_, per_intensity) = arrival(lamp(&mut scene), below);
+            let intensity = lamp(&mut scene).intensity;
             for k in 0..SAMPLES {
                 let given = f64::from(intensity.0[k]) * per_intensity;
                 let returned = PI * f64::from(reflected.0[k] + through.0[k]);
@@ -131,10 +131,10 @@ fn a_light_inside_the_snow_shines_out_with_the_square_of_the_distance() {
     let table = simple_law();
     for path in ["light", "easiest"] {
         let mut scene = scene(&slab(0.5, &format!("path = \"{path}\"")), &table, &[]);
-        scene.lights[0].position = Vec3A::new(0.0, 0.0, 0.2);
+        lamp(&mut scene).position = Vec3A::new(0.0, 0.0, 0.2);
         for x in [0.0f32, 0.2, 0.6] {
             let distance_m = f64::from(x).hypot(0.3);
-            let intensity = scene.lights[0].intensity;
+            let intensity = lamp(&mut scene).intensity;
             let expected = std::array::from_fn(|k| {
                 let share = (-snow::extinction_per_cm(k) * 100.0 * distance_m).exp();
                 share * f64::from(intensity.0[k]) / (PI * distance_m * distance_m)
@@ -153,8 +153,8 @@ fn an_opaque_thing_behind_the_snow_hides_the_light_but_not_from_relative_emissio
     let mut shaded = scene(&(slab(0.3, "path = \"normal\"") + screen), &table, &[]);
     assert_eq!(seen(&mut shaded, eye, target), Spectrum::ZERO);
     let mut relative = scene(&(slab(0.3, "path = \"normal\"\nemission = \"relative\"") + screen), &table, &[]);
-    let (angle_deg, _) = arrival(&relative.lights[0], Vec3A::new(0.1, 0.0, 0.0));
-    let shape = relative.lights[0].relative;
+    let (angle_deg, _) = arrival(lamp(&mut relative), Vec3A::new(0.1, 0.0, 0.0));
+    let shape = lamp(&mut relative).relative;
     let expected = std::array::from_fn(|k| {
         f64::from(shape.0[k]) * (-snow::extinction_per_cm(k) * 30.0 * (1.0 + angle_deg / 100.0)).exp()
     });

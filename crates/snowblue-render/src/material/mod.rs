@@ -4,9 +4,12 @@
 pub mod diffuse;
 pub mod pca_snow;
 
-use crate::light::PointLight;
+use std::f32::consts::FRAC_1_PI;
+
+use crate::light::{Beam, Light, Place};
 use crate::objects::Surface;
 use crate::probe::Probe;
+use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 
 use diffuse::Diffuse;
@@ -31,11 +34,30 @@ pub(crate) struct Shading {
 }
 
 impl Material {
-    /// The light that comes from the lights on one path: reflected, or through the snow.
-    pub(crate) fn lit(&self, probe: &mut Probe, surface: &Surface, lights: &[PointLight]) -> Shading {
-        match self {
-            Self::Diffuse(diffuse) => Shading { radiance: diffuse.lit(probe, surface, lights), depth_cm: 0.0 },
-            Self::PcaSnow(snow) => snow.lit(probe, surface, lights),
+    /// The light that comes from the lights on one path: reflected, or through the snow. What of it the next ray of the
+    /// path can meet counts in part only ([`Light::met`] is the rest).
+    pub(crate) fn lit(&self, probe: &mut Probe, surface: &Surface, lights: &[Light], sampler: &mut Sampler) -> Shading {
+        let mut shading = match self {
+            Self::Diffuse(_) => Shading { radiance: Spectrum::ZERO, depth_cm: 0.0 },
+            Self::PcaSnow(snow) => snow.lit_through(probe, surface, lights, sampler),
+        };
+        let place = Place { point: surface.point, normal: surface.normal };
+        for light in lights {
+            if let Some(beam) = light.single().or_else(|| light.reflected_beam(&place, sampler)) {
+                self.add_reflected(&mut shading, probe, &place, &beam);
+            }
+        }
+        shading
+    }
+
+    /// L = R E / π.
+    fn add_reflected(&self, shading: &mut Shading, probe: &mut Probe, place: &Place, beam: &Beam) {
+        if let Some(arrival) = beam.arrival(place)
+            && beam.reaches(probe, place, None)
+        {
+            let factor = arrival.irradiance_per_power * FRAC_1_PI;
+            let reflectance = self.reflectance(shading, arrival.cos_incidence);
+            shading.radiance.add_product(factor, &reflectance, &beam.power);
         }
     }
 

@@ -16,6 +16,10 @@
 //! A light inside the snow has no exit point before it. The path ends there with θ = 0 and E = I / r², r the distance
 //! from X_i: what a shell of snow passes on through a sphere of that radius, were nothing absorbed.
 //!
+//! A lamp with extent is many points, and a sky many directions: all this holds for each of them, and each has its own way
+//! (I = L cos θ_l dA for a point of a lamp, E = L cos θ dω for a direction). Some are drawn,
+//! as seen from X_t and from X_i, and weighed by their density.
+//!
 //! `easiest` is the exact answer for a slab under a distant light, where the normal path is the brighter. Before a near
 //! light, or beside an edge, the line to the light often is. It does not change with the viewing direction and leaves
 //! no face black. But where lines to the light go over from one lit face to the next, the angle at the exit jumps, and
@@ -30,10 +34,11 @@ use glam::Vec3A;
 use snowblue_database::PcaSnow;
 
 use crate::chord::{Chord, ChordEnd, Exit, Line};
-use crate::light::PointLight;
+use crate::light::{Arrival, Beam, Light, Place, Techniques};
 use crate::material::Shading;
 use crate::objects::Surface;
 use crate::probe::Probe;
+use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 
 /// The greatest angle of incidence in the table, in degrees.
@@ -96,39 +101,63 @@ pub struct PcaSnowMaterial {
 struct Passage {
     /// Transmittance.
     transmittance: Spectrum,
-    /// Irradiance per radiant intensity where the light went in, in 1/m².
-    irradiance_per_intensity: f32,
+    /// Irradiance per unit of the light's power where it went in.
+    irradiance_per_power: f32,
+    /// Cosine of the light at the lamp.
+    cos_emission: f32,
 }
 
 impl PcaSnowMaterial {
-    /// The light that comes through and the light that is reflected, from the lights directly.
-    pub(crate) fn lit(&self, probe: &mut Probe, surface: &Surface, lights: &[PointLight]) -> Shading {
+    /// The light that comes through, from the lights directly.
+    pub(crate) fn lit_through(
+        &self,
+        probe: &mut Probe,
+        surface: &Surface,
+        lights: &[Light],
+        sampler: &mut Sampler,
+    ) -> Shading {
         let straight = match self.path {
             PathMode::View => surface.direction,
             PathMode::Normal | PathMode::Light | PathMode::Easiest => -surface.normal,
         };
         let straight = probe.chord(surface.object, &line(surface, straight, f32::INFINITY), self.exit);
-        let depth_cm = straight.map_or(0.0, |chord| depth_cm(&chord));
-        let mut radiance = Spectrum::ZERO;
+        let mut shading = Shading { radiance: Spectrum::ZERO, depth_cm: straight.as_ref().map_or(0.0, depth_cm) };
         for light in lights {
-            if let Some(passage) = self.passage(probe, surface, light, straight.as_ref()) {
-                match self.emission {
-                    Emission::Transmitted => {
-                        let factor = passage.irradiance_per_intensity * FRAC_1_PI;
-                        radiance.add_product(factor, &passage.transmittance, &light.intensity);
+            let whole = match self.emission {
+                Emission::Transmitted => light.single(),
+                Emission::Relative => light.relative_from_middle(),
+            };
+            if let Some(beam) = whole {
+                let passage = self.passage(probe, surface, &beam, straight.as_ref());
+                add_passage(&mut shading, passage, &beam);
+                continue;
+            }
+            let techniques = self.techniques(surface, light, straight.as_ref());
+            for chosen in 0..techniques.len() {
+                if let Some(mut beam) = light.beam(chosen, &techniques, sampler) {
+                    if self.emission == Emission::Relative {
+                        beam.power = light.relative(&beam.origin);
                     }
-                    Emission::Relative => radiance.add_product(1.0, &passage.transmittance, &light.relative),
+                    let passage = self.passage(probe, surface, &beam, straight.as_ref());
+                    add_passage(&mut shading, passage, &beam);
                 }
             }
-            if let Some(arrival) = light.arrival(surface.point, surface.normal)
-                && probe.sees(surface.point, surface.normal, light.position)
-            {
-                let factor = arrival.irradiance_per_intensity * FRAC_1_PI;
-                let reflectance = self.reflectance(depth_cm, arrival.cos_incidence);
-                radiance.add_product(factor, &reflectance, &light.intensity);
-            }
         }
-        Shading { radiance, depth_cm }
+        shading
+    }
+
+    /// How points of a light are drawn: as they are seen where the fixed path goes in, and from the point itself for the
+    /// lines to the light.
+    fn techniques(&self, surface: &Surface, light: &Light, straight: Option<&Chord>) -> Techniques {
+        let exit = match straight.map(|chord| chord.exit) {
+            Some(ChordEnd::Surface { point, normal, .. }) if self.path != PathMode::Light => {
+                Some(Place { point, normal })
+            }
+            _ => None,
+        };
+        let has_lines = matches!(self.path, PathMode::Light | PathMode::Easiest);
+        let lines = has_lines.then_some(Place { point: surface.point, normal: -surface.normal });
+        light.techniques_through(exit.as_ref(), lines.as_ref())
     }
 
     /// Reflectance of snow of this depth for light at this cosine of incidence.
@@ -144,33 +173,16 @@ impl PcaSnowMaterial {
     }
 
     /// The way of a light through the snow to a surface point, by the path of the material's mode.
-    fn passage(
-        &self,
-        probe: &mut Probe,
-        surface: &Surface,
-        light: &PointLight,
-        straight: Option<&Chord>,
-    ) -> Option<Passage> {
-        let towards_light = |probe: &mut Probe| {
-            let way = light.position - surface.point;
-            // A light before the face shines on it; what else of the object stands between is not a way to its inside.
-            if surface.normal.dot(way) >= 0.0 {
-                return None;
-            }
-            let distance_m = way.length();
-            let line = line(surface, way / distance_m, distance_m);
-            let chord = probe.chord(surface.object, &line, self.exit)?;
-            self.through(probe, surface, light, &chord)
-        };
+    fn passage(&self, probe: &mut Probe, surface: &Surface, beam: &Beam, straight: Option<&Chord>) -> Option<Passage> {
         match self.path {
-            PathMode::View | PathMode::Normal => self.through(probe, surface, light, straight?),
-            PathMode::Light => towards_light(probe),
+            PathMode::View | PathMode::Normal => self.through(probe, beam, straight?),
+            PathMode::Light => self.towards_light(probe, surface, beam),
             PathMode::Easiest => {
-                let normal = straight.and_then(|chord| self.through(probe, surface, light, chord));
-                let direct = towards_light(probe);
+                let normal = straight.and_then(|chord| self.through(probe, beam, chord));
+                let direct = self.towards_light(probe, surface, beam);
                 match (normal, direct) {
                     (Some(normal), Some(direct)) => {
-                        let brighter = self.luminance(&direct, light) > self.luminance(&normal, light);
+                        let brighter = self.luminance(&direct, beam) > self.luminance(&normal, beam);
                         Some(if brighter { direct } else { normal })
                     }
                     (normal, direct) => normal.or(direct),
@@ -179,36 +191,59 @@ impl PcaSnowMaterial {
         }
     }
 
-    /// What comes through along a path, if the light shines on its exit.
-    fn through(&self, probe: &mut Probe, surface: &Surface, light: &PointLight, chord: &Chord) -> Option<Passage> {
-        let (cos_incidence, irradiance_per_intensity) = match chord.exit {
-            ChordEnd::Surface { object, point, normal } => {
-                let arrival = light.arrival(point, normal)?;
-                if self.emission == Emission::Transmitted
-                    && !probe.sees_from_exit(object, point, normal, light.position)
-                {
-                    return None;
-                }
-                (arrival.cos_incidence, arrival.irradiance_per_intensity)
-            }
-            ChordEnd::Inside => (1.0, light.position.distance_squared(surface.point).recip()),
+    /// What comes through along a path that does not depend on the light, if it shines on the exit.
+    fn through(&self, probe: &mut Probe, beam: &Beam, chord: &Chord) -> Option<Passage> {
+        let ChordEnd::Surface { object, point, normal } = chord.exit else {
+            return None;
         };
-        let mut transmittance = Spectrum::ZERO;
-        self.snow.transmittance(depth_cm(chord), angle_deg(cos_incidence), &mut transmittance.0);
-        Some(Passage { transmittance, irradiance_per_intensity })
+        let place = Place { point, normal };
+        let arrival = beam.arrival(&place)?;
+        self.lets_in(probe, beam, &place, object).then(|| self.passed(chord, &arrival))
     }
 
-    /// Luminance of the light that came through, for comparison.
-    fn luminance(&self, passage: &Passage, light: &PointLight) -> f32 {
-        match self.emission {
-            Emission::Transmitted => {
-                (passage.transmittance * light.intensity).dot(&self.luminance) * passage.irradiance_per_intensity
-            }
-            Emission::Relative => (passage.transmittance * light.relative).dot(&self.luminance),
+    /// What comes through on the line to the light.
+    fn towards_light(&self, probe: &mut Probe, surface: &Surface, beam: &Beam) -> Option<Passage> {
+        let way = beam.origin.way(surface.point);
+        // A light before the face shines on it; what else of the object stands between is not a way to its inside.
+        if surface.normal.dot(way.direction) >= 0.0 {
+            return None;
         }
+        let chord = probe.chord(surface.object, &line(surface, way.direction, way.distance_m), self.exit)?;
+        match chord.exit {
+            ChordEnd::Surface { object, point, normal } => {
+                let place = Place { point, normal };
+                let arrival = beam.arrival_on_line(&place)?;
+                self.lets_in(probe, beam, &place, object).then(|| self.passed(&chord, &arrival))
+            }
+            ChordEnd::Inside => Some(self.passed(&chord, &beam.arrival_within(surface.point)?)),
+        }
+    }
+
+    /// Whether a beam shines on the place where a path leaves an object.
+    fn lets_in(&self, probe: &mut Probe, beam: &Beam, place: &Place, object: usize) -> bool {
+        self.emission == Emission::Relative || beam.reaches(probe, place, Some(object))
+    }
+
+    fn passed(&self, chord: &Chord, arrival: &Arrival) -> Passage {
+        let mut transmittance = Spectrum::ZERO;
+        self.snow.transmittance(depth_cm(chord), angle_deg(arrival.cos_incidence), &mut transmittance.0);
+        let Arrival { irradiance_per_power, cos_emission, .. } = *arrival;
+        Passage { transmittance, irradiance_per_power, cos_emission }
+    }
+
+    /// Luminance of the light that came through, for comparison: as if the point of the lamp shone alike in all directions,
+    /// lest its slant towards one exit or the other split a lamp's points between the paths.
+    fn luminance(&self, passage: &Passage, beam: &Beam) -> f32 {
+        (passage.transmittance * beam.power).dot(&self.luminance) * passage.irradiance_per_power / passage.cos_emission
     }
 }
 
+/// L = T E / π.
+fn add_passage(shading: &mut Shading, passage: Option<Passage>, beam: &Beam) {
+    if let Some(Passage { transmittance, irradiance_per_power, .. }) = passage {
+        shading.radiance.add_product(irradiance_per_power * FRAC_1_PI, &transmittance, &beam.power);
+    }
+}
 fn line(surface: &Surface, direction: Vec3A, end_m: f32) -> Line {
     Line { point: surface.point, normal: surface.normal, direction, end_m }
 }

@@ -10,7 +10,14 @@
 //!                          #   impurities_ng_g = { black-carbon = 0, … },
 //!                          #   path = "easiest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
-//! [[light]]                # type = "point": position, illuminant = "D65", radiant_intensity_w_sr
+//! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
+//!                          # type = "point": position, radiant_intensity_w_sr
+//!                          # type = "directional": direction (in which it shines), irradiance_w_m2
+//!                          # type = "sphere": position, radius, radiance_w_m2_sr, visible = true
+//!                          # type = "rectangle": position, look_at, up = [0, 0, 1], size (width, height),
+//!                          #   radiance_w_m2_sr, visible = true
+//! [environment]            # radiance_w_m2_sr, illuminant or spectrum, visible = true; or
+//!                          # image = "FILE.exr", scale = 1, rotation_deg = 0 (about z), visible = true
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
 //!                          # shape = "heights": size, heights = [[…], …] or file = "FILE.png" | "FILE.exr", bottom;
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z"
@@ -27,6 +34,7 @@
 //! solid. Snow objects of one `body` are one solid.
 
 mod gltf_scene;
+mod lights;
 mod materials;
 mod placing;
 mod section;
@@ -36,14 +44,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::Vec3A;
-use snowblue_color::Illuminant;
 use snowblue_database::CompressedTable;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::camera::{PinholeCamera, View};
 use crate::error::RenderError;
-use crate::light::PointLight;
 use crate::material::pca_snow::PathMode;
 use crate::objects::Objects;
 use crate::ray::narrow;
@@ -51,6 +57,7 @@ use crate::retina::{FalseColor, Retina};
 use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
 
 use gltf_scene::{GltfScene, read_gltf};
+use lights::{read_environment, read_light};
 use materials::{Named, read_materials};
 use section::{SceneText, Section};
 use things::{Meshes, read_object, snow_around};
@@ -105,9 +112,10 @@ impl Scene {
     fn parse(source: SceneText, table: &CompressedTable, overrides: &Overrides) -> Read<Self> {
         let root = DeTable::parse(source.text)
             .map_err(|error| source.error(&error.span().unwrap_or(0..0), error.message()))?;
+        let place = root.span();
         let root = root.into_inner();
         for (key, _) in &root {
-            if !["camera", "film", "integrator", "material", "light", "object", "gltf"]
+            if !["camera", "film", "integrator", "material", "light", "environment", "object", "gltf"]
                 .contains(&key.get_ref().as_ref())
             {
                 return Err(source.error(&key.span(), format!("unknown table `{}`", key.get_ref())));
@@ -128,7 +136,14 @@ impl Scene {
             Some(colour) => Retina::false_color(colour, &table.axes.wavelengths_nm)?,
         };
         let mut materials = read_materials(source, &root, table, overrides, &retina)?;
-        let lights = list(source, &root, "light", |section| read_light(section, overrides))?;
+        let mut lights = list(source, &root, "light", |section| read_light(&section, source.path, overrides))?;
+        if let Some(value) = root.get("environment") {
+            let section = Section::new(source, "environment".into(), value)?;
+            lights.push(read_environment(&section, source.path, overrides)?);
+        }
+        if lights.is_empty() {
+            return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
+        }
         let (objects, gltf_view) = read_objects(source, &root, &mut materials)?;
         let camera = read_view(source, &root, gltf_view)?;
         if let Some(index) = snow_around(&objects, &materials, camera.view.position) {
@@ -221,23 +236,6 @@ fn read_integrator(section: Section, defaults: IntegratorSettings) -> Read<Integ
         seed: section.count("seed", defaults.seed, 0..=u32::MAX)?,
     };
     Ok(integrator)
-}
-
-fn read_light(section: Section, overrides: &Overrides) -> Read<PointLight> {
-    section.only(&["type", "position", "illuminant", "radiant_intensity_w_sr"])?;
-    section.required_text("type")?;
-    section.choice("type", (), &[("point", ())])?;
-    let position = section.vector("position", None, -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M, "m")?;
-    let name = section.text("illuminant")?.unwrap_or("D65");
-    let intensity_w_sr = section.number("radiant_intensity_w_sr", None, 0.0..=1e12, "W/sr")?;
-    let illuminant: Illuminant =
-        name.parse().map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
-    if overrides.false_color.is_some() {
-        return Ok(PointLight::equal_energy(position, narrow(intensity_w_sr)));
-    }
-    let light = PointLight::new(position, illuminant, narrow(intensity_w_sr))
-        .map_err(|error| section.error_at("illuminant", format!("light.illuminant: {error}")))?;
-    Ok(light)
 }
 
 /// Reads every table of an array like `[[light]]`; none at all is an empty list.

@@ -151,6 +151,27 @@ impl<'text> Section<'text> {
         Ok(Some((columns, numbers)))
     }
 
+    /// Two numbers within a range, which must be there.
+    pub(crate) fn pair(&self, key: &str, range: RangeInclusive<f64>, unit: &str) -> Read<[f32; 2]> {
+        let value = self.value(key).ok_or_else(|| self.missing(key))?;
+        let numbers: Option<Vec<f64>> =
+            value.as_array().and_then(|list| list.iter().map(|item| as_number(item.get_ref())).collect());
+        let Some(&[first, second]) = numbers.as_deref() else {
+            return Err(self.wrong_kind(key, value, "a list of two numbers"));
+        };
+        self.check(key, first, &range, unit)?;
+        self.check(key, second, &range, unit)?;
+        Ok([narrow(first), narrow(second)])
+    }
+
+    /// True or false.
+    pub(crate) fn flag(&self, key: &str, default: bool) -> Read<bool> {
+        match self.value(key) {
+            None => Ok(default),
+            Some(value) => value.as_bool().ok_or_else(|| self.wrong_kind(key, value, "true or false")),
+        }
+    }
+
     /// A table within this one, if the key is there.
     pub(crate) fn table(&self, key: &str) -> Read<Option<Self>> {
         let inner = self.table.get(key);

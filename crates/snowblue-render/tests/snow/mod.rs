@@ -10,6 +10,7 @@ use glam::Vec3A;
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
 use snowblue_render::camera::{PinholeCamera, View};
+use snowblue_render::light::{Light, PointLight};
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene_file::Overrides;
@@ -98,6 +99,12 @@ pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
     scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
     pixel_radiance(scene, 0, 0)
+}
+
+/// The scene's first light, a lamp without extent.
+pub(crate) fn lamp(scene: &mut Scene) -> &mut PointLight {
+    let Light::Point(lamp) = &mut scene.lights[0] else { panic!("the first light is a point") };
+    lamp
 }
 
 /// The curves of the sample.

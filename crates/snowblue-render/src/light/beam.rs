@@ -1,0 +1,164 @@
+//! Light from one point of a lamp or from one direction, and how it reaches a surface.
+
+use std::f32::consts::PI;
+
+use glam::Vec3A;
+
+use crate::probe::Probe;
+use crate::spectrum::Spectrum;
+
+/// A point of a lamp's surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Patch {
+    /// The point.
+    pub(super) position: Vec3A,
+    /// Unit normal on the bright side.
+    pub(super) normal: Vec3A,
+}
+
+/// Where light comes from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Origin {
+    /// A lamp without extent.
+    Point(Vec3A),
+    /// A point of a lamp with extent.
+    Patch(Patch),
+    /// A direction from far away.
+    Distant(Vec3A),
+}
+
+/// A surface point with its normal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    /// The point.
+    pub(crate) point: Vec3A,
+    /// Unit normal on the side that is lit.
+    pub(crate) normal: Vec3A,
+}
+
+/// Light from one point or direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beam {
+    /// Where it comes from.
+    pub(crate) origin: Origin,
+    /// Radiant intensity of a point, radiance of a patch or direction, irradiance of a distant lamp, as a band density.
+    pub(crate) power: Spectrum,
+    /// How the irradiance of a surface follows from the power.
+    pub(super) falloff: Falloff,
+}
+
+/// How irradiance follows from a beam's power.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Falloff {
+    /// By the cosine and, of a point, the square of the distance.
+    Natural,
+    /// As that of an origin that was drawn.
+    Drawn {
+        /// Density with which it was drawn, per m² of a lamp or per sr of directions.
+        density: f32,
+        /// The area of the lamp over π, in m²; 0 for directions.
+        spread_m2: f32,
+    },
+    /// None: E = π times the power wherever the light arrives, so that what is white shows the power as a radiance.
+    None,
+}
+
+/// How a beam reaches a surface, were nothing in between.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Arrival {
+    /// Cosine between the normal and the direction of the light, above 0.
+    pub(crate) cos_incidence: f32,
+    /// Irradiance per unit of the beam's power.
+    pub(crate) irradiance_per_power: f32,
+    /// Cosine at the lamp between its normal and the direction of the place; 1 for lights without a surface.
+    pub(crate) cos_emission: f32,
+}
+
+/// The way from a point to a beam's origin.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Way {
+    /// Unit direction.
+    pub(crate) direction: Vec3A,
+    /// Distance in m, infinite to what is far away.
+    pub(crate) distance_m: f32,
+}
+
+impl Origin {
+    /// The way there.
+    pub(crate) fn way(&self, from: Vec3A) -> Way {
+        match *self {
+            Self::Point(position) | Self::Patch(Patch { position, .. }) => {
+                let way = position - from;
+                let distance_m = way.length();
+                Way { direction: way / distance_m, distance_m }
+            }
+            Self::Distant(direction) => Way { direction, distance_m: f32::INFINITY },
+        }
+    }
+
+    /// Area of the lamp per solid angle seen from a point, r² / cos θ_l in m²/sr: r² for a lamp without extent, 1 for a
+    /// direction, and infinite from behind.
+    pub(super) fn own_per_solid_angle(&self, from: Vec3A) -> f32 {
+        match self {
+            Self::Point(position) => position.distance_squared(from),
+            Self::Patch(patch) => {
+                let way = from - patch.position;
+                let squared = way.length_squared();
+                let towards = patch.normal.dot(way);
+                if towards > 0.0 { squared * squared.sqrt() / towards } else { f32::INFINITY }
+            }
+            Self::Distant(_) => 1.0,
+        }
+    }
+}
+
+impl Beam {
+    /// How it reaches a place, or none if it comes from below the horizon or from behind the lamp.
+    #[inline]
+    pub(crate) fn arrival(&self, place: &Place) -> Option<Arrival> {
+        let cos_incidence = place.normal.dot(self.origin.way(place.point).direction);
+        let irradiance_per_power = match self.falloff {
+            Falloff::None => PI,
+            Falloff::Natural => cos_incidence / self.origin.own_per_solid_angle(place.point),
+            Falloff::Drawn { density, .. } => cos_incidence / (density * self.origin.own_per_solid_angle(place.point)),
+        };
+        let cos_emission = match &self.origin {
+            Origin::Patch(patch) => patch.normal.dot((place.point - patch.position).normalize()),
+            Origin::Point(_) | Origin::Distant(_) => 1.0,
+        };
+        (cos_incidence > 0.0 && cos_emission > 0.0 && irradiance_per_power > 0.0).then_some(Arrival {
+            cos_incidence,
+            irradiance_per_power,
+            cos_emission,
+        })
+    }
+
+    /// How it reaches the place where the line to it leaves a body.
+    ///
+    /// Each point of a lamp then shines on a place of its own. Lest a lamp at the surface shine without bound, r² counts
+    /// as r² + A/π: the irradiance of all points together is at most π L, as on the axis of a disc of the same area.
+    pub(crate) fn arrival_on_line(&self, place: &Place) -> Option<Arrival> {
+        let mut arrival = self.arrival(place)?;
+        if let (Origin::Patch(patch), Falloff::Drawn { spread_m2, .. }) = (self.origin, self.falloff) {
+            let squared = patch.position.distance_squared(place.point);
+            arrival.irradiance_per_power *= squared / (squared + spread_m2);
+        }
+        Some(arrival)
+    }
+
+    /// Its arrival from within at a place that faces it.
+    pub(crate) fn arrival_within(&self, point: Vec3A) -> Option<Arrival> {
+        self.arrival(&Place { point, normal: self.origin.way(point).direction })
+    }
+
+    /// Whether nothing hides it from a surface point; the body of an object that a path leaves there does not.
+    pub(crate) fn reaches(&self, probe: &mut Probe, place: &Place, left: Option<usize>) -> bool {
+        let Place { point, normal } = *place;
+        match self.origin {
+            Origin::Point(position) => probe.sees(point, normal, left, position),
+            // Short of the lamp, lest a surface that touches it hides it by rounding.
+            Origin::Patch(patch) => probe.sees(point, normal, left, patch.position.lerp(point, 1e-4)),
+            Origin::Distant(direction) => probe.sees_far(point, normal, left, direction),
+        }
+    }
+}

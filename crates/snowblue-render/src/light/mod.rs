@@ -1,0 +1,296 @@
+//! Lights: what they are, how a point of one is drawn, and how light from there reaches a surface.
+//!
+//! A point of a lamp is a lamp without extent itself, and a direction of the sky a distant one. So whatever is lit asks for
+//! one beam after the other:
+//!
+//! | light | drawn | irradiance E of a surface |
+//! |---|---|---|
+//! | point | there is but one point | I cos θ / r² |
+//! | directional | there is but one direction | E⊥ cos θ |
+//! | sphere, rectangle | a point, by the solid angle seen | L cos θ cos θ_l / (r² p), θ_l at the lamp, p per m² |
+//! | sky, uniform or an image | a direction | L cos θ / p, p per sr |
+//!
+//! Where points are drawn in several ways, p is the sum of the ways' densities: the balance heuristic of multiple
+//! importance sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
+//! doi:10.1145/218380.218498). Lamps hide nothing: they are seen, but light passes through them.
+
+mod beam;
+pub mod emission;
+mod image;
+mod rectangle;
+mod sphere;
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3A;
+
+use crate::ray::Ray;
+use crate::sampling::{Sampler, cosine_direction, even_direction};
+use crate::spectrum::Spectrum;
+
+pub(crate) use beam::{Arrival, Beam, Origin, Place};
+use beam::{Falloff, Patch};
+pub use emission::LampSpectrum;
+pub use image::{Panorama, SkyImage};
+pub use rectangle::{RectangleLight, RectanglePlace};
+pub use sphere::SphereLight;
+
+/// A light without extent that shines alike in all directions.
+#[derive(Debug, Clone, Copy)]
+pub struct PointLight {
+    /// Where it is, in m.
+    pub position: Vec3A,
+    /// Radiant intensity in W/sr, as a band density: the mean of the samples is the total over 400–700 nm.
+    pub intensity: Spectrum,
+    /// The shape of its spectrum alone, with luminance Y = 1 on the grid.
+    pub relative: Spectrum,
+}
+
+/// A light so far away that it shines in one direction, alike everywhere.
+#[derive(Debug, Clone, Copy)]
+pub struct DirectionalLight {
+    /// Unit direction from the scene to the light.
+    pub to_light: Vec3A,
+    /// Irradiance on a surface that faces it, in W/m², as a band density.
+    pub irradiance: Spectrum,
+    /// The shape of its spectrum alone, with luminance Y = 1 on the grid.
+    pub relative: Spectrum,
+}
+
+/// A light that is seen: it has extent, and everywhere the same radiance.
+#[derive(Debug, Clone, Copy)]
+pub struct Glow<Shape> {
+    /// Where it is.
+    pub shape: Shape,
+    /// Radiance in W m⁻² sr⁻¹, as a band density.
+    pub radiance: Spectrum,
+    /// The shape of its spectrum alone, with luminance Y = 1 on the grid.
+    pub relative: Spectrum,
+    /// Whether the camera sees it; the scene is lit by it either way.
+    pub visible: bool,
+}
+
+/// Alike in all directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Everywhere;
+
+/// Something that shines.
+#[derive(Debug)]
+pub enum Light {
+    /// Without extent.
+    Point(PointLight),
+    /// Far away, in one direction.
+    Directional(DirectionalLight),
+    /// A sphere that shines outwards.
+    Sphere(Glow<SphereLight>),
+    /// A rectangle that shines from one side.
+    Rectangle(Glow<RectangleLight>),
+    /// A sky alike in all directions.
+    Sky(Glow<Everywhere>),
+    /// A sky from an image, and whether the camera sees it.
+    Image(Box<SkyImage>, bool),
+}
+
+/// A way of drawing a point or a direction of a light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Technique {
+    /// Evenly over the solid angle of a lamp, seen from a place.
+    SolidAngle(Place),
+    /// By the cosine with the normal of a place, p = cos θ / π.
+    Cosine(Place),
+    /// Evenly over the directions above a place, p = 1 / 2π.
+    Hemisphere(Place),
+    /// By the brightness of an image.
+    Brightness,
+}
+
+/// A few techniques together.
+pub(crate) type Techniques = [Option<Technique>; 3];
+
+impl PointLight {
+    /// A lamp of this spectrum and radiant intensity in W/sr, summed over the grid of 400–700 nm.
+    pub fn new(position: Vec3A, lamp: &LampSpectrum, radiant_intensity_w_sr: f32) -> Self {
+        Self { position, intensity: lamp.unit * radiant_intensity_w_sr, relative: lamp.relative }
+    }
+}
+
+impl<Shape> Glow<Shape> {
+    /// A lamp of this spectrum and radiance in W m⁻² sr⁻¹, summed over the grid of 400–700 nm.
+    pub fn new(shape: Shape, lamp: &LampSpectrum, radiance_w_m2_sr: f32) -> Self {
+        Self { shape, radiance: lamp.unit * radiance_w_m2_sr, relative: lamp.relative, visible: true }
+    }
+}
+
+impl Light {
+    /// Whether rays can meet it.
+    pub fn has_extent(&self) -> bool {
+        !matches!(self, Self::Point(_) | Self::Directional(_))
+    }
+
+    /// The light as a whole, if it comes from one point or direction.
+    pub(crate) fn single(&self) -> Option<Beam> {
+        let (origin, power) = match self {
+            Self::Point(light) => (Origin::Point(light.position), light.intensity),
+            Self::Directional(light) => (Origin::Distant(light.to_light), light.irradiance),
+            _ => return None,
+        };
+        Some(Beam { origin, power, falloff: Falloff::Natural })
+    }
+
+    /// The light's spectrum with luminance 1 from its middle, as a radiance whatever the distance; none of a sky.
+    pub(crate) fn relative_from_middle(&self) -> Option<Beam> {
+        let origin = match self {
+            Self::Sphere(lamp) => Origin::Point(lamp.shape.centre),
+            Self::Rectangle(lamp) => Origin::Point(lamp.shape.centre()),
+            _ => self.single()?.origin,
+        };
+        Some(Beam { origin, power: self.relative(&origin), falloff: Falloff::None })
+    }
+
+    /// How light that a surface reflects is drawn, beside the cosine of the path's next ray; that ray alone meets a
+    /// uniform sky.
+    fn technique_towards(&self, place: &Place) -> Option<Technique> {
+        match self {
+            Self::Sphere(_) | Self::Rectangle(_) => Some(Technique::SolidAngle(*place)),
+            Self::Image(..) => Some(Technique::Brightness),
+            Self::Point(_) | Self::Directional(_) | Self::Sky(_) => None,
+        }
+    }
+
+    /// One beam of a light with extent for a surface to reflect; the path's next ray brings the rest.
+    pub(crate) fn reflected_beam(&self, place: &Place, sampler: &mut Sampler) -> Option<Beam> {
+        let technique = self.technique_towards(place)?;
+        self.beam(0, &[Some(technique), Some(Technique::Cosine(*place)), None], sampler)
+    }
+
+    /// What a path's ray meets of this light before `limit_m`, times the share of it that beams did not bring. The ray
+    /// comes from the camera, or from a place with the density of its cosine.
+    pub(crate) fn met(&self, ray: &Ray, limit_m: f32, from: Option<&Place>) -> Option<Spectrum> {
+        let origin = match self {
+            Self::Point(_) | Self::Directional(_) => return None,
+            Self::Sphere(lamp) => Origin::Patch(lamp.shape.met(ray, limit_m)?),
+            Self::Rectangle(lamp) => Origin::Patch(lamp.shape.met(ray, limit_m)?),
+            Self::Sky(_) | Self::Image(..) if limit_m < f32::INFINITY => return None,
+            Self::Sky(_) | Self::Image(..) => Origin::Distant(ray.direction),
+        };
+        let Some(place) = from else {
+            return self.is_visible().then(|| self.radiance(&origin));
+        };
+        let own = self.density(&Technique::Cosine(*place), &origin);
+        let other = self.technique_towards(place).map_or(0.0, |technique| self.density(&technique, &origin));
+        let share = if other > 0.0 { own / (own + other) } else { 1.0 };
+        Some(self.radiance(&origin) * share)
+    }
+
+    /// How light for snow is drawn that goes in at `exit`, or on the way from a point along its line, or both.
+    pub(crate) fn techniques_through(&self, exit: Option<&Place>, lines: Option<&Place>) -> Techniques {
+        match self {
+            Self::Point(_) | Self::Directional(_) => [None; 3],
+            Self::Sphere(_) | Self::Rectangle(_) => {
+                [exit, lines, None].map(|place| place.copied().map(Technique::SolidAngle))
+            }
+            // Lines that leave at a side can do so with the full cosine though they graze their own surface.
+            Self::Sky(_) | Self::Image(..) => [
+                exit.copied().map(Technique::Cosine),
+                lines.copied().map(Technique::Hemisphere),
+                matches!(self, Self::Image(..)).then_some(Technique::Brightness),
+            ],
+        }
+    }
+
+    /// One beam, drawn by one of several techniques that are used once each.
+    pub(crate) fn beam(&self, chosen: usize, techniques: &Techniques, sampler: &mut Sampler) -> Option<Beam> {
+        let technique = techniques[chosen].as_ref()?;
+        let [u, v, ..] = sampler.next_four();
+        let origin = self.draw(technique, [u, v])?;
+        let density: f32 = techniques.iter().flatten().map(|technique| self.density(technique, &origin)).sum();
+        let spread_m2 = match self {
+            Self::Sphere(lamp) => lamp.shape.radius_m * lamp.shape.radius_m,
+            Self::Rectangle(lamp) => lamp.shape.area_m2() * FRAC_1_PI,
+            _ => 0.0,
+        };
+        let falloff = Falloff::Drawn { density, spread_m2 };
+        (density > 0.0).then(|| Beam { origin, power: self.radiance(&origin), falloff })
+    }
+
+    fn draw(&self, technique: &Technique, numbers: [f32; 2]) -> Option<Origin> {
+        let [u, v] = numbers;
+        match (technique, self) {
+            (Technique::SolidAngle(place), Self::Sphere(lamp)) => {
+                lamp.shape.draw(place.point, numbers).map(Origin::Patch)
+            }
+            (Technique::SolidAngle(place), Self::Rectangle(lamp)) => {
+                lamp.shape.draw(place.point, numbers).map(Origin::Patch)
+            }
+            (Technique::Cosine(place), _) => Some(Origin::Distant(cosine_direction(place.normal, u, v))),
+            (Technique::Hemisphere(place), _) => Some(Origin::Distant(even_direction(place.normal, u, v))),
+            (Technique::Brightness, Self::Image(image, _)) => Some(Origin::Distant(image.draw(numbers))),
+            _ => None,
+        }
+    }
+
+    /// Density with which a technique draws an origin: per m² of a lamp, per sr of directions.
+    fn density(&self, technique: &Technique, origin: &Origin) -> f32 {
+        let (point, density_per_sr) = match technique {
+            Technique::SolidAngle(place) => (place.point, self.solid_angle_density_per_sr(place.point, origin)),
+            Technique::Cosine(Place { point, normal }) => {
+                (*point, normal.dot(origin.way(*point).direction).max(0.0) * FRAC_1_PI)
+            }
+            Technique::Hemisphere(Place { point, normal }) => {
+                let above = normal.dot(origin.way(*point).direction) > 0.0;
+                (*point, if above { 0.5 * FRAC_1_PI } else { 0.0 })
+            }
+            Technique::Brightness => match (self, origin) {
+                (Self::Image(image, _), Origin::Distant(direction)) => return image.density_per_sr(*direction),
+                _ => return 0.0,
+            },
+        };
+        density_per_sr / origin.own_per_solid_angle(point)
+    }
+
+    fn solid_angle_density_per_sr(&self, from: Vec3A, origin: &Origin) -> f32 {
+        match self {
+            Self::Sphere(lamp) => lamp.shape.density_per_sr(from),
+            Self::Rectangle(lamp) => lamp.shape.density_per_sr(from, origin.own_per_solid_angle(from)),
+            _ => 0.0,
+        }
+    }
+
+    /// The spectrum of what comes from there with luminance 1.
+    pub(crate) fn relative(&self, origin: &Origin) -> Spectrum {
+        match (self, origin) {
+            (Self::Point(PointLight { relative, .. }), _)
+            | (Self::Directional(DirectionalLight { relative, .. }), _)
+            | (Self::Sphere(Glow { relative, .. }), _)
+            | (Self::Rectangle(Glow { relative, .. }), _)
+            | (Self::Sky(Glow { relative, .. }), _) => *relative,
+            (Self::Image(image, _), Origin::Distant(direction)) => image.relative(*direction),
+            (Self::Image(..), _) => Spectrum::ZERO,
+        }
+    }
+
+    /// What comes from there, in W m⁻² sr⁻¹; nothing of a light without extent.
+    fn radiance(&self, origin: &Origin) -> Spectrum {
+        match (self, origin) {
+            (Self::Point(_) | Self::Directional(_), _) => Spectrum::ZERO,
+            (Self::Sphere(Glow { radiance, .. }), _)
+            | (Self::Rectangle(Glow { radiance, .. }), _)
+            | (Self::Sky(Glow { radiance, .. }), _) => *radiance,
+            (Self::Image(image, _), Origin::Distant(direction)) => image.radiance(*direction),
+            (Self::Image(..), _) => Spectrum::ZERO,
+        }
+    }
+
+    fn is_visible(&self) -> bool {
+        match self {
+            Self::Point(_) | Self::Directional(_) => false,
+            Self::Sphere(Glow { visible, .. })
+            | Self::Rectangle(Glow { visible, .. })
+            | Self::Sky(Glow { visible, .. })
+            | Self::Image(_, visible) => *visible,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

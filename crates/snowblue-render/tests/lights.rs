@@ -1,0 +1,223 @@
+//! Lamps with extent and skies, against closed forms, and through snow.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::Vec3A;
+use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
+use snowblue_color::LinearRgb;
+use snowblue_render::film::Film;
+use snowblue_render::image_file::write_exr;
+use snowblue_render::light::{LampSpectrum, Light};
+use snowblue_render::scene::Scene;
+use snowblue_stat::{Moments, sidak_level, z_p_value};
+
+/// Thickness of the slab, in cm.
+const DEPTH_CM: f64 = 20.0;
+
+/// A slab on the plane z = 0 that reflects nothing, with its lights.
+fn slab(keys: &str, lights: &str) -> Scene {
+    let text = format!(
+        "{SNOW}reflectance = 0\n{keys}\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.2]\n\
+         position = [0, 0, 0.1]\nmaterial = \"snow\"\n{lights}"
+    );
+    scene(&text, &simple_law(), &[])
+}
+
+fn sky(illuminant: &str) -> String {
+    format!("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"{illuminant}\"\n")
+}
+
+/// Means of 16 independent pictures of one pixel at a wavelength.
+fn repeated(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32) -> [Moments; 3] {
+    scene.integrator.samples_per_pixel = samples;
+    let mut moments = [Moments::default(); 3];
+    for seed in 1..=16 {
+        scene.integrator.seed = seed;
+        let light = seen(scene, eye, target);
+        for (moment, k) in moments.iter_mut().zip([0, 15, 30]) {
+            moment.push(f64::from(light.0[k]));
+        }
+    }
+    moments
+}
+
+/// Fails where a mean is off at a level of 1e-3 for all three; `exact` is what rounding leaves of an exact answer.
+fn assert_agrees(moments: &[Moments; 3], expected: [f64; 3], exact: f64, what: &str) {
+    for (moment, expected) in moments.iter().zip(expected) {
+        let off = (moment.mean() - expected).abs();
+        // Fifteen degrees of freedom are near enough to a normal when Sobol's points make errors far smaller.
+        let p = z_p_value(off / moment.standard_error().max(1e-30));
+        let (mean, error) = (moment.mean(), moment.standard_error());
+        assert!(off < exact * expected || p > sidak_level(1e-3, 3), "{what}: {mean} ± {error} for {expected}");
+    }
+}
+
+/// 2 ∫ T(θ) cos θ sin θ dθ by the midpoint rule, T of the simple law on a path of `length(θ)` in cm.
+fn diffuse_transmittance(k: usize, length_cm: impl Fn(f64) -> f64) -> f64 {
+    let steps = 20_000;
+    let term = |step: i32| {
+        let angle = (f64::from(step) + 0.5) * FRAC_PI_2 / f64::from(steps);
+        let transmittance =
+            (-extinction_per_cm(k) * length_cm(angle) * (1.0 + angle.to_degrees().min(89.0) / 100.0)).exp();
+        2.0 * transmittance * angle.cos() * angle.sin()
+    };
+    (0..steps).map(term).sum::<f64>() * FRAC_PI_2 / f64::from(steps)
+}
+
+#[test]
+fn a_slab_under_a_uniform_sky_lets_through_its_diffuse_transmittance() {
+    let (eye, target) = (Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2));
+    let cos_view = 1.0 / 5f64.sqrt();
+    for (path, seen_along) in [("normal", 1.0), ("easiest", 1.0), ("view", cos_view)] {
+        let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM / seen_along));
+        let mut scene = slab(&format!("path = \"{path}\""), &sky("E"));
+        assert_agrees(&repeated(&mut scene, eye, target, 256), expected, 1e-4, path);
+    }
+    // On lines to the sky depth grows with the angle; the table ends at 1 m of snow.
+    let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |angle| (DEPTH_CM / angle.cos()).min(100.0)));
+    let found = repeated(&mut slab("path = \"light\"", &sky("E")), eye, target, 1024);
+    for (moment, expected) in found.iter().zip(expected) {
+        // Beyond 1 m, at 78° and more, the table goes on as its last step does: what comes from there is below 3 %.
+        assert!((moment.mean() / expected - 1.0).abs() < 0.03, "light: {moment:?} for {expected}");
+    }
+}
+
+#[test]
+fn relative_emission_under_a_sky_is_its_spectrum_whatever_its_strength() {
+    let light = "[environment]\nradiance_w_m2_sr = 7\nilluminant = \"A\"\n";
+    let mut scene = slab("path = \"normal\"\nemission = \"relative\"", light);
+    let shape = LampSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
+    let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
+    let found = repeated(&mut scene, Vec3A::new(0.5, 0.0, 2.0), Vec3A::new(0.0, 0.0, 0.2), 256);
+    assert_agrees(&found, expected, 1e-4, "relative");
+}
+
+#[test]
+fn a_white_image_is_a_uniform_sky_of_daylight() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("white.exr");
+    let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
+    write_exr(&Film::new(16, 8, vec![white; 128]), &[], &path).unwrap();
+    let image = format!("[environment]\nimage = \"{}\"\nscale = 2\n", path.display());
+    let shape = LampSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
+    for (path, samples) in [("normal", 256), ("easiest", 256)] {
+        let mut scene = slab(&format!("path = \"{path}\""), &image);
+        let expected = [0, 15, 30].map(|k| 2.0 * diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
+        let found = repeated(&mut scene, Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2), samples);
+        assert_agrees(&found, expected, 1e-3, path);
+    }
+}
+
+#[test]
+fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
+    let floor = "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.7\n\
+        [[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nrotation_deg = [20, 30, 40]\nmaterial = \"grey\"\n";
+    let mut scene = scene(&format!("{floor}{}", sky("E")), &simple_law(), &[]);
+    for max_bounces in [0, 5] {
+        scene.integrator.max_bounces = max_bounces;
+        for eye in [Vec3A::new(5.0, 1.0, 2.0), Vec3A::new(-3.0, 4.0, -4.0)] {
+            // A single path is exact: a convex body sees the sky alone.
+            let surface = seen(&mut scene, eye, Vec3A::ZERO);
+            let beyond = seen(&mut scene, eye, eye * 2.0);
+            for k in 0..31 {
+                assert!((surface.0[k] - 0.7).abs() < 1e-6 && (beyond.0[k] - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wide_slab_of_snow_returns_no_more_than_the_sky_gives() {
+    let text = format!(
+        "{SNOW}path = \"easiest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nmaterial = \"snow\"\n{}",
+        sky("E")
+    );
+    let mut scene = scene(&text, &simple_law(), &[]);
+    let expected = [0, 15, 30].map(|k| 0.25 + diffuse_transmittance(k, |_| 1.0));
+    let found = repeated(&mut scene, Vec3A::new(1.0, 0.0, 1.0), Vec3A::ZERO, 256);
+    assert_agrees(&found, expected, 1e-4, "furnace");
+}
+
+#[test]
+fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
+    let point =
+        "[[light]]\ntype = \"point\"\nposition = [0.1, -0.2, -0.8]\nilluminant = \"A\"\nradiant_intensity_w_sr = ";
+    // I = L A, with A the area that is seen: the panel faces the exit.
+    let ball = "type = \"sphere\"\nradius = 0.004";
+    let panel = |exit: &str| format!("type = \"rectangle\"\nsize = [0.008, 0.005]\nlook_at = {exit}");
+    let (eye, target) = (Vec3A::new(2.0, 0.5, 1.2), Vec3A::new(0.3, 0.2, 0.2));
+    for (path, lamp, area_m2) in [
+        ("normal", ball.to_owned(), PI * 1.6e-5),
+        ("light", ball.to_owned(), PI * 1.6e-5),
+        ("easiest", ball.to_owned(), PI * 1.6e-5),
+        ("normal", panel("[0.3, 0.2, 0.0]"), 4e-5),
+        ("light", panel("[0.3, 0.2, 0.2]"), 4e-5),
+    ] {
+        let keys = format!("path = \"{path}\"");
+        let extended =
+            format!("[[light]]\n{lamp}\nposition = [0.1, -0.2, -0.8]\nilluminant = \"A\"\nradiance_w_m2_sr = 1e5\n");
+        let single = seen(&mut slab(&keys, &format!("{point}{}\n", 1e5 * area_m2)), eye, target);
+        let found = repeated(&mut slab(&keys, &extended), eye, target, 64);
+        for (moment, k) in found.iter().zip([0, 15, 30]) {
+            let ratio = moment.mean() / f64::from(single.0[k]);
+            // Seen from one point a ball is its middle but for squares of 4 mm over 92 cm. On lines to the ball its near
+            // side is up to R nearer to both ends, and r²/r² changes by up to 2 R (1/92 cm − 1/110 cm) = 1.5e-3. What
+            // only one of the two exits sees, turned by δ about the ball, `easiest` takes as well: (1 − cos δ)/2 = 2e-3.
+            let most = match path {
+                "normal" => 1e-4,
+                "light" => 1.5e-3,
+                _ => 3.5e-3,
+            };
+            assert!((ratio - 1.0).abs() < most, "{path} {lamp}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn a_distant_lamp_lights_by_the_cosine() {
+    let sun = "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, 0.8]\nirradiance_w_m2 = 3\nilluminant = \"E\"\n";
+    for path in ["normal", "easiest"] {
+        let light =
+            seen(&mut slab(&format!("path = \"{path}\""), sun), Vec3A::new(0.0, 1.0, 2.0), Vec3A::new(0.0, 0.0, 0.2));
+        let angle_deg = 0.8f64.acos().to_degrees();
+        for k in [0, 15, 30] {
+            let expected = 3.0 * 0.8 / PI * (-extinction_per_cm(k) * DEPTH_CM * (1.0 + angle_deg / 100.0)).exp();
+            assert!((f64::from(light.0[k]) / expected - 1.0).abs() < 3e-5, "{path}: {} for {expected}", light.0[k]);
+        }
+    }
+}
+
+#[test]
+fn lamps_are_seen_unless_they_are_not_to_be() {
+    let lamp =
+        "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 3]\nradius = 0.5\nilluminant = \"E\"\nradiance_w_m2_sr = 4\n";
+    let (eye, target) = (Vec3A::new(0.0, -3.0, 3.0), Vec3A::new(0.0, 0.0, 3.0));
+    let mut scene = slab("", lamp);
+    assert!((seen(&mut scene, eye, target).0[15] - 4.0).abs() < 1e-5);
+    assert!(seen(&mut scene, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "past the lamp");
+    let below = Vec3A::new(0.0, -3.0, -3.0);
+    assert!(seen(&mut scene, below, target).0[15] < 0.1, "the slab hides it");
+    let Light::Sphere(glow) = &mut scene.lights[0] else { panic!("it is a sphere") };
+    glow.visible = false;
+    assert!(seen(&mut scene, eye, target).0[15] < 1e-6);
+}
+
+#[test]
+fn a_lamp_half_buried_in_snow_is_bright_but_bounded() {
+    let lamp = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.2]\nradius = 0.05\nilluminant = \"E\"\n\
+        radiance_w_m2_sr = 1\nvisible = false\n";
+    for path in ["light", "easiest"] {
+        let mut scene = slab(&format!("path = \"{path}\""), lamp);
+        for target in [Vec3A::new(0.0, 0.0, 0.0), Vec3A::new(0.2, 0.1, 0.0), Vec3A::new(0.06, 0.0, 0.2)] {
+            let eye = target + Vec3A::new(0.3, 0.2, if target.z > 0.1 { 2.0 } else { -2.0 });
+            for moment in repeated(&mut scene, eye, target, 16) {
+                // E is at most π L of what stands out of the snow and 2 π L of what lies in it.
+                assert!(moment.mean() < 3.0 && moment.variance().sqrt() < 0.5, "{path} at {target}: {moment:?}");
+            }
+        }
+    }
+}
