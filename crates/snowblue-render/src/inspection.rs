@@ -3,6 +3,7 @@
 
 use glam::Vec3A;
 
+use crate::bounds::Bounds;
 use crate::material::Material;
 use crate::objects::Object;
 use crate::ray::Ray;
@@ -63,12 +64,22 @@ fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
     Inspection {
         name: object.name.clone(),
         is_snow,
-        size_m: object.shape.bounds().map(|bounds| bounds.high - bounds.low),
+        size_m: extent(&object.shape).map(|bounds| bounds.high - bounds.low),
         volume_m3,
         topology,
         lines,
         odd_lines,
     }
+}
+
+/// The box around a shape, for a mesh that of its triangles' corners: the box for tracing rays is wider.
+fn extent(shape: &Shape) -> Option<Bounds> {
+    let Shape::Mesh(instance) = shape else {
+        return shape.bounds();
+    };
+    let surface = instance.mesh.source();
+    let place = |&corner: &u32| instance.placement.point(surface.positions[corner as usize].into()).into();
+    Some(Bounds::of(surface.corners.iter().flatten().map(place)))
 }
 
 /// How many of some random lines cross a shape, and how many of these an odd number of times.
