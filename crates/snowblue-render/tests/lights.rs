@@ -133,12 +133,12 @@ fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
 #[test]
 fn a_wide_slab_of_snow_returns_no_more_than_the_sky_gives() {
     let text = format!(
-        "{SNOW}path = \"easiest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nmaterial = \"snow\"\n{}",
+        "{SNOW}path = \"easiest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\nmaterial = \"snow\"\n{}",
         sky("E")
     );
     let mut scene = scene(&text, &simple_law(), &[]);
     let expected = [0, 15, 30].map(|k| 0.25 + diffuse_transmittance(k, |_| 1.0));
-    let found = repeated(&mut scene, Vec3A::new(1.0, 0.0, 1.0), Vec3A::ZERO, 256);
+    let found = repeated(&mut scene, Vec3A::new(1.0, 0.0, 0.0), Vec3A::NEG_Z, 256);
     assert_agrees(&found, expected, 1e-4, "furnace");
 }
 
