@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{bsdf, color, database, figures, match_command, merge, render, slab, spectrum};
+use crate::{bsdf, color, database, figures, match_command, merge, render, slab, spectrum, swatch};
 
 /// The blue of light through snow, predicted from what the snow is made of
 #[derive(Debug, Parser)]
@@ -28,6 +28,7 @@ pub(crate) enum Command {
     Merge(merge::Merge),
     Color(Box<color::Color>),
     Match(Box<match_command::Match>),
+    Swatch(Box<swatch::Swatch>),
     Render(render::Render),
     Figures(figures::Figures),
 }

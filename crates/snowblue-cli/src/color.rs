@@ -3,39 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_color::{Colorimeter, Lab, LinearRgb, Srgb8, exposure};
+use snowblue_color::{Colorimeter, Observer, exposure};
 use snowblue_render::FalseColor;
 use snowblue_render::scene::Exposure;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 
+use crate::colored::{COLUMNS, Colored, FALSE_COLUMNS, wavelengths_nm};
 use crate::failure::{Failure, Outcome};
 use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
 use crate::parse::{self, Wavelengths};
 use crate::report::{Cell, Report};
 use crate::spectrum_file;
-
-/// The paper's three sample wavelengths, in nm.
-const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
-
-const COLUMNS: [&str; 13] = [
-    "thickness_cm",
-    "angle_deg",
-    "illuminant",
-    "X",
-    "Y",
-    "Z",
-    "L",
-    "a",
-    "b",
-    "r_linear",
-    "g_linear",
-    "b_linear",
-    "hex",
-];
-
-/// Columns of false colours, which no eye sees: they have no illuminant, XYZ or CIELAB.
-const FALSE_COLUMNS: [&str; 6] = ["thickness_cm", "angle_deg", "r_linear", "g_linear", "b_linear", "hex"];
 
 /// XYZ, CIELAB, linear sRGB and hex of the light that comes through snow, or that it sends back
 #[derive(Debug, Args)]
@@ -66,13 +45,16 @@ pub(crate) struct Color {
     reflected: bool,
     #[command(flatten)]
     light: LightOptions,
+    /// Eye that sees the colours: 1931 (2°), by which sRGB is defined, or 1964 (10°)
+    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = parse::observer, help_heading = "Light")]
+    observer: Observer,
     /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
     samples: String,
     /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
     #[arg(
         long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "samples"]
+        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "observer", "samples"]
     )]
     false_color: Option<FalseColor>,
     /// Exposure of hex in stops, or 'auto'
@@ -94,12 +76,6 @@ pub(crate) struct Color {
 /// Thickness and angle of a slab, and its spectrum.
 type Curve = ([Cell; 2], Vec<f64>);
 
-/// A row before its hex, which waits for the exposure.
-struct Colored {
-    cells: Vec<Cell>,
-    light: LinearRgb,
-}
-
 impl Color {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
@@ -112,7 +88,7 @@ impl Color {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
             }
-            None => ("observer", self.light.observer().name().to_owned()),
+            None => ("observer", self.observer.name().to_owned()),
         };
         let light = if self.reflected { "reflected" } else { "transmitted" };
         let exposure = match self.exposure {
@@ -135,31 +111,19 @@ impl Color {
             Exposure::Stops(stops) => exposure::factor(stops),
             Exposure::Auto => exposure::automatic(rows.iter().map(|row| row.light)),
         };
-        let finish = |Colored { mut cells, light: LinearRgb { r, g, b } }: Colored| {
-            let shown = LinearRgb { r: factor * r, g: factor * g, b: factor * b }.displayable();
-            cells.push(Cell::Word(Srgb8::encode(shown).to_string()));
-            cells
-        };
-        rows.into_iter().map(finish).collect()
+        rows.into_iter().map(|row| row.row(factor)).collect()
     }
 
     fn of_snow(&self) -> Result<Vec<Colored>, Failure> {
-        let wavelengths = match self.samples.as_str() {
-            "3" => Wavelengths(THREE_SAMPLES_NM.to_vec()),
-            _ => parse::wavelengths("400:700:10").map_err(Failure::Work)?,
-        };
-        let colorimeter = self.light.colorimeter(&wavelengths.0)?;
+        let wavelengths = Wavelengths(wavelengths_nm(&self.samples));
+        let colorimeter = self.light.colorimeter(self.observer, &wavelengths.0)?;
         let row = |(place, values): Curve| self.row(place, &colorimeter, &values);
         Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
 
     fn in_false_color(&self, colour: FalseColor) -> Result<Vec<Colored>, Failure> {
         let wavelengths = Wavelengths(vec![colour.red_nm, colour.green_nm, colour.blue_nm]);
-        let row = |(place, values): Curve| {
-            let light = LinearRgb { r: values[0], g: values[1], b: values[2] };
-            let cells = place.into_iter().chain(values.into_iter().map(Cell::from)).collect();
-            Colored { cells, light }
-        };
+        let row = |(place, values): Curve| Colored::in_false_color(place.to_vec(), [values[0], values[1], values[2]]);
         Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
 
@@ -178,19 +142,13 @@ impl Color {
     fn of_file(&self, path: &Path) -> Result<Vec<Colored>, Failure> {
         let quantity = if self.reflected { "reflectance" } else { "transmittance" };
         let row = |curve: spectrum_file::Curve| {
-            let colorimeter = self.light.colorimeter(&curve.wavelengths_nm)?;
+            let colorimeter = self.light.colorimeter(self.observer, &curve.wavelengths_nm)?;
             Ok(self.row(curve.place.map(Cell::Word), &colorimeter, &curve.values))
         };
         spectrum_file::read(path, quantity)?.into_iter().map(row).collect()
     }
 
     fn row(&self, place: [Cell; 2], colorimeter: &Colorimeter, values: &[f64]) -> Colored {
-        let xyz = colorimeter.xyz(values);
-        let lab = Lab::from_xyz(xyz, colorimeter.white());
-        let light = LinearRgb::from_xyz(xyz);
-        let mut cells = place.to_vec();
-        cells.push(Cell::Word(self.light.illuminant.name().to_owned()));
-        cells.extend([xyz.x, xyz.y, xyz.z, lab.l, lab.a, lab.b, light.r, light.g, light.b].map(Cell::from));
-        Colored { cells, light }
+        Colored::seen(place.to_vec(), self.light.illuminant, colorimeter, values)
     }
 }

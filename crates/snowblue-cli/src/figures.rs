@@ -3,7 +3,9 @@
 mod albedo;
 mod curves;
 mod fig2;
+mod fig3;
 mod fig4;
+mod fig5_8;
 mod lprime;
 mod microct;
 mod page;
@@ -16,7 +18,8 @@ mod water;
 use std::path::PathBuf;
 
 use clap::Args;
-use snowblue_color::{Colorimeter, Illuminant, Observer};
+use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_render::{image_file, swatch};
 use snowblue_transport::ordinates::OrdinatesOptions;
 
 use crate::failure::{Failure, Outcome};
@@ -37,7 +40,7 @@ pub(crate) struct Figures {
     /// Folder to write into, which is made if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Some figures only: table1, fig2, fig4, s1, lprime, s2, simplifications, water, albedo, microct
+    /// Some figures only: table1, fig2, fig3, fig4, fig5-8, s1, lprime, s2, simplifications, water, albedo, microct
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
 }
@@ -71,10 +74,12 @@ struct Recipe {
 }
 
 /// In the order of the page: the paper's, then ours.
-const RECIPES: [Recipe; 10] = [
+const RECIPES: [Recipe; 12] = [
     Recipe { name: "table1", of: Some("Table 1"), make: table1::figure },
     Recipe { name: "fig2", of: Some("Fig. 2"), make: fig2::figure },
+    Recipe { name: "fig3", of: Some("Fig. 3"), make: fig3::figure },
     Recipe { name: "fig4", of: Some("Fig. 4"), make: fig4::figure },
+    Recipe { name: "fig5-8", of: Some("Figs. 5–8"), make: fig5_8::figure },
     Recipe { name: "s1", of: Some("Fig. S1"), make: s1::figure },
     Recipe { name: "lprime", of: Some("Sidebar"), make: lprime::figure },
     Recipe { name: "s2", of: Some("Fig. S2"), make: s2::figure },
@@ -160,5 +165,22 @@ fn wavelengths_nm(first: u32, last: u32, step: usize) -> Vec<f64> {
 
 /// The CIE 1931 observer under D65.
 fn daylight(wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
-    Colorimeter::new(Observer::Cie1931, Illuminant::D65, wavelengths_nm).map_err(Failure::work)
+    under(Illuminant::D65, wavelengths_nm)
+}
+
+/// The CIE 1931 observer under an illuminant.
+fn under(illuminant: Illuminant, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
+    Colorimeter::new(Observer::Cie1931, illuminant, wavelengths_nm).map_err(Failure::work)
+}
+
+/// A light times a factor, under the grey texture of snow, as the bytes of a PNG file of a drawing's swatch.
+fn textured(light: Xyz, factor: f64, (width, height): (u32, u32)) -> Result<Vec<u8>, Failure> {
+    let picture = swatch::swatch(LinearRgb::from_xyz(light * factor), (width, height), Some(1));
+    image_file::png_bytes(&picture, &[]).map_err(Failure::work)
+}
+
+/// The exposure that lights share: the brightest comes near white.
+fn common_exposure(lights: impl Iterator<Item = Xyz>) -> f64 {
+    let shown: Vec<LinearRgb> = lights.map(LinearRgb::from_xyz).collect();
+    swatch::automatic_exposure(&shown)
 }

@@ -4,6 +4,7 @@ mod args;
 mod broadband;
 mod bsdf;
 mod color;
+mod colored;
 mod database;
 mod failure;
 mod figures;
@@ -21,6 +22,7 @@ mod slab;
 mod source;
 mod spectrum;
 mod spectrum_file;
+mod swatch;
 
 use args::{Arguments, Command};
 use clap::Parser as _;
@@ -42,6 +44,7 @@ fn run() -> Outcome {
         Command::Merge(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(arguments.quiet),
         Command::Match(command) => command.run(arguments.quiet),
+        Command::Swatch(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(arguments.quiet),
         Command::Figures(command) => command.run(arguments.quiet),
     }

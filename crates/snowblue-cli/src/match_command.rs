@@ -2,7 +2,7 @@
 
 use clap::Args;
 use snowblue_color::difference::exposed;
-use snowblue_color::{LinearRgb, Srgb8, Xyz};
+use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::DatabaseError;
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{
@@ -10,18 +10,20 @@ use snowblue_database::matching::{
 };
 use snowblue_transport::slab::Incidence;
 
+use crate::colored;
 use crate::failure::{Failure, Outcome};
 use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, incidence_name};
 use crate::parse;
 use crate::report::{Cell, Report, tell};
 
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 12] = [
     "grain_size_um",
     "density_kg_m3",
     "thickness_cm",
     "angle_deg",
     "illuminant",
     "delta_e",
+    "delta_e_2000",
     "within_reach",
     "Y",
     "exposure_stops",
@@ -36,7 +38,7 @@ const COLUMNS: [&str; 11] = [
     after_help = "The target is meant as a screen shows it (sRGB), without adaptation to the illuminant; its hue
 and chroma count. Light through snow runs from the bare light's colour into deep blue and grows dim. delta_e
 (CIELAB 1976, before the screen's white) is taken with the light brought to the target's luminance;
-up to 2.3 an eye sees no difference.
+up to 2.3 an eye sees no difference. delta_e_2000 is the same by CIEDE2000.
 
 What is not given is searched for: the thickness first; where it is given or does not reach, the
 grain size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow nearest to
@@ -73,7 +75,7 @@ impl Match {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
         let wavelengths = parse::wavelengths("400:700:10").map_err(Failure::Work)?;
-        let colorimeter = self.light.colorimeter(&wavelengths.0)?;
+        let colorimeter = self.light.colorimeter(Observer::Cie1931, &wavelengths.0)?;
         let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
         let target = Target { color: self.target.decode().xyz(), white, colorimeter: &colorimeter };
         let found =
@@ -84,7 +86,7 @@ impl Match {
         let mut metadata = vec![
             ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
             ("target", self.target.to_string()),
-            ("observer", self.light.observer().name().to_owned()),
+            ("observer", Observer::Cie1931.name().to_owned()),
         ];
         metadata.extend(self.sample.metadata_of(&found[0].sample));
         metadata.push(("seed", self.ordinates.seed.to_string()));
@@ -113,7 +115,7 @@ impl Match {
     }
 
     fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
-        let hex = |light: Xyz| Cell::Word(Srgb8::encode(LinearRgb::from_xyz(light).into_gamut()).to_string());
+        let hex = |light: Xyz| Cell::Word(colored::hex(LinearRgb::from_xyz(light)));
         let size = found.sample.grain_size;
         let within_reach = if found.within_reach() { "yes" } else { "no" };
         vec![
@@ -123,6 +125,7 @@ impl Match {
             Cell::Word(incidence_name(self.angle)),
             Cell::Word(self.light.illuminant.name().to_owned()),
             found.difference.at_equal_luminance.into(),
+            found.difference.at_equal_luminance_2000.into(),
             Cell::Word(within_reach.to_owned()),
             found.light.y.into(),
             (target.y / found.light.y).log2().into(),

@@ -167,11 +167,16 @@ impl SampleOptions {
             return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
         }
         let size = match (self.grain_size, area_m2_kg) {
-            (Some(words), _) => words.measured_by(self.size_measure),
+            (Some(words), _) => return self.size(words),
             (None, Some(area_m2_kg)) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
-            (None, None) => SizeWords::Mean(400.0).measured_by(self.size_measure),
+            (None, None) => return self.size(SizeWords::Mean(400.0)),
         };
         size.map_err(Failure::input)
+    }
+
+    /// Grain sizes in the measure that the options say.
+    pub(crate) fn size(&self, words: SizeWords) -> Result<GrainSize, Failure> {
+        words.measured_by(self.size_measure).map_err(Failure::input)
     }
 
     fn impurities(&self) -> Result<Impurities, Failure> {
@@ -281,14 +286,9 @@ impl OutputOptions {
 }
 
 impl LightOptions {
-    /// The eye that sees the colours.
-    pub(crate) fn observer(&self) -> Observer {
-        Observer::Cie1931
-    }
-
     /// From spectra on some wavelengths to colours.
-    pub(crate) fn colorimeter(&self, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
-        Colorimeter::new(self.observer(), self.illuminant, wavelengths_nm).map_err(Failure::input)
+    pub(crate) fn colorimeter(&self, observer: Observer, wavelengths_nm: &[f64]) -> Result<Colorimeter, Failure> {
+        Colorimeter::new(observer, self.illuminant, wavelengths_nm).map_err(Failure::input)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Option values as users write them: ranges, lists, distributions.
 
-use snowblue_color::{Illuminant, Srgb8};
+use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_render::FalseColor;
 use snowblue_render::scene::Exposure;
 use snowblue_render::scene_file::GREATEST_STOPS;
@@ -160,6 +160,10 @@ pub(crate) fn hex(word: &str) -> Result<Srgb8, String> {
 
 pub(crate) fn illuminant(word: &str) -> Result<Illuminant, String> {
     word.parse::<Illuminant>().map_err(|error| error.to_string())
+}
+
+pub(crate) fn observer(word: &str) -> Result<Observer, String> {
+    word.parse::<Observer>().map_err(|error| error.to_string())
 }
 
 /// `auto`, or stops.

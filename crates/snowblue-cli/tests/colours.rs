@@ -94,19 +94,19 @@ const DELTA_E: usize = 5;
 fn match_finds_snow_whose_colour_is_what_it_says() {
     let text = stdout(&["match", "--target", "#55b9e0"]);
     assert!(text.starts_with(
-        "grain_size_um,density_kg_m3,thickness_cm,angle_deg,illuminant,delta_e,within_reach,Y,exposure_stops,hex,hex_transmitted\n"
+        "grain_size_um,density_kg_m3,thickness_cm,angle_deg,illuminant,delta_e,delta_e_2000,within_reach,Y,exposure_stops,hex,hex_transmitted\n"
     ));
     let family = rows(&text);
     assert_eq!((family.len(), family[0][0].as_str(), family[0][1].as_str()), (5, "400", "300"));
     for row in &family {
-        assert_eq!(row[6], "yes", "{row:?}");
+        assert_eq!(row[7], "yes", "{row:?}");
         let common = ["--grain-size", &row[0], "--density", &row[1], "--thickness", &row[THICKNESS]];
         let color = rows(&stdout(&[&["color"][..], &common].concat()));
         // The tally of grains is another one only in how far its absorption reaches.
-        assert!((number(&color[0], LUMINANCE) / number(row, 7) - 1.0).abs() < 1e-4, "{row:?} {color:?}");
-        assert_eq!(color[0][12], row[10]);
-        let exposed = rows(&stdout(&[&["color", "--exposure", &row[8]][..], &common].concat()));
-        assert_eq!(exposed[0][12], row[9]);
+        assert!((number(&color[0], LUMINANCE) / number(row, 8) - 1.0).abs() < 1e-4, "{row:?} {color:?}");
+        assert_eq!(color[0][12], row[11]);
+        let exposed = rows(&stdout(&[&["color", "--exposure", &row[9]][..], &common].concat()));
+        assert_eq!(exposed[0][12], row[10]);
     }
     assert_eq!(stdout(&["match", "--target", "#55b9e0", "--threads", "1"]), text);
 }
@@ -126,7 +126,7 @@ fn match_says_what_is_out_of_reach() {
     let output = snowblue(&["match", "--target", "#30a040"]);
     assert_eq!(output.status.code(), Some(0));
     let found = rows(&String::from_utf8(output.stdout).unwrap());
-    assert!(found.iter().all(|row| row[6] == "no"), "{found:?}");
+    assert!(found.iter().all(|row| row[7] == "no"), "{found:?}");
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(told.contains("#30a040 is out of reach: it is greener than any light that comes through"), "{told}");
     let message = refused(&["match", "--target", "#000000"]);

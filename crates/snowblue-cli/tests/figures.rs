@@ -122,7 +122,7 @@ fn unknown_figures_are_refused_before_anything_is_written() {
     let message = refused(&["figures", "-o", place.to_str().unwrap(), "--only", "s2,fig9"]);
     assert!(message.contains("'fig9'"), "{message}");
     assert!(
-        message.contains("table1, fig2, fig4, s1, lprime, s2, simplifications, water, albedo, microct"),
+        message.contains("table1, fig2, fig3, fig4, fig5-8, s1, lprime, s2, simplifications, water, albedo, microct"),
         "{message}"
     );
     assert!(!place.exists());
@@ -135,4 +135,25 @@ fn a_file_is_no_folder() {
     std::fs::write(&place, "").unwrap();
     let output = snowblue(&["figures", "-o", place.to_str().unwrap(), "--only", "s2"]);
     assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn swatches_of_the_paper_are_drawn_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    stdout(&["figures", "-o", folder.path().to_str().unwrap(), "--only", "fig3,fig5-8"]);
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    for (name, swatches) in [("fig3", 10), ("fig5-8", 48)] {
+        assert_eq!(read(&format!("{name}.svg")).matches("data:image/png;base64,").count(), swatches);
+        assert_eq!(read(&format!("{name}.csv")).lines().count(), 1 + swatches);
+    }
+    let differences = read("fig3_samples.csv");
+    for lamp in differences.lines().skip(1) {
+        let difference: f64 = lamp.split(',').nth(10).unwrap().parse().unwrap();
+        assert!(difference > 2.3, "3 samples differ visibly from 31 (the paper's Fig. 3): {lamp}");
+    }
+    // Each row of six angles darkens (the paper's Figs. 5–8).
+    let colours = read("fig5-8.csv");
+    let luminances: Vec<f64> =
+        colours.lines().skip(1).map(|line| line.split(',').nth(5).unwrap().parse().unwrap()).collect();
+    assert!(luminances.chunks_exact(6).all(|row| row.is_sorted_by(|steep, slanting| steep > slanting)), "{colours}");
 }

@@ -9,18 +9,28 @@ use crate::xyz::Xyz;
 /// Luminance of middle grey, where L* = 50.
 pub const MIDDLE_GREY: f64 = 0.184_186_5;
 
-/// ΔE*ab of two lights before the same white.
+/// ΔE*ab of two lights before the same white, and once CIEDE2000.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// As they are.
     pub whole: f64,
     /// The first brought to the luminance of the second.
     pub at_equal_luminance: f64,
+    /// The same by CIEDE2000.
+    pub at_equal_luminance_2000: f64,
     /// Both brought to L* = 50, as by an exposure: hue and chroma.
     pub at_middle_grey: f64,
 }
 
 impl Difference {
+    /// That of darkness, which has no colour to compare.
+    pub const INFINITE: Self = Self {
+        whole: f64::INFINITY,
+        at_equal_luminance: f64::INFINITY,
+        at_equal_luminance_2000: f64::INFINITY,
+        at_middle_grey: f64::INFINITY,
+    };
+
     /// The difference of one light from another, neither of which is dark.
     ///
     /// A grey filter changes no hue:
@@ -34,9 +44,11 @@ impl Difference {
     #[must_use]
     pub fn between(one: Xyz, other: Xyz, white: Xyz) -> Self {
         let lab = |xyz: Xyz| Lab::from_xyz(xyz, white);
+        let brought = lab(exposed(one, other.y));
         Self {
             whole: lab(one).delta_e_1976(lab(other)),
-            at_equal_luminance: lab(exposed(one, other.y)).delta_e_1976(lab(other)),
+            at_equal_luminance: brought.delta_e_1976(lab(other)),
+            at_equal_luminance_2000: brought.delta_e_2000(lab(other)),
             at_middle_grey: lab(exposed(one, MIDDLE_GREY)).delta_e_1976(lab(exposed(other, MIDDLE_GREY))),
         }
     }

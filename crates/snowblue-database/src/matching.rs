@@ -291,8 +291,7 @@ impl<'t> Search<'t> {
             let difference = if light.y > 0.0 {
                 Difference::between(light, self.target.color, self.target.white)
             } else {
-                // Darkness has no colour to compare.
-                Difference { whole: f64::INFINITY, at_equal_luminance: f64::INFINITY, at_middle_grey: f64::INFINITY }
+                Difference::INFINITE
             };
             Match { sample: snow.sample, thickness_cm: *thickness_cm, light, difference }
         };

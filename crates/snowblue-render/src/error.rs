@@ -62,6 +62,9 @@ pub enum RenderError {
     /// A setting given from outside the scene file (an override) lies out of range.
     #[error("{0}")]
     Override(String),
+    /// A picture cannot be encoded.
+    #[error("{0}")]
+    EncodeImage(String),
     /// An image cannot be encoded or stored; nothing is left behind under its name.
     #[error("cannot write {}: {reason}", path.display())]
     WriteImage {

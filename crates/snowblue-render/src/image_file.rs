@@ -5,10 +5,11 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
-use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_color::{LinearRgb, Srgb8, Xyz};
 
 use crate::error::RenderError;
 use crate::film::Film;
+use crate::picture::Picture;
 use crate::ray::narrow;
 use crate::scene::Exposure;
 
@@ -22,14 +23,30 @@ pub type Notes<'a> = [(&'a str, &'a str)];
 /// When the picture cannot be encoded or stored.
 pub fn write_png(film: &Film, exposure: Exposure, notes: &Notes, path: &Path) -> Result<(), RenderError> {
     let factor = film.display_factor(exposure);
-    let mut bytes = Vec::with_capacity(3 * film.pixels().len());
-    for &xyz in film.pixels() {
-        let Srgb8 { r, g, b } = Srgb8::encode(LinearRgb::from_xyz(xyz * factor).displayable());
-        bytes.extend([r, g, b]);
-    }
+    let shown = |xyz: &Xyz| Srgb8::encode(LinearRgb::from_xyz(*xyz * factor).displayable());
+    let pixels = film.pixels().iter().map(shown).collect();
+    write_picture(&Picture::new(film.width(), film.height(), pixels), notes, path)
+}
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+///
+/// When the picture cannot be encoded or stored.
+pub fn write_picture(picture: &Picture, notes: &Notes, path: &Path) -> Result<(), RenderError> {
+    store(path, png_bytes(picture, notes).map_err(|error| error.to_string()))
+}
+
+/// A picture as the bytes of a PNG file.
+///
+/// # Errors
+///
+/// When the picture is empty, or a keyword of the notes is longer than 79 letters.
+pub fn png_bytes(picture: &Picture, notes: &Notes) -> Result<Vec<u8>, RenderError> {
+    let bytes: Vec<u8> = picture.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut content = Vec::new();
-        let mut encoder = png::Encoder::new(&mut content, film.width(), film.height());
+        let mut encoder = png::Encoder::new(&mut content, picture.width(), picture.height());
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
@@ -41,7 +58,7 @@ pub fn write_png(film: &Film, exposure: Exposure, notes: &Notes, path: &Path) ->
         writer.finish()?;
         Ok(content)
     };
-    store(path, encode().map_err(|error| error.to_string()))
+    encode().map_err(|error| RenderError::EncodeImage(error.to_string()))
 }
 
 /// Writes linear RGB with sRGB primaries in 32-bit floats: radiance as it is, without exposure, and with channels below
@@ -93,7 +110,6 @@ fn beside(path: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use snowblue_color::Xyz;
 
     fn film() -> Film {
         let blue = LinearRgb { r: -0.1, g: 0.2, b: 0.5 }.xyz();

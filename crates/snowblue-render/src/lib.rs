@@ -12,6 +12,8 @@
 //! [`render::render`] makes the picture, and [`image_file`] stores it. What a hit on snow means is told in
 //! [`material::pca_snow`]. Past the door nothing fails: a scene that was read can be rendered.
 //!
+//! [`swatch`] draws sheets of colours with labels, and [`texture`] the grey of snow over them.
+//!
 //! A picture has the same bits on any number of threads. Geometry is single precision, in metres; where a sign decides
 //! what is inside (the edges of triangles) arithmetic is exact, so that depths hold from every direction and through
 //! every edge.
@@ -65,6 +67,12 @@ mod path;
 
 pub mod film;
 pub mod render;
+
+pub mod picture;
+
+mod lettering;
+pub mod swatch;
+pub mod texture;
 
 pub mod image_file;
 

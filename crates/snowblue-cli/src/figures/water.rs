@@ -33,7 +33,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     let colorimeter = daylight(&wavelengths_nm)?;
     let lights = lights(wavelengths_nm, &colorimeter)?;
     let cells = |(thickness_cm, light): (f64, &Light)| {
-        let Difference { whole, at_equal_luminance, at_middle_grey } = light.from_dry;
+        let Difference { whole, at_equal_luminance, at_middle_grey, .. } = light.from_dry;
         let mut row: Vec<Cell> =
             [thickness_cm, light.saturation, light.xyz.y, whole, at_equal_luminance, at_middle_grey]
                 .map(Cell::from)

@@ -1,7 +1,9 @@
 //! Panels with two axes and lines, bands, dots and bars in them.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use svg::Node;
-use svg::node::element::Rectangle;
+use svg::node::element::{Image, Rectangle};
 
 use super::{Axis, Canvas, GREY, LABEL, Lettering, Metadata, PALE, Place, Stroke, TICK, rounded};
 
@@ -116,6 +118,13 @@ impl Chart {
     pub(crate) fn swatch(&mut self, (x, y): Place, (width, height): (f64, f64), fill: &str) {
         let shape = Rectangle::new().set("x", rounded(x)).set("y", rounded(y)).set("fill", fill);
         self.canvas.0.append(shape.set("width", rounded(width)).set("height", rounded(height)));
+    }
+
+    /// A picture in a rectangle, its upper left corner and its size in pixels, from the bytes of a PNG file.
+    pub(crate) fn picture(&mut self, (x, y): Place, (width, height): (f64, f64), png: &[u8]) {
+        let shape = Image::new().set("x", rounded(x)).set("y", rounded(y)).set("preserveAspectRatio", "none");
+        let source = format!("data:image/png;base64,{}", STANDARD.encode(png));
+        self.canvas.0.append(shape.set("width", rounded(width)).set("height", rounded(height)).set("href", source));
     }
 
     /// Words at a place of the canvas; `anchor` is `start`, `middle` or `end`.

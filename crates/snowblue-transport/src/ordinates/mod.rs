@@ -22,7 +22,7 @@ pub use quadrature::Quadrature;
 pub(crate) use quadrature::legendre_polynomials;
 pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use solve::{OrdinatesOptions, solve};
-pub use solve_alike::solve_alike;
+pub use solve_alike::{solve_alike, solve_each};
 pub use solve_stack::solve_stack;
 pub use stack::{FaceFluxes, LayeredMedium};
 pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, Streams, check_streams};

@@ -67,6 +67,34 @@ pub fn solve_alike(
     Ok(samples.iter().map(solve).collect())
 }
 
+/// The same for any samples: those whose grains are alike share a tally.
+///
+/// # Errors
+/// If the question or the number of streams is out of range.
+pub fn solve_each(
+    samples: &[SnowSample],
+    slab: &Slab,
+    options: &OrdinatesOptions,
+) -> Result<Vec<Vec<Vec<Fluxes>>>, TransportError> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (place, sample) in samples.iter().enumerate() {
+        match groups.iter_mut().find(|group| samples[group[0]].has_grains_of(sample)) {
+            Some(group) => group.push(place),
+            None => groups.push(vec![place]),
+        }
+    }
+    let solve = |group: &Vec<usize>| {
+        let alike: Vec<SnowSample> = group.iter().map(|place| samples[*place]).collect();
+        solve_alike(&alike, slab, options)
+    };
+    let solved: Vec<_> = groups.par_iter().map(solve).collect::<Result<_, _>>()?;
+    let mut answers = vec![Vec::new(); samples.len()];
+    for (place, answer) in groups.iter().flatten().zip(solved.into_iter().flatten()) {
+        answers[*place] = answer;
+    }
+    Ok(answers)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +120,9 @@ mod tests {
         }
         let other = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..slab.sample };
         assert!(solve_alike(&[slab.sample, other], &slab, &options).is_err());
+        let each = solve_each(&[slab.sample, other, slab.sample], &slab, &options).unwrap();
+        let alone = |sample: SnowSample| solve_alike(&[sample], &slab, &options).unwrap().concat();
+        assert_eq!(each, [alone(slab.sample), alone(other), alone(slab.sample)]);
         assert!(solve_alike(&[], &slab, &options).is_err());
     }
 }

@@ -1,0 +1,197 @@
+//! What varies along the rows and columns of a sheet of swatches: `NAME=VALUE,VALUE`.
+
+use snowblue_color::Illuminant;
+use snowblue_render::swatch::SheetAxis;
+use snowblue_transport::sample::{SnowSample, TruncatedNormal};
+use snowblue_transport::slab::Incidence;
+
+use crate::failure::Failure;
+use crate::options::SampleOptions;
+use crate::parse::{self, SizeWords};
+
+/// A quantity that may vary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parameter {
+    GrainSize,
+    Facetness,
+    Density,
+    WaterSaturation,
+    Thickness,
+    Angle,
+    Illuminant,
+}
+
+const PARAMETERS: [Parameter; 7] = [
+    Parameter::GrainSize,
+    Parameter::Facetness,
+    Parameter::Density,
+    Parameter::WaterSaturation,
+    Parameter::Thickness,
+    Parameter::Angle,
+    Parameter::Illuminant,
+];
+
+/// One value of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Setting {
+    GrainSize(SizeWords),
+    Facetness(TruncatedNormal),
+    Density(f64),
+    WaterSaturation(f64),
+    Thickness(f64),
+    Angle(Incidence),
+    Illuminant(Illuminant),
+}
+
+/// A parameter and its values, each with the word that it was written as.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    pub(super) parameter: Parameter,
+    steps: Vec<(String, Setting)>,
+}
+
+/// What a swatch shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Subject {
+    pub(super) sample: SnowSample,
+    pub(super) thickness_cm: f64,
+    pub(super) incidence: Incidence,
+    pub(super) illuminant: Illuminant,
+}
+
+impl Parameter {
+    /// The name, which is that of the option.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::GrainSize => "grain-size",
+            Self::Facetness => "facetness",
+            Self::Density => "density",
+            Self::WaterSaturation => "water-saturation",
+            Self::Thickness => "thickness",
+            Self::Angle => "angle",
+            Self::Illuminant => "illuminant",
+        }
+    }
+
+    /// Its column in CSV, where `color` has none of it.
+    pub(super) fn column(self) -> Option<&'static str> {
+        match self {
+            Self::GrainSize => Some("grain_size_um"),
+            Self::Facetness => Some("facetness"),
+            Self::Density => Some("density_kg_m3"),
+            Self::WaterSaturation => Some("water_saturation"),
+            Self::Thickness | Self::Angle | Self::Illuminant => None,
+        }
+    }
+
+    /// Other options that set the same.
+    pub(super) fn rivals(self) -> &'static [&'static str] {
+        match self {
+            Self::GrainSize => &["grain_size", "ssa"],
+            Self::Facetness => &["facetness"],
+            Self::Density => &["density"],
+            Self::WaterSaturation => &["water_saturation"],
+            Self::Thickness => &["thickness"],
+            Self::Angle => &["angle"],
+            Self::Illuminant => &["illuminant"],
+        }
+    }
+
+    /// A value as people read it, with its unit.
+    pub(super) fn label(self, word: &str) -> String {
+        let word = word.replace(':', "–");
+        match self {
+            Self::GrainSize => format!("{word} µm"),
+            Self::Density => format!("{word} kg/m³"),
+            Self::Thickness => format!("{word} cm"),
+            Self::Angle if word != "diffuse" => format!("{word}°"),
+            Self::Facetness | Self::WaterSaturation | Self::Angle | Self::Illuminant => word,
+        }
+    }
+
+    fn setting(self, word: &str) -> Result<Setting, String> {
+        Ok(match self {
+            Self::GrainSize => Setting::GrainSize(parse::size(word)?),
+            Self::Facetness => Setting::Facetness(parse::facetness(word)?),
+            Self::Density => Setting::Density(parse::number(word)?),
+            Self::WaterSaturation => Setting::WaterSaturation(parse::number(word)?),
+            Self::Thickness => Setting::Thickness(parse::number(word)?),
+            Self::Angle => Setting::Angle(parse::incidence(word)?),
+            Self::Illuminant => Setting::Illuminant(parse::illuminant(word)?),
+        })
+    }
+}
+
+/// Reads `thickness=1,5,15`.
+pub(super) fn axis(words: &str) -> Result<Axis, String> {
+    let (name, values) = words.split_once('=').ok_or("give NAME=VALUE,VALUE (thickness=1,5,15)")?;
+    let known = PARAMETERS.into_iter().find(|parameter| parameter.name() == name.trim());
+    let parameter = known.ok_or_else(|| {
+        let names = PARAMETERS.map(Parameter::name).join(", ");
+        format!("'{name}' cannot vary; there are {names}")
+    })?;
+    let step = |word: &str| Ok((word.trim().to_owned(), parameter.setting(word.trim())?));
+    let steps = values.split(',').map(step).collect::<Result<Vec<_>, String>>()?;
+    Ok(Axis { parameter, steps })
+}
+
+impl Axis {
+    pub(super) fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// How a value was written.
+    pub(super) fn word(&self, step: usize) -> &str {
+        &self.steps[step].0
+    }
+
+    /// The subject with a value of this axis in place of its own.
+    pub(super) fn set(&self, step: usize, subject: Subject, options: &SampleOptions) -> Result<Subject, Failure> {
+        let Subject { sample, .. } = subject;
+        Ok(match self.steps[step].1 {
+            Setting::GrainSize(words) => {
+                Subject { sample: SnowSample { grain_size: options.size(words)?, ..sample }, ..subject }
+            }
+            Setting::Facetness(facetness) => Subject { sample: SnowSample { facetness, ..sample }, ..subject },
+            Setting::Density(density_kg_m3) => Subject { sample: SnowSample { density_kg_m3, ..sample }, ..subject },
+            Setting::WaterSaturation(water_saturation) => {
+                Subject { sample: SnowSample { water_saturation, ..sample }, ..subject }
+            }
+            Setting::Thickness(thickness_cm) => Subject { thickness_cm, ..subject },
+            Setting::Angle(incidence) => Subject { incidence, ..subject },
+            Setting::Illuminant(illuminant) => Subject { illuminant, ..subject },
+        })
+    }
+
+    /// Name and labels for the sheet.
+    pub(super) fn sheet(&self) -> SheetAxis {
+        let name = match self.parameter {
+            Parameter::Angle => "angle of incidence".to_owned(),
+            Parameter::WaterSaturation => "water in the pores (share)".to_owned(),
+            other => other.name().replace('-', " "),
+        };
+        SheetAxis { name, labels: self.steps.iter().map(|(word, _)| self.parameter.label(word)).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_read_with_their_units() {
+        let labels = |words: &str| axis(words).unwrap().sheet().labels;
+        assert_eq!(labels("grain-size=100,350:450"), ["100 µm", "350–450 µm"]);
+        assert_eq!(labels("angle=0,89.5,diffuse"), ["0°", "89.5°", "diffuse"]);
+        assert_eq!(labels("density=200"), ["200 kg/m³"]);
+        for (words, reason) in [
+            ("thickness", "NAME=VALUE"),
+            ("depth=1", "'depth' cannot vary; there are grain-size"),
+            ("thickness=1,,2", "'' is not a number"),
+            ("facetness=1.5", "facetness is 1.5, but must lie in 0–1"),
+            ("illuminant=D66", "D66"),
+        ] {
+            assert!(axis(words).unwrap_err().contains(reason), "{words}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! `snowblue swatch`: pictures with the colours that `color` tells, and one clear line for what cannot be shown.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod shell;
+
+use std::path::Path;
+
+use shell::{refused, stdout};
+
+/// Width, and pixels as hex.
+fn pixels(path: &Path) -> (usize, Vec<String>) {
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    let hex = |rgb: &[u8]| format!("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+    (reader.info().width as usize, bytes.chunks_exact(3).map(hex).collect())
+}
+
+fn last_column(csv: &str) -> Vec<String> {
+    csv.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn swatches_have_the_colours_that_color_tells() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("flat.png");
+    let flat = ["--no-texture", "--exposure", "0", "--size", "40", "-o", picture.to_str().unwrap()];
+    stdout(&[&["swatch", "--rows", "grain-size=200,500", "--columns", "thickness=0,1,5"][..], &flat].concat());
+    let (_, pixels) = pixels(&picture);
+    for size in ["200", "500"] {
+        for hex in last_column(&stdout(&["color", "--grain-size", size, "--thickness", "1,5"])) {
+            let count = pixels.iter().filter(|pixel| **pixel == hex).count();
+            assert!(count >= 40 * 40, "{size} µm: {hex} on {count} pixels");
+        }
+    }
+}
+
+#[test]
+fn colours_are_told_with_what_varies() {
+    let folder = tempfile::tempdir().unwrap();
+    let (picture, table) = (folder.path().join("a.png"), folder.path().join("a.csv"));
+    let files = ["--colors", table.to_str().unwrap(), "-o", picture.to_str().unwrap()];
+    let common = ["--thickness", "3", "--facetness", "0.5"];
+    let axes = ["swatch", "--columns", "illuminant=E,FL3.15", "--rows", "density=200,400", "--size", "16"];
+    let run = |samples: &[&str]| {
+        stdout(&[&axes[..], &common, &files, samples].concat());
+        std::fs::read_to_string(&table).unwrap()
+    };
+    let many = run(&[]);
+    let mut lines = many.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "density_kg_m3,thickness_cm,angle_deg,illuminant,X,Y,Z,L,a,b,r_linear,g_linear,b_linear,hex"
+    );
+    assert!(many.lines().nth(2).unwrap().starts_with("200,3,0,FL3.15,"), "{many}");
+    let told = stdout(&[&["color", "--density", "400", "--illuminant", "E"][..], &common].concat());
+    let luminance = |line: &str, column: usize| line.split(',').nth(column).unwrap().parse::<f64>().unwrap();
+    let (one, other) = (luminance(told.lines().nth(1).unwrap(), 4), luminance(many.lines().nth(3).unwrap(), 5));
+    // The same grains, tallied once for both densities; sums in another order.
+    assert!((one / other - 1.0).abs() < 1e-7, "{one} {other}");
+    let few = run(&["--samples", "3"]);
+    assert!(last_column(&few).iter().zip(last_column(&many)).all(|(few, many)| *few != many), "{few}\n{many}");
+    // Automatic exposure: the greatest channel of all is 0.8, code 231.
+    assert!(last_column(&many).iter().any(|hex| hex.contains("e7")), "{many}");
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let axes = ["swatch", "--columns", "facetness=0.1,0.9", "--rows", "angle=0,diffuse", "--size", "24"];
+        stdout(&[&axes[..], &["-o", path.to_str().unwrap()], more].concat());
+        std::fs::read(path).unwrap()
+    };
+    let one = run("1.png", &["--threads", "1"]);
+    assert!(one == run("3.png", &["--threads", "3"]));
+    assert!(one != run("flat.png", &["--no-texture"]) && one != run("back.png", &["--reflected"]));
+    assert!(one.windows(18).any(|window| window == "Light through snow".as_bytes()), "the title is told in the file");
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("never.png");
+    let refused = |more: &[&str]| refused(&[&["swatch", "-o", path.to_str().unwrap()][..], more].concat());
+    for (more, reason) in [
+        (&["--rows", "angle=0,60", "--columns", "angle=1"][..], "angle is given to --rows and to --columns"),
+        (&["--columns", "density=200,1200"], "density is 1200 kg/m³, but must lie in 10–900 kg/m³"),
+        (&["--columns", "angle=0,95"], "angle is 95°"),
+        (&["--columns", "grain-size=60"], "below 20 µm"),
+        (&["--columns", "depth=1"], "'depth' cannot vary; there are grain-size, facetness, density"),
+        (&["--columns", "density=200,400", "--density", "300"], "density is given to --columns and set by --density"),
+        (&["--rows", "grain-size=200", "--ssa", "20"], "grain-size is given to --rows and set by --ssa"),
+        (&["--columns", "angle=0,60", "--thickness", "1,5"], "--thickness has 2 values"),
+        (&["--columns", "illuminant=E,A", "--false-color"], "false colours have no illuminant"),
+        (&["--columns", "angle=0", "--exposure", "inf"], "exposure is inf stops"),
+        (&["--columns", "angle=0,1,2,3,4,5,6,7,8", "--size", "2048"], "must be at most 16384"),
+        (&["--columns", "angle=0", "--colors", "colours.txt"], "must end in .csv"),
+        (&["--density", "300"], "--columns"),
+    ] {
+        let message = refused(more);
+        assert!(message.contains(reason), "{more:?}: {message}");
+    }
+    assert!(!path.exists());
+}
