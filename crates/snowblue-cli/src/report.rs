@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
+use snowblue_database::file::write_whole;
 
 use crate::failure::{Failure, Outcome};
 use crate::options::{Format, OutputOptions};
@@ -169,17 +170,10 @@ pub(crate) fn check_table_place(path: &Path) -> Outcome {
     check_place(path)
 }
 
-/// Writes a file beside its place, then renames it, so that none is ever half-written.
+/// Writes a file, whole or not at all.
 pub(crate) fn write_file(path: &Path, contents: &[u8]) -> Outcome {
     let failed = |error: io::Error| Failure::Work(format!("{}: cannot be written: {error}", path.display()));
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{}.part", std::process::id()));
-    let written = std::fs::write(&beside, contents).and_then(|()| std::fs::rename(&beside, path));
-    if written.is_err() {
-        // What is left of a failed write is of no use; a second failure would only hide the first.
-        drop(std::fs::remove_file(&beside));
-    }
-    written.map_err(failed)
+    write_whole(path, |beside| std::fs::write(beside, contents)).map_err(failed)
 }
 
 #[cfg(test)]

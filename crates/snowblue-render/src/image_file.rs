@@ -1,11 +1,11 @@
-//! Pictures as files: PNG to look at, OpenEXR to work with. A file is written beside its place under another name and
-//! moved there when it is complete, so that a picture is there whole or not at all.
+//! Pictures as files: PNG to look at, OpenEXR to work with. A picture is there whole or not at all.
 
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
 use snowblue_color::{LinearRgb, Srgb8, Xyz};
+use snowblue_database::file::write_whole;
 
 use crate::error::RenderError;
 use crate::film::Film;
@@ -90,21 +90,7 @@ pub fn write_exr(film: &Film, notes: &Notes, path: &Path) -> Result<(), RenderEr
 fn store(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
     let failed = |reason: String| RenderError::WriteImage { path: path.into(), reason };
     let content = content.map_err(failed)?;
-    let beside = beside(path).ok_or_else(|| failed("the path names no file".into()))?;
-    let moved = std::fs::write(&beside, content).and_then(|()| std::fs::rename(&beside, path));
-    moved.map_err(|error| {
-        // What cannot be removed either is not worth another message.
-        let _ = std::fs::remove_file(&beside);
-        failed(error.to_string())
-    })
-}
-
-/// A name in the same folder that no other process uses.
-fn beside(path: &Path) -> Option<PathBuf> {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name()?);
-    name.push(format!(".{}.part", std::process::id()));
-    Some(path.with_file_name(name))
+    write_whole(path, |beside| std::fs::write(beside, content)).map_err(|error| failed(error.to_string()))
 }
 
 #[cfg(test)]

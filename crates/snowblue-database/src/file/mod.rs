@@ -6,6 +6,7 @@
 //! A file is written beside its place and then renamed, so that none is ever half-written.
 
 mod header;
+mod whole;
 mod writing;
 
 use std::io::{Cursor, Read as _};
@@ -20,6 +21,7 @@ use crate::pca::{Components, MOST_COMPONENTS};
 use crate::shard::{Part, Shard};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, Table};
 
+pub use whole::write_whole;
 pub(crate) use writing::replace;
 
 const COMPONENT: &str = "component";

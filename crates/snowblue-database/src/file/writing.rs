@@ -1,10 +1,12 @@
 //! Tables into files.
 
+use std::io;
 use std::path::Path;
 
 use netcdf3::error::WriteError;
 use netcdf3::{DataSet, FileWriter, Version};
 
+use super::whole::write_whole;
 use super::{ARITHMETIC, COMPONENT, ERRORS, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR, wrong};
 use crate::axes::DIFFUSE_ANGLE_DEG;
 use crate::shard::Shard;
@@ -93,7 +95,7 @@ impl CompressedTable {
     }
 }
 
-/// Writes axes, further dimensions, attributes and variables beside `path`, then renames.
+/// Writes axes, further dimensions, attributes and variables.
 fn write(
     path: &Path,
     axes: &Axes,
@@ -117,26 +119,14 @@ fn write(
         }
         writer.close()
     };
-    beside_and_rename(path, |beside| written(beside).map_err(|error: WriteError| failed(&reason(&error))))
+    let written = |beside: &Path| written(beside).map_err(|error: WriteError| io::Error::other(reason(&error)));
+    write_whole(path, written).map_err(|error| failed(&error))
 }
 
-/// Writes a file of bytes beside its place and renames it.
+/// Writes a file of bytes.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), DatabaseError> {
-    let failed = |error: std::io::Error| wrong(path, &format!("cannot be written: {error}"));
-    beside_and_rename(path, |beside| std::fs::write(beside, bytes).map_err(failed))
-}
-
-fn beside_and_rename(path: &Path, write: impl Fn(&Path) -> Result<(), DatabaseError>) -> Result<(), DatabaseError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{}.part", std::process::id()));
-    let beside = Path::new(&beside);
-    let failed = |error: std::io::Error| wrong(path, &format!("cannot be written: {error}"));
-    let renamed = write(beside).and_then(|()| std::fs::rename(beside, path).map_err(failed));
-    if renamed.is_err() {
-        // What is left of a failed write is of no use; a second failure would only hide the first.
-        drop(std::fs::remove_file(beside));
-    }
-    renamed
+    let failed = |error: io::Error| wrong(path, &format!("cannot be written: {error}"));
+    write_whole(path, |beside| std::fs::write(beside, bytes)).map_err(failed)
 }
 
 fn describe(
