@@ -188,4 +188,26 @@ mod tests {
         std::fs::write(&path, b"no picture").unwrap();
         assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
     }
+
+    #[test]
+    fn heights_of_an_exr_are_those_of_its_first_channel_from_far_to_near() {
+        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drift.EXR");
+        let values = vec![0.25f32, -1.5, 3.0, 1e-3, 70_000.0, 0.0];
+        let height = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
+        let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
+        let channels = AnyChannels::sort([other, height].into_iter().collect());
+        Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
+        let heights = Heights::read(&path).unwrap();
+        assert_eq!(heights, Heights::new(3, values).unwrap());
+        // The first row lies far, at greatest y.
+        let solid = heights.solid(Vec3::new(4.0, 2.0, 0.1), -1.0).unwrap();
+        assert_eq!((solid.positions[0], solid.positions[5]), (Vec3::new(-2.0, 1.0, 0.025), Vec3::new(2.0, -1.0, 0.0)));
+        std::fs::write(&path, b"no picture").unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.EXR: not a readable EXR"));
+        let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
+        Image::from_channels((2, 2), AnyChannels::sort([hole].into_iter().collect())).write().to_file(&path).unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("a height is NaN, but must be finite"));
+    }
 }

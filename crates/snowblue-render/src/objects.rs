@@ -58,6 +58,8 @@ pub struct Surface {
 #[derive(Debug)]
 pub struct Objects {
     objects: Vec<Object>,
+    /// The greatest coordinate of each, in m.
+    reaches_m: Vec<f32>,
     /// Index of each object's body.
     bodies: Vec<usize>,
     /// The objects of each body.
@@ -81,9 +83,13 @@ impl Objects {
     /// Gathers the objects, and builds the hierarchy over them if they are many.
     pub fn new(objects: Vec<Object>) -> Self {
         let (mut endless, mut bounded) = (Vec::new(), Vec::new());
+        let mut reaches_m = vec![0.0; objects.len()];
         for (index, object) in objects.iter().enumerate() {
             match object.shape.bounds() {
-                Some(bounds) => bounded.push((index, bounds)),
+                Some(bounds) => {
+                    reaches_m[index] = bounds.greatest_coordinate();
+                    bounded.push((index, bounds));
+                }
                 None => endless.push(index),
             }
         }
@@ -93,12 +99,18 @@ impl Objects {
             build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default())
         });
         let (bodies, members) = bodies(&objects);
-        Self { objects, bodies, members, endless, bounded, hierarchy }
+        Self { objects, reaches_m, bodies, members, endless, bounded, hierarchy }
     }
 
     /// The objects, in the order of the scene.
     pub fn list(&self) -> &[Object] {
         &self.objects
+    }
+
+    /// The greatest coordinate of an object in the scene, in m, with which the rounding of its surface's points goes; 0 of an
+    /// endless one, whose points are as good as their own coordinates.
+    pub fn reach_m(&self, object: usize) -> f32 {
+        self.reaches_m[object]
     }
 
     /// Texture coordinates at a hit, where the object's mesh has them.

@@ -11,7 +11,7 @@
 use crate::light::{Light, Place};
 use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
-use crate::ray::{Ray, off_surface};
+use crate::ray::Ray;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -66,7 +66,7 @@ impl<'scene> PathTracer<'scene> {
                 break;
             }
             throughput = throughput * survival.recip();
-            ray = Ray { origin: off_surface(surface.point, surface.normal), direction };
+            ray = Ray { origin: self.probe.off_surface(surface.object, surface.point, surface.normal), direction };
             from = Some(Place { point: surface.point, normal: surface.normal });
             hit = self.probe.indirect_hit(&ray);
         }

@@ -41,6 +41,24 @@ impl Statistics {
     }
 }
 
+/// Which side of an object's surface is lit, by the object's index.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Side {
+    /// The outer one: everything can hide a light from it.
+    Outer(usize),
+    /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
+    Inner(usize),
+}
+
+impl Side {
+    /// Index of the object.
+    pub(crate) fn object(self) -> usize {
+        match self {
+            Self::Outer(object) | Self::Inner(object) => object,
+        }
+    }
+}
+
 /// Asks the objects of a scene, and counts.
 #[derive(Debug)]
 pub(crate) struct Probe<'scene> {
@@ -68,26 +86,28 @@ impl<'scene> Probe<'scene> {
         self.objects.first_hit(ray)
     }
 
-    /// Whether a place is seen from a surface point, on the side of the normal; `left` is the object that a path leaves
-    /// there, if one does.
-    pub(crate) fn sees(&mut self, point: Vec3A, normal: Vec3A, left: Option<usize>, target: Vec3A) -> bool {
-        let origin = off_surface(point, normal);
-        let way = target - origin;
+    /// A point of an object's surface moved off it towards `normal`, for a ray to start from.
+    pub(crate) fn off_surface(&self, object: usize, point: Vec3A, normal: Vec3A) -> Vec3A {
+        off_surface(point, normal, self.objects.reach_m(object))
+    }
+
+    /// Whether a place is seen from a point off a surface.
+    pub(crate) fn sees(&mut self, from: Vec3A, side: Side, target: Vec3A) -> bool {
+        let way = target - from;
         let distance_m = way.length();
-        self.is_free(&Ray { origin, direction: way / distance_m }, distance_m, left)
+        self.is_free(&Ray { origin: from, direction: way / distance_m }, distance_m, side)
     }
 
-    /// Whether nothing lies in a direction from a surface point, on the side of the normal.
-    pub(crate) fn sees_far(&mut self, point: Vec3A, normal: Vec3A, left: Option<usize>, direction: Vec3A) -> bool {
-        self.is_free(&Ray { origin: off_surface(point, normal), direction }, f32::INFINITY, left)
+    /// Whether nothing lies in a direction from a point off a surface.
+    pub(crate) fn sees_far(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> bool {
+        self.is_free(&Ray { origin: from, direction }, f32::INFINITY, side)
     }
 
-    /// Whether nothing blocks a ray; where it starts at the exit from an object, the rest of its body does not.
-    fn is_free(&mut self, ray: &Ray, limit_m: f32, left: Option<usize>) -> bool {
+    fn is_free(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
         self.statistics.shadow_rays += 1;
-        !match left {
-            None => self.objects.blocked(ray, limit_m),
-            Some(object) => self.objects.blocked_from(object, ray, limit_m),
+        !match side {
+            Side::Outer(_) => self.objects.blocked(ray, limit_m),
+            Side::Inner(object) => self.objects.blocked_from(object, ray, limit_m),
         }
     }
 

@@ -79,7 +79,11 @@ pub(crate) fn narrow(value: f64) -> f32 {
 /// robust method for avoiding self-intersection", Ray Tracing Gems, chapter 6, doi:10.1007/978-1-4842-4427-2_6) move
 /// each coordinate by up to 256 units in its last place along the normal: 15 µm where coordinates are about 1 m.
 /// Within 1/32 m of the coordinate origin, where such units become tiny, the step is 1/65536 m · n, again 15 µm.
-pub fn off_surface(point: Vec3A, normal: Vec3A) -> Vec3A {
+///
+/// The surface's own coordinates may be greater, where a wide mesh passes by the coordinate origin: `reach_m` is the greatest
+/// coordinate of all of it, in m, and another 2⁻²⁰ of that covers a few of its roundings, 0.5 mm for a field 1 km across.
+pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
+    const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
     const NEAR_ORIGIN_M: f32 = 1.0 / 32.0;
     const NEAR_STEP_M: f32 = 1.0 / 65536.0;
     const STEP_ULP: f32 = 256.0;
@@ -93,6 +97,7 @@ pub fn off_surface(point: Vec3A, normal: Vec3A) -> Vec3A {
         let signed = if coordinate < 0.0 { -ulps } else { ulps };
         f32::from_bits(coordinate.to_bits().wrapping_add_signed(signed))
     };
+    let point = point + normal * (REACH_SHARE * reach_m);
     Vec3A::new(step(point.x, normal.x), step(point.y, normal.y), step(point.z, normal.z))
 }
 
@@ -104,7 +109,7 @@ mod tests {
     fn the_step_goes_along_the_normal_and_is_some_micrometres() {
         for point in [Vec3A::new(1.0, -1.5, 0.01), Vec3A::new(-0.7, 0.0, 3.0)] {
             for normal in [Vec3A::X, Vec3A::NEG_Y, Vec3A::Z, Vec3A::new(0.6, 0.0, -0.8)] {
-                let step = off_surface(point, normal) - point;
+                let step = off_surface(point, normal, 3.0) - point;
                 assert!(step.dot(normal) > 5e-6, "{step}");
                 assert!(step.length() < 1e-4, "{step}");
             }

@@ -6,13 +6,15 @@ mod snow;
 
 use std::f64::consts::PI;
 
-use glam::{Vec3, Vec3A};
-use snow::{SNOW, extinction_per_cm, lamp, scene, seen, simple_law};
+use glam::{DVec3, Vec3, Vec3A};
+use snow::{SNOW, directions, estimate, extinction_per_cm, lamp, scene, seen, simple_law};
+use snowblue_color::LinearRgb;
 use snowblue_render::camera::{PinholeCamera, View};
 use snowblue_render::film::Film;
+use snowblue_render::image_file::write_exr;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
-use snowblue_stat::Moments;
+use snowblue_stat::{Moments, sidak_level};
 
 /// Spheres about the origin, each an octahedron whose sides are cut `steps` times and blown up, as a PLY file.
 fn spheres(steps: usize, radii_m: &[f32]) -> String {
@@ -149,5 +151,145 @@ fn a_hollow_ball_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
     for xyz in rendering.film.pixels() {
         let sum = 1.0 + 0.25 + 0.0625 + 0.015_625;
         assert!((xyz.y / sum - 1.0).abs() < 1e-3, "{} for {sum}", xyz.y);
+    }
+}
+
+/// White things before a white sky: balls, boxes and a floor, none of which touches another.
+const WHITE_THINGS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance = 1\n\
+    [[object]]\nshape = \"plane\"\nposition = [0, 0, -1]\nmaterial = \"white\"\n\
+    [[object]]\nshape = \"sphere\"\nradius = 0.6\nscale = [1, 0.5, 1.5]\nmaterial = \"white\"\n\
+    [[object]]\nmesh = \"ball.ply\"\nposition = [1.2, 0.3, 0]\nscale = 0.5\nmaterial = \"white\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.8, 0.6, 0.7]\nrotation_deg = [20, 30, 40]\nposition = [-1.2, 0, -0.2]\n\
+    material = \"white\"\n";
+
+/// A small picture of these things, all light followed to its end.
+fn white_furnace(sky: &str) -> Scene {
+    let mut scene = scene(&format!("{WHITE_THINGS}{sky}"), &simple_law(), &[("ball.ply", spheres(12, &[1.0]))]);
+    (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (24, 16, 16);
+    scene.integrator.max_bounces = 10_000;
+    let view = View {
+        position: Vec3A::new(0.5, -4.0, 0.8),
+        look_at: Vec3A::new(0.0, 0.0, -0.2),
+        up: Vec3A::Z,
+        vertical_fov_deg: 50.0,
+    };
+    scene.camera = PinholeCamera::new(&view, 1.5).unwrap();
+    scene
+}
+
+#[test]
+fn in_a_white_furnace_nothing_is_seen() {
+    let furnace = white_furnace("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n");
+    let rendering = render(&furnace, &|_| {});
+    // Every path ends at the sky, and nothing takes light from it on the way: Y is 1 but for the rounding of its sum.
+    for xyz in rendering.film.pixels() {
+        assert!((xyz.y - 1.0).abs() < 1e-6, "{}", xyz.y);
+    }
+    let statistics = rendering.statistics;
+    assert!(2 * statistics.indirect_rays > statistics.camera_rays, "half of it are white things: {statistics:?}");
+}
+
+#[test]
+fn in_a_white_furnace_with_a_sky_of_an_image_nothing_is_seen() {
+    // Now light comes by two ways, and each by chance: by the sky's brightness and by the path's next ray.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("white.exr");
+    write_exr(&Film::new(8, 4, vec![LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz(); 32]), &[], &path).unwrap();
+    let mut furnace = white_furnace(&format!("[environment]\nimage = \"{}\"\n", path.display()));
+    furnace.integrator.samples_per_pixel = 64;
+    let (mean, standard_error) = mean_luminance(&render(&furnace, &|_| {}).film);
+    assert!((mean - 1.0).abs() < 4.0 * standard_error + 1e-5, "{mean} ± {standard_error}");
+    assert!(standard_error < 5e-3, "{standard_error}");
+}
+
+/// A lamp within a hollow sphere of radius 1 m about the origin.
+struct Lamp {
+    text: &'static str,
+    /// Φ, in W.
+    power_w: f64,
+    /// Irradiance of the wall, in W/m².
+    irradiance: fn(DVec3) -> f64,
+}
+
+const LAMPS: [Lamp; 3] = [
+    Lamp {
+        text: "type = \"point\"\nposition = [0.3, -0.2, 0.1]\nradiant_intensity_w_sr = 2\n",
+        power_w: 8.0 * PI,
+        irradiance: |wall| {
+            let way = DVec3::new(0.3, -0.2, 0.1) - wall;
+            2.0 * -wall.dot(way) / way.length().powi(3)
+        },
+    },
+    Lamp {
+        text: "type = \"sphere\"\nposition = [-0.2, 0.3, 0.2]\nradius = 0.15\nradiance_w_m2_sr = 5\nvisible = false\n",
+        power_w: 5.0 * PI * 4.0 * PI * 0.0225,
+        // E = π L (R/d)² cos θ of a ball that stands above the horizon.
+        irradiance: |wall| {
+            let way = DVec3::new(-0.2, 0.3, 0.2) - wall;
+            5.0 * PI * 0.0225 * -wall.dot(way) / way.length().powi(3)
+        },
+    },
+    Lamp {
+        text: "type = \"rectangle\"\nposition = [0.1, 0.2, -0.3]\nlook_at = [0.1, 0.2, 5]\nup = [0, 1, 0]\n\
+            size = [0.4, 0.25]\nradiance_w_m2_sr = 5\nvisible = false\n",
+        power_w: 5.0 * PI * 0.1,
+        irradiance: |wall| {
+            let steps = 100;
+            let mut sum = 0.0;
+            for (i, j) in (0..steps).flat_map(|i| (0..steps).map(move |j| (i, j))) {
+                let [u, v] = [i, j].map(|step| (f64::from(step) + 0.5) / f64::from(steps) - 0.5);
+                let way = DVec3::new(0.1 + 0.4 * u, 0.2 + 0.25 * v, -0.3) - wall;
+                sum += -wall.dot(way) * (-way.z).max(0.0) / way.length_squared().powi(2);
+            }
+            sum * 5.0 * 0.1 / f64::from(steps * steps)
+        },
+    },
+];
+
+#[test]
+fn a_hollow_sphere_spreads_the_light_of_any_lamp_alike() {
+    // An integrating sphere: the wall's radiance is ρ E / π + (ρ + ρ² + …) · ρ Φ / (4 π² R²), its second part everywhere the
+    // same, wherever the lamp is and whatever its shape.
+    let reflectance = 0.7f64;
+    let level = sidak_level(1e-3, LAMPS.len() * 16);
+    for lamp in &LAMPS {
+        let text = format!(
+            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
+             material = \"wall\"\n[[light]]\nilluminant = \"E\"\n{}",
+            lamp.text
+        );
+        let mut scene = scene(&text, &simple_law(), &[]);
+        scene.integrator.max_bounces = 3;
+        let spread =
+            (reflectance + reflectance.powi(2) + reflectance.powi(3)) * reflectance * lamp.power_w / (4.0 * PI * PI);
+        for wall in directions(16) {
+            let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
+            let exact = reflectance * (lamp.irradiance)(wall.as_dvec3()) / PI + spread;
+            let p = found.p_value(exact);
+            assert!(p > level, "{} at {wall}: {found:?} for {exact}, p = {p:.1e}", lamp.text);
+            assert!(found.standard_error < 0.01 * exact, "{} at {wall}: {found:?}", lamp.text);
+        }
+    }
+}
+
+#[test]
+fn a_hollow_sphere_of_any_reflectance_reaches_a_radiance_of_one() {
+    // Lit from its middle such that ρ E / π = 1 − ρ: then L = 1 − ρ + ρ L everywhere, and L = 1.
+    for reflectance in [0.2, 0.5, 0.9] {
+        let text = format!(
+            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
+             material = \"wall\"\n[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\n\
+             radiant_intensity_w_sr = {}\n",
+            PI * (1.0 - reflectance) / reflectance
+        );
+        let mut scene = scene(&text, &simple_law(), &[]);
+        scene.integrator.max_bounces = 10_000;
+        let level = sidak_level(1e-3, 8);
+        for wall in directions(8) {
+            let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
+            assert!(found.p_value(1.0) > level, "{reflectance} at {wall}: {found:?}");
+            // The number of bounces is all that chance decides.
+            assert!(found.standard_error < 0.06, "{reflectance} at {wall}: {found:?}");
+        }
     }
 }

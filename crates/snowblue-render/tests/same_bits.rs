@@ -7,7 +7,10 @@ mod snow;
 use std::path::Path;
 use std::sync::Mutex;
 
-use snow::{load, simple_law};
+use snow::{SNOW, load, scene, simple_law};
+use snowblue_color::LinearRgb;
+use snowblue_render::film::Film;
+use snowblue_render::image_file::write_exr;
 use snowblue_render::render::{Progress, Rendering, pixel_radiance, render};
 use snowblue_render::scene::Scene;
 
@@ -62,4 +65,38 @@ fn every_row_is_announced_once() {
     let mut rows = rows.into_inner().unwrap();
     rows.sort_unstable();
     assert_eq!(rows, (1..=40).collect::<Vec<_>>());
+}
+
+#[test]
+fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("sky.exr");
+    let row = |k: u32| LinearRgb { r: f64::from(k % 7), g: f64::from(k % 5), b: f64::from(k % 3) }.xyz();
+    write_exr(&Film::new(8, 4, (0..32).map(row).collect()), &[], &image).unwrap();
+    let skies = [
+        "radiance_w_m2_sr = 1\nilluminant = \"D75\"\n".to_owned(),
+        format!("image = \"{}\"\nrotation_deg = 30\n", image.display()),
+    ];
+    for (sky, path) in skies.iter().flat_map(|sky| ["easiest", "normal", "light", "view"].map(|path| (sky, path))) {
+        let text = format!(
+            "{SNOW}path = \"{path}\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+             [[object]]\nshape = \"box\"\nsize = [1, 0.3, 1]\nposition = [-0.6, 0, 0.5]\nmaterial = \"snow\"\nbody = \"one\"\n\
+             [[object]]\nshape = \"box\"\nsize = [1, 0.5, 1]\nposition = [0.2, 0, 0.5]\nmaterial = \"snow\"\nbody = \"one\"\n\
+             [[object]]\nshape = \"sphere\"\nradius = 0.4\nposition = [1.2, -0.5, 0.4]\nmaterial = \"snow\"\n\
+             [[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n\
+             [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
+             [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.3, -1]\nirradiance_w_m2 = 2\nilluminant = \"D55\"\n\
+             [[light]]\ntype = \"sphere\"\nposition = [1, 1, 1]\nradius = 0.2\nradiance_w_m2_sr = 5\nilluminant = \"A\"\n\
+             [[light]]\ntype = \"rectangle\"\nposition = [-1, 1, 1]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.3]\n\
+             radiance_w_m2_sr = 5\n[environment]\n{sky}"
+        );
+        let mut scene = scene(&text, &simple_law(), &[]);
+        (scene.film.width, scene.film.height) = (24, 18);
+        (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (4, 6);
+        let one = on_threads(1, &scene);
+        assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
+        for threads in [2, 7] {
+            assert_eq!(one, on_threads(threads, &scene), "{sky} {path} on {threads} threads");
+        }
+    }
 }

@@ -154,6 +154,42 @@ fn a_gap_in_a_body_is_air() {
 }
 
 #[test]
+fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_other_snow_does() {
+    let panel = "[[light]]\ntype = \"rectangle\"\nposition = [0.1, 2, 0.2]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.5]\n\
+        radiance_w_m2_sr = 10\n";
+    let ball = "[[light]]\ntype = \"sphere\"\nposition = [0.1, 2, 0.2]\nradius = 0.3\nradiance_w_m2_sr = 10\n";
+    let sky = "[environment]\nradiance_w_m2_sr = 1\n";
+    let front = |body: &str| {
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.8, 0.1, 0.8]\nposition = [0, 0.05, 0]\nmaterial = \"snow\"\n{body}"
+        )
+    };
+    // Behind it, and so wide that little of the sky is seen around it.
+    let behind = |body: &str| {
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [60, 0.1, 60]\nposition = [0, 0.3, 0]\nmaterial = \"snow\"\n{body}"
+        )
+    };
+    for (light, path) in
+        [panel, ball, sky].into_iter().flat_map(|light| ["normal", "easiest"].map(|path| (light, path)))
+    {
+        let through = |objects: &str| {
+            let text = format!("{SNOW}path = \"{path}\"\nexit = \"first\"\nreflectance = 0\n{objects}{light}");
+            let mut scene = scene(&text, &simple_law(), &[]);
+            scene.integrator.samples_per_pixel = 256;
+            f64::from(seen(&mut scene, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
+        };
+        let alone = through(&front(""));
+        let of_one_body = through(&format!("{}{}", front("body = \"wall\"\n"), behind("body = \"wall\"\n")));
+        let of_two = through(&format!("{}{}", front("body = \"wall\"\n"), behind("body = \"other\"\n")));
+        assert!(alone > 0.0 && (of_one_body / alone - 1.0).abs() < 1e-5, "{light} {path}: {of_one_body} for {alone}");
+        // Between the blocks, 20 cm apart, the sky is seen within half a degree of the wall: 1/100 of the half space.
+        let leak = if light == sky { 0.01 * alone } else { 0.0 };
+        assert!(of_two <= leak, "{light} {path}: {of_two} of {alone}");
+    }
+}
+
+#[test]
 fn a_picture_of_two_halves_is_the_picture_of_the_whole() {
     let picture = |text: &str| {
         let mut scene = objects(text);

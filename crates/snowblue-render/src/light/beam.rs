@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3A;
 
-use crate::probe::Probe;
+use crate::probe::{Probe, Side};
 use crate::spectrum::Spectrum;
 
 /// A point of a lamp's surface.
@@ -151,14 +151,14 @@ impl Beam {
         self.arrival(&Place { point, normal: self.origin.way(point).direction })
     }
 
-    /// Whether nothing hides it from a surface point; the body of an object that a path leaves there does not.
-    pub(crate) fn reaches(&self, probe: &mut Probe, place: &Place, left: Option<usize>) -> bool {
-        let Place { point, normal } = *place;
+    /// Whether nothing hides it from a place, on one side or the other of an object's surface.
+    pub(crate) fn reaches(&self, probe: &mut Probe, place: &Place, side: Side) -> bool {
+        let from = probe.off_surface(side.object(), place.point, place.normal);
         match self.origin {
-            Origin::Point(position) => probe.sees(point, normal, left, position),
+            Origin::Point(position) => probe.sees(from, side, position),
             // Short of the lamp, lest a surface that touches it hides it by rounding.
-            Origin::Patch(patch) => probe.sees(point, normal, left, patch.position.lerp(point, 1e-4)),
-            Origin::Distant(direction) => probe.sees_far(point, normal, left, direction),
+            Origin::Patch(patch) => probe.sees(from, side, patch.position.lerp(place.point, 1e-4)),
+            Origin::Distant(direction) => probe.sees_far(from, side, direction),
         }
     }
 }

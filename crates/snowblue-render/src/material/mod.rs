@@ -8,7 +8,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use crate::light::{Beam, Light, Place};
 use crate::objects::Surface;
-use crate::probe::Probe;
+use crate::probe::{Probe, Side};
 use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 
@@ -44,16 +44,17 @@ impl Material {
         let place = Place { point: surface.point, normal: surface.normal };
         for light in lights {
             if let Some(beam) = light.single().or_else(|| light.reflected_beam(&place, sampler)) {
-                self.add_reflected(&mut shading, probe, &place, &beam);
+                self.add_reflected(&mut shading, probe, surface, &beam);
             }
         }
         shading
     }
 
     /// L = R E / π.
-    fn add_reflected(&self, shading: &mut Shading, probe: &mut Probe, place: &Place, beam: &Beam) {
-        if let Some(arrival) = beam.arrival(place)
-            && beam.reaches(probe, place, None)
+    fn add_reflected(&self, shading: &mut Shading, probe: &mut Probe, surface: &Surface, beam: &Beam) {
+        let place = Place { point: surface.point, normal: surface.normal };
+        if let Some(arrival) = beam.arrival(&place)
+            && beam.reaches(probe, &place, Side::Outer(surface.object))
         {
             let factor = arrival.irradiance_per_power * FRAC_1_PI;
             let reflectance = self.reflectance(shading, arrival.cos_incidence);

@@ -15,6 +15,7 @@ use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene_file::Overrides;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+use snowblue_stat::{Moments, t_p_value};
 
 /// The sample that both tables hold.
 pub(crate) const SAMPLE: TableSample = TableSample::new(400.0, 0.3, 300.0);
@@ -49,19 +50,32 @@ pub(crate) fn simple_law() -> CompressedTable {
     for angle in &axes.angles_deg {
         coefficients.extend(axes.thicknesses_cm.iter().map(|thickness| (-thickness * (1.0 + angle / 100.0)) as f32));
     }
-    let components = |coefficients: Vec<f32>, basis: Vec<f32>| Components {
-        count: 1,
-        coefficients,
-        basis,
-        singular_values: vec![1.0],
-    };
     CompressedTable {
-        transmittance: components(coefficients, (0..SAMPLES).map(|k| extinction_per_cm(k) as f32).collect()),
-        reflectance: components(vec![0.25f32.ln(); 6], vec![1.0; SAMPLES]),
+        transmittance: component(coefficients, (0..SAMPLES).map(|k| extinction_per_cm(k) as f32).collect()),
+        reflectance: component(vec![0.25f32.ln(); 6], vec![1.0; SAMPLES]),
         axes,
         space: Space::Log,
         metadata: Vec::new(),
     }
+}
+
+/// The simple law's snow of several grain sizes d: T = exp(−σ h (1 + θ/100°) √(400 µm/d)), and it reflects the more the
+/// finer it is and the bluer the light.
+pub(crate) fn law_of_grains() -> CompressedTable {
+    let mut table = simple_law();
+    let one = std::mem::take(&mut table.transmittance.coefficients);
+    table.axes.grain_sizes_um = vec![200.0, 400.0, 800.0];
+    let finer: Vec<f32> = table.axes.grain_sizes_um.iter().map(|size_um| (400.0 / size_um).sqrt() as f32).collect();
+    table.transmittance.coefficients =
+        finer.iter().flat_map(|finer| one.iter().map(move |coefficient| coefficient * finer)).collect();
+    let blue = (0..SAMPLES).map(|k| -0.05 - 0.01 * k as f32).collect();
+    table.reflectance = component(finer.iter().flat_map(|finer| [finer.recip(); 6]).collect(), blue);
+    table
+}
+
+/// Values of one principal component.
+fn component(coefficients: Vec<f32>, basis: Vec<f32>) -> Components {
+    Components { count: 1, coefficients, basis, singular_values: vec![1.0] }
 }
 
 /// The sample's own curves, by discrete ordinates.
@@ -99,6 +113,47 @@ pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
     scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
     pixel_radiance(scene, 0, 0)
+}
+
+/// A mean over independent pictures and its standard error.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Estimate {
+    pub(crate) mean: f64,
+    pub(crate) standard_error: f64,
+}
+
+/// Pictures of a pixel for one estimate: points of one picture lie too evenly for their scatter to tell an error.
+const SEEDS: u32 = 16;
+
+/// Rounding of a radiance, relative: single precision through a distance, a cosine and its arc, a look-up and an
+/// exponential.
+const ROUNDING: f64 = 3e-5;
+
+impl Estimate {
+    /// The estimate from independent values.
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut moments = Moments::default();
+        values.into_iter().for_each(|value| moments.push(value));
+        Self { mean: moments.mean(), standard_error: moments.standard_error() }
+    }
+
+    /// Probability of a mean at least as far from a value, if this is the true one.
+    pub(crate) fn p_value(&self, exact: f64) -> f64 {
+        let error = self.standard_error.hypot(ROUNDING * exact);
+        t_p_value((self.mean - exact) / error, f64::from(SEEDS - 1))
+    }
+}
+
+/// The light seen as by [`seen`] at three wavelengths, from pictures of 16 seeds with so many samples each.
+pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32, bands: [usize; 3]) -> [Estimate; 3] {
+    scene.integrator.samples_per_pixel = samples;
+    let pictures: Vec<Spectrum> = (1..=SEEDS)
+        .map(|seed| {
+            scene.integrator.seed = seed;
+            seen(scene, eye, target)
+        })
+        .collect();
+    bands.map(|k| Estimate::of(pictures.iter().map(|picture| f64::from(picture.0[k]))))
 }
 
 /// The scene's first light, a lamp without extent.

@@ -1,0 +1,265 @@
+//! Pictures against stored ones: each pixel's mean and variance over many seeds lie in `golden/`, as EXR files with the
+//! channels `mean.X` … `variance.Z`, and a picture with another seed must be one of theirs.
+//!
+//! `UPDATE_GOLDEN=1 cargo nextest run -p snowblue-render --test golden` renders and stores them anew. A picture that
+//! fails is left in the folder of temporary files that the message names.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and pictures are single")]
+
+mod snow;
+
+use std::path::{Path, PathBuf};
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers,
+    WritableImage, read,
+};
+use glam::Vec3A;
+use snow::{SNOW, law_of_grains, scene};
+use snowblue_color::{LinearRgb, Xyz};
+use snowblue_render::camera::{PinholeCamera, View};
+use snowblue_render::film::Film;
+use snowblue_render::image_file::write_exr;
+use snowblue_render::render::render;
+use snowblue_render::scene::Scene;
+use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
+
+const WIDTH: u32 = 32;
+const HEIGHT: u32 = 24;
+/// Pictures behind a stored mean and variance; their seeds are 1 to 128.
+const PICTURES: u32 = 128;
+/// Pictures whose mean is compared, with seeds that none of those has: rare bright paths make single ones far from normal.
+const OTHERS: std::ops::Range<u32> = 1000..1008;
+/// Probability that a picture fails one of the two tests though nothing is wrong, were its seed not fixed.
+const LEVEL: f64 = 1e-3;
+/// What another processor's rounding may change, relative.
+const ROUNDING: f64 = 1e-5;
+const NAMES: [&str; 6] = ["mean.X", "mean.Y", "mean.Z", "variance.X", "variance.Y", "variance.Z"];
+
+/// A block of snow before a lamp, on a floor, all of it near enough to the lit side for bounces there to be no rarity.
+fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
+    let snow = SNOW.replace("400", &grain_size_um.to_string());
+    let text = format!(
+        "{snow}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n\
+         [[object]]\nshape = \"box\"\nsize = [0.6, 0.3, 0.6]\nposition = [0, 0, 0.3]\nrotation_deg = [0, 0, 15]\n\
+         material = \"snow\"\n\
+         [[object]]\nshape = \"box\"\nsize = [1.4, 1.2, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n\
+         [[light]]\ntype = \"point\"\nposition = [0.1, 0.9, 0.6]\nradiant_intensity_w_sr = {radiant_intensity_w_sr}\n"
+    );
+    picture(&text, &[], [0.9, -1.1, 1.1], [0.0, 0.0, 0.2], 45.0)
+}
+
+/// Two balls of triangles that are one body, and a third that is not, under a sun and a blue sky, on a field of heights.
+fn drift() -> Scene {
+    let text = format!(
+        "{SNOW}[material.ground]\ntype = \"diffuse\"\nreflectance = 0.2\n\
+         [[object]]\nmesh = \"ball.ply\"\nscale = [0.4, 0.3, 0.3]\nposition = [-0.2, 0, 0.3]\nmaterial = \"snow\"\nbody = \"drift\"\n\
+         [[object]]\nmesh = \"ball.ply\"\nscale = 0.3\nposition = [0.2, 0.1, 0.3]\nmaterial = \"snow\"\nbody = \"drift\"\n\
+         [[object]]\nmesh = \"ball.ply\"\nscale = 0.12\nposition = [0.5, -0.5, 0.15]\nmaterial = \"snow\"\n\
+         [[object]]\nshape = \"heights\"\nsize = [3, 3, 0.1]\nheights = [[1, 0, 1], [0, 0, 0], [0.5, 0, 0.5]]\nbottom = -0.1\n\
+         material = \"ground\"\n\
+         [[light]]\ntype = \"directional\"\ndirection = [0.3, -0.8, -0.5]\nirradiance_w_m2 = 10\nilluminant = \"D55\"\n\
+         [environment]\nradiance_w_m2_sr = 0.6\nilluminant = \"D75\"\n"
+    );
+    picture(&text, &[("ball.ply", ball())], [1.0, -1.4, 0.8], [0.1, 0.0, 0.25], 45.0)
+}
+
+/// A grey room with a ball and a panel as lamps, and a wall of snow in it before the panel.
+fn room() -> Scene {
+    let text = format!(
+        "{SNOW}path = \"normal\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.6\n\
+         [[object]]\nshape = \"box\"\nsize = [3, 3, 2.4]\nposition = [0, 0, 1.2]\nmaterial = \"grey\"\n\
+         [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.6, 0.2, 0.3]\nmaterial = \"grey\"\n\
+         [[object]]\nshape = \"box\"\nsize = [0.9, 0.15, 0.9]\nposition = [-0.5, 0.5, 0.45]\nmaterial = \"snow\"\n\
+         [[light]]\ntype = \"rectangle\"\nposition = [-0.5, 1.4, 0.9]\nlook_at = [-0.5, 0, 0.5]\nsize = [0.6, 0.6]\n\
+         radiance_w_m2_sr = 6\nilluminant = \"A\"\n\
+         [[light]]\ntype = \"sphere\"\nposition = [0.7, -0.5, 1.7]\nradius = 0.15\nradiance_w_m2_sr = 4\n"
+    );
+    picture(&text, &[], [0.1, -1.4, 1.3], [0.0, 0.6, 0.6], 75.0)
+}
+
+/// A ball and a slab of snow, seen as the paper does, under a sky of an image.
+fn sky() -> Scene {
+    // Bluer upwards, with one bright spot.
+    let colour = |k: u32| {
+        let (row, column) = (f64::from(k / 16), k % 16);
+        let sun = if row < 3.5 && row > 1.5 && column == 4 { 12.0 } else { 0.0 };
+        LinearRgb { r: 0.2 + sun, g: 0.3 + sun, b: 0.8 - 0.05 * row + 0.8 * sun }.xyz()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.exr");
+    write_exr(&Film::new(16, 8, (0..128).map(colour).collect()), &[], &path).unwrap();
+    let text = format!(
+        "{SNOW}path = \"view\"\n[material.easy]\n{}reflectance = 0.8\n[material.ground]\ntype = \"diffuse\"\nreflectance = 0.3\n\
+         [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.3, 0, 0.3]\nmaterial = \"easy\"\n\
+         [[object]]\nshape = \"box\"\nsize = [0.5, 0.1, 0.7]\nposition = [-0.4, 0.2, 0.35]\nmaterial = \"snow\"\n\
+         [[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n[environment]\nimage = \"{}\"\nrotation_deg = 60\n",
+        SNOW.split_once('\n').unwrap().1,
+        path.display()
+    );
+    picture(&text, &[], [0.4, -1.6, 0.7], [0.0, 0.0, 0.3], 45.0)
+}
+
+/// A closed ball of 512 triangles, radius 1.
+fn ball() -> String {
+    let (rings, turns) = (16, 16);
+    let mut vertices = String::new();
+    for (ring, turn) in (0..=rings).flat_map(|ring| (0..turns).map(move |turn| (ring, turn))) {
+        let (radius, z) = (std::f32::consts::PI * ring as f32 / rings as f32).sin_cos();
+        let (sin, cos) = (std::f32::consts::TAU * turn as f32 / turns as f32).sin_cos();
+        vertices += &format!("{} {} {z}\n", radius * cos, radius * sin);
+    }
+    let mut faces = String::new();
+    for (ring, turn) in (0..rings).flat_map(|ring| (0..turns).map(move |turn| (ring, turn))) {
+        let next = (turn + 1) % turns;
+        let [a, b, c, d] = [(ring, turn), (ring + 1, turn), (ring + 1, next), (ring, next)].map(|(i, j)| i * turns + j);
+        faces += &format!("4 {a} {b} {c} {d}\n");
+    }
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n{vertices}{faces}",
+        (rings + 1) * turns,
+        rings * turns
+    )
+}
+
+fn picture(text: &str, files: &[(&str, String)], eye: [f32; 3], target: [f32; 3], vertical_fov_deg: f32) -> Scene {
+    let mut scene = scene(text, &law_of_grains(), files);
+    (scene.film.width, scene.film.height) = (WIDTH, HEIGHT);
+    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (64, 2);
+    let view = View { position: eye.into(), look_at: target.into(), up: Vec3A::Z, vertical_fov_deg };
+    scene.camera = PinholeCamera::new(&view, WIDTH as f32 / HEIGHT as f32).unwrap();
+    scene
+}
+
+/// The mean of the pictures of some seeds.
+fn rendered(mut scene: Scene, seeds: std::ops::Range<u32>) -> Film {
+    let share = f64::from(seeds.end - seeds.start).recip();
+    let mut sum = vec![Xyz::default(); (WIDTH * HEIGHT) as usize];
+    for seed in seeds {
+        scene.integrator.seed = seed;
+        sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * share);
+    }
+    Film::new(WIDTH, HEIGHT, sum)
+}
+
+fn channels(xyz: &Xyz) -> [f64; 3] {
+    [xyz.x, xyz.y, xyz.z]
+}
+
+/// Each pixel's mean and variance, by channel as in [`NAMES`].
+struct Golden([Vec<f32>; 6]);
+
+impl Golden {
+    fn path(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.exr"))
+    }
+
+    fn of_many(mut scene: Scene) -> Self {
+        let mut moments = vec![[Moments::default(); 3]; (WIDTH * HEIGHT) as usize];
+        for seed in 1..=PICTURES {
+            scene.integrator.seed = seed;
+            for (moments, xyz) in moments.iter_mut().zip(render(&scene, &|_| {}).film.pixels()) {
+                moments.iter_mut().zip(channels(xyz)).for_each(|(moments, value)| moments.push(value));
+            }
+        }
+        Self(std::array::from_fn(|channel| {
+            let values = moments.iter().map(|pixel| &pixel[channel % 3]);
+            values.map(|one| if channel < 3 { one.mean() as f32 } else { one.variance() as f32 }).collect()
+        }))
+    }
+
+    fn store(self, name: &str) {
+        let channels = NAMES.iter().zip(self.0).map(|(&name, values)| AnyChannel::new(name, FlatSamples::F32(values)));
+        let size = (WIDTH as usize, HEIGHT as usize);
+        let channels = AnyChannels::sort(channels.collect());
+        let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
+        Image::from_layer(layer).write().to_file(Self::path(name)).unwrap();
+    }
+
+    fn load(name: &str) -> Self {
+        let reader =
+            read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+        let path = Self::path(name);
+        let image = reader.from_file(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let list = image.layer_data.channel_data.list;
+        Self(NAMES.map(|name| {
+            let channel = list.iter().find(|channel| channel.name.eq(name)).unwrap();
+            channel.sample_data.values_as_f32().collect()
+        }))
+    }
+
+    /// Says what of a picture does not fit, if anything: a channel of a pixel, or the luminance of all pixels together.
+    fn misfit(&self, film: &Film) -> Option<String> {
+        let degrees = f64::from(PICTURES - 1);
+        // The stored mean has an error of its own.
+        let share = 1.0 / OTHERS.len() as f64 + 1.0 / f64::from(PICTURES);
+        let level = sidak_level(LEVEL, 3 * film.pixels().len());
+        let (mut chi_squared, mut noisy) = (0.0, 0.0);
+        for (pixel, xyz) in film.pixels().iter().enumerate() {
+            for (channel, found) in channels(xyz).into_iter().enumerate() {
+                let [mean, variance] = [channel, channel + 3].map(|plane| f64::from(self.0[plane][pixel]));
+                let error = (variance * share).sqrt().hypot(ROUNDING * mean);
+                let t = if (found - mean).abs() > 0.0 { (found - mean) / error } else { 0.0 };
+                if t_p_value(t, degrees) < level {
+                    let (column, row) = (pixel as u32 % WIDTH, pixel as u32 / WIDTH);
+                    let name = NAMES[channel];
+                    return Some(format!("{name} at {column}, {row} is {found}, stored {mean} ± {error}, t = {t:.1}"));
+                }
+                if channel == 1 && error > 0.0 {
+                    // The variance of t is that of a normal times ν / (ν − 2).
+                    chi_squared += t * t * (degrees - 2.0) / degrees;
+                    noisy += 1.0;
+                }
+            }
+        }
+        let p = chi_squared_p_value(chi_squared, noisy);
+        (p < LEVEL).then(|| format!("luminance of all pixels: χ² = {chi_squared:.0} of {noisy}, p = {p:.1e}"))
+    }
+}
+
+/// Compares a scene's picture with the stored one, and the same picture brighter by 3 %; or stores it.
+fn check(name: &str, scene: Scene) {
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        Golden::of_many(scene).store(name);
+        return;
+    }
+    let (golden, film) = (Golden::load(name), rendered(scene, OTHERS));
+    if let Some(reason) = golden.misfit(&film) {
+        let found = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.exr"));
+        write_exr(&film, &[], &found).unwrap();
+        panic!("{name}: {reason}; the picture is {}", found.display());
+    }
+    let brighter = film.pixels().iter().map(|&xyz| xyz * 1.03).collect();
+    assert!(golden.misfit(&Film::new(WIDTH, HEIGHT, brighter)).is_some(), "{name} brighter by 3 %");
+}
+
+#[test]
+fn a_block_before_a_lamp() {
+    check("block", block(400.0, 20.0));
+}
+
+#[test]
+fn a_drift_of_meshes_under_sun_and_sky() {
+    check("drift", drift());
+}
+
+#[test]
+fn a_room_with_lamps_of_some_size() {
+    check("room", room());
+}
+
+#[test]
+fn snow_under_a_sky_of_an_image() {
+    check("sky", sky());
+}
+
+#[test]
+fn other_grains_and_another_lamp_are_told_apart() {
+    let golden = Golden::load("block");
+    let misfit = |grain_size_um, radiant_intensity_w_sr| {
+        golden.misfit(&rendered(block(grain_size_um, radiant_intensity_w_sr), OTHERS))
+    };
+    assert!(misfit(430.0, 20.0).is_some(), "grains of 430 µm for 400 µm");
+    assert!(misfit(400.0, 20.6).is_some(), "a lamp brighter by 3 %");
+}
