@@ -1,4 +1,5 @@
-"""Computes `crates/snowblue-render/data/rgb_basis.csv`: three spectra that turn linear sRGB into light of an RGB image.
+"""Computes `crates/snowblue-render/data/rgb_basis.csv`: three spectra that turn linear sRGB into light of an
+RGB image, and into reflectances of paints.
 
 With the light of an image as D65(λ) · (r R(λ) + g G(λ) + b B(λ)), the three are as smooth as they can be (least sum of
 squared differences between neighbours) such that none is negative, R + G + B = 1 at every wavelength, and each, under

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::off_grid::{OffGrid, off_grid};
 use snowblue_database::fill::{self, FillOptions};
+use snowblue_database::lookup::Between;
 use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
 use snowblue_transport::impurity::Substance;
 
@@ -126,6 +127,34 @@ fn density_is_a_thickness() {
 
 /// Wet, cold and sooty snow between the values of its axes is near a direct solution with the same rays. The first traces
 /// of soot are the hardest: ice itself absorbs next to nothing in the blue.
+/// Mixtures have the mean of the logarithms, of densities that lie on different sides of the table's own too.
+#[test]
+fn between_two_snows_logarithms_are_mixed() {
+    let snow = |grain, density| PcaSnow::new(&COMPRESSED, &TableSample::new(grain, 0.3, density)).unwrap();
+    let (first, second) = (snow(220.0, 230.0), snow(350.0, 320.0));
+    for share in [0.0, 0.25, 1.0_f32] {
+        let mixed = Between::new(&first, &second, share);
+        for (thickness_cm, angle_deg) in [(0.02, 10.0), (3.0, 0.0), (40.0, 75.0), (90.0, 88.0)] {
+            let mut found = [[f32::NAN; 31]; 2];
+            mixed.transmittance(thickness_cm, angle_deg, &mut found[0]);
+            mixed.reflectance(thickness_cm, angle_deg, &mut found[1]);
+            let ends = [&first, &second]
+                .map(|snow| [transmittance(snow, thickness_cm, angle_deg), reflectance(snow, thickness_cm, angle_deg)]);
+            for (quantity, found) in found.iter().enumerate() {
+                for (k, found) in found.iter().enumerate() {
+                    let [one, other] = [0, 1].map(|end: usize| f64::from(ends[end][quantity][k]).ln());
+                    let expected = (one + f64::from(share) * (other - one)).exp();
+                    // ln of up to 50 in single precision, once more than in the ends.
+                    assert!((f64::from(*found) / expected - 1.0).abs() < 2e-5, "{share} {thickness_cm} {quantity} {k}");
+                }
+            }
+        }
+    }
+    let mut none = [f32::NAN; 31];
+    Between::new(&first, &second, 0.5).transmittance(0.0, 30.0, &mut none);
+    assert!(none.iter().all(|value| (value - 1.0).abs() < 1e-6));
+}
+
 #[test]
 fn further_properties_are_interpolated() {
     let soot = Property::Impurity(Substance::BlackCarbon);

@@ -5,6 +5,7 @@ use glam::{Mat3A, Vec3A};
 
 use crate::bounds::{Bounds, finite_inverse};
 use crate::ray::{Crossing, Ray, ShapeHit};
+use crate::surface_texture::TexturePlace;
 
 /// A solid box.
 #[derive(Debug, Clone, Copy)]
@@ -77,6 +78,12 @@ impl Cuboid {
         if let Some(faces) = self.faces(&self.to_local(ray)) {
             crossings.extend(faces.map(|face| Crossing::new(face.distance_m, self.normal(&face))));
         }
+    }
+
+    /// The place for textures of a point on it whose normal is that of the side that is seen.
+    pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TexturePlace {
+        let to_local = self.axes.transpose();
+        TexturePlace::on_box(to_local * (point - self.centre), to_local * normal)
     }
 
     fn to_local(self, ray: &Ray) -> Ray {

@@ -5,10 +5,11 @@
 //! distance of o (Haines, Günther & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray
 //! Tracing Gems, chapter 7, doi:10.1007/978-1-4842-4427-2_7). All of it is double precision.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3A};
 
 use crate::bounds::Bounds;
 use crate::ray::{Crossing, Ray, ShapeHit, narrow};
+use crate::surface_texture::TexturePlace;
 
 /// A solid sphere or ellipsoid.
 #[derive(Debug, Clone, Copy)]
@@ -76,6 +77,11 @@ impl Ellipsoid {
         }
     }
 
+    /// The place for textures of a point on it.
+    pub(crate) fn texture_place(&self, point: Vec3A) -> TexturePlace {
+        TexturePlace::on_sphere(self.to_unit.transform_point3(point.as_dvec3()).as_vec3a())
+    }
+
     fn line(&self, ray: &Ray) -> Option<UnitLine> {
         let origin = self.to_unit.transform_point3(ray.origin.as_dvec3());
         let direction = self.to_unit.transform_vector3(ray.direction.as_dvec3());
@@ -111,7 +117,7 @@ impl UnitLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DQuat, Vec3A};
+    use glam::DQuat;
 
     #[test]
     fn a_stretched_ball_is_hit_on_its_surface_with_its_gradient_as_normal() {

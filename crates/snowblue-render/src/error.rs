@@ -23,7 +23,7 @@ pub enum RenderError {
         /// The quantity, its value and what it must be.
         reason: String,
     },
-    /// A file with a lamp's spectrum breaks a rule.
+    /// A file with a spectrum, of a lamp or a paint, breaks a rule.
     #[error("{}:{line}: {reason}", path.display())]
     Spectrum {
         /// The file.
@@ -33,7 +33,7 @@ pub enum RenderError {
         /// The quantity, its value and what it must be.
         reason: String,
     },
-    /// An image of the sky cannot be used.
+    /// An image, of the sky or on a surface, cannot be used.
     #[error("{}: {reason}", path.display())]
     ReadImage {
         /// The image file.

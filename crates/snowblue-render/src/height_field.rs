@@ -7,6 +7,7 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
+use crate::png_image::PngImage;
 use crate::triangles::Triangles;
 
 /// Heights on a grid, row by row from the far side (greatest y) to the near, each from left to right.
@@ -35,7 +36,7 @@ impl Heights {
         }
     }
 
-    /// Heights of a grey PNG of 8 or 16 bits, white being 1, or of the first channel of an EXR.
+    /// Heights of a grey PNG, white being 1, or of the first channel of an EXR.
     ///
     /// # Errors
     ///
@@ -117,27 +118,12 @@ impl Heights {
 }
 
 fn read_png(path: &Path) -> Result<(usize, Vec<f32>), RenderError> {
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
-    let file = std::fs::File::open(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-    let malformed = |error: png::DecodingError| wrong(format!("not a readable PNG file: {error}"));
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(malformed)?;
-    let size = reader.output_buffer_size().ok_or_else(|| wrong("the picture is too large".into()))?;
-    let mut bytes = vec![0; size];
-    let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
-    bytes.truncate(frame.buffer_size());
-    let values = match (frame.color_type, frame.bit_depth) {
-        (png::ColorType::Grayscale, png::BitDepth::Eight) => {
-            bytes.iter().map(|&byte| f32::from(byte) / 255.0).collect()
-        }
-        (png::ColorType::Grayscale, png::BitDepth::Sixteen) => {
-            let (pairs, _) = bytes.as_chunks::<2>();
-            pairs.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0).collect()
-        }
-        (kind, depth) => {
-            return Err(wrong(format!("the picture is {kind:?} of {depth:?} bits, but must be grey of 8 or 16 bits")));
-        }
-    };
-    Ok((frame.width as usize, values))
+    let picture = PngImage::open(path)?;
+    if picture.channels > 1 {
+        let reason = "the picture is coloured, but heights must be grey".into();
+        return Err(RenderError::Mesh { path: path.into(), reason });
+    }
+    Ok((picture.width, picture.values))
 }
 
 fn read_exr(path: &Path) -> Result<(usize, Vec<f32>), String> {

@@ -4,7 +4,7 @@
 //! scene_file ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
 //!                 │         └─ path: one path of light, 31 wavelengths at once
 //!                 ├─ objects: shapes and meshes ─ what a ray hits, and how deep a line runs through a solid
-//!                 ├─ materials: diffuse, pca_snow
+//!                 ├─ materials: diffuse, pca_snow, each even or by a texture
 //!                 └─ lights, camera
 //! ```
 //!
@@ -26,6 +26,9 @@
 pub mod error;
 
 pub mod spectrum;
+mod spectrum_file;
+
+mod png_image;
 
 pub mod bounds;
 pub mod ray;
@@ -50,6 +53,7 @@ mod body;
 pub mod chord;
 pub mod objects;
 pub mod probe;
+pub mod surface_texture;
 
 pub mod light;
 pub mod material;

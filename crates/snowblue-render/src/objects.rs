@@ -17,6 +17,7 @@ use crate::body::{pair_up, unite};
 use crate::bounds::{Bounds, finite_inverse};
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
 use crate::shape::Shape;
+use crate::surface_texture::TexturePlace;
 
 /// Up to this number objects are tried one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
@@ -116,6 +117,16 @@ impl Objects {
     /// Texture coordinates at a hit, where the object's mesh has them.
     pub fn uv(&self, surface: &Surface) -> Option<Vec2> {
         self.objects[surface.object].shape.mesh()?.uv(&surface.place)
+    }
+
+    /// Where in textures a hit lies; of a mesh that must have texture coordinates.
+    pub(crate) fn texture_place(&self, surface: &Surface) -> TexturePlace {
+        match &self.objects[surface.object].shape {
+            Shape::Cuboid(cuboid) => cuboid.texture_place(surface.point, surface.normal),
+            Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_place(surface.point),
+            Shape::Plane(plane) => plane.texture_place(surface.point, surface.normal),
+            Shape::Mesh(instance) => TexturePlace::Pictures(instance.mesh.uv(&surface.place).unwrap_or_default()),
+        }
     }
 
     /// A value that the object's mesh has at its vertices, at a hit, by its name in the mesh file.

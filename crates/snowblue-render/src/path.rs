@@ -60,7 +60,7 @@ impl<'scene> PathTracer<'scene> {
             }
             let [u, v, chance, _] = sampler.next_four();
             let direction = cosine_direction(surface.normal, u, v);
-            throughput *= material.reflectance(&shading, surface.normal.dot(direction).max(0.0));
+            throughput *= shading.reflectance(surface.normal.dot(direction).max(0.0));
             let survival = if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) };
             if chance >= survival || throughput.maximum() <= 0.0 {
                 break;

@@ -3,6 +3,7 @@
 use glam::{Mat3A, Vec3A};
 
 use crate::ray::{Ray, ShapeHit};
+use crate::surface_texture::TexturePlace;
 
 /// Hits farther than this are none, in m: a plane ends at a horizon, where coordinates still are good to a metre.
 const HORIZON_M: f32 = 1e7;
@@ -12,12 +13,14 @@ const HORIZON_M: f32 = 1e7;
 pub struct Plane {
     point: Vec3A,
     normal: Vec3A,
+    /// Columns: its axes in the scene.
+    axes: Mat3A,
 }
 
 impl Plane {
     /// The plane through `point`, in m, whose normal is the third of the unit vectors `axes`.
     pub fn new(point: Vec3A, axes: Mat3A) -> Self {
-        Self { point, normal: axes.z_axis }
+        Self { point, normal: axes.z_axis, axes }
     }
 
     /// The hit beyond the ray's origin and nearer than `limit_m`.
@@ -32,6 +35,12 @@ impl Plane {
     /// Whether it lies beyond the ray's origin and nearer than `limit_m`.
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         self.distance_m(ray, limit_m).is_some()
+    }
+
+    /// The place for textures of a point on it whose normal is that of the side that is seen.
+    pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TexturePlace {
+        let to_local = self.axes.transpose();
+        TexturePlace::on_box(to_local * (point - self.point), to_local * normal)
     }
 
     fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {

@@ -74,6 +74,11 @@ impl<'scene> Probe<'scene> {
         Self { objects, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
     }
 
+    /// The objects that are asked.
+    pub(crate) fn objects(&self) -> &'scene Objects {
+        self.objects
+    }
+
     /// What a ray from the camera hits first.
     pub(crate) fn camera_hit(&mut self, ray: &Ray) -> Option<Surface> {
         self.statistics.camera_rays += 1;

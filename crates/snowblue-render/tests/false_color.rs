@@ -25,15 +25,31 @@ fn infrared() -> CompressedTable {
     CompressedTable::new(&table, Space::Log, 5).unwrap()
 }
 
-/// A picture of one pixel: two centimetres of snow between the eye and a far lamp, in false colour.
-fn through_snow(table: &CompressedTable, lamp: &str) -> LinearRgb {
+/// A picture of one pixel in false colour; `files` are put beside the scene.
+fn seen(table: &CompressedTable, text: &str, files: &[(&str, &str)]) -> LinearRgb {
     let folder = tempfile::tempdir().unwrap();
+    for (name, content) in files {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
     let path = folder.path().join("scene.toml");
-    let slab = "[[object]]\nshape = \"box\"\nsize = [50, 0.02, 50]\nmaterial = \"snow\"\n";
-    std::fs::write(&path, format!("{CAMERA}{SNOW}path = \"normal\"\n{slab}{lamp}")).unwrap();
+    std::fs::write(&path, format!("{CAMERA}{text}")).unwrap();
     let overrides = Overrides { false_color: Some(COLOUR), ..Overrides::default() };
     let scene = Scene::load(&path, table, &overrides).unwrap_or_else(|error| panic!("{error}"));
     LinearRgb::from_xyz(render(&scene, &|_| {}).film.pixels()[0])
+}
+
+/// Two centimetres of snow between the eye and a far lamp.
+fn through_snow(table: &CompressedTable, lamp: &str) -> LinearRgb {
+    let slab = "[[object]]\nshape = \"box\"\nsize = [50, 0.02, 50]\nmaterial = \"snow\"\n";
+    seen(table, &format!("{SNOW}path = \"normal\"\n{slab}{lamp}"), &[])
+}
+
+/// A wall of paint before the eye, lit from behind it.
+fn paint(table: &CompressedTable, keys: &str) -> LinearRgb {
+    let wall = "[[object]]\nshape = \"box\"\nsize = [50, 0.02, 50]\nmaterial = \"paint\"\n[[light]]\n\
+        type = \"directional\"\ndirection = [0, 1, 0]\nirradiance_w_m2 = 1\n";
+    let rising = ("rising.csv", "400,0\n1300,0.9\n");
+    seen(table, &format!("[material.paint]\ntype = \"diffuse\"\n{keys}\n{wall}"), &[rising])
 }
 
 fn lamp(illuminant: &str) -> String {
@@ -58,6 +74,19 @@ fn channels_are_transmittances_of_the_table() {
     }
     assert!(seen.b > 3.0 * seen.r, "snow passes less of the infrared: {seen:?}");
     assert_eq!(through_snow(&table, &lamp("A")), seen, "lamps are white in false colour");
+}
+
+#[test]
+fn paints_reflect_at_the_tables_wavelengths_and_colours_are_grey() {
+    let table = infrared();
+    let LinearRgb { r, g, b } = paint(&table, "reflectance_spectrum = \"rising.csv\"");
+    let grey = paint(&table, "reflectance_rgb = [0.2, 0.5, 0.1]");
+    let luminance = LinearRgb { r: 0.2, g: 0.5, b: 0.1 }.luminance();
+    let expected = [0.63, 0.45, 0.15, luminance, luminance, luminance].map(|share| share / std::f64::consts::PI);
+    for (channel, expected) in [r, g, b, grey.r, grey.g, grey.b].into_iter().zip(expected) {
+        // The lamp's single precision, and that of the sums.
+        assert!((channel / expected - 1.0).abs() < 1e-5, "{channel} for {expected}");
+    }
 }
 
 #[test]

@@ -66,7 +66,8 @@ fn glb(mesh: &Triangles) -> Vec<u8> {
         }
     }
     for uv in &mesh.uv {
-        binary.extend(uv.x.to_le_bytes().into_iter().chain(uv.y.to_le_bytes()));
+        // A glTF counts from the upper left corner.
+        binary.extend(uv.x.to_le_bytes().into_iter().chain((1.0 - uv.y).to_le_bytes()));
     }
     for &corner in mesh.corners.iter().flatten() {
         binary.extend(u16::try_from(corner).unwrap().to_le_bytes());

@@ -107,7 +107,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("look_at = [0, 0, 0]", "look_at = [1, -2, 0.5]", 3, "must lie off the camera's position"),
         ("look_at = [0, 0, 0]", "look_at = [0, 0]", 3, "must be a list of three numbers"),
         ("\"D65\"", "\"D66\"", 17, "D66"),
-        ("type = \"point\"", "type = \"spot\"", 15, "light.type is \"spot\", but must be one of point"),
+        ("type = \"point\"", "type = \"torch\"", 15, "light.type is \"torch\", but must be one of point, spot"),
         ("size = [1, 1, 1]", "size = [1, 0, 1]", 21, "object.size is 0 m"),
         ("material = \"drift\"", "material = \"drfit\"", 22, "but must be one of drift, floor"),
         ("shape = \"box\"\nsize = [1, 1, 1]", "", 19, "either `shape` or `mesh`"),

@@ -14,12 +14,15 @@
 //! levels off.
 
 mod basis;
+mod between;
 mod resampled;
 mod splines;
 
 use std::f64::consts::LOG2_E;
 
 pub use basis::Lanes;
+pub use between::Between;
+
 use basis::{Basis, LANES};
 use resampled::{Resampled, THIN_CM};
 use splines::Splines;
@@ -148,7 +151,7 @@ impl PcaSnow {
                 self.reflectance_basis.linear(&coefficients, spectrum);
             }
             Curves::Log { reflectance, .. } => {
-                let thickness_cm = (self.thicker * thickness_cm).min(self.last_thickness_cm);
+                let thickness_cm = self.seeming_thickness_cm(thickness_cm);
                 reflectance.coefficients(thickness_cm, angle_deg, &mut coefficients);
                 let ends = (coefficients[self.count], thickness_cm / (thickness_cm + THIN_CM));
                 self.reflectance_basis.powers_of_two(&coefficients, ends, spectrum);
@@ -166,6 +169,11 @@ impl PcaSnow {
                 transmittance.coefficients(self.thicker * thickness_cm, angle_deg, coefficients);
             }
         }
+    }
+
+    /// The thickness at which the table's own density reflects as this snow does.
+    fn seeming_thickness_cm(&self, thickness_cm: f32) -> f32 {
+        (self.thicker * thickness_cm).min(self.last_thickness_cm)
     }
 
     fn check_length(&self, spectrum: &[f32]) {

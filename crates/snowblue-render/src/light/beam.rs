@@ -52,6 +52,8 @@ pub(crate) struct Beam {
 pub(super) enum Falloff {
     /// By the cosine and, of a point, the square of the distance.
     Natural,
+    /// The same of a point that shines within a cone.
+    Within(Cone),
     /// As that of an origin that was drawn.
     Drawn {
         /// Density with which it was drawn, per m² of a lamp or per sr of directions.
@@ -61,6 +63,31 @@ pub(super) enum Falloff {
     },
     /// None: E = π times the power wherever the light arrives, so that what is white shows the power as a radiance.
     None,
+}
+
+/// A cone of light: full about its axis, fading towards its rim as KHR_lights_punctual of glTF has it (Khronos Group
+/// 2020), by the square of a straight line in the cosine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    axis: Vec3A,
+    cos_rim: f32,
+    rise: f32,
+}
+
+impl Cone {
+    /// A cone about the unit vector `axis`, full within half an opening of `inner_deg` and dark beyond `outer_deg`.
+    pub fn new(axis: Vec3A, inner_deg: f32, outer_deg: f32) -> Self {
+        /// Least difference of the cosines, of the same source.
+        const LEAST: f32 = 1e-3;
+        let [cos_inner, cos_rim] = [inner_deg, outer_deg].map(|angle_deg| angle_deg.to_radians().cos());
+        Self { axis, cos_rim, rise: (cos_inner - cos_rim).max(LEAST).recip() }
+    }
+
+    /// What goes in a direction, as a share of what goes along the axis.
+    fn share(&self, direction: Vec3A) -> f32 {
+        let linear = ((self.axis.dot(direction) - self.cos_rim) * self.rise).clamp(0.0, 1.0);
+        linear * linear
+    }
 }
 
 /// How a beam reaches a surface, were nothing in between.
@@ -116,10 +143,14 @@ impl Beam {
     /// How it reaches a place, or none if it comes from below the horizon or from behind the lamp.
     #[inline]
     pub(crate) fn arrival(&self, place: &Place) -> Option<Arrival> {
-        let cos_incidence = place.normal.dot(self.origin.way(place.point).direction);
+        let way = self.origin.way(place.point);
+        let cos_incidence = place.normal.dot(way.direction);
         let irradiance_per_power = match self.falloff {
             Falloff::None => PI,
             Falloff::Natural => cos_incidence / self.origin.own_per_solid_angle(place.point),
+            Falloff::Within(cone) => {
+                cos_incidence * cone.share(-way.direction) / self.origin.own_per_solid_angle(place.point)
+            }
             Falloff::Drawn { density, .. } => cos_incidence / (density * self.origin.own_per_solid_angle(place.point)),
         };
         let cos_emission = match &self.origin {

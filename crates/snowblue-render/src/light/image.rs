@@ -12,7 +12,7 @@ use std::path::Path;
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
 
-use super::emission::Upsampling;
+use super::upsampling::Upsampling;
 use crate::error::RenderError;
 use crate::ray::narrow;
 use crate::spectrum::Spectrum;

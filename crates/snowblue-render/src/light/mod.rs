@@ -5,7 +5,7 @@
 //!
 //! | light | drawn | irradiance E of a surface |
 //! |---|---|---|
-//! | point | there is but one point | I cos θ / r² |
+//! | point, spot | there is but one point | I cos θ / r² |
 //! | directional | there is but one direction | E⊥ cos θ |
 //! | sphere, rectangle | a point, by the solid angle seen | L cos θ cos θ_l / (r² p), θ_l at the lamp, p per m² |
 //! | sky, uniform or an image | a direction | L cos θ / p, p per sr |
@@ -19,6 +19,7 @@ pub mod emission;
 mod image;
 mod rectangle;
 mod sphere;
+mod upsampling;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -28,14 +29,17 @@ use crate::ray::Ray;
 use crate::sampling::{Sampler, cosine_direction, even_direction};
 use crate::spectrum::Spectrum;
 
+pub use beam::Cone;
 pub(crate) use beam::{Arrival, Beam, Origin, Place};
 use beam::{Falloff, Patch};
 pub use emission::LampSpectrum;
+pub(crate) use emission::lumens_of_luminance_one;
 pub use image::{Panorama, SkyImage};
 pub use rectangle::{RectangleLight, RectanglePlace};
 pub use sphere::SphereLight;
+pub(crate) use upsampling::Upsampling;
 
-/// A light without extent that shines alike in all directions.
+/// A light without extent that shines alike in all directions, or within a cone.
 #[derive(Debug, Clone, Copy)]
 pub struct PointLight {
     /// Where it is, in m.
@@ -44,6 +48,8 @@ pub struct PointLight {
     pub intensity: Spectrum,
     /// The shape of its spectrum alone, with luminance Y = 1 on the grid.
     pub relative: Spectrum,
+    /// Where it shines; without a cone everywhere.
+    pub cone: Option<Cone>,
 }
 
 /// A light so far away that it shines in one direction, alike everywhere.
@@ -110,7 +116,7 @@ pub(crate) type Techniques = [Option<Technique>; 3];
 impl PointLight {
     /// A lamp of this spectrum and radiant intensity in W/sr, summed over the grid of 400–700 nm.
     pub fn new(position: Vec3A, lamp: &LampSpectrum, radiant_intensity_w_sr: f32) -> Self {
-        Self { position, intensity: lamp.unit * radiant_intensity_w_sr, relative: lamp.relative }
+        Self { position, intensity: lamp.unit * radiant_intensity_w_sr, relative: lamp.relative, cone: None }
     }
 }
 
@@ -129,12 +135,12 @@ impl Light {
 
     /// The light as a whole, if it comes from one point or direction.
     pub(crate) fn single(&self) -> Option<Beam> {
-        let (origin, power) = match self {
-            Self::Point(light) => (Origin::Point(light.position), light.intensity),
-            Self::Directional(light) => (Origin::Distant(light.to_light), light.irradiance),
+        let (origin, power, cone) = match self {
+            Self::Point(light) => (Origin::Point(light.position), light.intensity, light.cone),
+            Self::Directional(light) => (Origin::Distant(light.to_light), light.irradiance, None),
             _ => return None,
         };
-        Some(Beam { origin, power, falloff: Falloff::Natural })
+        Some(Beam { origin, power, falloff: cone.map_or(Falloff::Natural, Falloff::Within) })
     }
 
     /// The light's spectrum with luminance 1 from its middle, as a radiance whatever the distance; none of a sky.

@@ -3,6 +3,7 @@
 
 pub mod diffuse;
 pub mod pca_snow;
+pub mod snow_curves;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -10,10 +11,12 @@ use crate::light::{Beam, Light, Place};
 use crate::objects::Surface;
 use crate::probe::{Probe, Side};
 use crate::sampling::Sampler;
+use crate::shape::Shape;
 use crate::spectrum::Spectrum;
+use crate::surface_texture::Texture;
 
 use diffuse::Diffuse;
-use pca_snow::PcaSnowMaterial;
+use pca_snow::{PcaSnowMaterial, SnowHit};
 
 /// What a surface is made of.
 #[derive(Debug)]
@@ -26,47 +29,80 @@ pub enum Material {
 
 /// A surface point under the scene's lights.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Shading {
+pub(crate) struct Shading<'hit> {
     /// Radiance towards the eye due to the lights, in W m⁻² sr⁻¹ as a band density.
     pub(crate) radiance: Spectrum,
-    /// Depth of snow behind the point, in cm, on which its reflectance rests; 0 for other materials.
-    pub(crate) depth_cm: f32,
+    /// What becomes of light that arrives.
+    finish: Finish<'hit>,
+}
+
+/// How a surface reflects at one of its points.
+#[derive(Debug, Clone, Copy)]
+enum Finish<'hit> {
+    /// The same share from every direction.
+    Diffuse(Spectrum),
+    /// As snow of a depth in cm.
+    Snow(SnowHit<'hit>, f32),
 }
 
 impl Material {
+    /// Whether a shape has what the material needs, or what is missing.
+    pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
+        match self {
+            Self::Diffuse(Diffuse::Even(_)) => Ok(()),
+            Self::Diffuse(Diffuse::Painted(_)) => Texture::check(shape),
+            Self::PcaSnow(snow) => snow.curves.check(shape),
+        }
+    }
+
     /// The light that comes from the lights on one path: reflected, or through the snow. What of it the next ray of the
     /// path can meet counts in part only ([`Light::met`] is the rest).
-    pub(crate) fn lit(&self, probe: &mut Probe, surface: &Surface, lights: &[Light], sampler: &mut Sampler) -> Shading {
+    pub(crate) fn lit<'hit>(
+        &'hit self,
+        probe: &mut Probe,
+        surface: &'hit Surface,
+        lights: &[Light],
+        sampler: &mut Sampler,
+    ) -> Shading<'hit> {
         let mut shading = match self {
-            Self::Diffuse(_) => Shading { radiance: Spectrum::ZERO, depth_cm: 0.0 },
-            Self::PcaSnow(snow) => snow.lit_through(probe, surface, lights, sampler),
+            Self::Diffuse(diffuse) => {
+                let reflectance = diffuse.reflectance(probe.objects(), surface);
+                Shading { radiance: Spectrum::ZERO, finish: Finish::Diffuse(reflectance) }
+            }
+            Self::PcaSnow(snow) => {
+                let hit = snow.hit(probe.objects(), surface);
+                let through = hit.lit_through(probe, lights, sampler);
+                Shading { radiance: through.radiance, finish: Finish::Snow(hit, through.depth_cm) }
+            }
         };
         let place = Place { point: surface.point, normal: surface.normal };
         for light in lights {
             if let Some(beam) = light.single().or_else(|| light.reflected_beam(&place, sampler)) {
-                self.add_reflected(&mut shading, probe, surface, &beam);
+                shading.add_reflected(probe, surface, &beam);
             }
         }
         shading
     }
+}
 
+impl Shading<'_> {
     /// L = R E / π.
-    fn add_reflected(&self, shading: &mut Shading, probe: &mut Probe, surface: &Surface, beam: &Beam) {
+    fn add_reflected(&mut self, probe: &mut Probe, surface: &Surface, beam: &Beam) {
         let place = Place { point: surface.point, normal: surface.normal };
         if let Some(arrival) = beam.arrival(&place)
             && beam.reaches(probe, &place, Side::Outer(surface.object))
         {
             let factor = arrival.irradiance_per_power * FRAC_1_PI;
-            let reflectance = self.reflectance(shading, arrival.cos_incidence);
-            shading.radiance.add_product(factor, &reflectance, &beam.power);
+            let reflectance = self.reflectance(arrival.cos_incidence);
+            self.radiance.add_product(factor, &reflectance, &beam.power);
         }
     }
 
     /// The share of light from a direction with this cosine to the normal that is reflected, all directions together.
-    pub(crate) fn reflectance(&self, shading: &Shading, cos_incidence: f32) -> Spectrum {
-        match self {
-            Self::Diffuse(diffuse) => Spectrum::constant(diffuse.reflectance),
-            Self::PcaSnow(snow) => snow.reflectance(shading.depth_cm, cos_incidence),
+    pub(crate) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+        match &self.finish {
+            Finish::Diffuse(reflectance) => *reflectance,
+            Finish::Snow(hit, depth_cm) => hit.reflectance(*depth_cm, cos_incidence),
         }
     }
 }

@@ -34,12 +34,12 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
-use snowblue_database::PcaSnow;
+use snowblue_database::lookup::Between;
 
 use crate::chord::{Chord, ChordEnd, Exit, Line};
 use crate::light::{Arrival, Beam, Light, Place, Techniques};
-use crate::material::Shading;
-use crate::objects::Surface;
+use crate::material::snow_curves::SnowCurves;
+use crate::objects::{Objects, Surface};
 use crate::probe::{Probe, Side};
 use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
@@ -86,8 +86,8 @@ pub enum Reflection {
 /// Snow with its ways of transmitting and reflecting.
 #[derive(Debug)]
 pub struct PcaSnowMaterial {
-    /// The curves of the sample.
-    pub snow: PcaSnow,
+    /// The curves of the snow.
+    pub curves: SnowCurves,
     /// Which path is taken.
     pub path: PathMode,
     /// Where the path ends.
@@ -98,6 +98,23 @@ pub struct PcaSnowMaterial {
     pub reflection: Reflection,
     /// Luminance of one unit at each wavelength, to compare two paths.
     pub luminance: Spectrum,
+}
+
+/// Snow where a ray hit it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SnowHit<'hit> {
+    material: &'hit PcaSnowMaterial,
+    curves: Between<'hit>,
+    surface: &'hit Surface,
+}
+
+/// What comes through at a hit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Through {
+    /// Radiance towards the eye, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) radiance: Spectrum,
+    /// Depth of snow behind the point, in cm, on which its reflectance rests.
+    pub(crate) depth_cm: f32,
 }
 
 /// Light that has come through.
@@ -111,64 +128,66 @@ struct Passage {
 }
 
 impl PcaSnowMaterial {
+    /// The snow at a hit.
+    #[inline]
+    pub(crate) fn hit<'hit>(&'hit self, objects: &Objects, surface: &'hit Surface) -> SnowHit<'hit> {
+        SnowHit { material: self, curves: self.curves.at(objects, surface), surface }
+    }
+}
+
+impl SnowHit<'_> {
     /// The light that comes through, from the lights directly.
-    pub(crate) fn lit_through(
-        &self,
-        probe: &mut Probe,
-        surface: &Surface,
-        lights: &[Light],
-        sampler: &mut Sampler,
-    ) -> Shading {
-        let straight = match self.path {
-            PathMode::View => surface.direction,
-            PathMode::Normal | PathMode::Light | PathMode::Easiest => -surface.normal,
+    pub(crate) fn lit_through(&self, probe: &mut Probe, lights: &[Light], sampler: &mut Sampler) -> Through {
+        let straight = match self.material.path {
+            PathMode::View => self.surface.direction,
+            PathMode::Normal | PathMode::Light | PathMode::Easiest => -self.surface.normal,
         };
-        let straight = probe.chord(surface.object, &line(surface, straight, f32::INFINITY), self.exit);
-        let mut shading = Shading { radiance: Spectrum::ZERO, depth_cm: straight.as_ref().map_or(0.0, depth_cm) };
+        let straight = self.chord(probe, straight, f32::INFINITY);
+        let mut through = Through { radiance: Spectrum::ZERO, depth_cm: straight.as_ref().map_or(0.0, depth_cm) };
         for light in lights {
-            let whole = match self.emission {
+            let whole = match self.material.emission {
                 Emission::Transmitted => light.single(),
                 Emission::Relative => light.relative_from_middle(),
             };
             if let Some(beam) = whole {
-                let passage = self.passage(probe, surface, &beam, straight.as_ref());
-                add_passage(&mut shading, passage, &beam);
+                let passage = self.passage(probe, &beam, straight.as_ref());
+                add_passage(&mut through, passage, &beam);
                 continue;
             }
-            let techniques = self.techniques(surface, light, straight.as_ref());
+            let techniques = self.techniques(light, straight.as_ref());
             for chosen in 0..techniques.len() {
                 if let Some(mut beam) = light.beam(chosen, &techniques, sampler) {
-                    if self.emission == Emission::Relative {
+                    if self.material.emission == Emission::Relative {
                         beam.power = light.relative(&beam.origin);
                     }
-                    let passage = self.passage(probe, surface, &beam, straight.as_ref());
-                    add_passage(&mut shading, passage, &beam);
+                    let passage = self.passage(probe, &beam, straight.as_ref());
+                    add_passage(&mut through, passage, &beam);
                 }
             }
         }
-        shading
+        through
     }
 
     /// How points of a light are drawn: as they are seen where the fixed path goes in, and from the point itself for the
     /// lines to the light.
-    fn techniques(&self, surface: &Surface, light: &Light, straight: Option<&Chord>) -> Techniques {
+    fn techniques(&self, light: &Light, straight: Option<&Chord>) -> Techniques {
         let exit = match straight.map(|chord| chord.exit) {
-            Some(ChordEnd::Surface { point, normal, .. }) if self.path != PathMode::Light => {
+            Some(ChordEnd::Surface { point, normal, .. }) if self.material.path != PathMode::Light => {
                 Some(Place { point, normal })
             }
             _ => None,
         };
-        let has_lines = matches!(self.path, PathMode::Light | PathMode::Easiest);
-        let lines = has_lines.then_some(Place { point: surface.point, normal: -surface.normal });
+        let has_lines = matches!(self.material.path, PathMode::Light | PathMode::Easiest);
+        let lines = has_lines.then_some(Place { point: self.surface.point, normal: -self.surface.normal });
         light.techniques_through(exit.as_ref(), lines.as_ref())
     }
 
     /// Reflectance of snow of this depth for light at this cosine of incidence.
     pub(crate) fn reflectance(&self, depth_cm: f32, cos_incidence: f32) -> Spectrum {
-        match self.reflection {
+        match self.material.reflection {
             Reflection::Table => {
                 let mut reflectance = Spectrum::ZERO;
-                self.snow.reflectance(depth_cm, angle_deg(cos_incidence), &mut reflectance.0);
+                self.curves.reflectance(depth_cm, angle_deg(cos_incidence), &mut reflectance.0);
                 reflectance
             }
             Reflection::Constant(share) => Spectrum::constant(share),
@@ -176,13 +195,13 @@ impl PcaSnowMaterial {
     }
 
     /// The way of a light through the snow to a surface point, by the path of the material's mode.
-    fn passage(&self, probe: &mut Probe, surface: &Surface, beam: &Beam, straight: Option<&Chord>) -> Option<Passage> {
-        match self.path {
+    fn passage(&self, probe: &mut Probe, beam: &Beam, straight: Option<&Chord>) -> Option<Passage> {
+        match self.material.path {
             PathMode::View | PathMode::Normal => self.through(probe, beam, straight?),
-            PathMode::Light => self.towards_light(probe, surface, beam),
+            PathMode::Light => self.towards_light(probe, beam),
             PathMode::Easiest => {
                 let normal = straight.and_then(|chord| self.through(probe, beam, chord));
-                let direct = self.towards_light(probe, surface, beam);
+                let direct = self.towards_light(probe, beam);
                 match (normal, direct) {
                     (Some(normal), Some(direct)) => {
                         let brighter = self.luminance(&direct, beam) > self.luminance(&normal, beam);
@@ -205,31 +224,37 @@ impl PcaSnowMaterial {
     }
 
     /// What comes through on the line to the light.
-    fn towards_light(&self, probe: &mut Probe, surface: &Surface, beam: &Beam) -> Option<Passage> {
-        let way = beam.origin.way(surface.point);
+    fn towards_light(&self, probe: &mut Probe, beam: &Beam) -> Option<Passage> {
+        let way = beam.origin.way(self.surface.point);
         // A light before the face shines on it; what else of the object stands between is not a way to its inside.
-        if surface.normal.dot(way.direction) >= 0.0 {
+        if self.surface.normal.dot(way.direction) >= 0.0 {
             return None;
         }
-        let chord = probe.chord(surface.object, &line(surface, way.direction, way.distance_m), self.exit)?;
+        let chord = self.chord(probe, way.direction, way.distance_m)?;
         match chord.exit {
             ChordEnd::Surface { object, point, normal } => {
                 let place = Place { point, normal };
                 let arrival = beam.arrival_on_line(&place)?;
                 self.lets_in(probe, beam, &place, object).then(|| self.passed(&chord, &arrival))
             }
-            ChordEnd::Inside => Some(self.passed(&chord, &beam.arrival_within(surface.point)?)),
+            ChordEnd::Inside => Some(self.passed(&chord, &beam.arrival_within(self.surface.point)?)),
         }
+    }
+
+    /// A straight path from the point through the snow.
+    fn chord(&self, probe: &mut Probe, direction: Vec3A, end_m: f32) -> Option<Chord> {
+        let Surface { object, point, normal, .. } = *self.surface;
+        probe.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
     }
 
     /// Whether a beam shines on the place where a path leaves an object.
     fn lets_in(&self, probe: &mut Probe, beam: &Beam, place: &Place, object: usize) -> bool {
-        self.emission == Emission::Relative || beam.reaches(probe, place, Side::Inner(object))
+        self.material.emission == Emission::Relative || beam.reaches(probe, place, Side::Inner(object))
     }
 
     fn passed(&self, chord: &Chord, arrival: &Arrival) -> Passage {
         let mut transmittance = Spectrum::ZERO;
-        self.snow.transmittance(depth_cm(chord), angle_deg(arrival.cos_incidence), &mut transmittance.0);
+        self.curves.transmittance(depth_cm(chord), angle_deg(arrival.cos_incidence), &mut transmittance.0);
         let Arrival { irradiance_per_power, cos_emission, .. } = *arrival;
         Passage { transmittance, irradiance_per_power, cos_emission }
     }
@@ -237,18 +262,16 @@ impl PcaSnowMaterial {
     /// Luminance of the light that came through, for comparison: as if the point of the lamp shone alike in all directions,
     /// lest its slant towards one exit or the other split a lamp's points between the paths.
     fn luminance(&self, passage: &Passage, beam: &Beam) -> f32 {
-        (passage.transmittance * beam.power).dot(&self.luminance) * passage.irradiance_per_power / passage.cos_emission
+        (passage.transmittance * beam.power).dot(&self.material.luminance) * passage.irradiance_per_power
+            / passage.cos_emission
     }
 }
 
 /// L = T E / π.
-fn add_passage(shading: &mut Shading, passage: Option<Passage>, beam: &Beam) {
+fn add_passage(through: &mut Through, passage: Option<Passage>, beam: &Beam) {
     if let Some(Passage { transmittance, irradiance_per_power, .. }) = passage {
-        shading.radiance.add_product(irradiance_per_power * FRAC_1_PI, &transmittance, &beam.power);
+        through.radiance.add_product(irradiance_per_power * FRAC_1_PI, &transmittance, &beam.power);
     }
-}
-fn line(surface: &Surface, direction: Vec3A, end_m: f32) -> Line {
-    Line { point: surface.point, normal: surface.normal, direction, end_m }
 }
 
 fn depth_cm(chord: &Chord) -> f32 {

@@ -1,5 +1,8 @@
 //! A whole glTF as part of a scene: its meshes in their places, made of the materials that the scene file has under
-//! their names, and else of diffuse ones as bright as the glTF's base colours; and its camera.
+//! their names, and else of diffuse ones of the glTF's base colours; its camera; and its lights.
+//!
+//! A light's strength is in candela or lux. Its spectrum is daylight (D65) of its colour, scaled so that ȳ finds as many
+//! lumens in it, at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -7,33 +10,46 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
+use snowblue_color::LinearRgb;
 
 use crate::camera::View;
 use crate::error::RenderError;
 use crate::instance::Instance;
+use crate::light::{Cone, DirectionalLight, Light, PointLight, Upsampling, lumens_of_luminance_one};
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
 use crate::mesh::Mesh;
-use crate::mesh_file::gltf::{GltfFile, Y_UP_TO_Z_UP};
+use crate::mesh_file::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
 use crate::objects::Object;
 use crate::ray::narrow;
-use crate::scene_file::materials::Named;
+use crate::scene_file::materials::{Named, Workshop};
 use crate::scene_file::placing::{check_reach, placement};
 use crate::shape::Shape;
+use crate::spectrum::Spectrum;
+
+/// Greatest strength of a light, in cd or lx.
+const GREATEST_STRENGTH: f64 = 1e15;
 
 /// What a glTF adds to a scene.
+#[derive(Default)]
 pub(super) struct GltfScene {
     pub(super) objects: Vec<Object>,
     pub(super) view: Option<View>,
+    pub(super) lights: Vec<Light>,
 }
 
 /// Reads a glTF with y turned to z; materials that the scene has none for are added to `materials`.
-pub(super) fn read_gltf(path: &Path, materials: &mut Vec<Named>) -> Result<GltfScene, RenderError> {
+pub(super) fn read_gltf(
+    path: &Path,
+    materials: &mut Vec<Named>,
+    workshop: &Workshop,
+) -> Result<GltfScene, RenderError> {
     let file = GltfFile::open(path)?;
     let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
+    let mut palette = Palette { file: &file, workshop, own: materials.len(), known: BTreeMap::new() };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
@@ -45,11 +61,18 @@ pub(super) fn read_gltf(path: &Path, materials: &mut Vec<Named>) -> Result<GltfS
             let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
             let instance = Instance { mesh: Arc::clone(mesh), placement };
             check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
-            let material = material_index(&file, *material, materials);
-            objects.push(Object { name, shape: Shape::Mesh(instance), material, body: None });
+            let shape = Shape::Mesh(instance);
+            let material = palette.index(*material, materials)?;
+            let (material_name, made_of) = &materials[material];
+            let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
+            made_of.check(&shape).map_err(misfit)?;
+            objects.push(Object { name, shape, material, body: None });
         }
     }
-    Ok(GltfScene { objects, view: file.view(&nodes) })
+    let daylight = workshop.overrides.false_color.is_none();
+    let lights = file.lights(&nodes);
+    let lights = lights.iter().map(|light| shining(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
+    Ok(GltfScene { objects, view: file.view(&nodes), lights })
 }
 
 /// The number of a material, its mesh about its own middle, and the map that puts that back.
@@ -63,17 +86,76 @@ fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderErr
     Ok(centred.collect())
 }
 
-/// The scene's material of that name, or a new one.
-fn material_index(file: &GltfFile, material: Option<usize>, materials: &mut Vec<Named>) -> usize {
-    // A glTF's default material is white.
-    let (name, reflectance) = match material.and_then(|index| file.material(index)) {
-        Some((name, colour)) => (name.map(str::to_owned), colour.luminance()),
-        None => (None, 1.0),
+/// The materials of a glTF as they become those of a scene.
+struct Palette<'file> {
+    file: &'file GltfFile,
+    workshop: &'file Workshop<'file>,
+    /// How many the scene file has.
+    own: usize,
+    /// Index in the scene by the number in the glTF, of those met so far.
+    known: BTreeMap<Option<usize>, usize>,
+}
+
+impl Palette<'_> {
+    /// Index of the scene's own material of that name, or of a new one.
+    fn index(&mut self, number: Option<usize>, materials: &mut Vec<Named>) -> Result<usize, RenderError> {
+        if let Some(&index) = self.known.get(&number) {
+            return Ok(index);
+        }
+        // A glTF's default material is white.
+        let material = number.and_then(|number| self.file.material(number));
+        let name = material.as_ref().and_then(|material| material.name.clone());
+        let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|(other, _)| other == name));
+        let index = match own {
+            Some(index) => index,
+            None => {
+                let diffuse = match &material {
+                    Some(material) => self.diffuse(material)?,
+                    None => self.workshop.even([1.0; 3]),
+                };
+                let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
+                materials.push((name, Material::Diffuse(diffuse)));
+                materials.len() - 1
+            }
+        };
+        self.known.insert(number, index);
+        Ok(index)
+    }
+
+    fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
+        let paint = self.file.paint(material)?;
+        Ok(paint.map_or_else(|| self.workshop.even(material.base_colour), |texture| self.workshop.painted(texture)))
+    }
+}
+
+/// A light of a glTF; without `daylight` it is alike at all wavelengths, for false colours.
+fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
+    let LinearRgb { r, g, b } = light.colour;
+    let luminance = light.colour.luminance();
+    let of = |strength: f64| {
+        let spectrum = Upsampling::daylight().spectrum([r, g, b].map(narrow));
+        let unit = if daylight { spectrum } else { Spectrum::constant(narrow(spectrum.mean())) };
+        unit * narrow(strength / lumens_of_luminance_one())
     };
-    let named = name.as_ref().and_then(|name| materials.iter().position(|(other, _)| other == name));
-    named.unwrap_or_else(|| {
-        let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
-        materials.push((name, Material::Diffuse(Diffuse { reflectance: narrow(reflectance) })));
-        materials.len() - 1
+    let strength = match light.kind {
+        LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
+        LightKind::Directional { illuminance_lx } => illuminance_lx,
+    };
+    if ![r, g, b, strength].iter().all(|value| (0.0..=GREATEST_STRENGTH).contains(value)) || luminance <= 0.0 {
+        let name = &light.name;
+        return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
+    }
+    let power = of(strength);
+    let relative = if daylight { of(1.0) * narrow(lumens_of_luminance_one() / luminance) } else { Spectrum::ONE };
+    let point =
+        |cone: Option<Cone>| Light::Point(PointLight { position: light.position, intensity: power, relative, cone });
+    Ok(match light.kind {
+        LightKind::Point { .. } => point(None),
+        LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
+            point(Some(Cone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg))))
+        }
+        LightKind::Directional { .. } => {
+            Light::Directional(DirectionalLight { to_light: -light.direction, irradiance: power, relative })
+        }
     })
 }

@@ -7,8 +7,8 @@ use snowblue_color::Illuminant;
 
 use crate::error::RenderError;
 use crate::light::{
-    DirectionalLight, Everywhere, Glow, LampSpectrum, Light, Panorama, PointLight, RectangleLight, RectanglePlace,
-    SkyImage, SphereLight,
+    Cone, DirectionalLight, Everywhere, Glow, LampSpectrum, Light, Panorama, PointLight, RectangleLight,
+    RectanglePlace, SkyImage, SphereLight,
 };
 use crate::ray::narrow;
 use crate::scene_file::section::Section;
@@ -25,6 +25,7 @@ type Read<T> = Result<T, RenderError>;
 #[derive(Clone, Copy)]
 enum Kind {
     Point,
+    Spot,
     Directional,
     Sphere,
     Rectangle,
@@ -35,6 +36,7 @@ pub(super) fn read_light(section: &Section, scene: &Path, overrides: &Overrides)
     section.required_text("type")?;
     let kinds = [
         ("point", Kind::Point),
+        ("spot", Kind::Spot),
         ("directional", Kind::Directional),
         ("sphere", Kind::Sphere),
         ("rectangle", Kind::Rectangle),
@@ -42,6 +44,7 @@ pub(super) fn read_light(section: &Section, scene: &Path, overrides: &Overrides)
     let kind = section.choice("type", Kind::Point, &kinds)?;
     let keys: &[&str] = match kind {
         Kind::Point => &["position", "radiant_intensity_w_sr"],
+        Kind::Spot => &["position", "look_at", "inner_cone_deg", "outer_cone_deg", "radiant_intensity_w_sr"],
         Kind::Directional => &["direction", "irradiance_w_m2"],
         Kind::Sphere => &["position", "radius", "radiance_w_m2_sr", "visible"],
         Kind::Rectangle => &["position", "look_at", "up", "size", "radiance_w_m2_sr", "visible"],
@@ -51,8 +54,12 @@ pub(super) fn read_light(section: &Section, scene: &Path, overrides: &Overrides)
     let power = |key: &str, unit: &str| section.number(key, None, 0.0..=GREATEST_POWER, unit).map(narrow);
     let place = |key: &str| section.vector(key, None, -GREATEST_COORDINATE_M..=GREATEST_COORDINATE_M, "m");
     Ok(match kind {
-        Kind::Point => {
-            Light::Point(PointLight::new(place("position")?, &lamp, power("radiant_intensity_w_sr", "W/sr")?))
+        Kind::Point | Kind::Spot => {
+            let mut light = PointLight::new(place("position")?, &lamp, power("radiant_intensity_w_sr", "W/sr")?);
+            if matches!(kind, Kind::Spot) {
+                light.cone = Some(read_cone(section, place("look_at")? - light.position)?);
+            }
+            Light::Point(light)
         }
         Kind::Directional => {
             let direction = section.vector("direction", None, -1e6..=1e6, "")?;
@@ -82,6 +89,15 @@ pub(super) fn read_light(section: &Section, scene: &Path, overrides: &Overrides)
             Light::Rectangle(read_glow(section, shape, &lamp)?)
         }
     })
+}
+
+/// Reads where a spot shines.
+fn read_cone(section: &Section, way: Vec3A) -> Read<Cone> {
+    let axis = way.try_normalize();
+    let axis = axis.ok_or_else(|| section.error_at("look_at", "light.look_at must lie off the light's position"))?;
+    let outer_deg = section.number("outer_cone_deg", Some(45.0), 0.1..=90.0, "deg")?;
+    let inner_deg = section.number("inner_cone_deg", Some(0.0), 0.0..=outer_deg, "deg")?;
+    Ok(Cone::new(axis, narrow(inner_deg), narrow(outer_deg)))
 }
 
 /// Reads the sky; its image and its spectrum file are looked for beside the scene file.

@@ -1,34 +1,80 @@
 //! The `[material.NAME]` tables.
 
-use snowblue_database::{CompressedTable, DatabaseError, PcaSnow, Property, TableSample};
+use std::path::{Path, PathBuf};
+
+use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_database::CompressedTable;
 use toml::de::DeTable;
 
-use crate::chord::Exit;
 use crate::error::RenderError;
+use crate::light::Upsampling;
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
-use crate::material::pca_snow::{Emission, PathMode, PcaSnowMaterial, Reflection};
+use crate::png_image::PngImage;
 use crate::ray::narrow;
 use crate::retina::Retina;
 use crate::scene_file::Overrides;
 use crate::scene_file::section::{SceneText, Section};
-use crate::spectrum::wavelengths_nm;
+use crate::scene_file::snow::read_snow;
+use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+use crate::spectrum_file::SpectrumFile;
+use crate::surface_texture::Texture;
 
-/// Keys of snow that is not dry, clean and at −5 °C.
-const WATER_SATURATION: &str = "water_saturation";
-const TEMPERATURE_C: &str = "temperature_c";
-const IMPURITIES_NG_G: &str = "impurities_ng_g";
+/// Width of a picture on shapes that are measured in metres.
+pub(super) const TEXTURE_SCALE_M: &str = "texture_scale_m";
+/// What a diffuse material can reflect, each by itself.
+const REFLECTANCES: [&str; 4] = ["reflectance", "reflectance_rgb", "reflectance_spectrum", "texture"];
 
 /// A material with its name in the file.
 pub(super) type Named = (String, Material);
+
+/// What materials are made from.
+pub(super) struct Workshop<'scene> {
+    /// The scene file: other files are looked for beside it.
+    pub(super) scene: &'scene Path,
+    pub(super) table: &'scene CompressedTable,
+    pub(super) overrides: &'scene Overrides,
+    pub(super) luminance: Spectrum,
+    /// Those of the picture.
+    wavelengths_nm: [f64; SAMPLES],
+    upsampling: Upsampling,
+}
+
+impl<'scene> Workshop<'scene> {
+    /// For the wavelengths of an eye, or those of the table in false colour.
+    pub(super) fn new(
+        scene: &'scene Path,
+        table: &'scene CompressedTable,
+        overrides: &'scene Overrides,
+        retina: &Retina,
+    ) -> Self {
+        let of_table = table.axes.wavelengths_nm.first_chunk().filter(|_| overrides.false_color.is_some());
+        Self {
+            scene,
+            table,
+            overrides,
+            luminance: retina.luminance(),
+            wavelengths_nm: of_table.copied().unwrap_or_else(wavelengths_nm),
+            upsampling: if overrides.false_color.is_some() { Upsampling::grey() } else { Upsampling::reflectance() },
+        }
+    }
+
+    /// Paint of one colour in linear sRGB.
+    pub(super) fn even(&self, colour: [f32; 3]) -> Diffuse {
+        Diffuse::Even(self.upsampling.spectrum(colour))
+    }
+
+    /// Paint of the colours of a texture in linear sRGB.
+    pub(super) fn painted(&self, texture: Texture) -> Diffuse {
+        Diffuse::painted(texture, self.upsampling)
+    }
+}
 
 /// Reads all materials, in alphabetical order.
 pub(super) fn read_materials<'text>(
     source: SceneText<'text>,
     root: &'text DeTable<'text>,
-    table: &CompressedTable,
-    overrides: &Overrides,
-    retina: &Retina,
+    workshop: &Workshop,
 ) -> Result<Vec<Named>, RenderError> {
     let Some(value) = root.get("material") else {
         return Ok(Vec::new());
@@ -39,117 +85,68 @@ pub(super) fn read_materials<'text>(
     let mut materials = Vec::with_capacity(entries.len());
     for (name, entry) in entries {
         let section = Section::new(source, format!("material.{}", name.get_ref()), entry)?;
-        materials.push((name.get_ref().to_string(), read_material(section, table, overrides, retina)?));
+        section.required_text("type")?;
+        let is_snow = section.choice("type", false, &[("diffuse", false), ("pca_snow", true)])?;
+        let material = if is_snow {
+            Material::PcaSnow(Box::new(read_snow(&section, workshop)?))
+        } else {
+            Material::Diffuse(read_diffuse(&section, workshop)?)
+        };
+        materials.push((name.get_ref().to_string(), material));
     }
     Ok(materials)
 }
 
-fn read_material(
-    section: Section,
-    table: &CompressedTable,
-    overrides: &Overrides,
-    retina: &Retina,
-) -> Result<Material, RenderError> {
-    section.required_text("type")?;
-    let is_snow = section.choice("type", false, &[("diffuse", false), ("pca_snow", true)])?;
-    Ok(if is_snow {
-        Material::PcaSnow(Box::new(read_snow(&section, table, overrides, retina)?))
-    } else {
-        section.only(&["type", "reflectance"])?;
-        Material::Diffuse(Diffuse { reflectance: narrow(section.number("reflectance", None, 0.0..=1.0, "")?) })
-    })
-}
-
-fn read_snow(
-    section: &Section,
-    table: &CompressedTable,
-    overrides: &Overrides,
-    retina: &Retina,
-) -> Result<PcaSnowMaterial, RenderError> {
-    section.only(&[
-        "type",
-        "grain_size_um",
-        "facetness",
-        "density_kg_m3",
-        WATER_SATURATION,
-        TEMPERATURE_C,
-        IMPURITIES_NG_G,
-        "path",
-        "exit",
-        "emission",
-        "reflectance",
-    ])?;
-    let paths = [
-        ("easiest", PathMode::Easiest),
-        ("normal", PathMode::Normal),
-        ("light", PathMode::Light),
-        ("view", PathMode::View),
-    ];
-    let emissions = [("transmitted", Emission::Transmitted), ("relative", Emission::Relative)];
-    let path = section.choice("path", PathMode::default(), &paths)?;
-    let reflection = if section.has("reflectance") {
-        Reflection::Constant(narrow(section.number("reflectance", None, 0.0..=1.0, "")?))
-    } else {
-        section.choice("reflectance", Reflection::Table, &[])?
-    };
-    let snow = read_curves(section, table)?;
-    let wanted = wavelengths_nm();
-    let fits = snow.wavelengths_nm().len() == wanted.len()
-        && snow.wavelengths_nm().iter().zip(wanted).all(|(one, other)| (one - other).abs() < 1e-6);
-    if overrides.false_color.is_none() && !fits {
+fn read_diffuse(section: &Section, workshop: &Workshop) -> Result<Diffuse, RenderError> {
+    section.only(&[&REFLECTANCES[..], &["type", TEXTURE_SCALE_M]].concat())?;
+    let given: Vec<&str> = REFLECTANCES.into_iter().filter(|key| section.has(key)).collect();
+    if let &[first, second, ..] = &given[..] {
         return Err(
-            section.error("the table's wavelengths must be 400 to 700 nm in steps of 10 nm, but for false colours")
+            section.error_at(second, format!("a diffuse material has either `{first}` or `{second}`, not both"))
         );
     }
-    Ok(PcaSnowMaterial {
-        snow,
-        path: overrides.path.unwrap_or(path),
-        exit: section.choice("exit", Exit::default(), &[("last", Exit::Last), ("first", Exit::First)])?,
-        emission: section.choice("emission", Emission::default(), &emissions)?,
-        reflection,
-        luminance: retina.luminance(),
-    })
+    if section.has(TEXTURE_SCALE_M) && given != ["texture"] {
+        return Err(section.error_at(TEXTURE_SCALE_M, format!("`{TEXTURE_SCALE_M}` needs a `texture`")));
+    }
+    match given.first() {
+        Some(&"reflectance_rgb") => Ok(workshop.even(read_colour(section)?)),
+        Some(&"reflectance_spectrum") => {
+            let file = SpectrumFile::open(&existing(section, "reflectance_spectrum", workshop.scene)?, 1.0)?;
+            Ok(Diffuse::Even(Spectrum(file.sampled(&workshop.wavelengths_nm)?.map(narrow))))
+        }
+        Some(&"texture") => Ok(workshop.painted(read_texture(section, workshop.scene, PngImage::linear)?)),
+        _ => Ok(Diffuse::Even(Spectrum::constant(narrow(section.number("reflectance", None, 0.0..=1.0, "")?)))),
+    }
 }
 
-/// The curves of the snow that a material is made of.
-fn read_curves(section: &Section, table: &CompressedTable) -> Result<PcaSnow, RenderError> {
-    let mut sample = TableSample::new(
-        section.number("grain_size_um", None, 20.0..=5000.0, "µm")?,
-        section.number("facetness", None, 0.0..=1.0, "")?,
-        section.number("density_kg_m3", None, 10.0..=900.0, "kg/m³")?,
-    );
-    for (key, property, range, unit) in [
-        (WATER_SATURATION, Property::WaterSaturation, 0.0..=1.0, ""),
-        (TEMPERATURE_C, Property::Temperature, -60.0..=0.0, "°C"),
-    ] {
-        if section.has(key) {
-            sample = sample.with(property, section.number(key, None, range, unit)?);
-        }
-    }
-    if let Some(contents) = section.table(IMPURITIES_NG_G)? {
-        let impurities: Vec<Property> = Property::all().filter(|property| property.is_impurity()).collect();
-        contents.only(&impurities.iter().map(|impurity| impurity.title()).collect::<Vec<_>>())?;
-        for impurity in impurities.into_iter().filter(|impurity| contents.has(impurity.title())) {
-            sample = sample.with(impurity, contents.number(impurity.title(), None, 0.0..=1e7, "ng/g")?);
-        }
-    }
-    PcaSnow::new(table, &sample).map_err(|error| section.error_at(key_of(&error), error.to_string()))
-}
-
-/// The key of the value that a table does not reach.
-fn key_of(error: &DatabaseError) -> &'static str {
-    let (DatabaseError::OffGrid { quantity, .. }
-    | DatabaseError::OffAxis { quantity, .. }
-    | DatabaseError::NoAxis { quantity, .. }) = error
-    else {
-        return "type";
+/// Linear sRGB from three numbers, which are it, or from `#rrggbb`, which is encoded.
+fn read_colour(section: &Section) -> Result<[f32; 3], RenderError> {
+    let key = "reflectance_rgb";
+    let Some(text) = section.text(key).ok().flatten() else {
+        return section.vector(key, None, 0.0..=1.0, "").map(Into::into);
     };
-    match *quantity {
-        "grain size" => "grain_size_um",
-        "facetness" => "facetness",
-        "density" => "density_kg_m3",
-        "water saturation" => WATER_SATURATION,
-        "temperature" => TEMPERATURE_C,
-        _ => IMPURITIES_NG_G,
+    let code: Result<Srgb8, _> = text.parse();
+    let wrong = |error| section.error_at(key, format!("{}: {error}", section.full_name(key)));
+    let LinearRgb { r, g, b } = code.map_err(wrong)?.decode();
+    Ok([r, g, b].map(narrow))
+}
+
+/// A picture from the key `texture`, with `texture_scale_m` beside it.
+pub(super) fn read_texture(
+    section: &Section,
+    scene: &Path,
+    pixels: impl Fn(&PngImage) -> Vec<[f32; 3]>,
+) -> Result<Texture, RenderError> {
+    let width_m = narrow(section.number(TEXTURE_SCALE_M, Some(1.0), 1e-4..=1e5, "m")?);
+    let picture = PngImage::open(&existing(section, "texture", scene)?)?;
+    Ok(Texture::new(picture.width, pixels(&picture), width_m))
+}
+
+/// The file beside the scene that a key names.
+pub(super) fn existing(section: &Section, key: &str, scene: &Path) -> Result<PathBuf, RenderError> {
+    let path = scene.with_file_name(section.required_text(key)?);
+    if path.is_file() {
+        return Ok(path);
     }
+    Err(section.error_at(key, format!("{} {} does not exist", section.full_name(key), path.display())))
 }

@@ -4,14 +4,21 @@
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops
 //! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1
-//! [material.NAME]          # type = "diffuse": reflectance
+//! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
+//!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
+//!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
+//!                          #   texture = "FILE.png" (encoded sRGB), texture_scale_m = 1
 //!                          # type = "pca_snow": grain_size_um, facetness, density_kg_m3,
 //!                          #   where the table has axes of them: water_saturation = 0, temperature_c = -5,
-//!                          #   impurities_ng_g = { black-carbon = 0, … },
+//!                          #   impurities_ng_g = { black-carbon = 0, … }; each one value, or two with
+//!                          #   mask = { texture = "FILE.png", texture_scale_m = 1 } or
+//!                          #   mask = { attribute = "NAME", range = [0, 1] },
 //!                          #   path = "easiest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
 //! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
 //!                          # type = "point": position, radiant_intensity_w_sr
+//!                          # type = "spot": position, look_at, radiant_intensity_w_sr, inner_cone_deg = 0,
+//!                          #   outer_cone_deg = 45
 //!                          # type = "directional": direction (in which it shines), irradiance_w_m2
 //!                          # type = "sphere": position, radius, radiance_w_m2_sr, visible = true
 //!                          # type = "rectangle": position, look_at, up = [0, 0, 1], size (width, height),
@@ -22,22 +29,24 @@
 //!                          # shape = "heights": size, heights = [[…], …] or file = "FILE.png" | "FILE.exr", bottom;
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z"
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
-//! gltf = "FILE.glb"        # all its meshes, and its camera where there is no [camera]; before all tables
+//! gltf = "FILE.glb"        # all its meshes and lights, and its camera where there is no [camera]; before all tables
 //! ```
 //!
 //! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it; a plane is level,
 //! facing z, until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip;
-//! scale comes before rotation, position after. Mesh files are looked for beside the scene file. glTF has y upwards and
+//! scale comes before rotation, position after. All files are looked for beside the scene file. glTF has y upwards and
 //! is turned to z; `up` says so, or not, for single meshes. `part` is an object or group of an OBJ file, a node or mesh
-//! of a glTF. A glTF's materials are those of the scene file under the same names, and else diffuse, as bright as their
+//! of a glTF. A glTF's materials are those of the scene file under the same names, and else diffuse, of their
 //! base colour. Heights, row by row from far to near, rise `size`'s third number each, from a `bottom` that closes the
-//! solid. Snow objects of one `body` are one solid.
+//! solid. Snow objects of one `body` are one solid. Where a picture lies on a shape is told in [`surface_texture`](crate::surface_texture),
+//! what a mask does in [`snow_curves`](crate::material::snow_curves).
 
 mod gltf_scene;
 mod lights;
 mod materials;
 mod placing;
 mod section;
+mod snow;
 mod things;
 
 use std::ops::Range;
@@ -58,7 +67,7 @@ use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
 
 use gltf_scene::{GltfScene, read_gltf};
 use lights::{read_environment, read_light};
-use materials::{Named, read_materials};
+use materials::{Named, Workshop, read_materials};
 use section::{SceneText, Section};
 use things::{Meshes, read_object, snow_around};
 
@@ -135,17 +144,25 @@ impl Scene {
             None => Retina::eye(),
             Some(colour) => Retina::false_color(colour, &table.axes.wavelengths_nm)?,
         };
-        let mut materials = read_materials(source, &root, table, overrides, &retina)?;
+        let workshop = Workshop::new(source.path, table, overrides, &retina);
+        let mut materials = read_materials(source, &root, &workshop)?;
         let mut lights = list(source, &root, "light", |section| read_light(&section, source.path, overrides))?;
         if let Some(value) = root.get("environment") {
             let section = Section::new(source, "environment".into(), value)?;
             lights.push(read_environment(&section, source.path, overrides)?);
         }
+        let objects = list(source, &root, "object", {
+            let mut meshes = Meshes::default();
+            let materials = &materials;
+            move |section| read_object(&section, source.path, materials, &mut meshes)
+        })?;
+        let gltf = read_gltf_of(source, &root, &mut materials, &workshop)?;
+        lights.extend(gltf.lights);
         if lights.is_empty() {
             return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
         }
-        let (objects, gltf_view) = read_objects(source, &root, &mut materials)?;
-        let camera = read_view(source, &root, gltf_view)?;
+        let objects = Objects::new(objects.into_iter().chain(gltf.objects).collect());
+        let camera = read_view(source, &root, gltf.view)?;
         if let Some(index) = snow_around(&objects, &materials, camera.view.position) {
             let name = &objects.list()[index].name;
             return Err(source.error(&camera.place, format!("camera.position lies inside the snow of \"{name}\"")));
@@ -165,13 +182,10 @@ impl Scene {
     }
 }
 
-/// All objects, of the file's own tables and of its glTF, and the glTF's view.
-fn read_objects(source: SceneText, root: &DeTable, materials: &mut Vec<Named>) -> Read<(Objects, Option<View>)> {
-    let mut meshes = Meshes::default();
-    let mut objects =
-        list(source, root, "object", |section| read_object(&section, source.path, materials, &mut meshes))?;
+/// What the glTF of a scene adds to it; nothing where there is none.
+fn read_gltf_of(source: SceneText, root: &DeTable, materials: &mut Vec<Named>, workshop: &Workshop) -> Read<GltfScene> {
     let Some(value) = root.get("gltf") else {
-        return Ok((Objects::new(objects), None));
+        return Ok(GltfScene::default());
     };
     let Some(name) = value.get_ref().as_str() else {
         return Err(source.error(&value.span(), "`gltf` must be the name of a file in quotes"));
@@ -180,9 +194,7 @@ fn read_objects(source: SceneText, root: &DeTable, materials: &mut Vec<Named>) -
     if !file.is_file() {
         return Err(source.error(&value.span(), format!("glTF file {} does not exist", file.display())));
     }
-    let GltfScene { objects: more, view } = read_gltf(&file, materials)?;
-    objects.extend(more);
-    Ok((Objects::new(objects), view))
+    read_gltf(&file, materials, workshop)
 }
 
 /// A view, and where in the file its position and its aim stand.

@@ -151,17 +151,27 @@ impl<'text> Section<'text> {
         Ok(Some((columns, numbers)))
     }
 
-    /// Two numbers within a range, which must be there.
-    pub(crate) fn pair(&self, key: &str, range: RangeInclusive<f64>, unit: &str) -> Read<[f32; 2]> {
+    /// A number within a range, or two; one number counts as both. The key must be there.
+    pub(crate) fn one_or_two(&self, key: &str, range: RangeInclusive<f64>, unit: &str) -> Read<[f64; 2]> {
         let value = self.value(key).ok_or_else(|| self.missing(key))?;
-        let numbers: Option<Vec<f64>> =
-            value.as_array().and_then(|list| list.iter().map(|item| as_number(item.get_ref())).collect());
+        let Some(list) = value.as_array() else {
+            return self.number(key, None, range, unit).map(|number| [number; 2]);
+        };
+        let numbers: Option<Vec<f64>> = list.iter().map(|item| as_number(item.get_ref())).collect();
         let Some(&[first, second]) = numbers.as_deref() else {
-            return Err(self.wrong_kind(key, value, "a list of two numbers"));
+            return Err(self.wrong_kind(key, value, "a number or a list of two"));
         };
         self.check(key, first, &range, unit)?;
         self.check(key, second, &range, unit)?;
-        Ok([narrow(first), narrow(second)])
+        Ok([first, second])
+    }
+
+    /// Two numbers within a range, which must be there.
+    pub(crate) fn pair(&self, key: &str, range: RangeInclusive<f64>, unit: &str) -> Read<[f32; 2]> {
+        if let Some(value) = self.value(key).filter(|value| value.as_array().is_none()) {
+            return Err(self.wrong_kind(key, value, "a list of two numbers"));
+        }
+        self.one_or_two(key, range, unit).map(|pair| pair.map(narrow))
     }
 
     /// True or false.

@@ -87,6 +87,9 @@ pub(super) fn read_object(
         }
         _ => return Err(section.error("an object must have either `shape` or `mesh`")),
     };
+    let (material_name, made_of) = &materials[material];
+    let misfit = |reason| section.error_at("material", format!("object.material \"{material_name}\": {reason}"));
+    made_of.check(&shape).map_err(misfit)?;
     Ok(Object { name, shape, material, body: read_body(section, &materials[material])? })
 }
 

@@ -2,10 +2,11 @@
 //! transforms, meshes, materials by name, cameras, and lights by the extension KHR_lights_punctual.
 //!
 //! Read of a mesh are triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and the
-//! attributes of one number whose names begin with an underscore. Left out are points and lines, skins, morph targets
-//! and textures.
+//! attributes of one number whose names begin with an underscore; of a material its base colour, which may be a PNG. Left
+//! out are points and lines, skins, morph targets, and all that makes a surface shine.
 
 mod accessor;
+mod paint;
 mod punctual;
 
 use std::collections::BTreeMap;
@@ -17,7 +18,6 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
 use gltf::accessor::Dimensions;
 use gltf::mesh::Mode;
 use gltf::{Gltf, Node, Primitive, Semantic};
-use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
 use crate::ray::narrow;
@@ -25,6 +25,7 @@ use crate::triangles::Triangles;
 
 use accessor::numbers;
 
+pub use paint::GltfMaterial;
 pub use punctual::{LightKind, PunctualLight};
 
 /// Takes the axes of glTF, y upwards and z towards the viewer, to those of a scene, z upwards and y away.
@@ -155,13 +156,6 @@ impl GltfFile {
         Ok(surfaces)
     }
 
-    /// A material's name, if it has one, and its base colour: the share of red, green and blue light that it reflects.
-    pub fn material(&self, index: usize) -> Option<(Option<&str>, LinearRgb)> {
-        let material = self.gltf.materials().nth(index)?;
-        let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor().map(f64::from);
-        Some((material.name(), LinearRgb { r, g, b }))
-    }
-
     fn primitive(&self, primitive: &Primitive) -> Result<Triangles, String> {
         let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
         let places = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
@@ -181,7 +175,8 @@ impl GltfFile {
         let uv = match primitive.get(&Semantic::TexCoords(0)) {
             Some(accessor) => {
                 let values = read(accessor, Dimensions::Vec2)?;
-                values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(uv[1]))).collect()
+                // A glTF counts them from the upper left corner of the picture.
+                values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(1.0 - uv[1]))).collect()
             }
             None => Vec::new(),
         };
@@ -249,22 +244,23 @@ fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Resul
         gltf::buffer::Source::Bin => {
             blob.map(<[u8]>::to_vec).ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
         }
-        gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
-            Some(data) => {
-                let text = data.split_once(";base64,").map(|(_, text)| text);
-                let text =
-                    text.ok_or_else(|| wrong(format!("buffer {number} is written in another way than base64")))?;
-                STANDARD.decode(text).map_err(|error| wrong(format!("buffer {number}: {error}")))?
-            }
-            None => {
-                let path = path.with_file_name(uri.replace("%20", " "));
-                std::fs::read(&path).map_err(|source| RenderError::ReadFile { path, source })?
-            }
-        },
+        gltf::buffer::Source::Uri(uri) => read_uri(path, uri, &format!("buffer {number}"))?,
     };
     if bytes.len() < buffer.length() {
         let (found, wanted) = (bytes.len(), buffer.length());
         return Err(wrong(format!("buffer {number} has {found} bytes, but must have {wanted}: the file is cut short")));
     }
     Ok(bytes)
+}
+
+/// What stands in a URI, or in the file beside the glTF that it names.
+fn read_uri(path: &Path, uri: &str, what: &str) -> Result<Vec<u8>, RenderError> {
+    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason: format!("{what} {reason}") };
+    let Some(data) = uri.strip_prefix("data:") else {
+        let path = path.with_file_name(uri.replace("%20", " "));
+        return std::fs::read(&path).map_err(|source| RenderError::ReadFile { path, source });
+    };
+    let text = data.split_once(";base64,").map(|(_, text)| text);
+    let text = text.ok_or_else(|| wrong("is written in another way than base64".into()))?;
+    STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
 }
