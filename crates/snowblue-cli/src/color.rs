@@ -22,7 +22,7 @@ use crate::spectrum_file;
     allow_negative_numbers = true,
     after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
 A false colour is the transmittance at three wavelengths, 1 being white, without illuminant, XYZ and CIELAB.
-The exposure changes hex alone: automatic, it brings the brightest channel of the brightest row to 0.9.
+The exposure changes hex alone: automatic, it brings the brightest channel of all rows to 0.9.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
@@ -73,6 +73,9 @@ pub(crate) struct Color {
     output: OutputOptions,
 }
 
+/// Where automatic exposure brings the brightest channel of all rows.
+const AUTO_LEVEL: f64 = 0.9;
+
 /// Thickness and angle of a slab, and its spectrum.
 type Curve = ([Cell; 2], Vec<f64>);
 
@@ -109,7 +112,7 @@ impl Color {
     fn exposed(&self, rows: Vec<Colored>) -> Vec<Vec<Cell>> {
         let factor = match self.exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => exposure::automatic(rows.iter().map(|row| row.light)),
+            Exposure::Auto => exposure::automatic(rows.iter().map(|row| row.light), 1.0, AUTO_LEVEL),
         };
         rows.into_iter().map(|row| row.row(factor)).collect()
     }

@@ -63,15 +63,9 @@ impl Colored {
         Self { light: LinearRgb { r, g, b }, cells: place }
     }
 
-    /// The colour at an exposure, as a factor.
-    pub(crate) fn exposed(&self, factor: f64) -> LinearRgb {
-        let LinearRgb { r, g, b } = self.light;
-        LinearRgb { r: factor * r, g: factor * g, b: factor * b }
-    }
-
     /// The whole row at an exposure, as a factor.
     pub(crate) fn row(mut self, factor: f64) -> Vec<Cell> {
-        let hex = hex(self.exposed(factor));
+        let hex = hex(self.light * factor);
         self.cells.push(Cell::Word(hex));
         self.cells
     }

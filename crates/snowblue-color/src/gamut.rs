@@ -1,30 +1,42 @@
-//! Colours that a screen cannot show become colours that it can, of the same hue to the eye and the same luminance.
+//! Colours that a screen cannot show become the nearest ones of the same luminance that it can.
 //!
-//! In Oklab a colour loses chroma at constant hue: between its own place, at t = 1, and the grey of its lightness, at
-//! t = 0, the cube roots of (l, m, s) are 1 + t d, up to a factor that gives back the luminance. Step by step t shrinks
-//! by the cube root of the share that the straight way to grey in linear RGB would keep (chroma is a cube root of light),
-//! and what is left after the last step, a trace, goes the straight way. So everything is continuous: the border itself,
-//! sought on a line of constant hue, is not, since such lines leave the gamut beside the blue primary by 5·10⁻⁴ of the
-//! brightest channel and come back.
+//! The colours of one luminance that a screen can show are a convex polygon in linear RGB. Of its border a colour gets
+//! the point with the least weighted difference in Oklab, (C − C₀)² + (4 H)², where C and H are the parts of (a, b) along
+//! and across the hue of the colour, and C₀ is its chroma. To clip to the least difference, with chroma counting least, is
+//! the way of N. Katoh & M. Ito 1996, *Gamut mapping for computer generated images (II)*, Proc. 4th Color Imaging
+//! Conference, 126, doi:10.2352/CIC.1996.4.1.art00034, in CIELAB. Other than there, the luminance is held, since that is
+//! what was computed, and the weight is our own choice. CSS Color Module Level 4, section 13, goes another way: it
+//! reduces chroma at constant hue and lightness of Oklab, up to a clip that is close enough.
 //!
-//! That chroma alone is reduced, in a space of constant hues, is the way of CSS Color Module Level 4, section 13, and of
-//! B. Ottosson 2021, *sRGB gamut clipping*, <https://bottosson.github.io/posts/gamutclipping/>. They hold the lightness of
-//! Oklab; here it is the luminance, since that is what was computed.
+//! The search is of the kind of Gauss and Newton: it starts on the straight way to grey, takes Oklab as linear about the
+//! best place so far, and goes to the nearest point of the polygon, which is exact on straight edges. The nearest point
+//! of a convex set moves continuously, and so does the outcome after a fixed number of steps.
 //!
-//! The straight way alone holds the dominant wavelength instead, and hues turn on it: by 7° in Oklab and 4° in IPT for
-//! light through 60 cm of snow, against 0.04° and 0.6° on this one (`tests/gamut.rs`).
+//! **Why hue may turn.** Beside the blue primary the border runs nearly along a line of constant hue. Who holds the hue
+//! exactly has to jump there: a light just outside of `#0000ff` would lose half of its chroma. Weight 4 turns the hue of
+//! daylight through 1–100 cm of snow by at most 5° in Oklab and 6° in IPT, against 8° and 14° on the straight way to grey,
+//! and spreads no neighbouring lights by more than a factor of 10 (`tests/gamut.rs`).
 
-use crate::matrix::{Matrix, Vector, compose, dot, product};
-use crate::oklab::{CONES_TO_XYZ, away_from_grey};
-use crate::rgb::{LinearRgb, RgbSpace, xyz_to_rgb};
+use crate::matrix::{Matrix, Vector, compose, dot, multiply, product, transpose};
+use crate::oklab::{ROOTS_TO_LAB, XYZ_TO_CONES};
+use crate::rgb::{LinearRgb, RgbSpace, rgb_to_xyz};
 
-const CONES_TO_RGB: Matrix = compose(xyz_to_rgb(RgbSpace::Srgb), CONES_TO_XYZ);
+/// Luminances of the primaries at 1, which sum to 1.
+const PRIMARIES: Vector = rgb_to_xyz(RgbSpace::Srgb)[1];
+/// From the luminances that a colour has in red, green and blue to the responses of the cones.
+const TO_CONES: Matrix = transpose(SLOPES_OF_CONES);
+/// How the responses of the cones grow with the luminance in red (first row), green and blue.
+const SLOPES_OF_CONES: Matrix = slopes_of_cones();
 
-/// With so many steps the hue of monochromatic light turns by at most 0.35°, and that of deep snow by 0.04°.
-const STEPS: usize = 16;
+/// How many times a turn of hue counts as much as an equal loss of chroma. More keeps hues better and spreads neighbours
+/// more: 2 turns the light of deep snow by 9° and spreads lights by a factor of 3, 10 turns it by 1° and spreads by 30.
+const HUE_WEIGHT: f64 = 4.0;
+
+/// A third step changes the chroma of snow's light by less than 1 %.
+const STEPS: usize = 2;
 
 impl LinearRgb {
-    /// A colour without negative channels: the same luminance and hue, and of the chroma as much as a screen has.
+    /// The nearest colour without negative channels, of the same luminance and nearly the same hue.
     ///
     /// A colour without a negative channel stays as it is, also one above 1, which is a matter of exposure; a light
     /// that is stronger by a factor becomes a colour that is stronger by this factor. A colour without positive
@@ -32,15 +44,14 @@ impl LinearRgb {
     ///
     /// Deep water and snow are too blue for a screen:
     /// ```
-    /// # use snowblue_color::{LinearRgb, Oklab, Observer};
-    /// let deep_blue = LinearRgb::from_xyz(Observer::Cie1931.matching(470.0)?);
+    /// # use snowblue_color::{LinearRgb, Oklab, Xyz};
+    /// let deep_blue = LinearRgb::from_xyz(Xyz { x: 0.0011, y: 0.00105, z: 0.00494 });
     /// assert!(deep_blue.r < 0.0);
     /// let shown = deep_blue.into_gamut();
     /// assert!(shown.r >= 0.0 && shown.g >= 0.0 && shown.b > shown.g);
     /// assert!((shown.luminance() / deep_blue.luminance() - 1.0).abs() < 1e-12);
     /// let hue_deg = |colour: LinearRgb| Oklab::from_xyz(colour.xyz()).hue_deg();
-    /// assert!((hue_deg(shown) - hue_deg(deep_blue)).abs() < 0.2);
-    /// # Ok::<(), snowblue_color::ColorError>(())
+    /// assert!((hue_deg(shown) - hue_deg(deep_blue)).abs() < 3.0);
     /// ```
     #[must_use]
     pub fn into_gamut(self) -> LinearRgb {
@@ -51,11 +62,10 @@ impl LinearRgb {
         if luminance <= 0.0 {
             return LinearRgb::default();
         }
-        lose_chroma(self, luminance, share_above_0)
+        mapped(self, luminance, f64::INFINITY)
     }
 
-    /// A colour that a screen can show, all channels in 0–1: the same luminance and hue, and of the chroma as much as
-    /// there is at this luminance.
+    /// The nearest colour that a screen can show, all channels in 0–1, of the same luminance and nearly the same hue.
     ///
     /// What a screen can show stays as it is. Light of luminance 1 and more becomes white, light without positive
     /// luminance black.
@@ -80,53 +90,97 @@ impl LinearRgb {
         if luminance >= 1.0 {
             return LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
         }
-        let share = |colour, grey| share_above_0(colour, grey).min(share_below_1(colour, grey));
-        let LinearRgb { r, g, b } = lose_chroma(self, luminance, share);
+        let LinearRgb { r, g, b } = mapped(self, luminance, 1.0 / luminance);
         // Rounding may leave a channel just above 1.
         LinearRgb { r: r.min(1.0), g: g.min(1.0), b: b.min(1.0) }
     }
 }
 
-/// Moves a colour towards the grey of its luminance, where `share` tells how much of the straight way from grey to a
-/// colour can be shown.
-fn lose_chroma(colour: LinearRgb, luminance: f64, share: impl Fn(LinearRgb, f64) -> f64) -> LinearRgb {
-    // A colour without lightness, which no light has, has no way but the straight one.
-    let Some(direction) = away_from_grey(colour.xyz()) else {
-        return straight(colour, luminance, share(colour, luminance));
-    };
-    let (mut kept, mut moved) = (1.0, colour);
+/// The nearest colour that has no channel below 0 or above `greatest` times its luminance.
+fn mapped(colour: LinearRgb, luminance: f64, greatest: f64) -> LinearRgb {
+    // The search is about chromaticity: at luminance 1, dim light cannot underflow.
+    let parts = multiply([colour.r, colour.g, colour.b], PRIMARIES).map(|part| part / luminance);
+    let shown = nearest(parts, PRIMARIES.map(|primary| primary * greatest));
+    let [r, g, b] = [0, 1, 2].map(|primary| shown[primary] / PRIMARIES[primary]);
+    LinearRgb { r, g, b } * luminance
+}
+
+/// The nearest colour that can be shown to a colour that cannot, as luminances in red, green and blue, which sum to 1
+/// and lie from 0 to `tops`.
+fn nearest(colour: Vector, tops: Vector) -> Vector {
+    let wanted = roots(colour);
+    let weights = chroma_and_hue(wanted);
+    let mut shown = straight(colour, tops);
     for _ in 0..STEPS {
-        kept *= share(moved, luminance).cbrt();
-        moved = of_hue(direction, kept, luminance);
+        let here = roots(shown);
+        let root_slopes = here.map(|root| 1.0 / (3.0 * root * root));
+        let slopes = weights.map(|row| product(SLOPES_OF_CONES, multiply(row, root_slopes)));
+        let target =
+            [0, 1].map(|part| dot(weights[part], wanted) - dot(weights[part], here) + dot(slopes[part], shown));
+        shown = nearest_on_border(slopes, target, tops);
     }
-    straight(moved, luminance, share(moved, luminance))
+    shown
 }
 
-/// The colour of a luminance that is a share of the way from grey in a direction of Oklab.
-fn of_hue(direction: Vector, share: f64, luminance: f64) -> LinearRgb {
-    let cones = direction.map(|step| (1.0 + share * step).powi(3));
-    let factor = luminance / dot(CONES_TO_XYZ[1], cones);
-    let [r, g, b] = product(CONES_TO_RGB, cones).map(|channel| channel * factor);
-    LinearRgb { r, g, b }
+/// Cube roots of the cones' responses, above 0 for all that a screen can show.
+fn roots(colour: Vector) -> Vector {
+    product(TO_CONES, colour).map(f64::cbrt)
 }
 
-/// A share of the straight way in linear RGB from a grey to a colour of the same luminance.
-fn straight(colour: LinearRgb, grey: f64, share: f64) -> LinearRgb {
-    // Rounding may leave the lowest channel just below 0.
-    let channel = |value: f64| (grey + share * (value - grey)).max(0.0);
-    LinearRgb { r: channel(colour.r), g: channel(colour.g), b: channel(colour.b) }
+/// From cube roots to the parts of (a, b) along and across the hue of a colour, weighted.
+fn chroma_and_hue(roots: Vector) -> [Vector; 2] {
+    let [_, to_a, to_b] = ROOTS_TO_LAB;
+    let (a, b) = (dot(to_a, roots), dot(to_b, roots));
+    let chroma = a.hypot(b);
+    let (cos, sin) = (a / chroma, b / chroma);
+    let sum = |of_a: f64, of_b: f64| [0, 1, 2].map(|cone| of_a * to_a[cone] + of_b * to_b[cone]);
+    [sum(cos, sin), sum(-HUE_WEIGHT * sin, HUE_WEIGHT * cos)]
 }
 
-/// How much of the straight way from grey to a colour has no negative channel.
-fn share_above_0(colour: LinearRgb, grey: f64) -> f64 {
-    let lowest = colour.r.min(colour.g).min(colour.b);
-    if lowest >= 0.0 { 1.0 } else { grey / (grey - lowest) }
+/// Where the straight way from a colour to grey enters what can be shown.
+fn straight(colour: Vector, tops: Vector) -> Vector {
+    let mut share: f64 = 1.0;
+    for ((part, grey), top) in colour.into_iter().zip(PRIMARIES).zip(tops) {
+        if part < 0.0 {
+            share = share.min(grey / (grey - part));
+        } else if part > top {
+            share = share.min((top - grey) / (part - grey));
+        }
+    }
+    // Rounding may leave a part just below 0.
+    [0, 1, 2].map(|part| (PRIMARIES[part] + share * (colour[part] - PRIMARIES[part])).max(0.0))
 }
 
-/// How much of the straight way from a grey below 1 to a colour has no channel above 1.
-fn share_below_1(colour: LinearRgb, grey: f64) -> f64 {
-    let greatest = colour.r.max(colour.g).max(colour.b);
-    if greatest <= 1.0 { 1.0 } else { (1.0 - grey) / (greatest - grey) }
+/// The point x of the border with the least distance of (slopes · x) to `target`.
+fn nearest_on_border(slopes: [Vector; 2], target: [f64; 2], tops: Vector) -> Vector {
+    let mut best = (f64::INFINITY, [0.0; 3]);
+    for (fixed, level) in [(0, 0.0), (1, 0.0), (2, 0.0), (0, tops[0]), (1, tops[1]), (2, tops[2])] {
+        // Along an edge one part stays, a second runs, and the third is the rest of the luminance.
+        let (running, resting) = ((fixed + 1) % 3, (fixed + 2) % 3);
+        let rest = 1.0 - level;
+        let (from, to) = ((rest - tops[resting]).max(0.0), rest.min(tops[running]));
+        if from > to {
+            continue;
+        }
+        let off = [0, 1].map(|row| target[row] - slopes[row][fixed] * level - slopes[row][resting] * rest);
+        let step = slopes.map(|slope| slope[running] - slope[resting]);
+        let along = (off[0] * step[0] + off[1] * step[1]) / (step[0] * step[0] + step[1] * step[1]);
+        let along = along.clamp(from, to);
+        let left = [off[0] - along * step[0], off[1] - along * step[1]];
+        let distance = left[0] * left[0] + left[1] * left[1];
+        if distance < best.0 {
+            let mut point = [0.0; 3];
+            (point[fixed], point[running], point[resting]) = (level, along, rest - along);
+            best = (distance, point);
+        }
+    }
+    best.1
+}
+
+const fn slopes_of_cones() -> Matrix {
+    let [red, green, blue] = transpose(compose(XYZ_TO_CONES, rgb_to_xyz(RgbSpace::Srgb)));
+    let [of_red, of_green, of_blue] = PRIMARIES;
+    [multiply(red, [1.0 / of_red; 3]), multiply(green, [1.0 / of_green; 3]), multiply(blue, [1.0 / of_blue; 3])]
 }
 
 #[cfg(test)]

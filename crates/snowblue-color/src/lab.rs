@@ -48,8 +48,9 @@ impl Lab {
 
     /// Hue angle h_ab in degrees, from 0 to below 360: 0 red, 90 yellow, 180 green, 270 blue. Grey has none and gives 0.
     pub fn hue_deg(self) -> f64 {
-        let hue = self.b.atan2(self.a).to_degrees();
-        if hue < 0.0 { hue + 360.0 } else { hue }
+        let hue = self.b.atan2(self.a).to_degrees().rem_euclid(360.0);
+        // What lies less than half a rounding step below 0 would be rounded to 360.
+        if hue < 360.0 { hue } else { 0.0 }
     }
 
     /// Colour difference ΔE*ab of 1976, the distance of two colours; about 2.3 is just noticeable (Mahy, Van Eycken &
@@ -116,6 +117,7 @@ mod tests {
         assert!((blue.hue_deg() - 306.869_897_645_844).abs() < 1e-12);
         assert!((Lab { a: -1.0, b: 0.0, ..blue }.hue_deg() - 180.0).abs() < 1e-12);
         assert!(Lab { a: 0.0, b: 0.0, ..blue }.hue_deg().abs() < 1e-12);
+        assert!(Lab { a: 1.0, b: -1e-20, ..blue }.hue_deg().abs() < 1e-12, "just below 0 is not 360");
     }
 
     #[test]

@@ -23,7 +23,7 @@
 //! ```
 //!
 //! What a screen cannot show, the blue of deep snow before all, becomes what it can by
-//! [`LinearRgb::displayable`](LinearRgb::displayable): the same luminance, the same hue to the eye.
+//! [`LinearRgb::displayable`](LinearRgb::displayable): the same luminance, nearly the same hue to the eye.
 //!
 //! **Simplified.** Tables are joined by straight lines. A sum over the given wavelengths stands for the integral, as in
 //! CIE 015:2018, so the wavelengths should be evenly spaced; [`sampling`] gives the grids of 1, 5 and 10 nm and says what

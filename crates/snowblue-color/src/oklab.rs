@@ -7,7 +7,7 @@
 //! The rows of the printed M₁ are scaled by less than 5·10⁻⁴, so that the white of sRGB is L = 1, a = b = 0 up to
 //! the rounding of M₂, 10⁻⁷.
 
-use crate::matrix::{Matrix, Vector, inverse, multiply, product};
+use crate::matrix::{Matrix, inverse, multiply, product};
 use crate::rgb::RgbSpace;
 use crate::xyz::Xyz;
 
@@ -16,14 +16,15 @@ const PRINTED_XYZ_TO_CONES: Matrix = [
     [0.032_984_543_6, 0.929_311_871_5, 0.036_145_638_7],
     [0.048_200_301_8, 0.264_366_269_1, 0.633_851_707_0],
 ];
-const ROOTS_TO_LAB: Matrix = [
+/// From the cube roots of (l, m, s) to L, a and b.
+pub(crate) const ROOTS_TO_LAB: Matrix = [
     [0.210_454_255_3, 0.793_617_785_0, -0.004_072_046_8],
     [1.977_998_495_1, -2.428_592_205_0, 0.450_593_709_9],
     [0.025_904_037_1, 0.782_771_766_2, -0.808_675_766_0],
 ];
-const XYZ_TO_CONES: Matrix = xyz_to_cones();
-/// From (l, m, s), 1 each for the white of sRGB, to XYZ.
-pub(crate) const CONES_TO_XYZ: Matrix = inverse(XYZ_TO_CONES);
+/// From XYZ to (l, m, s), 1 each for the white of sRGB.
+pub(crate) const XYZ_TO_CONES: Matrix = xyz_to_cones();
+const CONES_TO_XYZ: Matrix = inverse(XYZ_TO_CONES);
 const LAB_TO_ROOTS: Matrix = inverse(ROOTS_TO_LAB);
 
 /// A colour as it looks beside the white of a screen, D65.
@@ -42,7 +43,8 @@ pub struct Oklab {
 impl Oklab {
     /// The colour that tristimulus values of the 2° observer have for an eye adapted to D65.
     pub fn from_xyz(xyz: Xyz) -> Oklab {
-        let [l, a, b] = product(ROOTS_TO_LAB, roots(xyz));
+        let roots = product(XYZ_TO_CONES, [xyz.x, xyz.y, xyz.z]).map(f64::cbrt);
+        let [l, a, b] = product(ROOTS_TO_LAB, roots);
         Oklab { l, a, b }
     }
 
@@ -62,19 +64,6 @@ impl Oklab {
     pub fn hue_deg(self) -> f64 {
         self.b.atan2(self.a).to_degrees().rem_euclid(360.0)
     }
-}
-
-/// Cube roots of (l, m, s): equal for greys.
-fn roots(xyz: Xyz) -> Vector {
-    product(XYZ_TO_CONES, [xyz.x, xyz.y, xyz.z]).map(f64::cbrt)
-}
-
-/// Cube roots of (l, m, s) of the grey of lightness 1 and what leads from there to a colour of the same lightness, or
-/// nothing for a colour without lightness.
-pub(crate) fn away_from_grey(xyz: Xyz) -> Option<Vector> {
-    let roots = roots(xyz);
-    let [lightness, _, _] = product(ROOTS_TO_LAB, roots);
-    (lightness > 0.0).then(|| roots.map(|root| root / lightness - 1.0))
 }
 
 const fn xyz_to_cones() -> Matrix {

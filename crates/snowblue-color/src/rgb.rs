@@ -5,6 +5,7 @@
 //! (SMPTE RP 177:1993).
 
 use std::fmt;
+use std::ops::Mul;
 
 use crate::matrix::{self, Matrix, Vector, inverse, multiply, product};
 use crate::srgb;
@@ -137,6 +138,15 @@ impl LinearRgb {
     /// Luminance Y, 1 for the screen's white.
     pub fn luminance(self) -> f64 {
         self.xyz().y
+    }
+}
+
+/// Light made stronger by a factor.
+impl Mul<f64> for LinearRgb {
+    type Output = LinearRgb;
+
+    fn mul(self, factor: f64) -> LinearRgb {
+        LinearRgb { r: self.r * factor, g: self.g * factor, b: self.b * factor }
     }
 }
 

@@ -9,6 +9,12 @@ use snowblue_color::{LinearRgb, Xyz, exposure};
 
 use crate::scene::Exposure;
 
+/// Automatic exposure lets the brightest percent of pixels be glaring: lamps and highlights.
+const AUTO_SHARE: f64 = 0.99;
+
+/// To where automatic exposure brings the brightest of the other pixels, with 1 the brightest that a screen can show.
+const AUTO_LEVEL: f64 = 0.9;
+
 /// A finished picture, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
@@ -47,7 +53,9 @@ impl Film {
     pub fn display_factor(&self, exposure: Exposure) -> f64 {
         match exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => exposure::automatic(self.pixels.iter().copied().map(LinearRgb::from_xyz)),
+            Exposure::Auto => {
+                exposure::automatic(self.pixels.iter().copied().map(LinearRgb::from_xyz), AUTO_SHARE, AUTO_LEVEL)
+            }
         }
     }
 }

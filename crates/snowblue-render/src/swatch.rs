@@ -1,6 +1,6 @@
 //! Sheets of swatches: colours in rows and columns with their labels, flat or with the grey of snow over them.
 
-use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_color::{LinearRgb, Srgb8, exposure};
 
 use crate::lettering::Lettering;
 use crate::picture::Picture;
@@ -67,12 +67,7 @@ struct Layout {
 /// The greatest channel of all, colours being within the gamut, becomes 1/[`SnowTexture::BRIGHTEST`] = 0.8 of what a screen
 /// can show: a texture has room above it. One factor serves all colours, so that they compare; darkness stays as it is.
 pub fn automatic_exposure<'c>(colours: impl IntoIterator<Item = &'c LinearRgb>) -> f64 {
-    let greatest = |colour: &LinearRgb| {
-        let LinearRgb { r, g, b } = colour.into_gamut();
-        r.max(g).max(b)
-    };
-    let greatest = colours.into_iter().map(greatest).fold(0.0, f64::max);
-    if greatest > 0.0 { 1.0 / (SnowTexture::BRIGHTEST * greatest) } else { 1.0 }
+    exposure::automatic(colours.into_iter().copied(), 1.0, 1.0 / SnowTexture::BRIGHTEST)
 }
 
 /// A swatch: a colour in linear light, flat or times a texture.
@@ -84,8 +79,8 @@ pub fn swatch(colour: LinearRgb, (width, height): (u32, u32), texture: Option<u6
 }
 
 fn textured(colour: LinearRgb, texture: &SnowTexture) -> Picture {
-    let LinearRgb { r, g, b } = colour.into_gamut();
-    let times = |factor: &f64| Srgb8::encode(LinearRgb { r: r * factor, g: g * factor, b: b * factor }.displayable());
+    let colour = colour.into_gamut();
+    let times = |factor: &f64| Srgb8::encode((colour * *factor).displayable());
     Picture::new(texture.width(), texture.height(), texture.factors().iter().map(times).collect())
 }
 

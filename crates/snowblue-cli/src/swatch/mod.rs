@@ -100,7 +100,7 @@ impl Swatch {
             closing: self.closing(factor)?,
             columns: self.columns.as_ref().map_or_else(alone, Axis::sheet),
             rows: self.rows.as_ref().map_or_else(alone, Axis::sheet),
-            colours: colours.iter().map(|row| row.iter().map(|seen| seen.exposed(factor)).collect()).collect(),
+            colours: colours.iter().map(|row| row.iter().map(|seen| seen.light * factor).collect()).collect(),
             size_px: self.size,
             texture: (!self.no_texture).then_some(self.ordinates.seed),
         };

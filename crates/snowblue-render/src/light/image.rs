@@ -68,7 +68,7 @@ impl SkyImage {
     /// Light of an image times `scale`; its value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
     /// images that this program writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
     ///
-    /// Colours that no screen shows move to the grey of their luminance, as far as needed. Without `daylight` colours
+    /// Colours that no screen shows become the nearest of their luminance. Without `daylight` colours
     /// are grey: for false colours.
     ///
     /// # Errors
