@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_color::{Colorimeter, Observer, exposure};
+use snowblue_color::{Colorimeter, exposure};
 use snowblue_render::FalseColor;
 use snowblue_render::scene::Exposure;
 use snowblue_transport::ordinates;
@@ -11,7 +11,9 @@ use snowblue_transport::slab::Radiometry;
 
 use crate::colored::{COLUMNS, Colored, FALSE_COLUMNS, wavelengths_nm};
 use crate::failure::{Failure, Outcome};
-use crate::options::{LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name};
+use crate::options::{
+    EyeOptions, LightOptions, OrdinatesWords, OutputOptions, SampleOptions, SlabOptions, incidence_name,
+};
 use crate::parse::{self, Wavelengths};
 use crate::report::{Cell, Report};
 use crate::spectrum_file;
@@ -21,7 +23,8 @@ use crate::spectrum_file;
 #[command(
     allow_negative_numbers = true,
     after_help = "The bare light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
-A false colour is the transmittance at three wavelengths, 1 being white, without illuminant, XYZ and CIELAB.
+A false colour is the transmittance at three wavelengths, 1 being white, without illuminant,
+XYZ and CIELAB.
 The exposure changes hex alone: automatic, it brings the brightest channel of all rows to 0.9.
 
 Examples:
@@ -29,9 +32,12 @@ Examples:
   snowblue color --thickness 5,10,15,30 --exposure auto
   snowblue color --reflected --impurity black-carbon=200
   snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
-  snowblue color --spectrum measured.csv --illuminant E    (columns wavelength_nm,value, or a CSV of `snowblue spectrum`
-                                                           with its header; 400–700 nm in equal steps of 20 nm at the
-                                                           most)"
+  snowblue color --spectrum measured.csv --illuminant E
+
+A file of spectra has the columns wavelength_nm,value, or is a CSV of `snowblue spectrum`.
+It must cover 400–700 nm in steps of 20 nm at the most; what lies beyond does not count.
+Values in equal steps that include 400 and 700 nm are summed as they are; any others are
+first brought onto 400, 410, … 700 nm on straight lines."
 )]
 pub(crate) struct Color {
     #[command(flatten)]
@@ -45,9 +51,8 @@ pub(crate) struct Color {
     reflected: bool,
     #[command(flatten)]
     light: LightOptions,
-    /// Eye that sees the colours: 1931 (2°), by which sRGB is defined, or 1964 (10°)
-    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = parse::observer, help_heading = "Light")]
-    observer: Observer,
+    #[command(flatten)]
+    eye: EyeOptions,
     /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
     samples: String,
@@ -91,7 +96,7 @@ impl Color {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
             }
-            None => ("observer", self.observer.name().to_owned()),
+            None => ("observer", self.eye.observer.name().to_owned()),
         };
         let light = if self.reflected { "reflected" } else { "transmitted" };
         let exposure = match self.exposure {
@@ -119,7 +124,7 @@ impl Color {
 
     fn of_snow(&self) -> Result<Vec<Colored>, Failure> {
         let wavelengths = Wavelengths(wavelengths_nm(&self.samples));
-        let colorimeter = self.light.colorimeter(self.observer, &wavelengths.0)?;
+        let colorimeter = self.light.colorimeter(self.eye.observer, &wavelengths.0)?;
         let row = |(place, values): Curve| self.row(place, &colorimeter, &values);
         Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
     }
@@ -145,7 +150,7 @@ impl Color {
     fn of_file(&self, path: &Path) -> Result<Vec<Colored>, Failure> {
         let quantity = if self.reflected { "reflectance" } else { "transmittance" };
         let row = |curve: spectrum_file::Curve| {
-            let colorimeter = self.light.colorimeter(self.observer, &curve.wavelengths_nm)?;
+            let colorimeter = self.light.colorimeter(self.eye.observer, &curve.wavelengths_nm)?;
             Ok(self.row(curve.place.map(Cell::Word), &colorimeter, &curve.values))
         };
         spectrum_file::read(path, quantity)?.into_iter().map(row).collect()

@@ -24,7 +24,7 @@ use snowblue_transport::ordinates::OrdinatesOptions;
 
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
-use crate::report::{Cell, Report, print, write_file};
+use crate::report::{Cell, Report, check_place, print, write_file};
 
 /// Every figure and table of the paper and of the validation, recomputed, into a folder
 #[derive(Debug, Args)]
@@ -37,7 +37,7 @@ Examples:
   snowblue figures -o figures --only water,albedo"
 )]
 pub(crate) struct Figures {
-    /// Folder to write into, which is made if it is not there
+    /// Folder to write into, which is made if it is not there, in one that is
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Some figures only: table1, fig2, fig3, fig4, fig5-8, s1, lprime, s2, simplifications, water, albedo, microct
@@ -92,9 +92,11 @@ const RECIPES: [Recipe; 12] = [
 impl Figures {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let recipes = self.recipes()?;
-        let folder = self.output.display();
-        let made = std::fs::create_dir_all(&self.output);
-        made.map_err(|error| Failure::Input(format!("{folder}: cannot be a folder: {error}")))?;
+        if !self.output.is_dir() {
+            check_place(&self.output)?;
+            let failed = |error| Failure::Input(format!("{}: cannot be a folder: {error}", self.output.display()));
+            std::fs::create_dir(&self.output).map_err(failed)?;
+        }
         let bar = Progress::new("figures", quiet);
         let mut figures = Vec::new();
         for (number, recipe) in recipes.iter().enumerate() {

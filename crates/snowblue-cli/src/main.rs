@@ -44,7 +44,7 @@ fn run() -> Outcome {
         Command::Merge(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(arguments.quiet),
         Command::Match(command) => command.run(arguments.quiet),
-        Command::Swatch(command) => command.run(arguments.quiet),
+        Command::Swatch(command) => command.run(),
         Command::Render(command) => command.run(arguments.quiet),
         Command::Figures(command) => command.run(arguments.quiet),
     }

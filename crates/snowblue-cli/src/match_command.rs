@@ -6,7 +6,7 @@ use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::DatabaseError;
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{
-    self, DENSITIES_KG_M3, Dial, GRAIN_SIZES_UM, Match as Found, Snow, THICKNESSES_CM, Target, Turn,
+    self, DENSITIES_KG_M3, Free, GRAIN_SIZES_UM, Match as Found, Parameter, Snow, THICKNESSES_CM, Target,
 };
 use snowblue_transport::slab::Incidence;
 
@@ -35,21 +35,23 @@ const COLUMNS: [&str; 12] = [
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "The target is meant as a screen shows it (sRGB), without adaptation to the illuminant; its hue
-and chroma count. Light through snow runs from the bare light's colour into deep blue and grows dim. delta_e
-(CIELAB 1976, before the screen's white) is taken with the light brought to the target's luminance;
-up to 2.3 an eye sees no difference. delta_e_2000 is the same by CIEDE2000.
+    after_help = "The target is meant as a screen shows it (sRGB), for the observer of 1931 and without
+adaptation to the illuminant; its hue and chroma count. Light through snow runs from the
+bare light's colour into deep blue and grows dim. delta_e (CIELAB 1976, before the screen's
+white) is taken with the light and the target both brought to L* = 50; up to 2.3 an eye sees
+no difference. delta_e_2000 is the same by CIEDE2000.
 
-What is not given is searched for: the thickness first; where it is given or does not reach, the
-grain size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow nearest to
-the usual one; the others have its hue as far as they reach, but pass more or less light: Y, with
-the bare light's at 1. exposure_stops makes it the target's luminance, hex is the light so exposed,
-hex_transmitted as it comes through. A target out of reach is said to be so on stderr.
+What is not given is searched for: the thickness first; where it is given or does not reach,
+the grain size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow
+nearest to the usual one; the others have its hue as far as they reach, but pass more or less
+light: Y, with the bare light's at 1. exposure_stops makes it the target's luminance, hex is
+the light so exposed, hex_transmitted as it comes through. A target out of reach is said to
+be so on stderr.
 
 Examples:
-  snowblue match --target '#55b9e0'
-  snowblue match --target '#6f8f9c' --grain-size 250 --thickness 5:30 --illuminant D55
-  snowblue match --target '#6f8f9c' --thickness 10 --impurity black-carbon=20"
+  snowblue match --target '#5fa8c4'
+  snowblue match --target '#9db9b5' --grain-size 250 --thickness 5:30 --illuminant D55
+  snowblue match --target '#9dacaf' --thickness 10 --impurity black-carbon=20"
 )]
 pub(crate) struct Match {
     /// The colour, as #rrggbb
@@ -79,7 +81,7 @@ impl Match {
         let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
         let target = Target { color: self.target.decode().xyz(), white, colorimeter: &colorimeter };
         let found =
-            matching::family(&target, &self.snow()?, &self.ordinates.options()).map_err(|error| match error {
+            matching::closest(&target, &self.snow()?, &self.ordinates.options()).map_err(|error| match error {
                 DatabaseError::DarkTarget => Failure::Input(format!("--target {}: {error}", self.target)),
                 other => Failure::input(other),
             })?;
@@ -88,7 +90,10 @@ impl Match {
             ("target", self.target.to_string()),
             ("observer", Observer::Cie1931.name().to_owned()),
         ];
-        metadata.extend(self.sample.metadata_of(&found[0].sample));
+        let of_first = self.sample.metadata_of(&found[0].sample).into_iter();
+        // Grain size and density are the first row's alone.
+        metadata
+            .extend(of_first.map(|(name, value)| (if name == "snow" { "snow of the first row" } else { name }, value)));
         metadata.push(("seed", self.ordinates.seed.to_string()));
         let rows = found.iter().map(|one| self.row(one, target.color)).collect();
         Report { columns: COLUMNS.to_vec(), rows, metadata }.write(&self.output, quiet)?;
@@ -98,20 +103,20 @@ impl Match {
         Ok(())
     }
 
-    /// The snow, and what is not said of it.
+    /// The snow, and what of it is free.
     fn snow(&self) -> Result<Snow, Failure> {
         let (least, most) = self.thickness.unwrap_or(THICKNESSES_CM);
-        let mut turns = Vec::new();
+        let mut free = Vec::new();
         if least < most {
-            turns.push(Turn { dial: Dial::Thickness, range: (least, most) });
+            free.push(Free { parameter: Parameter::Thickness, range: (least, most) });
         }
         if !self.sample.tells_size() {
-            turns.push(Turn { dial: Dial::GrainSize, range: GRAIN_SIZES_UM });
+            free.push(Free { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM });
         }
         if !self.sample.tells_density() {
-            turns.push(Turn { dial: Dial::Density, range: DENSITIES_KG_M3 });
+            free.push(Free { parameter: Parameter::Density, range: DENSITIES_KG_M3 });
         }
-        Ok(Snow { sample: self.sample.sample()?, thickness_cm: most, incidence: self.angle, turns })
+        Ok(Snow { sample: self.sample.sample()?, thickness_cm: most, incidence: self.angle, free })
     }
 
     fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
@@ -124,8 +129,8 @@ impl Match {
             found.thickness_cm.into(),
             Cell::Word(incidence_name(self.angle)),
             Cell::Word(self.light.illuminant.name().to_owned()),
-            found.difference.at_equal_luminance.into(),
-            found.difference.at_equal_luminance_2000.into(),
+            found.difference.at_middle_grey.into(),
+            found.difference.at_middle_grey_2000.into(),
             Cell::Word(within_reach.to_owned()),
             found.light.y.into(),
             (target.y / found.light.y).log2().into(),
@@ -136,10 +141,12 @@ impl Match {
 
     fn out_of_reach(&self, nearest: &Found, target: &Target) -> String {
         let (word, a, b) = nearest.direction(target);
+        let bound = self.thickness.is_some() || self.sample.tells_size() || self.sample.tells_density();
+        let within = if bound { " with what is given" } else { "" };
         format!(
-            "snowblue: {} is out of reach: it is {word} than any light that comes through; the nearest is ΔE*ab {:.1} away \
+            "snowblue: {} is out of reach{within}: it is {word} than the nearest light, ΔE*ab {:.1} away at L* = 50 \
              (a* {a:+.1}, b* {b:+.1}; an eye sees {PERCEPTIBLE_DELTA_E})\n",
-            self.target, nearest.difference.at_equal_luminance
+            self.target, nearest.difference.at_middle_grey
         )
     }
 }

@@ -105,6 +105,15 @@ pub(crate) struct LightOptions {
     pub(crate) illuminant: Illuminant,
 }
 
+/// The eye that colours are seen by.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Light")]
+pub(crate) struct EyeOptions {
+    /// Eye that sees the colours: 1931 (2°), by which sRGB is defined, or 1964 (10°)
+    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = parse::observer)]
+    pub(crate) observer: Observer,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     Table,
@@ -256,26 +265,38 @@ impl SampleOptions {
 /// Grains, density and temperature of dry snow in a few words.
 fn in_words(sample: &SnowSample) -> String {
     let GrainSize { min_um, max_um, measure } = sample.grain_size;
-    let measure = match measure {
-        SizeMeasure::GreatestExtension => "greatest extension",
-        SizeMeasure::VolumeDiameter => "volume diameter",
-        SizeMeasure::OpticalDiameter => "optical diameter",
-    };
-    let range = |low: f64, high: f64| {
-        if low < high { format!("{}–{}", figures(low), figures(high)) } else { figures(low) }
-    };
-    let law = |law: &TruncatedNormal| match range(law.min, law.max) {
-        one if law.min >= law.max => one,
-        several => format!("{several} about {} ± {}", figures(law.mean), figures(law.standard_deviation)),
-    };
     format!(
-        "{measure} {} µm, sphericity {}, facetness {}, {} kg/m³, {} °C",
-        range(min_um, max_um),
-        law(&sample.sphericity),
-        law(&sample.facetness),
+        "{} {} µm, sphericity {}, facetness {}, {} kg/m³, {} °C",
+        measure_in_words(measure),
+        range_in_words(min_um, max_um),
+        law_in_words(&sample.sphericity),
+        law_in_words(&sample.facetness),
         figures(sample.density_kg_m3),
         figures(sample.temperature_c),
     )
+}
+
+/// What a grain size measures.
+pub(crate) fn measure_in_words(measure: SizeMeasure) -> &'static str {
+    match measure {
+        SizeMeasure::GreatestExtension => "greatest extension",
+        SizeMeasure::VolumeDiameter => "volume diameter",
+        SizeMeasure::OpticalDiameter => "optical diameter",
+    }
+}
+
+/// Both ends, or one value where they are the same.
+pub(crate) fn range_in_words(low: f64, high: f64) -> String {
+    if low < high { format!("{}–{}", figures(low), figures(high)) } else { figures(low) }
+}
+
+/// The range, the mean and the standard deviation, or the one value.
+pub(crate) fn law_in_words(law: &TruncatedNormal) -> String {
+    let range = range_in_words(law.min, law.max);
+    if law.min >= law.max {
+        return range;
+    }
+    format!("{range} about {} ± {}", figures(law.mean), figures(law.standard_deviation))
 }
 
 impl OutputOptions {

@@ -2,12 +2,19 @@
 
 use std::path::Path;
 
+use snowblue_color::sampling::{Interpolation, resample};
+
+use crate::colored;
 use crate::failure::Failure;
 use crate::parse;
 use crate::source::Source;
 
 /// Widest step of a spectrum that is summed to a colour, in nm.
 const MOST_STEP_NM: f64 = 20.0;
+/// What a sum covers, in nm.
+const SUM_NM: (f64, f64) = (400.0, 700.0);
+/// Wavelengths as near as this are the same, in nm: far below any step, far above rounding.
+const SAME_NM: f64 = 1e-6;
 
 /// One spectrum, and what the file says of it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -57,10 +64,11 @@ pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
     if curves.is_empty() {
         return Err(Failure::Input(format!("{}: holds no spectrum", path.display())));
     }
-    for curve in &curves {
-        check_spacing(&curve.wavelengths_nm).map_err(|why| failure(path, curve.line - 1, &why))?;
-    }
-    Ok(curves)
+    let summed = |curve: Curve| {
+        let line = curve.line - 1;
+        curve.within_the_sum().map_err(|why| failure(path, line, &why))
+    };
+    curves.into_iter().map(summed).collect()
 }
 
 /// That something is wrong with line `number`, counted from 0.
@@ -107,19 +115,49 @@ impl Fields {
     }
 }
 
-/// Checks that sums over the wavelengths are a colour: equal steps, close and wide enough.
-fn check_spacing(wavelengths_nm: &[f64]) -> Result<(), String> {
-    let [first, second, .., last] = *wavelengths_nm else {
-        return Err("a colour needs values from 400 to 700 nm in equal steps of 20 nm at the most".to_owned());
-    };
-    let step = second - first;
-    if let Some(pair) = wavelengths_nm.windows(2).find(|pair| (pair[1] - pair[0] - step).abs() > 1e-6) {
-        return Err(format!("the wavelengths must ascend in equal steps, but {} nm follows {} nm", pair[1], pair[0]));
+impl Curve {
+    /// The curve on the wavelengths that a sum over 400–700 nm takes: its own where they are in equal steps from end to end,
+    /// else those of 31 samples, by straight lines.
+    fn within_the_sum(self) -> Result<Self, String> {
+        check_coverage(&self.wavelengths_nm)?;
+        let (first_nm, last_nm) = SUM_NM;
+        let inside = |nm: &f64| (first_nm - SAME_NM..=last_nm + SAME_NM).contains(nm);
+        let (own_nm, values): (Vec<f64>, Vec<f64>) =
+            self.wavelengths_nm.iter().copied().zip(self.values.iter().copied()).filter(|(nm, _)| inside(nm)).unzip();
+        if in_equal_steps(&own_nm) {
+            return Ok(Self { wavelengths_nm: own_nm, values, ..self });
+        }
+        let onto_nm = colored::wavelengths_nm("31");
+        let resampled = resample(&self.wavelengths_nm, &self.values, &onto_nm, Interpolation::Linear);
+        Ok(Self { values: resampled.map_err(|error| error.to_string())?, wavelengths_nm: onto_nm, ..self })
     }
-    if !(step > 0.0 && step <= MOST_STEP_NM) {
-        return Err(format!("the wavelengths are {step} nm apart, but must be in 0–{MOST_STEP_NM} nm"));
+}
+
+/// Whether wavelengths go from one end of the sum to the other in equal steps.
+fn in_equal_steps(wavelengths_nm: &[f64]) -> bool {
+    let (first_nm, last_nm) = SUM_NM;
+    let [first, .., last] = *wavelengths_nm else { return false };
+    let step_nm = (last - first) / (wavelengths_nm.len() - 1) as f64;
+    let equal = wavelengths_nm.windows(2).all(|pair| (pair[1] - pair[0] - step_nm).abs() <= SAME_NM);
+    equal && (first - first_nm).abs() <= SAME_NM && (last - last_nm).abs() <= SAME_NM
+}
+
+/// Checks that a sum over the wavelengths is a colour: ascending, close enough within 400–700 nm, and as wide.
+fn check_coverage(wavelengths_nm: &[f64]) -> Result<(), String> {
+    let (first_nm, last_nm) = SUM_NM;
+    for pair in wavelengths_nm.windows(2) {
+        if pair[1] <= pair[0] {
+            return Err(format!("the wavelengths must ascend, but {} nm follows {} nm", pair[1], pair[0]));
+        }
+        if pair[1] - pair[0] > MOST_STEP_NM + SAME_NM && pair[1] > first_nm && pair[0] < last_nm {
+            let (low, high) = (pair[0], pair[1]);
+            return Err(format!(
+                "{high} nm follows {low} nm, but steps within 400–700 nm must be at most {MOST_STEP_NM} nm"
+            ));
+        }
     }
-    if first > 400.0 || last < 700.0 {
+    let (first, last) = (wavelengths_nm[0], wavelengths_nm[wavelengths_nm.len() - 1]);
+    if first > first_nm || last < last_nm {
         return Err(format!("the wavelengths are {first}–{last} nm, but must cover 400–700 nm"));
     }
     Ok(())

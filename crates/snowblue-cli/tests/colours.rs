@@ -79,12 +79,36 @@ fn spectra_of_a_file_have_the_colours_of_their_snow() {
         wrong(&|text| text.replace(line(40), "2,diffuse,480,0.9,blue,0"))
             .contains("broken.csv:40: expected a wavelength")
     );
+    let gap = wrong(&|text| text.replace(&format!("{}\n{}\n", line(40), line(41)), ""));
     assert!(
-        wrong(&|text| text.replace(&format!("{}\n", line(40)), ""))
-            .contains("broken.csv:33: the wavelengths must ascend")
+        gap.contains("broken.csv:33: 490 nm follows 460 nm, but steps within 400–700 nm must be at most 20 nm"),
+        "{gap}"
     );
     assert!(wrong(&|text| text.replacen("transmittance", "passed", 1)).contains("broken.csv:1: expected the columns"));
     assert!(wrong(&|_| "wavelength_nm,value\n".to_owned()).contains("broken.csv: holds no spectrum"));
+}
+
+/// What lies beyond 400–700 nm does not count; steps that are not equal, or miss an end, are filled on straight lines.
+#[test]
+fn spectra_of_any_reach_and_steps_are_summed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("any.csv");
+    let luminance = |wavelengths_nm: &[f64]| {
+        let line = |nm: &f64| format!("{nm},{}\n", 0.001 * nm);
+        std::fs::write(&file, wavelengths_nm.iter().map(line).collect::<String>()).unwrap();
+        number(&rows(&stdout(&["color", "--spectrum", file.to_str().unwrap()]))[0], LUMINANCE)
+    };
+    let every =
+        |first: u32, last: u32, step: usize| -> Vec<f64> { (first..=last).step_by(step).map(f64::from).collect() };
+    let tens = luminance(&every(400, 700, 10));
+    // A straight line is found again whatever its steps; the cells have nine digits.
+    for same in [every(300, 900, 10), every(397, 717, 20), [every(400, 500, 4), every(510, 710, 20)].concat()] {
+        assert!((luminance(&same) / tens - 1.0).abs() < 1e-8, "{same:?}");
+    }
+    let short = every(410, 700, 10);
+    std::fs::write(&file, short.iter().map(|nm| format!("{nm},1\n")).collect::<String>()).unwrap();
+    let message = refused(&["color", "--spectrum", file.to_str().unwrap()]);
+    assert!(message.contains("any.csv:1: the wavelengths are 410–700 nm, but must cover 400–700 nm"), "{message}");
 }
 
 const THICKNESS: usize = 2;
@@ -92,7 +116,7 @@ const DELTA_E: usize = 5;
 
 #[test]
 fn match_finds_snow_whose_colour_is_what_it_says() {
-    let text = stdout(&["match", "--target", "#55b9e0"]);
+    let text = stdout(&["match", "--target", "#5fa8c4"]);
     assert!(text.starts_with(
         "grain_size_um,density_kg_m3,thickness_cm,angle_deg,illuminant,delta_e,delta_e_2000,within_reach,Y,exposure_stops,hex,hex_transmitted\n"
     ));
@@ -108,16 +132,16 @@ fn match_finds_snow_whose_colour_is_what_it_says() {
         let exposed = rows(&stdout(&[&["color", "--exposure", &row[9]][..], &common].concat()));
         assert_eq!(exposed[0][12], row[10]);
     }
-    assert_eq!(stdout(&["match", "--target", "#55b9e0", "--threads", "1"]), text);
+    assert_eq!(stdout(&["match", "--target", "#5fa8c4", "--threads", "1"]), text);
 }
 
 #[test]
 fn match_takes_what_is_given() {
     let given = ["--grain-size", "250", "--density", "200", "--thickness", "5:60", "--angle", "diffuse"];
-    let found = rows(&stdout(&[&["match", "--target", "#55b9e0", "--illuminant", "D55"][..], &given].concat()));
+    let found = rows(&stdout(&[&["match", "--target", "#5fa8c4", "--illuminant", "D55"][..], &given].concat()));
     assert_eq!((found.len(), &found[0][0], &found[0][1]), (1, &"250".to_owned(), &"200".to_owned()));
     assert!((5.0..60.0).contains(&number(&found[0], THICKNESS)));
-    let fixed = rows(&stdout(&["match", "--target", "#6f8f9c", "--thickness", "10"]));
+    let fixed = rows(&stdout(&["match", "--target", "#7fb5c8", "--thickness", "10"]));
     assert!(fixed.iter().all(|row| row[THICKNESS] == "10") && number(&fixed[0], DELTA_E) < 2.3, "{fixed:?}");
 }
 
@@ -128,14 +152,24 @@ fn match_says_what_is_out_of_reach() {
     let found = rows(&String::from_utf8(output.stdout).unwrap());
     assert!(found.iter().all(|row| row[7] == "no"), "{found:?}");
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("#30a040 is out of reach: it is greener than any light that comes through"), "{told}");
+    assert!(told.contains("#30a040 is out of reach: it is greener than the nearest light, ΔE*ab"), "{told}");
+    let fixed =
+        snowblue(&["match", "--target", "#5fa8c4", "--thickness", "1", "--grain-size", "400", "--density", "300"]);
+    let told = String::from_utf8(fixed.stderr).unwrap();
+    assert!(told.contains("is out of reach with what is given: it is more saturated than the nearest light"), "{told}");
+    // Dark targets are compared at L* = 50 too, where a red is no blue.
+    let dark = rows(&stdout(&["match", "--target", "#050000"]));
+    assert!(dark.iter().all(|row| row[7] == "no" && number(row, DELTA_E) > 50.0), "{dark:?}");
+    assert_eq!(rows(&stdout(&["match", "--target", "#ffffff"])).len(), 1, "no snow is the same whatever its grains");
+    let message = refused(&["match", "--target", "#5fa8c4", "--thickness", "50000:100000"]);
+    assert!(message.contains("no light that an eye could see comes through"), "{message}");
     let message = refused(&["match", "--target", "#000000"]);
     assert!(message.contains("--target #000000: the target is black"), "{message}");
     for (wrong, words) in [
         (&["--target", "blue"][..], "must be `#` and six hexadecimal digits"),
-        (&["--target", "#55b9e0", "--thickness", "30:5"], "must ascend"),
-        (&["--target", "#55b9e0", "--angle", "90"], "must lie in 0–89.99°"),
-        (&["--target", "#55b9e0", "--density", "1200"], "must lie in 10–900 kg/m³"),
+        (&["--target", "#5fa8c4", "--thickness", "30:5"], "must ascend"),
+        (&["--target", "#5fa8c4", "--angle", "90"], "must lie in 0–89.99°"),
+        (&["--target", "#5fa8c4", "--density", "1200"], "must lie in 10–900 kg/m³"),
         (&[], "--target"),
     ] {
         let message = refused(&[&["match"], wrong].concat());

@@ -10,7 +10,7 @@ use shell::{refused, snowblue, stdout};
 
 /// Makes some figures in a new folder below `within`, and returns it with what was printed.
 fn make(within: &Path, names: &str) -> (std::path::PathBuf, String) {
-    let place = within.join("new/figures");
+    let place = within.join("figures");
     let printed = stdout(&["figures", "-o", place.to_str().unwrap(), "--only", names]);
     (place, printed)
 }
@@ -135,6 +135,9 @@ fn a_file_is_no_folder() {
     std::fs::write(&place, "").unwrap();
     let output = snowblue(&["figures", "-o", place.to_str().unwrap(), "--only", "s2"]);
     assert_eq!(output.status.code(), Some(2));
+    let deep = folder.path().join("new/figures");
+    let message = refused(&["figures", "-o", deep.to_str().unwrap(), "--only", "s2"]);
+    assert!(message.contains("its folder does not exist") && !folder.path().join("new").exists(), "{message}");
 }
 
 #[test]
@@ -142,10 +145,12 @@ fn swatches_of_the_paper_are_drawn_and_told() {
     let folder = tempfile::tempdir().unwrap();
     stdout(&["figures", "-o", folder.path().to_str().unwrap(), "--only", "fig3,fig5-8"]);
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
-    for (name, swatches) in [("fig3", 10), ("fig5-8", 48)] {
+    for (name, table, swatches) in [("fig3", "fig3_swatches", 10), ("fig5-8", "fig5-8", 48)] {
         assert_eq!(read(&format!("{name}.svg")).matches("data:image/png;base64,").count(), swatches);
-        assert_eq!(read(&format!("{name}.csv")).lines().count(), 1 + swatches);
+        assert_eq!(read(&format!("{table}.csv")).lines().count(), 1 + swatches);
     }
+    // Five lamps every 5 nm, and the curve of 31 and of 3 wavelengths.
+    assert_eq!(read("fig3.csv").lines().count(), 1 + 5 * 61 + 31 + 3);
     let differences = read("fig3_samples.csv");
     for lamp in differences.lines().skip(1) {
         let difference: f64 = lamp.split(',').nth(10).unwrap().parse().unwrap();

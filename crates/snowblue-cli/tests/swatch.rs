@@ -78,7 +78,44 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
     let one = run("1.png", &["--threads", "1"]);
     assert!(one == run("3.png", &["--threads", "3"]));
     assert!(one != run("flat.png", &["--no-texture"]) && one != run("back.png", &["--reflected"]));
-    assert!(one.windows(18).any(|window| window == "Light through snow".as_bytes()), "the title is told in the file");
+    assert!(told(&one, "Light through snow"), "the title is told in the file");
+}
+
+fn told(picture: &[u8], words: &str) -> bool {
+    picture.windows(words.len()).any(|window| window == words.as_bytes())
+}
+
+/// The measure of a size, and what the title leaves out, stand in the file.
+#[test]
+fn a_sheet_says_what_snow_it_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let axes = ["swatch", "--columns", "thickness=1e1,2.50", "--size", "16", "-o", path.to_str().unwrap()];
+    stdout(&[&axes[..], &["--ssa", "16", "--facetness", "0.1:0.5:0.3:0.2", "--observer", "1964"]].concat());
+    let picture = std::fs::read(path).unwrap();
+    for words in ["optical diameter 408.6 ", "optical diameter 408.629603 ", "sphericity 0.7", "-5 ", "CIE 1964 10"] {
+        assert!(told(&picture, words), "{words}");
+    }
+}
+
+#[test]
+fn another_eye_sees_other_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let (picture, table) = (folder.path().join("a.png"), folder.path().join("a.csv"));
+    let files = ["--colors", table.to_str().unwrap(), "-o", picture.to_str().unwrap()];
+    let seen = ["1931", "1964"].map(|observer| {
+        let sheet = ["swatch", "--columns", "thickness=15", "--size", "16", "--observer", observer];
+        stdout(&[&sheet[..], &files].concat());
+        let swatch = last_row(&std::fs::read_to_string(&table).unwrap());
+        let color = last_row(&stdout(&["color", "--thickness", "15", "--observer", observer]));
+        assert_eq!(swatch[..5], color[..5]);
+        swatch
+    });
+    assert_ne!(seen[0], seen[1]);
+}
+
+fn last_row(csv: &str) -> Vec<String> {
+    csv.lines().last().unwrap().split(',').map(str::to_owned).collect()
 }
 
 #[test]
@@ -99,6 +136,7 @@ fn what_cannot_be_shown_is_refused_in_one_line() {
         (&["--columns", "angle=0", "--exposure", "inf"], "exposure is inf stops"),
         (&["--columns", "angle=0,1,2,3,4,5,6,7,8", "--size", "2048"], "must be at most 16384"),
         (&["--columns", "angle=0", "--colors", "colours.txt"], "must end in .csv"),
+        (&["--columns", "thickness=1,5,1"], "1 cm is given twice"),
         (&["--density", "300"], "--columns"),
     ] {
         let message = refused(more);

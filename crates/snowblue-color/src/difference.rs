@@ -16,10 +16,10 @@ pub struct Difference {
     pub whole: f64,
     /// The first brought to the luminance of the second.
     pub at_equal_luminance: f64,
-    /// The same by CIEDE2000.
-    pub at_equal_luminance_2000: f64,
     /// Both brought to L* = 50, as by an exposure: hue and chroma.
     pub at_middle_grey: f64,
+    /// The same by CIEDE2000.
+    pub at_middle_grey_2000: f64,
 }
 
 impl Difference {
@@ -27,8 +27,8 @@ impl Difference {
     pub const INFINITE: Self = Self {
         whole: f64::INFINITY,
         at_equal_luminance: f64::INFINITY,
-        at_equal_luminance_2000: f64::INFINITY,
         at_middle_grey: f64::INFINITY,
+        at_middle_grey_2000: f64::INFINITY,
     };
 
     /// The difference of one light from another, neither of which is dark.
@@ -44,12 +44,12 @@ impl Difference {
     #[must_use]
     pub fn between(one: Xyz, other: Xyz, white: Xyz) -> Self {
         let lab = |xyz: Xyz| Lab::from_xyz(xyz, white);
-        let brought = lab(exposed(one, other.y));
+        let (one_grey, other_grey) = (lab(exposed(one, MIDDLE_GREY)), lab(exposed(other, MIDDLE_GREY)));
         Self {
             whole: lab(one).delta_e_1976(lab(other)),
-            at_equal_luminance: brought.delta_e_1976(lab(other)),
-            at_equal_luminance_2000: brought.delta_e_2000(lab(other)),
-            at_middle_grey: lab(exposed(one, MIDDLE_GREY)).delta_e_1976(lab(exposed(other, MIDDLE_GREY))),
+            at_equal_luminance: lab(exposed(one, other.y)).delta_e_1976(lab(other)),
+            at_middle_grey: one_grey.delta_e_1976(other_grey),
+            at_middle_grey_2000: one_grey.delta_e_2000(other_grey),
         }
     }
 }

@@ -129,7 +129,9 @@ pub enum DatabaseError {
     #[error("the target is black, which has no hue: its luminance must be above 0")]
     DarkTarget,
     /// Snow so thick that its transmitted light has no colour.
-    #[error("no light comes through {thickness_cm} cm of this snow")]
+    #[error(
+        "no light that an eye could see comes through {thickness_cm} cm of this snow: less than 1e-12 of the bare light's luminance"
+    )]
     NoLight {
         /// The thickness in cm.
         thickness_cm: f64,

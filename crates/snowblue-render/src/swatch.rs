@@ -9,6 +9,8 @@ use crate::texture::SnowTexture;
 const PAPER: Srgb8 = Srgb8 { r: 255, g: 255, b: 255 };
 const INK: Srgb8 = Srgb8 { r: 31, g: 41, b: 51 };
 const GREY: Srgb8 = Srgb8 { r: 107, g: 119, b: 133 };
+/// Around each swatch a line of one pixel, which tells white swatches from the paper.
+const FRAME: Srgb8 = Srgb8 { r: 203, g: 210, b: 217 };
 
 /// Sizes of type in pixels between which labels follow the size of the swatches.
 const TYPE_PX: (f32, f32) = (13.0, 30.0);
@@ -89,6 +91,7 @@ impl SwatchSheet {
     pub fn draw(&self) -> Picture {
         let layout = self.layout();
         let mut picture = Picture::plain(layout.size.0, layout.size.1, PAPER);
+        let frame = Picture::plain(layout.swatch.0 + 2, layout.swatch.1 + 2, FRAME);
         let texture = self.texture.map(|seed| SnowTexture::new(layout.swatch.0, layout.swatch.1, seed));
         for (row, colours) in (0..).zip(&self.colours) {
             for (column, colour) in (0..).zip(colours) {
@@ -96,7 +99,9 @@ impl SwatchSheet {
                     Some(texture) => textured(*colour, texture),
                     None => swatch(*colour, layout.swatch, None),
                 };
-                picture.lay(&tile, layout.corner(row, column));
+                let (x, y) = layout.corner(row, column);
+                picture.lay(&frame, (x - 1, y - 1));
+                picture.lay(&tile, (x, y));
             }
         }
         for (style, words, place) in self.words(&layout) {
@@ -141,7 +146,9 @@ impl SwatchSheet {
         let (title_lines, closing_lines) = (title.lines(&self.title, content), closing.lines(&self.closing, content));
         let above = margin + 1.25 * title.size_px * title_lines.len() as f32 + 1.0 * type_px;
         let names = if self.columns.name.is_empty() { 0.0 } else { 1.5 * type_px };
-        let labels = if widest(&self.columns.labels) > 0.0 { 1.5 * type_px } else { 0.0 };
+        // The name of the rows stands on the line of the columns' labels.
+        let labelled = widest(&self.columns.labels) > 0.0 || !self.rows.name.is_empty();
+        let labels = if labelled { 1.5 * type_px } else { 0.0 };
         let first = (whole(margin + beside), whole(above + names + labels));
         let rows = u32::try_from(self.colours.len()).unwrap_or(u32::MAX);
         let below = first.1 + rows * (swatch.1 + gap);
@@ -227,7 +234,9 @@ mod tests {
         let few = sheet(&["0°"], &["100 µm"], 16);
         let many = sheet(&["0°", "89°", "diffuse", "FL3.15"], &["1 cm", "0.2:0.4:0.3:0.075"], 40);
         let large = sheet(&["0°", "20°"], &[""], 500);
-        vec![few, many, large]
+        let mut rows_alone = sheet(&[""], &["100 µm", "500 µm"], 100);
+        rows_alone.columns.name = String::new();
+        vec![few, many, large, rows_alone]
     }
 
     #[test]
@@ -271,6 +280,18 @@ mod tests {
                     assert_eq!(picture.pixels()[(y * picture.width() + x) as usize], Srgb8::encode(*colour));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn white_swatches_are_told_from_the_paper() {
+        let mut sheet = sheet(&["0°", "20°"], &["100 µm"], 40);
+        sheet.colours = vec![vec![LinearRgb { r: 1.0, g: 1.0, b: 1.0 }; 2]];
+        let (picture, layout) = (sheet.draw(), sheet.layout());
+        let pixel = |x: u32, y: u32| picture.pixels()[(y * picture.width() + x) as usize];
+        for column in 0..2 {
+            let (x, y) = layout.corner(0, column);
+            assert_eq!((pixel(x, y), pixel(x - 1, y + 20), pixel(x - 2, y + 20)), (PAPER, FRAME, PAPER));
         }
     }
 

@@ -20,8 +20,9 @@ const OURS: &str = "All numbers, and the texture, are ours. Above left, spectra 
     that gives it the luminance of illuminant E of power 1 on 400–700 nm. Above right, transmittance of 15 cm of snow at 0° \
     (400 µm, facetness .3, 300 kg/m³), with the paper's three wavelengths marked: 455, 551 and 608 nm. Below, the light \
     behind it, summed over 3 and over 31 wavelengths, at one exposure; ΔE*ab between both, brought to middle grey before the \
-    white of the 31. Three wavelengths also move the hue of the bare lamp; before the white of its own samples each pair \
-    differs less, though still visibly, as the table tells.";
+    white of the 31. Most of that is the hue that three wavelengths give the bare lamp: each before the white of its own \
+    samples, the snow differs by ΔE*ab 2.27 (E), 2.47, 2.43, 2.55 and 2.19 (FL3.15) as dim as it is, where 2.3 is just seen, \
+    and by 4.8 to 5.6 at middle grey.";
 const PAPER: &str = "The paper reports a noticeable difference between 3 and 31 samples, a significant impact of the \
     illuminant, and that under E the colours still come from the transmittance. Its FL-15 is taken as the CIE's FL3.15.";
 
@@ -31,10 +32,8 @@ struct Lamp {
     lights: [Xyz; 2],
     white: Xyz,
     difference: Difference,
-    /// ΔE*ab of both exposed to middle grey, each before the white of its own samples.
-    before_own_whites: f64,
-    /// ΔE2000 of both exposed to middle grey, before the white of 31 samples.
-    ciede2000: f64,
+    /// ΔE*ab of both, each before the white of its own samples: as dim as they are, and exposed to middle grey.
+    before_own_whites: [f64; 2],
 }
 
 pub(super) fn figure() -> Result<Figure, Failure> {
@@ -42,15 +41,12 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     let lamps = ILLUMINANTS.iter().map(|name| lamp(name, &curves)).collect::<Result<Vec<_>, _>>()?;
     let spectra = ILLUMINANTS.iter().map(|name| spectrum(name)).collect::<Result<Vec<_>, _>>()?;
     Ok(Figure {
-        title: "Light and the number of its samples (the paper's Fig. 3)",
+        title: "Light and the number of its samples",
         ours: OURS.to_owned(),
         paper: PAPER.to_owned(),
         svg: draw(&spectra, &curves, &lamps)?,
-        numbers: numbers(
-            &["illuminant", "samples", "X", "Y", "Z", "r_linear", "g_linear", "b_linear"],
-            lamps.iter().flat_map(|lamp| [0, 1].map(|which| lamp.cells(which))).collect(),
-        ),
-        tables: vec![table(&lamps), spectra_table(&spectra)],
+        numbers: numbers(&["curve", "wavelength_nm", "value"], curves_as_drawn(&spectra, &curves)),
+        tables: vec![table(&lamps), swatches_table(&lamps)],
     })
 }
 
@@ -74,14 +70,13 @@ fn lamp(name: &str, curves: &[Vec<(f64, f64)>; 2]) -> Result<Lamp, Failure> {
         Ok((colorimeter.xyz(&values), colorimeter.white()))
     };
     let ((few, white_of_few), (many, white)) = (seen(&curves[0])?, seen(&curves[1])?);
-    let lab = |light: Xyz, white: Xyz| Lab::from_xyz(exposed(light, MIDDLE_GREY), white);
+    let own = |few: Xyz, many: Xyz| Lab::from_xyz(few, white_of_few).delta_e_1976(Lab::from_xyz(many, white));
     Ok(Lamp {
         illuminant,
         lights: [few, many],
         white,
         difference: Difference::between(few, many, white),
-        ciede2000: lab(few, white).delta_e_2000(lab(many, white)),
-        before_own_whites: lab(few, white_of_few).delta_e_1976(lab(many, white)),
+        before_own_whites: [own(few, many), own(exposed(few, MIDDLE_GREY), exposed(many, MIDDLE_GREY))],
     })
 }
 
@@ -123,8 +118,10 @@ fn table(lamps: &[Lamp]) -> Table {
             ]);
         }
         cells.extend(
-            [lamp.difference.whole, lamp.difference.at_middle_grey, lamp.ciede2000, lamp.before_own_whites]
-                .map(|value| format!("{value:.1}")),
+            [lamp.difference.whole, lamp.difference.at_middle_grey, lamp.difference.at_middle_grey_2000]
+                .into_iter()
+                .chain(lamp.before_own_whites)
+                .map(|value| format!("{value:.2}")),
         );
         cells
     };
@@ -142,20 +139,26 @@ fn table(lamps: &[Lamp]) -> Table {
         "ΔE*ab, middle grey",
         "ΔE2000, middle grey",
         "ΔE*ab, own whites",
+        "ΔE*ab, own whites, middle grey",
     ];
-    let title = "3 and 31 samples: CIELAB before the white of 31; ΔE*ab as it is, exposed to middle grey, and so before own whites";
+    let title = "3 and 31 samples: CIELAB before the white of 31, and differences before it and before the whites of each's own samples";
     Table::new("samples", title, &columns, lamps.iter().map(row).collect())
 }
 
-fn spectra_table(spectra: &[Vec<(f64, f64)>]) -> Table {
-    let row = |place: usize| {
-        let powers = spectra.iter().map(|spectrum| format!("{:.4}", spectrum[place].1));
-        std::iter::once(spectra[0][place].0.to_string()).chain(powers).collect()
+fn swatches_table(lamps: &[Lamp]) -> Table {
+    let columns = ["illuminant", "samples", "X", "Y", "Z", "r_linear", "g_linear", "b_linear"];
+    let rows = lamps.iter().flat_map(|lamp| [0, 1].map(|which| lamp.cells(which))).collect();
+    Table { name: "swatches", title: "The light of the swatches".to_owned(), report: numbers(&columns, rows) }
+}
+
+/// Powers of the lamps every 5 nm, then the transmittances at 3 and at 31 wavelengths.
+fn curves_as_drawn(spectra: &[Vec<(f64, f64)>], curves: &[Vec<(f64, f64)>; 2]) -> Vec<Vec<Cell>> {
+    let names = ILLUMINANTS.map(|name| format!("relative power of {name}")).into_iter();
+    let names = names.chain(SAMPLES.map(|samples| format!("transmittance of {samples} samples")));
+    let rows = |(name, curve): (String, &Vec<(f64, f64)>)| -> Vec<Vec<Cell>> {
+        curve.iter().map(|&(nm, value)| vec![Cell::Word(name.clone()), nm.into(), value.into()]).collect()
     };
-    let columns = ["nm", "E", "D55", "D65", "LED-B5", "FL3.15"];
-    // Every 20 nm to read; lamps' lines lie between.
-    let rows = (0..spectra[0].len()).step_by(4).map(row).collect();
-    Table::new("spectra", "Power of the illuminants at equal luminance", &columns, rows)
+    names.zip(spectra.iter().chain(curves)).flat_map(rows).collect()
 }
 
 fn draw(spectra: &[Vec<(f64, f64)>], curves: &[Vec<(f64, f64)>; 2], lamps: &[Lamp]) -> Result<String, Failure> {

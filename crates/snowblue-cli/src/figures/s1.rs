@@ -60,7 +60,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
             100.0 * log.relative,
         ),
         paper: "Shows the 225 curves rebuilt with l' = 2, one for each of nine grain sizes, five degrees of facetness and five \
-                densities, at 15 cm and 0°; the full curves are not shown beside them."
+                densities, at 15 cm and 0°."
             .to_owned(),
         svg: draw(&table.axes, &curves),
         numbers: numbers(&columns, rows.collect()),

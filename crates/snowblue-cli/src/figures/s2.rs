@@ -32,7 +32,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         [row.thickness_cm, row.wavelength_nm, row.reflectance.value, row.transmittance.value].map(Cell::from).to_vec()
     };
     Ok(Figure {
-        title: "Snow of the paper's Fig. S2",
+        title: "The snow of Table S1, sent back and let through",
         ours: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 (grains \
                200–300 µm, facetness .15, 360 kg/m³), 5 nm, 0°. All curves are ours. More blue and green than red light \
                passes, and transmittance does not fall linearly with thickness: the paper's trends hold."

@@ -6,8 +6,9 @@ use snowblue_transport::sample::{SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
 
 use crate::failure::Failure;
-use crate::options::SampleOptions;
+use crate::options::{SampleOptions, incidence_name, law_in_words, range_in_words};
 use crate::parse::{self, SizeWords};
+use crate::report::figures;
 
 /// A quantity that may vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +34,7 @@ const PARAMETERS: [Parameter; 7] = [
 
 /// One value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Setting {
+pub(super) enum Setting {
     GrainSize(SizeWords),
     Facetness(TruncatedNormal),
     Density(f64),
@@ -43,11 +44,11 @@ enum Setting {
     Illuminant(Illuminant),
 }
 
-/// A parameter and its values, each with the word that it was written as.
+/// A parameter and its values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     pub(super) parameter: Parameter,
-    steps: Vec<(String, Setting)>,
+    steps: Vec<Setting>,
 }
 
 /// What a swatch shows.
@@ -97,18 +98,6 @@ impl Parameter {
         }
     }
 
-    /// A value as people read it, with its unit.
-    pub(super) fn label(self, word: &str) -> String {
-        let word = word.replace(':', "–");
-        match self {
-            Self::GrainSize => format!("{word} µm"),
-            Self::Density => format!("{word} kg/m³"),
-            Self::Thickness => format!("{word} cm"),
-            Self::Angle if word != "diffuse" => format!("{word}°"),
-            Self::Facetness | Self::WaterSaturation | Self::Angle | Self::Illuminant => word,
-        }
-    }
-
     fn setting(self, word: &str) -> Result<Setting, String> {
         Ok(match self {
             Self::GrainSize => Setting::GrainSize(parse::size(word)?),
@@ -122,6 +111,36 @@ impl Parameter {
     }
 }
 
+impl Setting {
+    /// As the option of its name takes it, with as many digits as a table has.
+    fn word(self) -> String {
+        match self {
+            Self::GrainSize(SizeWords::Mean(size_um)) => figures(size_um),
+            Self::GrainSize(SizeWords::Range(min_um, max_um)) => format!("{}:{}", figures(min_um), figures(max_um)),
+            Self::Facetness(law) if law == TruncatedNormal::facetness_around(law.mean) => figures(law.mean),
+            Self::Facetness(TruncatedNormal { min, max, mean, standard_deviation }) => {
+                [min, max, mean, standard_deviation].map(figures).join(":")
+            }
+            Self::Density(value) | Self::WaterSaturation(value) | Self::Thickness(value) => figures(value),
+            Self::Angle(incidence) => incidence_name(incidence),
+            Self::Illuminant(illuminant) => illuminant.name().to_owned(),
+        }
+    }
+
+    /// As people read it, with its unit.
+    pub(super) fn label(self) -> String {
+        match self {
+            Self::GrainSize(SizeWords::Range(min_um, max_um)) => format!("{} µm", range_in_words(min_um, max_um)),
+            Self::GrainSize(SizeWords::Mean(_)) => format!("{} µm", self.word()),
+            Self::Facetness(law) if law != TruncatedNormal::facetness_around(law.mean) => law_in_words(&law),
+            Self::Density(_) => format!("{} kg/m³", self.word()),
+            Self::Thickness(_) => format!("{} cm", self.word()),
+            Self::Angle(Incidence::Beam { .. }) => format!("{}°", self.word()),
+            Self::Facetness(_) | Self::WaterSaturation(_) | Self::Angle(_) | Self::Illuminant(_) => self.word(),
+        }
+    }
+}
+
 /// Reads `thickness=1,5,15`.
 pub(super) fn axis(words: &str) -> Result<Axis, String> {
     let (name, values) = words.split_once('=').ok_or("give NAME=VALUE,VALUE (thickness=1,5,15)")?;
@@ -130,8 +149,10 @@ pub(super) fn axis(words: &str) -> Result<Axis, String> {
         let names = PARAMETERS.map(Parameter::name).join(", ");
         format!("'{name}' cannot vary; there are {names}")
     })?;
-    let step = |word: &str| Ok((word.trim().to_owned(), parameter.setting(word.trim())?));
-    let steps = values.split(',').map(step).collect::<Result<Vec<_>, String>>()?;
+    let steps = values.split(',').map(|word| parameter.setting(word.trim())).collect::<Result<Vec<_>, String>>()?;
+    if let Some((_, step)) = steps.iter().enumerate().find(|(place, step)| steps[..*place].contains(step)) {
+        return Err(format!("{} is given twice", step.label()));
+    }
     Ok(Axis { parameter, steps })
 }
 
@@ -140,15 +161,15 @@ impl Axis {
         self.steps.len()
     }
 
-    /// How a value was written.
-    pub(super) fn word(&self, step: usize) -> &str {
-        &self.steps[step].0
+    /// A value for a table.
+    pub(super) fn word(&self, step: usize) -> String {
+        self.steps[step].word()
     }
 
     /// The subject with a value of this axis in place of its own.
     pub(super) fn set(&self, step: usize, subject: Subject, options: &SampleOptions) -> Result<Subject, Failure> {
         let Subject { sample, .. } = subject;
-        Ok(match self.steps[step].1 {
+        Ok(match self.steps[step] {
             Setting::GrainSize(words) => {
                 Subject { sample: SnowSample { grain_size: options.size(words)?, ..sample }, ..subject }
             }
@@ -170,7 +191,7 @@ impl Axis {
             Parameter::WaterSaturation => "water in the pores (share)".to_owned(),
             other => other.name().replace('-', " "),
         };
-        SheetAxis { name, labels: self.steps.iter().map(|(word, _)| self.parameter.label(word)).collect() }
+        SheetAxis { name, labels: self.steps.iter().map(|step| step.label()).collect() }
     }
 }
 
@@ -184,10 +205,14 @@ mod tests {
         assert_eq!(labels("grain-size=100,350:450"), ["100 µm", "350–450 µm"]);
         assert_eq!(labels("angle=0,89.5,diffuse"), ["0°", "89.5°", "diffuse"]);
         assert_eq!(labels("density=200"), ["200 kg/m³"]);
+        assert_eq!(labels("thickness=1e1, 2.50"), ["10 cm", "2.5 cm"]);
+        assert_eq!(labels("illuminant=d65,fl3.15"), ["D65", "FL3.15"]);
+        assert_eq!(labels("facetness=0.3,0.1:0.5:0.3:0.2"), ["0.3", "0.1–0.5 about 0.3 ± 0.2"],);
         for (words, reason) in [
             ("thickness", "NAME=VALUE"),
             ("depth=1", "'depth' cannot vary; there are grain-size"),
             ("thickness=1,,2", "'' is not a number"),
+            ("thickness=1,5,1.0", "1 cm is given twice"),
             ("facetness=1.5", "facetness is 1.5, but must lie in 0–1"),
             ("illuminant=D66", "D66"),
         ] {

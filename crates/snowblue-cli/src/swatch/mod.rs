@@ -12,14 +12,18 @@ use snowblue_render::FalseColor;
 use snowblue_render::image_file::write_picture;
 use snowblue_render::scene::Exposure;
 use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
+use snowblue_transport::sample::SizeMeasure;
 use snowblue_transport::slab::Incidence;
 
 use crate::colored;
 use crate::failure::{Failure, Outcome};
-use crate::options::{LightOptions, OrdinatesWords, SampleOptions, SlabOptions, incidence_name};
-use crate::parse;
+use crate::options::{
+    EyeOptions, LightOptions, OrdinatesWords, SampleOptions, SlabOptions, law_in_words, measure_in_words,
+    range_in_words,
+};
+use crate::parse::{self, SizeWords};
 use crate::report::{Cell, Report, check_place, figures, write_file};
-use axis::{Axis, Parameter, Subject, axis};
+use axis::{Axis, Parameter, Setting, Subject, axis};
 use given::Given;
 
 /// Longest side of the swatches together, in pixels.
@@ -29,15 +33,16 @@ const MOST_PIXELS: u32 = 16_384;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "Rows and columns: grain-size (µm), facetness, density (kg/m³), water-saturation, thickness (cm), angle (deg),
-illuminant; values as the options of the same names take them. All swatches share one exposure: 'auto' brings the
-greatest channel of the brightest one to 0.8 of a screen's white, below which the snow texture fits. The average of
-a textured swatch is its colour. Hues that no screen can show lose saturation, none is cut off.
+    after_help = "Rows and columns: grain-size (µm), facetness, density (kg/m³), water-saturation, thickness
+(cm), angle (deg), illuminant; values as the options of the same names take them. All swatches
+share one exposure: 'auto' brings the greatest channel of the brightest one to 0.8 of a
+screen's white, up to which the snow texture fits and its average is the colour; brighter
+swatches are cut off at white where the texture is light. Hues that no screen can show lose saturation.
 
 Examples:
-  snowblue swatch --rows grain-size=100,500 --columns angle=0,20,40,60,80,89 --density 275 -o angles.png
-  snowblue swatch --rows illuminant=E,D55,D65,LED-B5,FL3.15 --columns thickness=1,2,5,10,20,30 --samples 3 -o lamps.png
-  snowblue swatch --columns thickness=5,10,15,30,60 --exposure 3 --no-texture --colors colours.csv -o thick.png"
+  snowblue swatch --rows grain-size=100,500 --columns angle=0,40,80 -o angles.png
+  snowblue swatch --rows illuminant=D65,FL3.15 --columns thickness=2,5,10 -o lamps.png
+  snowblue swatch --columns thickness=5,10,15,30 --exposure 3 --colors colours.csv -o thick.png"
 )]
 pub(crate) struct Swatch {
     /// Options that are on the command line; it reads them first, while they are there.
@@ -57,13 +62,15 @@ pub(crate) struct Swatch {
     ordinates: OrdinatesWords,
     #[command(flatten)]
     light: LightOptions,
+    #[command(flatten)]
+    eye: EyeOptions,
     /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
     samples: String,
     /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
     #[arg(
         long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "samples"]
+        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "observer", "samples"]
     )]
     false_color: Option<FalseColor>,
     /// The light that snow sends back instead of that which comes through
@@ -87,7 +94,7 @@ pub(crate) struct Swatch {
 }
 
 impl Swatch {
-    pub(crate) fn run(&self, _quiet: bool) -> Outcome {
+    pub(crate) fn run(&self) -> Outcome {
         self.check()?;
         let subjects = self.subjects()?;
         let colours = self.seen(&subjects)?;
@@ -107,11 +114,10 @@ impl Swatch {
         let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
         let title = sheet.title.replace('\u{a0}', " ");
         let notes = [("Software", &*software), ("Title", &*title), ("Description", &*sheet.closing)];
-        if let Some(path) = &self.colors {
-            let rows = colours.into_iter().flatten().map(|seen| seen.row(factor)).collect();
-            write_file(path, self.report(rows).csv().as_bytes())?;
-        }
-        write_picture(&sheet.draw(), &notes, &self.output).map_err(Failure::work)
+        write_picture(&sheet.draw(), &notes, &self.output).map_err(Failure::work)?;
+        let Some(path) = &self.colors else { return Ok(()) };
+        let rows = colours.into_iter().flatten().map(|seen| seen.row(factor)).collect();
+        write_file(path, self.report(rows).csv().as_bytes())
     }
 
     /// Checks before the work what can be told from the words alone.
@@ -181,25 +187,30 @@ impl Swatch {
         named.into_iter().filter_map(|(option, axis)| Some((option, axis.as_ref()?)))
     }
 
+    fn varies(&self, parameter: Parameter) -> bool {
+        self.axes().any(|(_, axis)| axis.parameter == parameter)
+    }
+
     /// What is shown, and all that does not vary.
     fn title(&self, base: &Subject) -> String {
         let sample = &base.sample;
         let size = sample.grain_size;
-        let sizes = if size.min_um < size.max_um {
-            format!("{}:{}", figures(size.min_um), figures(size.max_um))
-        } else {
-            figures(size.min_um)
+        let tenth = |um: f64| (10.0 * um).round() / 10.0;
+        let sizes = Setting::GrainSize(SizeWords::Range(tenth(size.min_um), tenth(size.max_um))).label();
+        let sizes = match size.measure {
+            SizeMeasure::GreatestExtension => sizes,
+            other => format!("{} {sizes}", measure_in_words(other)),
         };
         let angle = match base.incidence {
             Incidence::Diffuse => "diffuse light".to_owned(),
-            beam @ Incidence::Beam { .. } => Parameter::Angle.label(&incidence_name(beam)),
+            beam @ Incidence::Beam { .. } => Setting::Angle(beam).label(),
         };
         let fixed = [
-            (Parameter::GrainSize, Parameter::GrainSize.label(&sizes)),
-            (Parameter::Facetness, format!("facetness {}", figures(sample.facetness.mean))),
-            (Parameter::Density, Parameter::Density.label(&figures(sample.density_kg_m3))),
+            (Parameter::GrainSize, sizes),
+            (Parameter::Facetness, format!("facetness {}", Setting::Facetness(sample.facetness).label())),
+            (Parameter::Density, Setting::Density(sample.density_kg_m3).label()),
             (Parameter::WaterSaturation, format!("{} % of the pores wet", figures(100.0 * sample.water_saturation))),
-            (Parameter::Thickness, Parameter::Thickness.label(&figures(base.thickness_cm))),
+            (Parameter::Thickness, Setting::Thickness(base.thickness_cm).label()),
             (Parameter::Angle, angle),
             (Parameter::Illuminant, base.illuminant.name().to_owned()),
         ];
@@ -209,7 +220,7 @@ impl Swatch {
                 Parameter::Illuminant => self.false_color.is_some(),
                 _ => false,
             };
-            !idle && !self.axes().any(|(_, axis)| axis.parameter == *parameter)
+            !idle && !self.varies(*parameter)
         };
         let fixed: Vec<String> = fixed.into_iter().filter(|(of, _)| said(of)).map(|(_, words)| words).collect();
         let light = if self.reflected { "Light that snow sends back" } else { "Light through snow" };
@@ -223,16 +234,37 @@ impl Swatch {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 format!("false colours {red_nm}, {green_nm}, {blue_nm} nm")
             }
-            None if self.samples == "3" => "3 samples (455, 551, 608 nm), CIE 1931".to_owned(),
-            None => "31 samples (400–700 nm), CIE 1931".to_owned(),
+            None if self.samples == "3" => format!("3 samples (455, 551, 608 nm), {}", self.eye.observer.name()),
+            None => format!("31 samples (400–700 nm), {}", self.eye.observer.name()),
         };
         let exposure = format!("exposure {:+.2} stops", factor.log2()).replace('-', "−");
         let mut made = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION")), colours, exposure];
-        // The title has the snow itself, of which some may vary.
+        made.push(self.grains()?);
         let rest = self.sample.metadata()?.into_iter().filter(|(name, _)| *name != "snow");
         made.extend(rest.map(|(name, value)| format!("{name} {value}")));
         made.push(format!("discrete ordinates, {} streams, seed {}", self.ordinates.streams, self.ordinates.seed));
         Ok(made.join(" · "))
+    }
+
+    /// What the title leaves out of the snow: all of it that does not vary.
+    fn grains(&self) -> Result<String, Failure> {
+        let sample = self.sample.sample()?;
+        let size = sample.grain_size;
+        let measure = measure_in_words(size.measure);
+        let mut words = vec![if self.varies(Parameter::GrainSize) {
+            format!("grain size: {measure}")
+        } else {
+            format!("{measure} {} µm", range_in_words(size.min_um, size.max_um))
+        }];
+        words.push(format!("sphericity {}", law_in_words(&sample.sphericity)));
+        if !self.varies(Parameter::Facetness) {
+            words.push(format!("facetness {}", law_in_words(&sample.facetness)));
+        }
+        if !self.varies(Parameter::Density) {
+            words.push(Setting::Density(sample.density_kg_m3).label());
+        }
+        words.push(format!("{} °C", figures(sample.temperature_c)));
+        Ok(words.join(", "))
     }
 
     /// The colours as a table: those of the varying parameters that `color` has no column for, then its own.

@@ -1,6 +1,6 @@
 //! The colours of many subjects, with as few solutions of the equation of transfer as do.
 
-use snowblue_color::{Colorimeter, Observer};
+use snowblue_color::Colorimeter;
 use snowblue_render::FalseColor;
 use snowblue_transport::ordinates::{Fluxes, solve_each};
 use snowblue_transport::slab::Slab;
@@ -57,14 +57,14 @@ impl Swatch {
         let varying = steps.into_iter().filter_map(|(axis, step)| Some((axis.as_ref()?, step)));
         let mut cells: Vec<Cell> = varying
             .filter(|(axis, _)| axis.parameter.column().is_some())
-            .map(|(axis, step)| Cell::Word(axis.word(step).to_owned()))
+            .map(|(axis, step)| Cell::Word(axis.word(step)))
             .collect();
         cells.push(subject.thickness_cm.into());
         cells.push(Cell::Word(incidence_name(subject.incidence)));
         if self.false_color.is_some() {
             return Ok(Colored::in_false_color(cells, [values[0], values[1], values[2]]));
         }
-        let colorimeter = Colorimeter::new(Observer::Cie1931, subject.illuminant, wavelengths_nm);
+        let colorimeter = Colorimeter::new(self.eye.observer, subject.illuminant, wavelengths_nm);
         Ok(Colored::seen(cells, subject.illuminant, &colorimeter.map_err(Failure::input)?, &values))
     }
 }
