@@ -11,6 +11,7 @@ mod microct;
 mod page;
 mod s1;
 mod s2;
+mod scenes;
 mod simplifications;
 mod table1;
 mod water;
@@ -29,8 +30,9 @@ use crate::report::{Cell, Report, check_place, print, write_file};
 /// Every figure and table of the paper and of the validation, recomputed, into a folder
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Each figure NAME becomes NAME.svg and NAME.csv, each of its tables NAME_TABLE.csv; index.html shows
-what was made. Tables are printed as well. All together take about a minute.
+    after_help = "Each figure NAME becomes NAME.svg, or NAME_PICTURE.png where scenes are rendered, and NAME.csv, each of its tables
+NAME_TABLE.csv; index.html shows what was made. Tables are printed as well. Renderings (fig1, fig9, fig10, fig11) take
+some minutes, all others about one. fig11 needs models/dragon.ply, which scripts/fetch-models of the sources puts there.
 
 Examples:
   snowblue figures -o figures
@@ -40,7 +42,7 @@ pub(crate) struct Figures {
     /// Folder to write into, which is made if it is not there, in one that is
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Some figures only: table1, fig2, fig3, fig4, fig5-8, s1, lprime, s2, simplifications, water, albedo, microct
+    /// Some figures only: table1, fig1, fig2, fig3, fig4, fig5-8, fig9, fig10, fig11, s1, lprime, s2, simplifications, water, albedo, microct
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
 }
@@ -52,10 +54,26 @@ struct Figure {
     ours: String,
     /// What the paper shows or says of it.
     paper: String,
-    svg: String,
+    drawing: Drawing,
     /// The numbers behind the drawing.
     numbers: Report,
     tables: Vec<Table>,
+}
+
+/// What there is to see of a figure.
+enum Drawing {
+    /// One drawing, as an SVG file.
+    Svg(String),
+    /// Rendered pictures, side by side.
+    Pictures(Vec<Rendered>),
+}
+
+/// A rendered picture.
+struct Rendered {
+    /// Its file is that of the figure with this after a line.
+    name: &'static str,
+    caption: String,
+    png: Vec<u8>,
 }
 
 /// A few numbers to read.
@@ -74,12 +92,16 @@ struct Recipe {
 }
 
 /// In the order of the page: the paper's, then ours.
-const RECIPES: [Recipe; 12] = [
+const RECIPES: [Recipe; 16] = [
     Recipe { name: "table1", of: Some("Table 1"), make: table1::figure },
+    Recipe { name: "fig1", of: Some("Fig. 1"), make: scenes::fig1 },
     Recipe { name: "fig2", of: Some("Fig. 2"), make: fig2::figure },
     Recipe { name: "fig3", of: Some("Fig. 3"), make: fig3::figure },
     Recipe { name: "fig4", of: Some("Fig. 4"), make: fig4::figure },
     Recipe { name: "fig5-8", of: Some("Figs. 5–8"), make: fig5_8::figure },
+    Recipe { name: "fig9", of: Some("Fig. 9"), make: scenes::fig9 },
+    Recipe { name: "fig10", of: Some("Fig. 10"), make: scenes::fig10 },
+    Recipe { name: "fig11", of: Some("Fig. 11"), make: scenes::fig11 },
     Recipe { name: "s1", of: Some("Fig. S1"), make: s1::figure },
     Recipe { name: "lprime", of: Some("Sidebar"), make: lprime::figure },
     Recipe { name: "s2", of: Some("Fig. S2"), make: s2::figure },
@@ -125,7 +147,14 @@ impl Figures {
 
     fn write(&self, name: &str, figure: &Figure) -> Outcome {
         let place = |ending: &str| self.output.join(format!("{name}{ending}"));
-        write_file(&place(".svg"), figure.svg.as_bytes())?;
+        match &figure.drawing {
+            Drawing::Svg(svg) => write_file(&place(".svg"), svg.as_bytes())?,
+            Drawing::Pictures(pictures) => {
+                for picture in pictures {
+                    write_file(&place(&format!("_{}.png", picture.name)), &picture.png)?;
+                }
+            }
+        }
         write_file(&place(".csv"), figure.numbers.csv().as_bytes())?;
         for table in &figure.tables {
             write_file(&place(&format!("_{}.csv", table.name)), table.report.csv().as_bytes())?;

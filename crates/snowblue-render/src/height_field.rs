@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
 use crate::png_image::PngImage;
-use crate::triangles::Triangles;
+use crate::triangles::{Triangles, closed_grids};
 
 /// Heights on a grid, row by row from the far side (greatest y) to the near, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,46 +75,18 @@ impl Heights {
         for (index, height) in self.values.iter().enumerate() {
             add(uv(index % columns, index / columns), height * size.z);
         }
-        let rim = self.rim();
-        for &index in &rim {
+        for index in 0..self.values.len() {
             add(uv(index % columns, index / columns), bottom);
         }
-        add(Vec2::splat(0.5), bottom);
-        solid.corners = self.corners(&rim);
+        // From below, where the bottom is outside, rows run from far to near.
+        solid.corners = closed_grids(count(columns), count(rows));
         Ok(solid)
     }
+}
 
-    /// Indices of the grid's outermost points, once around: counter-clockwise seen from above.
-    fn rim(&self) -> Vec<usize> {
-        let (columns, rows) = (self.columns, self.values.len() / self.columns);
-        let far = (1..columns).rev();
-        let left = (0..rows - 1).map(|row| row * columns);
-        let near = (0..columns - 1).map(|column| (rows - 1) * columns + column);
-        let right = (1..rows).rev().map(|row| row * columns + columns - 1);
-        far.chain(left).chain(near).chain(right).collect()
-    }
-
-    /// The triangles of top, walls and bottom; the bottom's rim follows the grid's points, and then its middle.
-    #[expect(clippy::cast_possible_truncation, reason = "a grid has fewer than 2^28 points")]
-    fn corners(&self, rim: &[usize]) -> Vec<[u32; 3]> {
-        let (columns, rows, points) = (self.columns, self.values.len() / self.columns, self.values.len());
-        let mut corners = Vec::with_capacity(2 * points + 3 * rim.len());
-        for row in 0..rows - 1 {
-            for column in 0..columns - 1 {
-                let far_left = row * columns + column;
-                let near_left = far_left + columns;
-                corners.push([far_left, near_left, near_left + 1]);
-                corners.push([far_left, near_left + 1, far_left + 1]);
-            }
-        }
-        let middle = points + rim.len();
-        for (number, &top) in rim.iter().enumerate() {
-            let next = (number + 1) % rim.len();
-            let (top_next, below, below_next) = (rim[next], points + number, points + next);
-            corners.extend([[top, below, below_next], [top, below_next, top_next], [middle, below_next, below]]);
-        }
-        corners.into_iter().map(|triangle| triangle.map(|corner| corner as u32)).collect()
-    }
+#[expect(clippy::cast_possible_truncation, reason = "a grid has at most 2^28 points")]
+fn count(count: usize) -> u32 {
+    count as u32
 }
 
 fn read_png(path: &Path) -> Result<(usize, Vec<f32>), RenderError> {

@@ -22,10 +22,14 @@ pub type Notes<'a> = [(&'a str, &'a str)];
 ///
 /// When the picture cannot be encoded or stored.
 pub fn write_png(film: &Film, exposure: Exposure, notes: &Notes, path: &Path) -> Result<(), RenderError> {
+    write_picture(&picture(film, exposure), notes, path)
+}
+
+/// A film as 8-bit sRGB: radiance times the exposure, colours brought into the gamut.
+pub fn picture(film: &Film, exposure: Exposure) -> Picture {
     let factor = film.display_factor(exposure);
     let shown = |xyz: &Xyz| Srgb8::encode(LinearRgb::from_xyz(*xyz * factor).displayable());
-    let pixels = film.pixels().iter().map(shown).collect();
-    write_picture(&Picture::new(film.width(), film.height(), pixels), notes, path)
+    Picture::new(film.width(), film.height(), film.pixels().iter().map(shown).collect())
 }
 
 /// Writes a picture as PNG.

@@ -35,6 +35,7 @@ pub mod ray;
 mod triangle;
 
 pub mod camera;
+pub mod mending;
 pub mod topology;
 pub mod triangles;
 
@@ -46,7 +47,11 @@ pub mod placement;
 pub mod plane;
 pub mod shape;
 
+mod relief;
+
+pub mod drift;
 pub mod height_field;
+pub mod igloo;
 pub mod mesh_file;
 
 mod body;

@@ -62,7 +62,7 @@ impl Topology {
 
 /// For each vertex the first one in the same place.
 #[expect(clippy::cast_possible_truncation, reason = "triangles name vertices by 32 bits")]
-fn merged(positions: &[Vec3]) -> Vec<u32> {
+pub(crate) fn merged(positions: &[Vec3]) -> Vec<u32> {
     let mut first = BTreeMap::new();
     // Adding zero makes negative zeros positive: both are the same place.
     let key = |place: &Vec3| (*place + 0.0).to_array().map(f32::to_bits);

@@ -83,6 +83,34 @@ impl Triangles {
     }
 }
 
+/// The triangles of two grids of points, the inner before the outer, and of the walls between their rims. Seen from outside,
+/// columns run to the right and rows up; all triangles face outwards.
+pub(crate) fn closed_grids(width: u32, height: u32) -> Vec<[u32; 3]> {
+    let inner = |column: u32, row: u32| row * width + column;
+    let outer = |column: u32, row: u32| width * height + inner(column, row);
+    let mut corners = Vec::new();
+    let mut quad = |a: u32, b: u32, c: u32, d: u32| corners.extend([[a, b, c], [a, c, d]]);
+    for row in 0..height - 1 {
+        for column in 0..width - 1 {
+            let (right, up) = (column + 1, row + 1);
+            quad(outer(column, row), outer(right, row), outer(right, up), outer(column, up));
+            quad(inner(column, row), inner(column, up), inner(right, up), inner(right, row));
+        }
+    }
+    let (last, top) = (width - 1, height - 1);
+    for column in 0..last {
+        let right = column + 1;
+        quad(inner(column, 0), inner(right, 0), outer(right, 0), outer(column, 0));
+        quad(inner(column, top), outer(column, top), outer(right, top), inner(right, top));
+    }
+    for row in 0..top {
+        let up = row + 1;
+        quad(inner(0, row), outer(0, row), outer(0, up), inner(0, up));
+        quad(inner(last, row), inner(last, up), outer(last, up), outer(last, row));
+    }
+    corners
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,7 +5,7 @@ use snowblue_transport::measured::{PanelAlbedo, albedo_over_black_panels};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::SnowSample;
 
-use super::{Figure, Table, numbers, provenance};
+use super::{Drawing, Figure, Table, numbers, provenance};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Look, Stroke};
 use crate::report::Cell;
@@ -81,7 +81,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
                changes; grey is the band of the dashed line."
             .to_owned(),
         paper: "Compares its model with one measured reflectance (Fig. S2) and with none of these measurements.".to_owned(),
-        svg: draw(&answers),
+        drawing: Drawing::Svg(draw(&answers)),
         numbers: numbers(&columns, answers.measured.iter().enumerate().map(row).collect()),
         tables: vec![fits(&answers), bands(&answers), ratios(&answers)],
     })

@@ -9,7 +9,7 @@ use snowblue_transport::ice::Ice;
 use snowblue_transport::rng::Stream;
 use snowblue_transport::scatter::ROUGHNESS_PER_FACETNESS;
 
-use super::{Figure, numbers};
+use super::{Drawing, Figure, numbers};
 use crate::failure::Failure;
 use crate::plot::{Canvas, GREY, INK, LABEL, Lettering, Place, Stroke};
 use crate::report::Cell;
@@ -81,7 +81,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         paper: "Sketches light that traverses a sample of rounded grains, and in an inset a surface of microfacets with their \
                 normals. This is not a copy of that drawing."
             .to_owned(),
-        svg: draw(&grains, &ways, index)?,
+        drawing: Drawing::Svg(draw(&grains, &ways, index)?),
         numbers: numbers(&["ray", "x_mm", "y_mm", "through"], rows.collect()),
         tables: Vec::new(),
     })

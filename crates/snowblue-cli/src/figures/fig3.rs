@@ -6,7 +6,7 @@ use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use super::{Figure, Table, common_exposure, numbers, provenance, textured, under, wavelengths_nm};
+use super::{Drawing, Figure, Table, common_exposure, numbers, provenance, textured, under, wavelengths_nm};
 use crate::colored;
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, INK, Look, Stroke, ordered_colour};
@@ -44,7 +44,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         title: "Light and the number of its samples",
         ours: OURS.to_owned(),
         paper: PAPER.to_owned(),
-        svg: draw(&spectra, &curves, &lamps)?,
+        drawing: Drawing::Svg(draw(&spectra, &curves, &lamps)?),
         numbers: numbers(&["curve", "wavelength_nm", "value"], curves_as_drawn(&spectra, &curves)),
         tables: vec![table(&lamps), swatches_table(&lamps)],
     })

@@ -5,7 +5,7 @@ use glam::DVec2;
 use snowblue_color::Colorimeter;
 use snowblue_database::{PcaSnow, TableSample};
 
-use super::{Figure, Table, daylight, numbers};
+use super::{Drawing, Figure, Table, daylight, numbers};
 use crate::failure::Failure;
 use crate::plot::{Canvas, GREY, INK, LABEL, Lettering, Place, Stroke};
 use crate::report::Cell;
@@ -66,7 +66,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         paper: "Sketches a block of snow with primary rays r₁ and r₂, secondary rays, the depth d and the angle θ: its \
                 Algorithm 1 follows the view. This is not a copy of that drawing; the other three paths are ours."
             .to_owned(),
-        svg: draw(&passages),
+        drawing: Drawing::Svg(draw(&passages)),
         numbers: numbers(&columns, passages.iter().map(row).collect()),
         tables: vec![look_ups(&passages)],
     })

@@ -5,7 +5,7 @@ use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
 
-use super::{Figure, Table, common_exposure, daylight, numbers, provenance, textured, wavelengths_nm};
+use super::{Drawing, Figure, Table, common_exposure, daylight, numbers, provenance, textured, wavelengths_nm};
 use crate::colored::hex;
 use crate::failure::Failure;
 use crate::plot::Chart;
@@ -83,7 +83,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         title: "What snow is and how light meets it",
         ours: OURS.to_owned(),
         paper: PAPER.to_owned(),
-        svg: draw(&rows, factor)?,
+        drawing: Drawing::Svg(draw(&rows, factor)?),
         numbers: numbers(&columns, all),
         tables: vec![pairs(&rows), colours(&rows, colorimeter.white())],
     })

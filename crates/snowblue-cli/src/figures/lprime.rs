@@ -6,7 +6,7 @@ use snowblue_database::pca::Decomposition;
 use snowblue_database::{Quantity, Space, Table as SnowTable};
 
 use super::curves::paper_table;
-use super::{Figure, Table, numbers};
+use super::{Drawing, Figure, Table, numbers};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Look, Stroke};
 use crate::report::Cell;
@@ -50,7 +50,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         paper: "Chose the least l' by which no curve's colour differs by ΔE*ab of 2.3 or more, and found l' = 2; RMSE stayed \
                 below .002. Its text names neither the illuminant nor the white of these colours."
             .to_owned(),
-        svg: draw(&found, table.axes.curves()),
+        drawing: Drawing::Svg(draw(&found, table.axes.curves())),
         numbers: numbers(&columns, rows.collect()),
         tables: vec![costs(&found, table.axes.curves())],
     })

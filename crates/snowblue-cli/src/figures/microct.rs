@@ -7,7 +7,7 @@ use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::{Demand, GrainOptics, GrainTallies, Medium, Population, TallyPlan, convex_extinction_per_m};
 
-use super::{Figure, Table, numbers, provenance};
+use super::{Drawing, Figure, Table, numbers, provenance};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, INK, Look, Stroke};
 use crate::report::Cell;
@@ -70,7 +70,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
             ours.path_enhancement, ours.asymmetry, trend[0], -trend[1]
         ),
         paper: "Describes grains by size, facetness and sphericity, and compares them with no tomogram.".to_owned(),
-        svg: draw(&samples, &ours, trend),
+        drawing: Drawing::Svg(draw(&samples, &ours, trend)),
         numbers: numbers(&columns, samples.iter().map(row).collect()),
         tables: vec![kinds(&samples, &ours), effects(&exact, &ours, &theirs)],
     })

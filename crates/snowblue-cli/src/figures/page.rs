@@ -1,6 +1,6 @@
 //! The page that shows figures in the paper's order, ours after them, each with what is ours and what the paper says.
 
-use super::{Figure, Recipe, Table};
+use super::{Drawing, Figure, Recipe, Rendered, Table};
 use crate::report::Cell;
 
 const STYLE: &str = include_str!("page.css");
@@ -48,13 +48,15 @@ fn section(recipe: &Recipe, figure: &Figure) -> String {
     let name = recipe.name;
     let tables: String = figure.tables.iter().map(table).collect();
     let files = figure.tables.iter().map(|table| format!("{name}_{}.csv", table.name));
-    let links: Vec<String> = [format!("{name}.svg"), format!("{name}.csv")]
+    let (drawing, drawn) = drawing(name, figure);
+    let links: Vec<String> = drawn
         .into_iter()
+        .chain([format!("{name}.csv")])
         .chain(files)
         .map(|file| format!("<a href=\"{file}\">{file}</a>"))
         .collect();
     format!(
-        "<section id=\"{name}\">\n<h2>{of}{title}</h2>\n<figure>\n<img src=\"{name}.svg\" alt=\"{title}\">\n<figcaption>\n\
+        "<section id=\"{name}\">\n<h2>{of}{title}</h2>\n<figure>\n{drawing}<figcaption>\n\
          <dl>\n<dt>Ours</dt><dd>{ours}</dd>\n<dt>The paper</dt><dd>{paper}</dd>\n</dl>\n</figcaption>\n</figure>\n\
          {tables}<p class=\"files\">{links}</p>\n</section>\n",
         of = of(recipe),
@@ -63,6 +65,25 @@ fn section(recipe: &Recipe, figure: &Figure) -> String {
         paper = escaped(&figure.paper),
         links = links.join(" · ")
     )
+}
+
+/// A figure's drawing or pictures, and the files that hold them.
+fn drawing(name: &str, figure: &Figure) -> (String, Vec<String>) {
+    match &figure.drawing {
+        Drawing::Svg(_) => {
+            let title = escaped(figure.title);
+            (format!("<img src=\"{name}.svg\" alt=\"{title}\">\n"), vec![format!("{name}.svg")])
+        }
+        Drawing::Pictures(pictures) => {
+            let file = |picture: &Rendered| format!("{name}_{}.png", picture.name);
+            let shown = |picture: &Rendered| {
+                let (file, caption) = (file(picture), escaped(&picture.caption));
+                format!("<div><img src=\"{file}\" alt=\"{caption}\"><p>{caption}</p></div>\n")
+            };
+            let shown: String = pictures.iter().map(shown).collect();
+            (format!("<div class=\"pictures\">\n{shown}</div>\n"), pictures.iter().map(file).collect())
+        }
+    }
 }
 
 fn table(table: &Table) -> String {

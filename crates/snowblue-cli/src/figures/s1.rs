@@ -4,7 +4,7 @@ use snowblue_database::pca::{Components, Decomposition};
 use snowblue_database::{Axes, Quantity, Space, Table as SnowTable};
 
 use super::curves::paper_table;
-use super::{Figure, Table, numbers};
+use super::{Drawing, Figure, Table, numbers};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, GREY, Look, Panel, Stroke, ordered_colour};
 use crate::report::Cell;
@@ -62,7 +62,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         paper: "Shows the 225 curves rebuilt with l' = 2, one for each of nine grain sizes, five degrees of facetness and five \
                 densities, at 15 cm and 0°."
             .to_owned(),
-        svg: draw(&table.axes, &curves),
+        drawing: Drawing::Svg(draw(&table.axes, &curves)),
         numbers: numbers(&columns, rows.collect()),
         tables: vec![errors_table([&linear, &log])],
     })

@@ -4,7 +4,7 @@ use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Radiometry, Slab};
 
-use super::{Figure, Table, numbers, provenance, wavelengths_nm};
+use super::{Drawing, Figure, Table, numbers, provenance, wavelengths_nm};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, Look, Stroke, ordered_colour};
 use crate::report::Cell;
@@ -41,7 +41,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
                 thicknesses that its text does not tell; neither is at hand as numbers. It reports more blue and green than \
                 red light, and a fall with thickness that is not linear."
             .to_owned(),
-        svg: draw(&curves),
+        drawing: Drawing::Svg(draw(&curves)),
         numbers: numbers(
             &["thickness_cm", "wavelength_nm", "reflectance", "transmittance"],
             rows.iter().map(cells).collect(),

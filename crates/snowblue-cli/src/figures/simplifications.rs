@@ -6,7 +6,7 @@ use snowblue_transport::sample::SnowSample;
 use snowblue_transport::simplification::{Simplification, Simplifier};
 use snowblue_transport::slab::{Incidence, Slab};
 
-use super::{Figure, Table, daylight, numbers, provenance, wavelengths_nm};
+use super::{Drawing, Figure, Table, daylight, numbers, provenance, wavelengths_nm};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, Look, Stroke, ordered_colour};
 use crate::report::Cell;
@@ -67,7 +67,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         paper: "Names two simplifications that other renderers make, a constant index of refraction and ice that does not \
                 absorb, and says that they hinder prediction; it gives no numbers."
             .to_owned(),
-        svg: draw(&cases),
+        drawing: Drawing::Svg(draw(&cases)),
         numbers: numbers(&columns, rows.collect()),
         tables: vec![colours(&cases), transmittances(&cases)],
     })

@@ -2,7 +2,7 @@
 
 use snowblue_database::Axes;
 
-use super::{Figure, Table, numbers};
+use super::{Drawing, Figure, Table, numbers};
 use crate::failure::Failure;
 use crate::plot::{Axis, Canvas, GREY, LABEL, Lettering, PALE, Stroke};
 use crate::report::Cell;
@@ -52,7 +52,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
             "Lists nine grain sizes, five degrees of facetness, five densities, eleven thicknesses and ten angles: 225 \
                 samples and 24,750 curves of transmittance, at 31 wavelengths from 400 to 700 nm."
                 .to_owned(),
-        svg: draw(&rows),
+        drawing: Drawing::Svg(draw(&rows)),
         numbers: numbers(&["axis", "value", "paper", "embedded"], rows.iter().flat_map(cells).collect()),
         tables: vec![values(&rows, [&paper, &ours])],
     })

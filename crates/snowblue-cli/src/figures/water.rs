@@ -7,7 +7,7 @@ use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, solve_alike};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use super::{Figure, Table, daylight, numbers, provenance, wavelengths_nm};
+use super::{Drawing, Figure, Table, daylight, numbers, provenance, wavelengths_nm};
 use crate::failure::Failure;
 use crate::plot::{Area, Axis, Chart, Entry, Look, Panel, Stroke, ordered_colour};
 use crate::report::Cell;
@@ -59,7 +59,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
                chroma. Swatches are so exposed. Grains lie in water as a whole or not at all."
             .to_owned(),
         paper: "Leaves to future work whether water in the pores matters, and whether the table needs an axis of it.".to_owned(),
-        svg: draw(&lights),
+        drawing: Drawing::Svg(draw(&lights)),
         numbers: numbers(&columns, rows.map(cells).collect()),
         tables: vec![
             table("whole", "ΔE*ab of wet against dry snow, as it is", &lights, |one| one.whole),

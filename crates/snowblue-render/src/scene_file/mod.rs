@@ -27,6 +27,9 @@
 //!                          # image = "FILE.exr", scale = 1, rotation_deg = 0 (about z), visible = true
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
 //!                          # shape = "heights": size, heights = [[…], …] or file = "FILE.png" | "FILE.exr", bottom;
+//!                          # shape = "drift": size (x, y, depth), mounds = [[x, y, height, radius], …], relief = 0, seed = 1;
+//!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
+//!                          #   seam_depth = wall / 4, seam_width = 0.05, seed = 1;
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z"
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
 //! gltf = "FILE.glb"        # all its meshes and lights, and its camera where there is no [camera]; before all tables
@@ -38,8 +41,9 @@
 //! is turned to z; `up` says so, or not, for single meshes. `part` is an object or group of an OBJ file, a node or mesh
 //! of a glTF. A glTF's materials are those of the scene file under the same names, and else diffuse, of their
 //! base colour. Heights, row by row from far to near, rise `size`'s third number each, from a `bottom` that closes the
-//! solid. Snow objects of one `body` are one solid. Where a picture lies on a shape is told in [`surface_texture`](crate::surface_texture),
-//! what a mask does in [`snow_curves`](crate::material::snow_curves).
+//! solid. A drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
+//! Snow objects of one `body` are one solid. Where a picture lies on a shape is told in
+//! [`surface_texture`](crate::surface_texture), what a mask does in [`snow_curves`](crate::material::snow_curves).
 
 mod gltf_scene;
 mod lights;
@@ -118,6 +122,20 @@ impl Scene {
         Self::parse(SceneText { path, text: &text }, table, overrides)
     }
 
+    /// Reads a scene from its text; files that it names are looked for beside `path`, which errors name.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`load`](Self::load).
+    pub fn from_text(
+        text: &str,
+        path: &Path,
+        table: &CompressedTable,
+        overrides: &Overrides,
+    ) -> Result<Self, RenderError> {
+        Self::parse(SceneText { path, text }, table, overrides)
+    }
+
     fn parse(source: SceneText, table: &CompressedTable, overrides: &Overrides) -> Read<Self> {
         let root = DeTable::parse(source.text)
             .map_err(|error| source.error(&error.span().unwrap_or(0..0), error.message()))?;
@@ -161,7 +179,7 @@ impl Scene {
         if lights.is_empty() {
             return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
         }
-        let objects = Objects::new(objects.into_iter().chain(gltf.objects).collect());
+        let objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
         let camera = read_view(source, &root, gltf.view)?;
         if let Some(index) = snow_around(&objects, &materials, camera.view.position) {
             let name = &objects.list()[index].name;
