@@ -74,8 +74,8 @@ fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
     let half: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
     assert!((half - 0.5).abs() < 1e-8);
     for (wavelengths, words) in [
-        (&[450, 550, 650][..], "are 100 nm apart"),
-        (&[400, 420, 430, 450], "in equal steps, but 430 nm follows 420 nm"),
+        (&[450, 550, 650][..], "half.csv:1: 550 nm follows 450 nm, but steps within 400–700 nm must be at most 20 nm"),
+        (&[400, 420, 430, 450], "are 400–450 nm, but must cover 400–700 nm"),
         (&[500, 510, 520], "are 500–520 nm, but must cover 400–700 nm"),
     ] {
         std::fs::write(&path, rows(wavelengths)).unwrap();

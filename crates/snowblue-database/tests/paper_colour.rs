@@ -149,7 +149,8 @@ fn three_samples_differ_visibly_from_31() {
     let [passed, _] = &spectra(sample, &[15.0], &[0.0])[0];
     let at_three = solve(&slab(sample, &[15.0], &[0.0], three_nm.to_vec()), &OPTIONS).unwrap();
     let at_three: Vec<f64> = at_three.iter().map(|row| row.transmittance.value).collect();
-    for name in FIG_3 {
+    let own_whites = [(2.26, 4.92), (2.46, 5.34), (2.42, 5.25), (2.54, 5.54), (2.19, 4.75)];
+    for (name, expected) in FIG_3.into_iter().zip(own_whites) {
         let eye = colorimeter(name);
         let illuminant: Illuminant = name.parse().unwrap();
         let few = Colorimeter::new(Observer::Cie1931, illuminant, &three_nm).unwrap();
@@ -164,8 +165,8 @@ fn three_samples_differ_visibly_from_31() {
             lab(three, luminances[0], few.white()).delta_e_1976(lab(many, luminances[1], eye.white()))
         };
         let (dim, grey) = (own([three.y, many.y]), own([MIDDLE_GREY; 2]));
-        // The ranges of the five lamps as told above; the tally's 0.5 % in T moves them by some 0.1.
-        assert!((2.09..2.65).contains(&dim) && (4.66..5.66).contains(&grey), "{name}: {dim} {grey}");
+        // Five seeds scatter by ±0.012 and ±0.03 with eight times the rays; thrice that here, and twice that is allowed.
+        assert!((dim - expected.0).abs() < 0.07 && (grey - expected.1).abs() < 0.17, "{name}: {dim} {grey}");
     }
 }
 
