@@ -31,6 +31,7 @@ mod spectrum_file;
 mod png_image;
 
 pub mod bounds;
+mod hierarchy;
 pub mod ray;
 mod triangle;
 

@@ -6,15 +6,14 @@
 //! every query first moves its start to the mesh's bounding box, so that rounding is that of the mesh's size and not
 //! of its distance, and the boxes of the hierarchy are padded by more than that rounding.
 
-use std::time::Duration;
-
 use glam::{Vec2, Vec3, Vec3A};
+use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::cwbvh::CwBvh;
 use obvhs::ray::RayHit;
-use obvhs::{Boundable, BvhBuildParams};
 
 use crate::bounds::{Bounds, finite_inverse};
+use crate::hierarchy::hierarchy_over;
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit, narrow};
 use crate::triangle::ShearedRay;
 use crate::triangles::Triangles;
@@ -61,7 +60,7 @@ impl Mesh {
         let tight = Bounds::of(triangles.iter().flatten().copied());
         let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
         let padded: Vec<_> = triangles.iter().map(|&corners| PaddedTriangle { corners, padding }).collect();
-        let hierarchy = build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default());
+        let hierarchy = hierarchy_over(&padded);
         let leaves = hierarchy.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
         Self { source, leaves, hierarchy, bounds: tight.padded(padding) }
     }

@@ -5,16 +5,16 @@
 //! Each keeps its own material, and the depth counts in that of the object that is seen.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use glam::{Vec2, Vec3A};
+use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::cwbvh::CwBvh;
 use obvhs::ray::RayHit;
-use obvhs::{Boundable, BvhBuildParams};
 
 use crate::body::{pair_up, unite};
 use crate::bounds::{Bounds, finite_inverse};
+use crate::hierarchy::hierarchy_over;
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
 use crate::shape::Shape;
 use crate::surface_texture::TexturePlace;
@@ -97,7 +97,7 @@ impl Objects {
         let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| {
             let scene = bounded.iter().map(|(_, bounds)| bounds.greatest_coordinate()).fold(0.0, f32::max);
             let padded: Vec<_> = bounded.iter().map(|(_, one)| PaddedBounds(one.padded(scene * 1e-5))).collect();
-            build_cwbvh(&padded, BvhBuildParams::medium_build(), &mut Duration::default())
+            hierarchy_over(&padded)
         });
         let (bodies, members) = bodies(&objects);
         Self { objects, reaches_m, bodies, members, endless, bounded, hierarchy }
