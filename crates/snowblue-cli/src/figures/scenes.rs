@@ -39,7 +39,7 @@ pub(super) fn fig1() -> Result<Figure, Failure> {
     pictured(
         "A garden lamp under snow",
         "A scene of our own after the photograph: a lamp of 6600 K (LED-B5), 6 cm in radius, under a mound of snow with grains of \
-         500 µm, 200 kg/m³. Snow is white where it is thin and blue where light comes from far within.",
+         500 µm, 200 kg/m³. Light is pale where the snow is thin and blue where it comes from far within.",
         "Shows two photographs: an igloo's wall in daylight, and a garden lamp covered by snow at dusk.",
         &[shot],
     )
