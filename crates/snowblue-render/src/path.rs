@@ -8,7 +8,7 @@
 //! Lights with extent are found in two ways, by drawing a point of them and by the path's next ray; each counts with its
 //! share of the density of both (see [`light`](crate::light)).
 
-use crate::light::{Light, Place};
+use crate::light::{Light, Place, TOUCHING};
 use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
 use crate::ray::Ray;
@@ -75,7 +75,8 @@ impl<'scene> PathTracer<'scene> {
 
     /// The lights on a ray before what it hits.
     fn met(&self, ray: &Ray, hit: Option<&Surface>, from: Option<&Place>) -> Spectrum {
-        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(ray.origin));
+        // As far as beams reach: a lamp that lies on what is hit is met.
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(ray.origin) / (1.0 - TOUCHING));
         let mut radiance = Spectrum::ZERO;
         for light in self.scene.lights.iter().filter_map(|light| light.met(ray, limit_m, from)) {
             radiance += light;

@@ -7,6 +7,9 @@ use glam::Vec3A;
 use crate::probe::{Probe, Side};
 use crate::spectrum::Spectrum;
 
+/// Share of the way to a lamp, just before it, on which nothing hides it, lest a surface that it lies on does by rounding.
+pub(crate) const TOUCHING: f32 = 1e-4;
+
 /// A point of a lamp's surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Patch {
@@ -177,9 +180,9 @@ impl Beam {
         Some(arrival)
     }
 
-    /// Its arrival from within at a place that faces it.
+    /// Its arrival from within at a place that faces it, bounded alike.
     pub(crate) fn arrival_within(&self, point: Vec3A) -> Option<Arrival> {
-        self.arrival(&Place { point, normal: self.origin.way(point).direction })
+        self.arrival_on_line(&Place { point, normal: self.origin.way(point).direction })
     }
 
     /// Whether nothing hides it from a place, on one side or the other of an object's surface.
@@ -187,8 +190,7 @@ impl Beam {
         let from = probe.off_surface(side.object(), place.point, place.normal);
         match self.origin {
             Origin::Point(position) => probe.sees(from, side, position),
-            // Short of the lamp, lest a surface that touches it hides it by rounding.
-            Origin::Patch(patch) => probe.sees(from, side, patch.position.lerp(place.point, 1e-4)),
+            Origin::Patch(patch) => probe.sees(from, side, patch.position.lerp(place.point, TOUCHING)),
             Origin::Distant(direction) => probe.sees_far(from, side, direction),
         }
     }

@@ -17,6 +17,9 @@ use crate::error::RenderError;
 use crate::ray::narrow;
 use crate::spectrum::Spectrum;
 
+/// Brightest channel of a pixel: what lamps may have at most, far from what single precision holds.
+const GREATEST_PIXEL: f64 = 1e12;
+
 /// Light from all directions, each with the colour of an image.
 #[derive(Debug)]
 pub struct SkyImage {
@@ -83,6 +86,13 @@ impl SkyImage {
                 return Err(format!("pixel {column}, {row} is {}, {}, {}", pixel.r, pixel.g, pixel.b));
             }
             let LinearRgb { r, g, b } = pixel.into_gamut();
+            let brightest = f64::from(scale) * r.max(g).max(b);
+            if brightest > GREATEST_PIXEL {
+                let (column, row) = (index % width, index / width);
+                return Err(format!(
+                    "pixel {column}, {row} is {brightest:.1e} with its scale, but must be at most {GREATEST_PIXEL:e}"
+                ));
+            }
             pixels.push([r, g, b].map(|channel| scale * narrow(channel)));
         }
         let upsampling = if daylight { Upsampling::daylight() } else { Upsampling::grey() };

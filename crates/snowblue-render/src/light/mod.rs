@@ -30,7 +30,7 @@ use crate::sampling::{Sampler, cosine_direction, even_direction};
 use crate::spectrum::Spectrum;
 
 pub use beam::Cone;
-pub(crate) use beam::{Arrival, Beam, Origin, Place};
+pub(crate) use beam::{Arrival, Beam, Origin, Place, TOUCHING};
 use beam::{Falloff, Patch};
 pub use emission::LampSpectrum;
 pub(crate) use emission::lumens_of_luminance_one;

@@ -230,6 +230,9 @@ fn the_sky_image_is_upright_and_seen_from_within() {
     assert!(seen.y > 0.0 && seen.x > 0.0, "right of +y, seen from within, is +x: {seen}");
     let turned = brightest(90.0);
     assert!(turned.x < 0.0 && turned.y > 0.0, "a quarter turn brings +x to +y: {turned}");
+    // What single precision could not sum is refused.
+    let refused = SkyImage::new(&panorama, 2e12, 0.0, false).unwrap_err();
+    assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12");
 }
 
 #[test]

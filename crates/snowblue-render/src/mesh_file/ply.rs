@@ -92,6 +92,9 @@ pub(super) fn read(path: &Path) -> Result<Triangles, RenderError> {
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(|error| malformed(path, &error, None))?;
     let (mut vertices, mut faces, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for element in header.elements.values() {
+        if element.properties.is_empty() {
+            return Err(wrong(format!("element {} has no properties", element.name)));
+        }
         let read = match element.name.as_str() {
             "vertex" => {
                 names = further_names(element).map_err(wrong)?;
@@ -258,6 +261,10 @@ mod tests {
             (format!("{HEADER}{VERTICES}{face}2 0 1\n"), "face 1 has 2 corners"),
             (HEADER.replace(" z", " w") + VERTICES + face + face, "no coordinate `z`"),
             (HEADER.replace("vertex 4", "vertex 4000000000000000000") + VERTICES, "not a readable PLY"),
+            (
+                HEADER.replace("element face", "element junk 400000000000\nelement face") + VERTICES,
+                "element junk has no properties",
+            ),
         ];
         for (content, expected) in cases {
             let message = read(content.as_bytes()).unwrap_err();

@@ -152,6 +152,12 @@ fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
     Ok(match light.kind {
         LightKind::Point { .. } => point(None),
         LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
+            if inner_cone_deg >= outer_cone_deg {
+                return Err(format!(
+                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be within its outer cone of {outer_cone_deg}°",
+                    light.name
+                ));
+            }
             point(Some(Cone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg))))
         }
         LightKind::Directional { .. } => {

@@ -31,9 +31,6 @@ pub use punctual::{LightKind, PunctualLight};
 /// Takes the axes of glTF, y upwards and z towards the viewer, to those of a scene, z upwards and y away.
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
-/// Nodes may hang this deep: a file whose nodes hang in a ring ends here.
-const DEEPEST: usize = 256;
-
 /// A glTF with its buffers.
 #[derive(Debug)]
 pub struct GltfFile {
@@ -89,7 +86,7 @@ impl GltfFile {
     ///
     /// # Errors
     ///
-    /// When the file has no scene, or its nodes hang deeper than 256, as in a ring.
+    /// When the file has no scene, or a node of it hangs from two others, as in a ring.
     pub fn nodes(&self, root: DAffine3) -> Result<Vec<PlacedNode<'_>>, RenderError> {
         self.nodes_named(root, None)
     }
@@ -98,18 +95,20 @@ impl GltfFile {
         let scene = self.gltf.default_scene().or_else(|| self.gltf.scenes().next());
         let scene = scene.ok_or_else(|| self.wrong("the file has no scene".into()))?;
         let mut nodes = Vec::new();
-        let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none(), 0)).collect();
+        let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
         pending.reverse();
-        while let Some((node, parent, named, depth)) = pending.pop() {
-            if depth > DEEPEST {
-                return Err(self.wrong(format!("nodes hang deeper than {DEEPEST}")));
+        let mut placed = vec![false; self.gltf.nodes().len()];
+        while let Some((node, parent, named)) = pending.pop() {
+            let index = node.index();
+            if std::mem::replace(&mut placed[index], true) {
+                return Err(self.wrong(format!("node {index} hangs from two nodes")));
             }
             let own = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
             let to_root = parent * DAffine3::from_mat4(own);
             let mesh_named = node.mesh().is_some_and(|mesh| name.is_some() && mesh.name() == name);
             let named = named || mesh_named || (name.is_some() && node.name() == name);
             let children: Vec<_> = node.children().collect();
-            pending.extend(children.into_iter().rev().map(|child| (child, to_root, named, depth + 1)));
+            pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
             nodes.push(PlacedNode { node, to_root, named });
         }
         Ok(nodes)
