@@ -59,8 +59,8 @@ pub struct Surface {
 #[derive(Debug)]
 pub struct Objects {
     objects: Vec<Object>,
-    /// The greatest coordinate of each, in m.
-    reaches_m: Vec<f32>,
+    /// The box around each, but for those without end.
+    bounds: Vec<Option<Bounds>>,
     /// Index of each object's body.
     bodies: Vec<usize>,
     /// The objects of each body.
@@ -84,13 +84,10 @@ impl Objects {
     /// Gathers the objects, and builds the hierarchy over them if they are many.
     pub fn new(objects: Vec<Object>) -> Self {
         let (mut endless, mut bounded) = (Vec::new(), Vec::new());
-        let mut reaches_m = vec![0.0; objects.len()];
-        for (index, object) in objects.iter().enumerate() {
-            match object.shape.bounds() {
-                Some(bounds) => {
-                    reaches_m[index] = bounds.greatest_coordinate();
-                    bounded.push((index, bounds));
-                }
+        let bounds: Vec<_> = objects.iter().map(|object| object.shape.bounds()).collect();
+        for (index, bounds) in bounds.iter().enumerate() {
+            match *bounds {
+                Some(bounds) => bounded.push((index, bounds)),
                 None => endless.push(index),
             }
         }
@@ -100,7 +97,7 @@ impl Objects {
             hierarchy_over(&padded)
         });
         let (bodies, members) = bodies(&objects);
-        Self { objects, reaches_m, bodies, members, endless, bounded, hierarchy }
+        Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
     }
 
     /// The objects, in the order of the scene.
@@ -111,7 +108,7 @@ impl Objects {
     /// The greatest coordinate of an object in the scene, in m, with which the rounding of its surface's points goes; 0 of an
     /// endless one, whose points are as good as their own coordinates.
     pub fn reach_m(&self, object: usize) -> f32 {
-        self.reaches_m[object]
+        self.bounds[object].map_or(0.0, |bounds| bounds.greatest_coordinate())
     }
 
     /// Texture coordinates at a hit, where the object's mesh has them.
@@ -194,7 +191,7 @@ impl Objects {
         }
         let mut odd = false;
         for &member in members {
-            if self.objects[member].shape.bounds().is_some_and(|bounds| bounds.span(ray, 0.0, limit_m).is_some()) {
+            if self.bounds[member].is_some_and(|bounds| bounds.span(ray, 0.0, limit_m).is_some()) {
                 let first = crossings.len();
                 self.add_crossings(member, ray, crossings);
                 odd |= pair_up(crossings, first);
