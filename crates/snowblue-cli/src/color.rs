@@ -53,15 +53,6 @@ pub(crate) struct Color {
     light: LightOptions,
     #[command(flatten)]
     eye: EyeOptions,
-    /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
-    #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
-    samples: String,
-    /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
-    #[arg(
-        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "observer", "samples"]
-    )]
-    false_color: Option<FalseColor>,
     /// Exposure of hex in stops, or 'auto'
     #[arg(
         long, value_name = "STOPS", default_value = "0", value_parser = parse::exposure, allow_negative_numbers = true,
@@ -87,12 +78,12 @@ type Curve = ([Cell; 2], Vec<f64>);
 impl Color {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
-        let (columns, rows) = match (&self.spectrum, self.false_color) {
+        let (columns, rows) = match (&self.spectrum, self.eye.false_color) {
             (Some(path), _) => (COLUMNS.to_vec(), self.of_file(path)?),
             (None, Some(colour)) => (FALSE_COLUMNS.to_vec(), self.in_false_color(colour)?),
             (None, None) => (COLUMNS.to_vec(), self.of_snow()?),
         };
-        let observer = match self.false_color {
+        let observer = match self.eye.false_color {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
             }
@@ -123,7 +114,7 @@ impl Color {
     }
 
     fn of_snow(&self) -> Result<Vec<Colored>, Failure> {
-        let wavelengths = Wavelengths(wavelengths_nm(&self.samples));
+        let wavelengths = Wavelengths(wavelengths_nm(&self.eye.samples));
         let colorimeter = self.light.colorimeter(self.eye.observer, &wavelengths.0)?;
         let row = |(place, values): Curve| self.row(place, &colorimeter, &values);
         Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())

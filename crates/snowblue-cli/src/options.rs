@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
+use snowblue_render::FalseColor;
 use snowblue_transport::TransportError;
 use snowblue_transport::ice::IceTable;
 use snowblue_transport::impurity::{Impurities, Substance};
@@ -105,13 +106,22 @@ pub(crate) struct LightOptions {
     pub(crate) illuminant: Illuminant,
 }
 
-/// The eye that colours are seen by.
-#[derive(Debug, Clone, Copy, Args)]
+/// How spectra become colours.
+#[derive(Debug, Args)]
 #[command(next_help_heading = "Light")]
 pub(crate) struct EyeOptions {
     /// Eye that sees the colours: 1931 (2°), by which sRGB is defined, or 1964 (10°)
     #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = parse::observer)]
     pub(crate) observer: Observer,
+    /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
+    #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"])]
+    pub(crate) samples: String,
+    /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
+    #[arg(
+        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
+        value_parser = parse::false_color, conflicts_with_all = ["illuminant", "observer", "samples"]
+    )]
+    pub(crate) false_color: Option<FalseColor>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

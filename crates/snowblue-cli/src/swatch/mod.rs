@@ -64,15 +64,6 @@ pub(crate) struct Swatch {
     light: LightOptions,
     #[command(flatten)]
     eye: EyeOptions,
-    /// Wavelengths to sum over: 31 (400–700 nm) or 3 (455, 551, 608 nm)
-    #[arg(long, value_name = "N", default_value = "31", value_parser = ["31", "3"], help_heading = "Light")]
-    samples: String,
-    /// Light of three wavelengths in nm as red, green and blue [300–2500; 1030,860,550 if none are given]
-    #[arg(
-        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, help_heading = "Light", conflicts_with_all = ["illuminant", "observer", "samples"]
-    )]
-    false_color: Option<FalseColor>,
     /// The light that snow sends back instead of that which comes through
     #[arg(long, help_heading = "Light")]
     reflected: bool,
@@ -159,7 +150,7 @@ impl Swatch {
                     axis.len()
                 )));
             }
-            if axis.parameter == Parameter::Illuminant && self.false_color.is_some() {
+            if axis.parameter == Parameter::Illuminant && self.eye.false_color.is_some() {
                 return Err(Failure::Input(format!("{option}: false colours have no illuminant")));
             }
         }
@@ -217,7 +208,7 @@ impl Swatch {
         let said = |parameter: &Parameter| {
             let idle = match parameter {
                 Parameter::WaterSaturation => sample.water_saturation <= 0.0,
-                Parameter::Illuminant => self.false_color.is_some(),
+                Parameter::Illuminant => self.eye.false_color.is_some(),
                 _ => false,
             };
             !idle && !self.varies(*parameter)
@@ -230,11 +221,11 @@ impl Swatch {
 
     /// What made the sheet.
     fn closing(&self, factor: f64) -> Result<String, Failure> {
-        let colours = match self.false_color {
+        let colours = match self.eye.false_color {
             Some(FalseColor { red_nm, green_nm, blue_nm }) => {
                 format!("false colours {red_nm}, {green_nm}, {blue_nm} nm")
             }
-            None if self.samples == "3" => format!("3 samples (455, 551, 608 nm), {}", self.eye.observer.name()),
+            None if self.eye.samples == "3" => format!("3 samples (455, 551, 608 nm), {}", self.eye.observer.name()),
             None => format!("31 samples (400–700 nm), {}", self.eye.observer.name()),
         };
         let exposure = format!("exposure {:+.2} stops", factor.log2()).replace('-', "−");
@@ -270,7 +261,7 @@ impl Swatch {
     /// The colours as a table: those of the varying parameters that `color` has no column for, then its own.
     fn report(&self, rows: Vec<Vec<Cell>>) -> Report {
         let mut columns: Vec<&str> = self.axes().filter_map(|(_, axis)| axis.parameter.column()).collect();
-        columns.extend(if self.false_color.is_some() { &colored::FALSE_COLUMNS[..] } else { &colored::COLUMNS });
+        columns.extend(if self.eye.false_color.is_some() { &colored::FALSE_COLUMNS[..] } else { &colored::COLUMNS });
         Report { columns, rows, metadata: Vec::new() }
     }
 }

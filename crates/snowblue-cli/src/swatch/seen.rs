@@ -20,9 +20,9 @@ impl Swatch {
             sample: subjects[0][0].sample,
             thicknesses_cm: Vec::new(),
             incidences: Vec::new(),
-            wavelengths_nm: match self.false_color {
+            wavelengths_nm: match self.eye.false_color {
                 Some(FalseColor { red_nm, green_nm, blue_nm }) => vec![red_nm, green_nm, blue_nm],
-                None => wavelengths_nm(&self.samples),
+                None => wavelengths_nm(&self.eye.samples),
             },
         };
         let place = |subject: &Subject| {
@@ -61,7 +61,7 @@ impl Swatch {
             .collect();
         cells.push(subject.thickness_cm.into());
         cells.push(Cell::Word(incidence_name(subject.incidence)));
-        if self.false_color.is_some() {
+        if self.eye.false_color.is_some() {
             return Ok(Colored::in_false_color(cells, [values[0], values[1], values[2]]));
         }
         let colorimeter = Colorimeter::new(self.eye.observer, subject.illuminant, wavelengths_nm);
