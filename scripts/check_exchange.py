@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tables in other programs: xarray opens them, TARTES fills them, NumPy reads the raw numbers.
+"""Tables and pictures in other programs: xarray opens tables, TARTES fills them, NumPy reads the raw numbers; OpenEXR reads
+pictures, their spectra and their sums.
 
     python3 scripts/check_exchange.py PATH_OF_SNOWBLUE
 """
@@ -11,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import xarray as xr
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "contrib" / "tartes"))
@@ -85,9 +87,35 @@ def tartes_fills_a_table(folder):
         assert np.abs(values - expected.values).max() < 5e-3
 
 
+def openexr_reads_pictures(folder):
+    """Channels, units and windows are where the format has them; the sums are what the colours are means of."""
+    scene = Path(__file__).resolve().parent.parent / "scenes" / "block_30cm.toml"
+    path, samples = folder / "part.exr", 3
+    snowblue("render", scene, "--width", 32, "--height", 24, "--spp", samples, "--crop", "4:30,6:20",
+             "--channels", "spectrum,variance,normal,albedo,thickness,angle", "-o", path)
+    with OpenEXR.File(str(path), separate_channels=True) as picture:
+        header = dict(picture.header())
+        values = {name: channel.pixels for name, channel in picture.channels().items()}
+    assert header["spectralLayoutVersion"] == "1.0" and header["emissiveUnits"] == "W.m^-2.sr^-1.nm^-1"
+    corners = [[tuple(int(x) for x in corner) for corner in header[window]] for window in ("dataWindow", "displayWindow")]
+    assert corners == [[(4, 6), (29, 19)], [(0, 0), (31, 23)]], corners
+    spectrum = np.array([values[f"S0.{nm},000000nm"] for nm in range(400, 701, 10)])
+    assert spectrum.shape == (31, 14, 26) and spectrum.max() > 0
+    xyz = np.array([sum(values[f"sums.{name}.{word}"] * 2.0 ** (32 * word - 64) for word in range(4)) for name in "XYZ"])
+    # IEC 61966-2-1, by the primaries.
+    primaries = np.array([[0.64, 0.3, 0.15], [0.33, 0.6, 0.06], [0.03, 0.1, 0.79]])
+    white = np.array([0.3127 / 0.3290, 1, (1 - 0.3127 - 0.3290) / 0.3290])
+    to_xyz = primaries * np.linalg.solve(primaries, white)
+    rgb = np.einsum("ij,jkl->ikl", np.linalg.inv(to_xyz), xyz / samples)
+    shown = np.array([values[name] for name in "RGB"])
+    assert np.abs(rgb - shown).max() < 2e-4 * shown.max()
+    assert np.abs(np.hypot(np.hypot(*(values[f"normal.{axis}"] for axis in "XY")), values["normal.Z"])).max() < 1 + 1e-6
+
+
 with tempfile.TemporaryDirectory() as name:
     place = Path(name)
     table_of_water = xarray_opens_tables(place)
     dimensions_come_in_any_order(place, table_of_water)
     tartes_fills_a_table(place)
-print("xarray, TARTES and NumPy agree")
+    openexr_reads_pictures(place)
+print("xarray, TARTES, NumPy and OpenEXR agree")

@@ -1,9 +1,13 @@
-//! Why a command stops, and with which exit code: 2 for bad input, 1 for a failure at work.
+//! Why a command stops, and with which exit code: 2 for bad input, 1 for a failure at work, 130 where
+//! it was told to.
 
 use std::fmt::Display;
 use std::process::ExitCode;
 
 use crate::report::tell;
+
+/// The exit code after an interrupt, as of a shell: 128 and the number of the signal that Ctrl-C sends.
+pub(crate) const INTERRUPTED: u8 = 130;
 
 /// One clear line for the user, and an exit code.
 #[derive(Debug)]
@@ -12,6 +16,8 @@ pub(crate) enum Failure {
     Input(String),
     /// The input was good, but the work failed.
     Work(String),
+    /// The user, or a cluster at the end of its time, wants the work to end; what there is has been kept.
+    Interrupted(String),
     /// What was asked has been said (help, version), and all is well.
     Told,
 }
@@ -44,6 +50,10 @@ impl Failure {
             Self::Input(message) => {
                 tell(&format!("snowblue: {message}\n"));
                 ExitCode::from(2)
+            }
+            Self::Interrupted(message) => {
+                tell(&format!("snowblue: {message}\n"));
+                ExitCode::from(INTERRUPTED)
             }
         }
     }

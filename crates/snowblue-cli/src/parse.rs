@@ -1,9 +1,13 @@
 //! Option values as users write them: ranges, lists, distributions.
 
+use std::ops::Range;
+use std::time::Duration;
+
 use snowblue_color::{Illuminant, Observer, Srgb8};
-use snowblue_render::FalseColor;
+use snowblue_render::portion::Window;
 use snowblue_render::scene::Exposure;
 use snowblue_render::scene_file::GREATEST_STOPS;
+use snowblue_render::{Channels, FalseColor};
 use snowblue_transport::impurity::Substance;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::TruncatedNormal;
@@ -183,6 +187,38 @@ pub(crate) fn false_color(words: &str) -> Result<FalseColor, String> {
     match words.split(',').map(number).collect::<Result<Vec<f64>, _>>().as_deref() {
         Ok(&[red_nm, green_nm, blue_nm]) => Ok(FalseColor { red_nm, green_nm, blue_nm }),
         _ => Err(format!("'{words}' is not three wavelengths in nm, for red, green and blue ({FALSE_COLOR_NM})")),
+    }
+}
+
+/// A half-open range of whole numbers, `A:B`.
+pub(crate) fn whole_range(words: &str) -> Result<Range<u32>, String> {
+    let range =
+        words.split_once(':').and_then(|(start, end)| Some(start.trim().parse().ok()?..end.trim().parse().ok()?));
+    match range {
+        Some(range) if range.start < range.end => Ok(range),
+        _ => Err(format!("'{words}' is not a range A:B of whole numbers with 0 ≤ A < B ≤ {}", u32::MAX)),
+    }
+}
+
+/// A rectangle of pixels, `X0:X1,Y0:Y1`.
+pub(crate) fn window(words: &str) -> Result<Window, String> {
+    let (columns, rows) =
+        words.split_once(',').ok_or_else(|| format!("'{words}' is not a rectangle X0:X1,Y0:Y1 of pixels"))?;
+    Ok(Window { columns: whole_range(columns)?, rows: whole_range(rows)? })
+}
+
+/// Channels of a picture by name.
+pub(crate) fn channels(words: &str) -> Result<Channels, String> {
+    words.parse().map_err(|name: String| format!("'{name}' is none of {}", Channels::NAMES.join(", ")))
+}
+
+/// A time in minutes.
+pub(crate) fn minutes(words: &str) -> Result<Duration, String> {
+    let minutes = number(words)?;
+    if (0.01..=1e5).contains(&minutes) {
+        Ok(Duration::from_secs_f64(60.0 * minutes))
+    } else {
+        Err(format!("the time is {minutes} minutes, but must lie in 0.01–100000 minutes"))
     }
 }
 

@@ -20,6 +20,12 @@ impl Progress {
         Self(bar)
     }
 
+    /// Counts from what was done before, which says nothing of the rate.
+    pub(crate) fn start_at(&self, done: u64, all: u64) {
+        self.at(done, all);
+        self.0.reset_eta();
+    }
+
     pub(crate) fn at(&self, done: u64, all: u64) {
         self.0.set_length(all);
         self.0.set_position(done);

@@ -1,23 +1,26 @@
 //! `snowblue render`: a scene as a picture.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use snowblue_database::CompressedTable;
 use snowblue_database::file::{self, AnyTable};
-use snowblue_render::FalseColor;
-use snowblue_render::image_file::{write_exr, write_png};
 use snowblue_render::material::pca_snow::PathMode;
-use snowblue_render::render;
-use snowblue_render::scene::{Exposure, Scene};
+use snowblue_render::origin::Origin;
+use snowblue_render::portion::Window;
+use snowblue_render::scene::Exposure;
 use snowblue_render::scene_file::Overrides;
+use snowblue_render::{Channels, FalseColor, Portion, Scene, render};
 
 use crate::failure::{Failure, Outcome};
 use crate::inspect;
 use crate::options::{Format, OutputOptions};
 use crate::parse;
-use crate::progress::Progress;
-use crate::report::{check_place, tell};
+use crate::picture::PictureFile;
+use crate::preview::{Preview, TEV};
+use crate::render_job::{RenderJob, file_name};
 
 /// Render a scene (TOML) as PNG or EXR
 #[derive(Debug, Args)]
@@ -28,7 +31,14 @@ use crate::report::{check_place, tell};
   snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
   snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
-  snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png"
+  snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png
+  snowblue render scenes/block_30cm.toml --channels rgb,spectrum,normal -o block.exr
+  snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    (and 50:100 elsewhere; then merge)
+  snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
+  snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
+
+Ctrl-C or a signal to terminate writes what there is and ends with exit code 130; --resume goes on from an .exr. No bit of \
+a picture depends on how it was cut into parts, or on the threads."
 )]
 pub(crate) struct Render {
     /// Scene file
@@ -58,6 +68,12 @@ pub(crate) struct Render {
     /// Paths per pixel, instead of the scene's
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
+    /// Samples A to B-1 of each pixel only, B at most 4294967295: a part that 'snowblue merge' adds to others
+    #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
+    spp_range: Option<Range<u32>>,
+    /// Columns X0 to X1-1 and rows Y0 to Y1-1 only, from the upper left: a part of the picture, down to one pixel
+    #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
+    crop: Option<Window>,
     /// Surfaces after the first that a path may visit, instead of the scene's; 0 is direct light only
     #[arg(long, value_name = "N")]
     max_bounces: Option<u32>,
@@ -74,6 +90,22 @@ pub(crate) struct Render {
         value_parser = parse::false_color
     )]
     false_color: Option<FalseColor>,
+    /// What an .exr tells of its pixels, by commas: rgb, spectrum (31 channels, W/(m² sr nm)), variance (of the mean), normal,
+    /// albedo, thickness (m), angle (degrees)
+    #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::channels)]
+    channels: Channels,
+    /// Keep in an .exr what 'snowblue merge' and --resume go on from; parts of pictures keep it anyway
+    #[arg(long)]
+    keep_sums: bool,
+    /// Go on with the .exr of -o, if it is there: after an interrupt, or to more --spp
+    #[arg(long)]
+    resume: bool,
+    /// Write the picture every so many minutes while it grows
+    #[arg(long, value_name = "MINUTES", value_parser = parse::minutes)]
+    checkpoint: Option<Duration>,
+    /// Show the picture in the viewer tev while it grows [127.0.0.1:14158 if none is given]
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV)]
+    tev: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -88,61 +120,68 @@ enum PathWord {
     View,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Picture {
-    Png,
-    Exr,
-}
-
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let output = match &self.output {
             Some(output) if !self.check => output,
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
-                return inspect::check(&self.load()?, &output, quiet);
+                let (scene, _) = self.load()?;
+                return inspect::check(&scene, &output, quiet);
             }
         };
-        // Checked before the work, not after it.
-        let picture = picture(output)?;
-        check_place(output)?;
-        let scene = self.load()?;
-        let bar = Progress::new("rows", quiet);
-        let rendering = render::render(&scene, &|at| bar.at(at.rows_done.into(), at.rows.into()));
-        bar.end();
-        let settings = &scene.integrator;
-        let seed = settings.seed.to_string();
-        let samples = settings.samples_per_pixel.to_string();
-        let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
-        let scene_name = self.scene.display().to_string();
-        let colours = match self.false_color {
-            None => "as seen".to_owned(),
-            Some(FalseColor { red_nm, green_nm, blue_nm }) => format!("false: {red_nm}, {green_nm}, {blue_nm} nm"),
+        let file = self.file(output)?;
+        let (scene, origin) = self.load()?;
+        let preview = match &self.tev {
+            Some(address) => Some(Preview::connect(address, file_name(output))?),
+            None => None,
         };
-        let notes = [
-            ("Software", &*software),
-            ("Scene", &*scene_name),
-            ("Samples per pixel", &*samples),
-            ("Seed", &*seed),
-            ("Colours", &*colours),
-        ];
-        let film = &rendering.film;
-        match picture {
-            Picture::Png => write_png(film, scene.film.exposure, &notes, output),
-            Picture::Exr => write_exr(film, &notes, output),
-        }
-        .map_err(Failure::work)?;
-        let odd = rendering.statistics.odd_depth_lines;
-        if odd > 0 && !quiet {
-            let lines = rendering.statistics.depth_lines;
-            tell(&format!(
-                "{odd} of {lines} lines through snow crossed it an odd number of times: a mesh is open (see --check)\n"
-            ));
-        }
-        Ok(())
+        let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
+        let notes = vec![("Scene", self.scene.display().to_string()), ("Table", table)];
+        let target = self.target(&scene)?;
+        let (channels, checkpoint) = (self.channels, self.checkpoint);
+        let job = RenderJob { scene: &scene, origin, target, notes, preview, channels, file, checkpoint, quiet };
+        job.run(self.resume)
     }
 
-    fn load(&self) -> Result<Scene, Failure> {
+    /// The picture's file, if the options go with it.
+    fn file(&self, output: &Path) -> Result<PictureFile, Failure> {
+        let is_part = self.spp_range.is_some() || self.crop.is_some();
+        let file = PictureFile::new(output, self.keep_sums || self.resume || is_part)?;
+        for (is_given, option) in [
+            (self.resume, "--resume"),
+            (self.keep_sums, "--keep-sums"),
+            (self.channels != Channels::default(), "--channels"),
+        ] {
+            if is_given {
+                file.needs_exr(option)?;
+            }
+        }
+        Ok(file)
+    }
+
+    /// The pixels and samples that are asked for.
+    fn target(&self, scene: &Scene) -> Result<Portion, Failure> {
+        let mut target = render::whole(scene);
+        if let Some(samples) = &self.spp_range {
+            target.samples = samples.clone();
+        }
+        if let Some(crop) = &self.crop {
+            let Portion { columns, rows, .. } = &target;
+            if crop.columns.end > columns.end || crop.rows.end > rows.end {
+                let (x, y) = (crop.columns.end, crop.rows.end);
+                return Err(Failure::Input(format!(
+                    "--crop ends at {x},{y}, but the picture has {} × {} pixels",
+                    columns.end, rows.end
+                )));
+            }
+            (target.columns, target.rows) = (crop.columns.clone(), crop.rows.clone());
+        }
+        Ok(target)
+    }
+
+    /// The scene, and what it was made from.
+    fn load(&self) -> Result<(Scene, Origin), Failure> {
         let overrides = Overrides {
             path: self.path.map(PathWord::mode),
             width: self.width,
@@ -167,7 +206,9 @@ impl Render {
                 }
             },
         };
-        Scene::load(&self.scene, table, &overrides).map_err(Failure::input)
+        let scene = Scene::load(&self.scene, table, &overrides).map_err(Failure::input)?;
+        let origin = Origin::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
+        Ok((scene, origin))
     }
 }
 
@@ -179,14 +220,5 @@ impl PathWord {
             Self::Light => PathMode::Light,
             Self::View => PathMode::View,
         }
-    }
-}
-
-/// The kind of picture that a file's ending asks for.
-fn picture(path: &Path) -> Result<Picture, Failure> {
-    match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
-        Some("png") => Ok(Picture::Png),
-        Some("exr") => Ok(Picture::Exr),
-        _ => Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
     }
 }

@@ -78,20 +78,25 @@ pub fn write_exr(film: &Film, notes: &Notes, path: &Path) -> Result<(), RenderEr
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(film.pixels()[place.y() * width + place.x()]);
         (narrow(r), narrow(g), narrow(b))
     });
-    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
-    let attributes = LayerAttributes {
-        // The format's texts are bytes; UTF-8 is what readers expect in them.
-        comments: (!lines.is_empty()).then(|| Text::from_slice_unchecked(lines.join("\n").as_bytes())),
-        ..LayerAttributes::default()
-    };
-    let layer = Layer::new((width, height), attributes, Encoding::SMALL_LOSSLESS, channels);
+    let layer = Layer::new((width, height), attributes(notes), Encoding::SMALL_LOSSLESS, channels);
     let mut content = Cursor::new(Vec::new());
     let written = Image::from_layer(layer).write().to_buffered(&mut content);
     store(path, written.map(|()| content.into_inner()).map_err(|error| error.to_string()))
 }
 
+/// What is said of an OpenEXR picture beside its pixels.
+pub(crate) fn attributes(notes: &Notes) -> LayerAttributes {
+    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
+    LayerAttributes { comments: (!lines.is_empty()).then(|| exr_text(&lines.join("\n"))), ..LayerAttributes::default() }
+}
+
+/// A text as OpenEXR stores it: bytes, in which readers expect UTF-8.
+pub(crate) fn exr_text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
 /// Puts a complete file in its place, or says why not.
-fn store(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
+pub(crate) fn store(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
     let failed = |reason: String| RenderError::WriteImage { path: path.into(), reason };
     let content = content.map_err(failed)?;
     write_whole(path, |beside| std::fs::write(beside, content)).map_err(|error| failed(error.to_string()))

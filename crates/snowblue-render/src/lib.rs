@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! scene_file ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
-//!                 │         └─ path: one path of light, 31 wavelengths at once
+//!                 │         ├─ path: one path of light, 31 wavelengths at once
+//!                 │         └─ sums: the exact sums of a part of a picture; picture_file keeps them
 //!                 ├─ objects: shapes and meshes ─ what a ray hits, and how deep a line runs through a solid
 //!                 ├─ materials: diffuse, pca_snow, each even or by a texture
 //!                 └─ lights, camera
@@ -75,7 +76,14 @@ pub mod inspection;
 
 mod path;
 
+pub mod channels;
 pub mod film;
+pub mod portion;
+pub mod sums;
+
+mod pixel_sums;
+
+mod first_hit;
 pub mod render;
 
 pub mod picture;
@@ -85,10 +93,15 @@ pub mod swatch;
 pub mod texture;
 
 pub mod image_file;
+pub mod origin;
+pub mod picture_file;
 
+pub use channels::Channels;
 pub use error::RenderError;
 pub use film::Film;
+pub use portion::Portion;
 pub use render::{Progress, Rendering, render};
 pub use retina::FalseColor;
 pub use scene::Scene;
 pub use scene_file::Overrides;
+pub use sums::Sums;

@@ -20,6 +20,8 @@ pub struct Statistics {
     /// Lines through snow that crossed its surface an odd number of times: the mesh is open there. The last crossing
     /// was left out, and with it whatever lay behind.
     pub odd_depth_lines: u64,
+    /// Samples of pixels that are no number or too bright to be added up; they count as dark.
+    pub unusable_samples: u64,
 }
 
 impl Statistics {
@@ -32,6 +34,7 @@ impl Statistics {
             shadow_rays: self.shadow_rays + other.shadow_rays,
             depth_lines: self.depth_lines + other.depth_lines,
             odd_depth_lines: self.odd_depth_lines + other.odd_depth_lines,
+            unusable_samples: self.unusable_samples + other.unusable_samples,
         }
     }
 

@@ -1,27 +1,45 @@
-//! A scene rendered: rows in parallel, each pixel by itself.
+//! A scene rendered: rows in parallel, a few samples of all pixels at a time.
 //!
-//! A pixel's value depends on the scene and the pixel's place alone, and its samples are added in their order; so the
-//! picture has the same bits on any number of threads.
+//! A sample depends on the scene, its pixel and its number alone, and [`Sums`] do not depend on the order in which samples
+//! come. So a picture has the same bits on any number of threads, in one go or in many, from one file or from parts.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
-use snowblue_color::Xyz;
 
+use crate::channels::Channels;
 use crate::film::Film;
+use crate::first_hit::add_first_hit;
 use crate::path::PathTracer;
-use crate::probe::Statistics;
+use crate::pixel_sums::PixelSums;
+use crate::portion::Portion;
+use crate::probe::{Probe, Statistics};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
+use crate::sums::Sums;
+
+/// Samples of a pass over the pixels, all together, where that is not too few or too many of each pixel.
+const PASS: u64 = 1 << 20;
+/// Fewest and most samples of each pixel in a pass. Sums hold 2¹³ between two foldings.
+const PASS_PER_PIXEL: (u64, u64) = (16, 1 << 12);
 
 /// How far a rendering has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Rows of pixels that are finished.
-    pub rows_done: u32,
-    /// Rows of the picture.
-    pub rows: u32,
+    /// Samples that are done, of all pixels together.
+    pub samples_done: u64,
+    /// Samples that are to be done.
+    pub samples: u64,
+}
+
+/// What goes on beside a rendering. Both are called from any of the threads, once for each row of pixels in each pass.
+#[derive(Clone, Copy)]
+pub struct Watch<'a> {
+    /// Is told how far the work has come.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Says whether to stop; rows that are begun are finished then.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// A picture and how it came about.
@@ -35,51 +53,150 @@ pub struct Rendering {
 
 /// Renders the whole picture, on the threads of the current rayon pool.
 ///
-/// `progress` is called after each row, from any of the threads; rows are not finished in order.
+/// `progress` is called after each row of each pass, from any of the threads; rows are not finished in order.
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
-    let rows = scene.film.height;
-    let rows_done = AtomicU32::new(0);
-    let finished: Vec<(Vec<Xyz>, Statistics)> = (0..rows)
-        .into_par_iter()
-        .map(|row| {
-            let finished = render_row(scene, row);
-            let rows_done = rows_done.fetch_add(1, Ordering::Relaxed) + 1;
-            progress(Progress { rows_done, rows });
-            finished
+    let whole = whole(scene);
+    let mut sums = Sums::new(scene, Channels::default(), &whole.window());
+    let statistics = render_missing(scene, &whole, &mut sums, Watch { progress, stop: &|| false });
+    Rendering { film: sums.film(), statistics }
+}
+
+/// All pixels of a scene's picture, with all its samples.
+pub fn whole(scene: &Scene) -> Portion {
+    Portion { columns: 0..scene.film.width, rows: 0..scene.film.height, samples: 0..scene.integrator.samples_per_pixel }
+}
+
+/// Adds those samples of a portion of the picture that are not in the sums yet, on the threads of the current rayon pool,
+/// until it is done or told to stop. What is still missing then the sums' coverage tells, and another call goes on from there.
+///
+/// # Panics
+///
+/// When the sums have no room for the portion.
+pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: Watch) -> Statistics {
+    let missing = sums.coverage().missing_from(target);
+    let samples = missing.iter().map(Portion::count).sum();
+    let (done, mut statistics) = (AtomicU64::new(0), Statistics::default());
+    let progress = |count| {
+        let samples_done = done.fetch_add(count, Ordering::Relaxed) + count;
+        (watch.progress)(Progress { samples_done, samples });
+    };
+    let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
+    let per_pass = u32::try_from((PASS / pixels.max(1)).clamp(PASS_PER_PIXEL.0, PASS_PER_PIXEL.1)).unwrap_or(u32::MAX);
+    let mut start = missing.iter().map(|portion| portion.samples.start).min().unwrap_or(target.samples.end);
+    while start < target.samples.end && !(watch.stop)() {
+        let end = pass_end(start, per_pass);
+        let pass = Portion { samples: start..end, ..target.clone() };
+        let parts: Vec<Portion> = missing.iter().filter_map(|portion| portion.overlap(&pass)).collect();
+        statistics = statistics.plus(render_pass(
+            scene,
+            &parts,
+            sums,
+            Watch { progress: &|at| progress(at.samples_done), ..watch },
+        ));
+        start = end;
+    }
+    statistics
+}
+
+/// Where the pass that begins with a sample ends. The first passes are short, so that there is a whole picture soon, if a
+/// rough one.
+fn pass_end(start: u32, per_pass: u32) -> u32 {
+    match start {
+        0 => 1,
+        1..4 => 4,
+        _ => (start / per_pass * per_pass).saturating_add(per_pass),
+    }
+}
+
+/// Adds the samples of some portions to the sums, row by row, and notes which rows were done.
+fn render_pass(scene: &Scene, parts: &[Portion], sums: &mut Sums, watch: Watch) -> Statistics {
+    let (window, channels) = (sums.window().clone(), sums.channels());
+    let (rows, row_length) = sums.rows_mut();
+    let finished: Vec<Option<Statistics>> = rows
+        .par_chunks_mut(row_length)
+        .zip(window.rows.clone())
+        .map(|(row_sums, row)| {
+            let here: Vec<&Portion> = parts.iter().filter(|part| part.rows.contains(&row)).collect();
+            if here.is_empty() || (watch.stop)() {
+                return None;
+            }
+            let mut renderer = RowRenderer::new(scene, channels);
+            for part in &here {
+                renderer.render(row, part, window.columns.start, row_sums);
+            }
+            let count = here.iter().map(|part| part.count() / u64::from(part.rows.end - part.rows.start)).sum();
+            (watch.progress)(Progress { samples_done: count, samples: count });
+            Some(renderer.statistics())
         })
         .collect();
-    let mut pixels = Vec::with_capacity(scene.film.width as usize * rows as usize);
-    let mut statistics = Statistics::default();
-    for (row, counts) in finished {
-        pixels.extend(row);
-        statistics = statistics.plus(counts);
+    for (statistics, row) in finished.iter().zip(window.rows) {
+        if statistics.is_some() {
+            let here = parts.iter().filter(|part| part.rows.contains(&row));
+            here.for_each(|part| sums.note(Portion { rows: row..row + 1, ..part.clone() }));
+        }
     }
-    Rendering { film: Film::new(scene.film.width, rows, pixels), statistics }
+    finished.into_iter().flatten().fold(Statistics::default(), Statistics::plus)
+}
+
+/// Renders pixels of one row.
+struct RowRenderer<'scene> {
+    scene: &'scene Scene,
+    tracer: PathTracer<'scene>,
+    /// Asks for what is seen first; it is no part of the path of light, and does not count.
+    beside: Option<Probe<'scene>>,
+    pixel: PixelSums,
+    channels: Channels,
+}
+
+impl<'scene> RowRenderer<'scene> {
+    fn new(scene: &'scene Scene, channels: Channels) -> Self {
+        Self {
+            scene,
+            tracer: PathTracer::new(scene),
+            beside: channels.has_features().then(|| Probe::new(&scene.objects)),
+            pixel: PixelSums::new(channels),
+            channels,
+        }
+    }
+
+    /// Adds a portion's samples of the pixels of a row to the sums of that row, which begin with a column.
+    fn render(&mut self, row: u32, part: &Portion, first_column: u32, row_sums: &mut [i128]) {
+        let planes = self.channels.sums().len();
+        let start = (part.columns.start - first_column) as usize * planes;
+        for (column, sums) in part.columns.clone().zip(row_sums[start..].chunks_exact_mut(planes)) {
+            for sample in part.samples.clone() {
+                let (ray, mut sampler) = camera_sample(self.scene, column, row, sample);
+                let radiance = self.tracer.radiance(&ray, &mut sampler);
+                self.pixel.add(&self.scene.retina, &radiance);
+                if let Some(probe) = &mut self.beside {
+                    add_first_hit(self.scene, probe, &ray, &mut self.pixel, self.channels);
+                }
+            }
+            self.pixel.fold(sums);
+        }
+    }
+
+    fn statistics(&self) -> Statistics {
+        Statistics { unusable_samples: self.pixel.unusable, ..self.tracer.statistics() }
+    }
 }
 
 /// The mean radiance that arrives at one pixel, in W m⁻² sr⁻¹ as a band density: the same samples as in the picture.
 pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
-    sampled_radiance(scene, &mut PathTracer::new(scene), column, row)
-}
-
-fn render_row(scene: &Scene, row: u32) -> (Vec<Xyz>, Statistics) {
-    let mut tracer = PathTracer::new(scene);
-    let pixels = (0..scene.film.width)
-        .map(|column| scene.retina.xyz(&sampled_radiance(scene, &mut tracer, column, row)))
-        .collect();
-    (pixels, tracer.statistics())
-}
-
-/// The mean radiance over the area of a pixel (a box filter).
-fn sampled_radiance(scene: &Scene, tracer: &mut PathTracer, column: u32, row: u32) -> Spectrum {
-    let (width, height) = (scene.film.width, scene.film.height);
-    let samples = scene.integrator.samples_per_pixel;
-    let mut sum = Spectrum::ZERO;
-    for sample in 0..samples {
-        let mut sampler = Sampler::new(scene.integrator.seed, row * width + column, sample);
-        let [across, down, ..] = sampler.next_four();
-        let ray = scene.camera.ray((column as f32 + across) / width as f32, (row as f32 + down) / height as f32);
+    let (mut tracer, mut sum) = (PathTracer::new(scene), Spectrum::ZERO);
+    for sample in 0..scene.integrator.samples_per_pixel {
+        let (ray, mut sampler) = camera_sample(scene, column, row, sample);
         sum += tracer.radiance(&ray, &mut sampler);
     }
-    sum * (samples as f32).recip()
+    sum * (scene.integrator.samples_per_pixel as f32).recip()
+}
+
+/// The camera ray of one sample, evenly over the area of its pixel (a box filter), and the random numbers of its path.
+#[inline]
+fn camera_sample(scene: &Scene, column: u32, row: u32, sample: u32) -> (crate::ray::Ray, Sampler) {
+    let (width, height) = (scene.film.width, scene.film.height);
+    let mut sampler = Sampler::new(scene.integrator.seed, row * width + column, sample);
+    let [across, down, ..] = sampler.next_four();
+    let ray = scene.camera.ray((column as f32 + across) / width as f32, (row as f32 + down) / height as f32);
+    (ray, sampler)
 }

@@ -4,11 +4,16 @@
 //! the picture are then those of the table, whichever they are, and all lights shine alike at each of them, so that what
 //! reflects or transmits all wavelengths alike is grey.
 
+use glam::Vec4;
 use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 
 use crate::error::RenderError;
+use crate::light::LampSpectrum;
 use crate::ray::narrow;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+
+/// Numbers that are multiplied at a time.
+const LANES: usize = 4;
 
 /// The wavelengths that a false colour shows as red, green and blue.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +30,20 @@ pub struct FalseColor {
 #[derive(Debug)]
 pub(crate) struct Retina {
     weights: [Xyz; SAMPLES],
+    /// The weights of X, Y and Z in single precision, as many at a time as a processor multiplies.
+    lanes: [[Vec4; 3]; SAMPLES.div_ceil(LANES)],
+    wavelengths_nm: [f64; SAMPLES],
+    /// Light in which a grey surface is neutral, of luminance 1.
+    white: Spectrum,
+}
+
+/// A sample's tristimulus values.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampleXyz {
+    /// X, Y and Z.
+    pub(crate) xyz: [f32; 3],
+    /// Sum of the magnitudes of all wavelengths.
+    pub(crate) magnitude: f32,
 }
 
 impl Retina {
@@ -32,13 +51,14 @@ impl Retina {
     ///
     /// # Panics
     ///
-    /// Never: the observer's table covers the grid.
+    /// Never: the tables of the observer and of daylight cover the grid.
     pub(crate) fn eye() -> Self {
         let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::E, &wavelengths_nm())
             .expect("the observer's table covers 400–700 nm");
         let mut weights = [Xyz::default(); SAMPLES];
         weights.copy_from_slice(colorimeter.weights());
-        Self { weights }
+        let daylight = LampSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
+        Self::new(weights, wavelengths_nm(), daylight.relative)
     }
 
     /// Three wavelengths as the light of a screen's primaries, linear between the wavelengths of a table.
@@ -63,13 +83,53 @@ impl Retina {
         for (nm, share) in hat(wavelengths_nm, blue_nm)? {
             weights[nm].b += share;
         }
-        Ok(Self { weights: weights.map(LinearRgb::xyz) })
+        let mut nm = [0.0; SAMPLES];
+        nm.copy_from_slice(wavelengths_nm);
+        Ok(Self::new(weights.map(LinearRgb::xyz), nm, Spectrum::ONE))
+    }
+
+    fn new(weights: [Xyz; SAMPLES], wavelengths_nm: [f64; SAMPLES], white: Spectrum) -> Self {
+        let mut lanes = [[Vec4::ZERO; 3]; SAMPLES.div_ceil(LANES)];
+        for (place, weight) in weights.iter().enumerate() {
+            for (lanes, value) in lanes[place / LANES].iter_mut().zip([weight.x, weight.y, weight.z]) {
+                lanes[place % LANES] = narrow(value);
+            }
+        }
+        Self { weights, lanes, wavelengths_nm, white }
     }
 
     /// Tristimulus values of a radiance.
     pub(crate) fn xyz(&self, radiance: &Spectrum) -> Xyz {
         let terms = self.weights.iter().zip(&radiance.0).map(|(&weight, &value)| weight * f64::from(value));
         terms.fold(Xyz::default(), |sum, term| sum + term)
+    }
+
+    /// The same in single precision for the many samples of a picture, and the sum of the magnitudes of all wavelengths:
+    /// it is finite only if each of them is.
+    #[inline]
+    pub(crate) fn sample(&self, radiance: &Spectrum) -> SampleXyz {
+        let (whole, rest) = radiance.0.as_chunks::<LANES>();
+        let mut last = [0.0; LANES];
+        last[..rest.len()].copy_from_slice(rest);
+        let (mut sums, mut magnitudes) = ([Vec4::ZERO; 3], Vec4::ZERO);
+        for (values, weights) in whole.iter().chain([&last]).zip(&self.lanes) {
+            let values = Vec4::from_array(*values);
+            magnitudes += values.abs();
+            for (sum, weights) in sums.iter_mut().zip(weights) {
+                *sum += *weights * values;
+            }
+        }
+        SampleXyz { xyz: sums.map(Vec4::element_sum), magnitude: magnitudes.element_sum() }
+    }
+
+    /// The colour of a surface of this reflectance in the light that is white to this eye.
+    pub(crate) fn surface_colour(&self, reflectance: &Spectrum) -> LinearRgb {
+        LinearRgb::from_xyz(self.xyz(&(*reflectance * self.white)))
+    }
+
+    /// The wavelengths that it looks at, in nm.
+    pub(crate) fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
+        &self.wavelengths_nm
     }
 
     /// Luminance of one unit at each wavelength.
@@ -94,7 +154,6 @@ fn hat(wavelengths_nm: &[f64], at_nm: f64) -> Result<[(usize, f64); 2], RenderEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::LampSpectrum;
 
     #[test]
     fn equal_energy_of_one_watt_has_luminance_one_and_daylight_is_neutral() {
@@ -106,6 +165,24 @@ mod tests {
         // What 10 nm steps and the ends at 400 and 700 nm leave out of D65.
         for channel in [r, g, b] {
             assert!((channel - 1.0).abs() < 0.01, "{r} {g} {b}");
+        }
+    }
+
+    #[test]
+    fn single_precision_sees_the_same_and_surfaces_are_grey() {
+        let retina = Retina::eye();
+        let ramp = Spectrum(std::array::from_fn(|k| 1e-9 * (1.0 + k as f32).powi(3)));
+        let (exact, SampleXyz { xyz, magnitude }) = (retina.xyz(&ramp), retina.sample(&ramp));
+        // Eight products a lane, each rounded by 2⁻²⁴ of itself at most, and their sums.
+        for (single, exact) in xyz.into_iter().zip([exact.x, exact.y, exact.z]) {
+            assert!((f64::from(single) / exact - 1.0).abs() < 10.0 / f64::from(1 << 24), "{single} {exact}");
+        }
+        assert!((f64::from(magnitude) / (31.0 * ramp.mean()) - 1.0).abs() < 1e-6);
+        assert!(!retina.sample(&Spectrum::constant(f32::NAN)).magnitude.is_finite());
+        let LinearRgb { r, g, b } = retina.surface_colour(&Spectrum::constant(0.5));
+        // What 10 nm steps and the ends at 400 and 700 nm leave out of D65.
+        for channel in [r, g, b] {
+            assert!((channel - 0.5).abs() < 0.005, "{r} {g} {b}");
         }
     }
 

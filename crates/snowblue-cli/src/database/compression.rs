@@ -41,6 +41,11 @@ enum SpaceWord {
 }
 
 impl Compression {
+    /// Whether anything but the full table is asked for.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.space.is_some()
+    }
+
     /// Checks, before long work, that the options go together.
     pub(crate) fn check(&self) -> Outcome {
         let said = self.components.is_some() || self.max_delta_e.is_some() || self.max_rmse.is_some();

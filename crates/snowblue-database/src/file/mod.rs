@@ -21,7 +21,7 @@ use crate::pca::{Components, MOST_COMPONENTS};
 use crate::shard::{Part, Shard};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, Table};
 
-pub use whole::write_whole;
+pub use whole::{unfinished_path, write_whole};
 pub(crate) use writing::replace;
 
 const COMPONENT: &str = "component";

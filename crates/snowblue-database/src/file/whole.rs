@@ -1,7 +1,7 @@
 //! Files that are there whole or not at all.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Lets `write` fill a file beside `path`, hidden and of a name that no other process uses, and moves it to its place.
 ///
@@ -10,17 +10,22 @@ use std::path::Path;
 /// # Errors
 /// If the path names no file, or the file cannot be written or moved.
 pub fn write_whole(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
-    let name = path.file_name().ok_or_else(|| io::Error::other("the path names no file"))?;
-    let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}.part", std::process::id()));
-    let beside = path.with_file_name(hidden);
+    let beside = unfinished_path(path).ok_or_else(|| io::Error::other("the path names no file"))?;
     let moved = write(&beside).and_then(|()| std::fs::rename(&beside, path));
     if moved.is_err() {
         // What is left of a failed write is of no use; a second failure would only hide the first.
         drop(std::fs::remove_file(&beside));
     }
     moved
+}
+
+/// Where this process writes a file before it moves to its place; none if the path names no file. A process that ends at once
+/// removes it.
+pub fn unfinished_path(path: &Path) -> Option<PathBuf> {
+    let mut hidden = std::ffi::OsString::from(".");
+    hidden.push(path.file_name()?);
+    hidden.push(format!(".{}.part", std::process::id()));
+    Some(path.with_file_name(hidden))
 }
 
 #[cfg(test)]

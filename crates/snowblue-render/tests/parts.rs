@@ -1,0 +1,231 @@
+//! A picture rendered in parts is the picture: ranges of samples, tiles, interrupts and files change no bit.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and channels are single")]
+
+mod snow;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use snow::{SNOW, scene, simple_law};
+use snowblue_color::LinearRgb;
+use snowblue_render::channels::Channels;
+use snowblue_render::film::Film;
+use snowblue_render::image_file::write_exr;
+use snowblue_render::origin::Origin;
+use snowblue_render::picture_file::{self, Part};
+use snowblue_render::render::{Watch, render, render_missing, whole};
+use snowblue_render::scene::Scene;
+use snowblue_render::{Overrides, Portion, Sums};
+
+const ALL: Channels =
+    Channels { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true };
+
+const TEXT: &str = "path = \"easiest\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+    [[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nposition = [-1, 0, 0]\nmaterial = \"snow\"\n\
+    [[object]]\nshape = \"sphere\"\nradius = 1.2\nposition = [1.5, 0, 0]\nmaterial = \"grey\"\n\
+    [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
+    [[light]]\ntype = \"sphere\"\nposition = [0, -3, 2]\nradius = 0.2\nradiance_w_m2_sr = 5\nilluminant = \"A\"\n";
+
+/// A block of snow and a grey ball, lit by two lamps.
+fn pictured() -> Scene {
+    let mut scene = scene(&format!("{SNOW}{TEXT}"), &simple_law(), &[]);
+    (scene.film.width, scene.film.height) = (23, 17);
+    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (37, 3);
+    scene
+}
+
+fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> Portion {
+    Portion { columns, rows, samples }
+}
+
+const GO_ON: Watch = Watch { progress: &|_| {}, stop: &|| false };
+
+fn sums_of(scene: &Scene, channels: Channels, portion: &Portion) -> Sums {
+    let mut sums = Sums::new(scene, channels, &portion.window());
+    render_missing(scene, portion, &mut sums, GO_ON);
+    sums
+}
+
+fn added(scene: &Scene, channels: Channels, parts: &[Portion]) -> Sums {
+    let mut sums = Sums::new(scene, channels, &whole(scene).window());
+    parts.iter().for_each(|part| sums.add(&sums_of(scene, channels, part)));
+    sums
+}
+
+#[test]
+fn ranges_tiles_and_both_make_the_same_picture() {
+    let scene = pictured();
+    let at_once = sums_of(&scene, Channels::default(), &whole(&scene));
+    assert!(at_once.film() == render(&scene, &|_| {}).film);
+    let (all_columns, all_rows) = (0..23, 0..17);
+    let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
+    let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
+        .map(|(columns, rows)| portion(columns, rows, 0..37));
+    let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| Portion { samples, ..tile.clone() }));
+    for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
+        assert!(added(&scene, Channels::default(), &parts) == at_once, "{parts:?}");
+    }
+    let pixel = portion(17..18, 5..6, 0..37);
+    let place = 5 * 23 + 17;
+    assert_eq!(sums_of(&scene, Channels::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
+    // A picture of fewer samples is another.
+    assert!(sums_of(&scene, Channels::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
+}
+
+#[test]
+fn all_channels_are_the_same_in_parts_and_leave_the_colours_alone() {
+    let scene = pictured();
+    let at_once = sums_of(&scene, ALL, &whole(&scene));
+    let parts = [portion(0..23, 0..7, 0..37), portion(0..23, 7..17, 20..37), portion(0..23, 7..17, 0..20)];
+    assert!(added(&scene, ALL, &parts) == at_once);
+    assert!(at_once.film() == render(&scene, &|_| {}).film);
+}
+
+#[test]
+fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
+    let scene = pictured();
+    let target = whole(&scene);
+    let at_once = sums_of(&scene, Channels::default(), &target);
+    for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut sums = Sums::new(&scene, Channels::default(), &target.window());
+        let mut goes = 0;
+        while !sums.coverage().missing_from(&target).is_empty() {
+            let asked = AtomicU32::new(0);
+            let stop = || asked.fetch_add(1, Ordering::Relaxed) > rows_at_a_time;
+            let before = sums.coverage().clone();
+            pool.install(|| render_missing(&scene, &target, &mut sums, Watch { stop: &stop, ..GO_ON }));
+            assert_ne!(*sums.coverage(), before, "every go does something");
+            goes += 1;
+        }
+        assert!(goes > 1);
+        assert!(sums == at_once, "{threads} threads, {rows_at_a_time} rows at a time");
+    }
+}
+
+/// The numbers of all channels of a file.
+fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let list = image.from_file(path).unwrap().layer_data.channel_data.list;
+    let shown = list.into_iter().filter_map(|channel| match channel.sample_data {
+        FlatSamples::F32(values) => Some((channel.name.to_string(), values)),
+        _ => None,
+    });
+    shown.collect()
+}
+
+fn origin_of(scene: &Scene) -> Origin {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, TEXT).unwrap();
+    Origin::of(scene, &path, &simple_law(), &Overrides::default()).unwrap()
+}
+
+#[test]
+fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
+    let scene = pictured();
+    let origin = origin_of(&scene);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.exr");
+    for channels in [Channels::default(), ALL] {
+        let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
+        render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, GO_ON);
+        picture_file::write(&sums, Some(&origin), &[("seed", "1")], &path).unwrap();
+        let part = Part::open(&path).unwrap();
+        assert_eq!((&part.origin, part.channels, part.size), (&origin, channels, (23, 17)));
+        assert_eq!(part.coverage, *sums.coverage());
+        let back = part.read(&path).unwrap();
+        assert!(back == sums);
+        let grown = |sums: Sums| {
+            let mut sums = sums.widened(&whole(&scene).window());
+            render_missing(&scene, &whole(&scene), &mut sums, GO_ON);
+            sums
+        };
+        assert!(grown(back) == grown(sums));
+    }
+    // Without sums a file is a picture only.
+    picture_file::write(&sums_of(&scene, Channels::default(), &whole(&scene)), None, &[], &path).unwrap();
+    assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R"]);
+    assert!(Part::open(&path).unwrap_err().to_string().ends_with("no sums to go on from (render with --keep-sums)"));
+    write_exr(&Film::new(1, 1, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
+    assert!(Part::open(&path).is_err());
+    std::fs::write(&path, "v/1\u{1}nonsense").unwrap();
+    assert!(Part::open(&path).unwrap_err().to_string().contains("not a readable EXR file"));
+}
+
+#[test]
+fn channels_tell_what_they_are_named_for() {
+    let scene = pictured();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("all.exr");
+    let sums = sums_of(&scene, ALL, &whole(&scene));
+    picture_file::write(&sums, None, &[], &path).unwrap();
+    let channels = channels_of(&path);
+    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);
+    // The camera is at (0, −9, 0): the block's front, towards −y, is on the left of the picture.
+    let block = 8 * 23 + 7;
+    let at = |name: &str| channels[name][block];
+    assert!((at("normal.Y") + 1.0).abs() < 1e-6 && at("normal.X").abs() < 1e-6);
+    assert!((at("thickness") - 0.3).abs() < 1e-6, "{}", at("thickness"));
+    assert!((at("albedo.R") - 0.25).abs() < 0.003 && (at("albedo.B") - 0.25).abs() < 0.003, "R = 1/4");
+    // The first light is behind the block.
+    assert!(at("angle") > 0.0 && at("angle") < 90.0);
+    // A corner shows nothing.
+    assert!(channels.values().all(|values| values[0].to_bits() == 0), "nothing is there but darkness");
+    // The mean of the spectrum is that of the colour: luminance by the observer's curve.
+    let wavelengths = snowblue_render::spectrum::wavelengths_nm();
+    let names = wavelengths.map(|nm| format!("S0.{nm:.0},000000nm"));
+    let observer = snowblue_color::Colorimeter::new(
+        snowblue_color::Observer::Cie1931,
+        snowblue_color::Illuminant::E,
+        &wavelengths,
+    );
+    let spectrum: Vec<f64> = names.iter().map(|name| f64::from(channels[name][block]) * 310.0).collect();
+    let LinearRgb { r, g, b } = LinearRgb::from_xyz(observer.unwrap().xyz(&spectrum.try_into().unwrap_or([0.0; 31])));
+    for (name, expected) in [("R", r), ("G", g), ("B", b)] {
+        assert!((f64::from(at(name)) - expected).abs() < 1e-6 * g, "{name}: {} {expected}", at(name));
+    }
+}
+
+/// The variance of the mean of 64 samples of one picture against the scatter of means of 64 independent ones.
+#[test]
+fn variances_are_those_of_many_pictures() {
+    let mut scene = pictured();
+    let channels = Channels { variance: true, ..Channels::default() };
+    let (pictures, samples) = (64u32, 16);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("variance.exr");
+    let mut values: Vec<Vec<f64>> = Vec::new();
+    let mut told = vec![0.0; 23 * 17];
+    // A pixel's samples are points of one Sobol set, whose mean varies less than that of independent ones. One sample of
+    // every picture is independent of the others, so means are taken across pictures.
+    for sample in 0..samples {
+        let mut across = vec![0.0; 23 * 17];
+        for seed in 0..pictures {
+            scene.integrator.seed = 1 + seed + pictures * sample;
+            let one = sums_of(&scene, channels, &portion(0..23, 0..17, 0..1)).film();
+            across.iter_mut().zip(one.pixels()).for_each(|(sum, xyz)| *sum += LinearRgb::from_xyz(*xyz).g);
+        }
+        values.push(across.iter().map(|sum| sum / f64::from(pictures)).collect());
+    }
+    let told_by = 8;
+    for seed in 0..told_by {
+        scene.integrator.seed = 5000 + seed;
+        let sums = sums_of(&scene, channels, &portion(0..23, 0..17, 0..64));
+        picture_file::write(&sums, None, &[], &path).unwrap();
+        let variance = &channels_of(&path)["variance.G"];
+        told.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(told_by));
+    }
+    let (mut found, mut expected) = (0.0, 0.0);
+    for pixel in 0..23 * 17 {
+        let mean = values.iter().map(|one| one[pixel]).sum::<f64>() / f64::from(samples);
+        found += values.iter().map(|one| (one[pixel] - mean).powi(2)).sum::<f64>() / f64::from(samples - 1);
+        expected += told[pixel];
+    }
+    // 391 pixels of 15 degrees each, were they alike: 2 %; they are not, but edges make up most of the variance.
+    assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+}
