@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""The oblique block of snow by Mitsuba 3 and by snowblue: the same picture, and who is faster. Called by bench-mitsuba.
+
+Both are asked for direct light alone, on as many threads. Mitsuba's time is that of tracing, with scene, table and kernel
+ready; snowblue's is that of the whole command, from its start to the picture on disk.
+"""
+
+import argparse
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from mitsuba_snow import RGB, Colours, SnowTable, Spectra, lamp_weights, mitsuba_scene
+
+SCENES = Path(__file__).resolve().parent.parent / "scenes"
+BLOCK, DRAGON = SCENES / "block_30cm.toml", SCENES / "fig11_dragon.toml"
+LUMINANCE = np.linalg.inv(RGB)[1]
+# How far the ratio of luminances may be from 1 where both look up the same table. Straight lines instead of splines between
+# its places make it a few thousandths; a lamp, a normal or an angle taken wrongly would make it tens of percent.
+TOLERANCE = 0.01
+# Share of the pixels that chance may light in one picture alone: outlines, at few samples.
+OUTLINES = 0.01
+PLAIN_SAMPLES = 16
+
+
+class Snowblue:
+    """The command, on as many threads as Mitsuba has."""
+
+    def __init__(self, program, threads):
+        self.start = [program, "--threads", str(threads), "--quiet"]
+
+    def __call__(self, *arguments):
+        done = subprocess.run([*self.start, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
+        if done.returncode != 0:
+            sys.exit(f"bench-mitsuba: {done.stderr.strip()}")
+
+
+def snow_pixels(scene, snow, size):
+    """Whether the middle of each pixel shows snow."""
+    row, column = dr.meshgrid(*[(dr.arange(mi.Float, size) + 0.5) / size] * 2, indexing="ij")
+    ray, _ = scene.sensors()[0].sample_ray(0, 0, mi.Point2f(column, row), 0)
+    return np.array(scene.ray_intersect(ray).shape == mi.ShapePtr(snow)).reshape(size, size)
+
+
+def linear(path):
+    """A picture of a file as linear sRGB."""
+    return np.array(mi.Bitmap(str(path)))[..., :3]
+
+
+def compare(name, theirs, ours, parts):
+    """Prints how far pixels are apart, in the mean of their logarithms; ends the run where it is too far."""
+    there, here = theirs @ LUMINANCE, ours @ LUMINANCE
+    for part, pixels in parts.items():
+        both, either = pixels & (there > 0) & (here > 0), pixels & ((there > 0) | (here > 0))
+        lone = (either & ~both).sum() / pixels.sum()
+        off = np.exp(np.log(there[both] / here[both]).mean()) - 1
+        print(f"{name}: {part} is {off:+.2%} of snowblue's; lit in one picture alone: {lone:.2%} of its pixels")
+        if not (abs(off) <= TOLERANCE and lone <= OUTLINES):
+            sys.exit(f"bench-mitsuba: not the same picture; allowed are {TOLERANCE:.0%} and {OUTLINES:.0%}")
+
+
+def used_s(action):
+    """Wall and CPU time of an action, in s, its processes included."""
+
+    def cpu_s():
+        return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+    wall, cpu = time.perf_counter(), cpu_s()
+    action()
+    return time.perf_counter() - wall, cpu_s() - cpu
+
+
+def medians_s(actions, repeats):
+    """Median wall and CPU times of actions, in s, taken in turns after two of each that do not count.
+
+    Mitsuba compiles in the first and, since the state that it left is another than at the start, in the second too.
+    """
+    for action in 2 * list(actions.values()):
+        action()
+    times = {name: [] for name in actions}
+    for _ in range(repeats):
+        for name, action in actions.items():
+            times[name].append(used_s(action))
+    return {name: [statistics.median(kind) for kind in zip(*pairs)] for name, pairs in times.items()}
+
+
+def tell(medians, pairs):
+    """A row for each action, and of pairs of them how many times as long the first takes."""
+    print(f"{'':44}{'wall s':>9}{'CPU s':>9}")
+    for name, (wall, cpu) in medians.items():
+        print(f"{name:44}{wall:9.2f}{cpu:9.2f}")
+    for theirs, ours in pairs:
+        wall, cpu = (there / here for there, here in zip(medians[theirs], medians[ours]))
+        print(f"{theirs}: {wall:.2f} times the wall time of {ours}, {cpu:.2f} times its CPU time")
+
+
+def block(options, snowblue, folder):
+    """The block of snow, direct light."""
+    document = tomllib.loads(BLOCK.read_text())
+    weights = lamp_weights(document["light"][0])
+    table = SnowTable(snowblue, document["material"]["drift"], folder)
+    shapes = mitsuba_scene(document, BLOCK.parent, options.size, RGB @ weights.sum(0))
+    scene, body = mi.load_dict(shapes), mi.load_dict({"type": "scene", "snow": shapes["object 0"]})
+    snow = next(shape for shape in scene.shapes() if shape.id() == "object 0")
+    floor, lamp = document["material"]["floor"]["reflectance"], document["light"][0]["position"]
+    pictures = {}
+
+    def mitsuba(name, curves):
+        integrator = mi.load_dict({"type": "pca_snow_bench"}).set_up(snow, body, lamp, curves, floor, options.path)
+        seeds = iter(range(1000))
+
+        def action():
+            pictures[name] = np.array(integrator.render(scene, spp=options.samples, seed=next(seeds)))
+
+        return action
+
+    def ours(name, *more):
+        place = folder / f"{name}.exr"
+        size = ("--width", options.size, "--height", options.size, "--spp", options.samples)
+        return lambda: snowblue("render", BLOCK, "--max-bounces", 0, *size, "-o", place, *more)
+
+    spectra, colours = f"Mitsuba, 31 wavelengths, path {options.path}", f"Mitsuba, colours, path {options.path}"
+    same, easiest = f"snowblue, path {options.path}", "snowblue, path easiest"
+    actions = {spectra: mitsuba(spectra, Spectra(table, weights)), colours: mitsuba(colours, Colours(table, weights))}
+    actions[same] = ours("same", "--path", options.path)
+    actions[easiest] = ours("easiest", "--path", "easiest")
+    medians = medians_s(actions, options.repeats)
+    ours("two", "--path", options.path, "--database", folder / "snow.nc")()
+    shown = snow_pixels(scene, snow, options.size)
+    for name in (spectra, colours):
+        compare(name, pictures[name], linear(folder / "two.exr"), {"snow": shown, "floor": ~shown})
+    print(f"\n{options.size}×{options.size}, {options.samples} samples, direct light, {options.threads} threads")
+    tell(medians, [(spectra, same), (colours, same), (spectra, easiest)])
+    if options.pictures:
+        options.pictures.mkdir(parents=True, exist_ok=True)
+        side_by_side = np.hstack([pictures[spectra], linear(folder / "same.exr")]) * 2 ** document["film"]["exposure"]
+        mi.util.write_bitmap(str(options.pictures / "block.png"), side_by_side.astype(np.float32), write_async=False)
+
+
+def plain(options, snowblue, folder):
+    """Rays alone: the dragon as grey paint, a ray from the camera and one to the lamp for each sample."""
+    text = DRAGON.read_text().replace('material = "snow"', 'material = "floor"')
+    document = tomllib.loads(text)
+    mesh = (DRAGON.parent / document["object"][0]["mesh"]).resolve()
+    if not mesh.exists():
+        print(f"\nno row of rays alone: {mesh} is not there (scripts/fetch-models)")
+        return
+    scene_file = folder / "grey.toml"
+    scene_file.write_text(text.replace(document["object"][0]["mesh"], str(mesh)))
+    shapes = mitsuba_scene(document, DRAGON.parent, options.size, RGB @ lamp_weights(document["light"][0]).sum(0))
+    integrator = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
+    loaded, seeds = {}, iter(range(1000))
+
+    def load():
+        loaded["scene"] = mi.load_dict(shapes)
+
+    def render():
+        loaded["picture"] = np.array(integrator.render(loaded["scene"], spp=PLAIN_SAMPLES, seed=next(seeds)))
+
+    def ours(size, samples):
+        size = ("--width", size, "--height", size, "--spp", samples, "--max-bounces", 0)
+        return lambda: snowblue("render", scene_file, *size, "-o", folder / "grey.exr")
+
+    actions = {"Mitsuba, loading": load, "Mitsuba, rays": render}
+    actions |= {"snowblue, loading": ours(1, 1), "snowblue, loading and rays": ours(options.size, PLAIN_SAMPLES)}
+    medians = medians_s(actions, options.repeats)
+    whole = medians.pop("snowblue, loading and rays")
+    medians["snowblue, rays"] = [both - first for both, first in zip(whole, medians["snowblue, loading"])]
+    print()
+    everywhere = np.full((options.size, options.size), True)
+    compare("Mitsuba", loaded["picture"], linear(folder / "grey.exr"), {"the grey dragon": everywhere})
+    print(f"\ndragon, {options.size}×{options.size}, {PLAIN_SAMPLES} samples of two rays, {options.threads} threads")
+    tell(medians, [("Mitsuba, loading", "snowblue, loading"), ("Mitsuba, rays", "snowblue, rays")])
+    paths = options.size**2 * PLAIN_SAMPLES
+    for name in ("Mitsuba, rays", "snowblue, rays"):
+        print(f"{name}: {medians[name][1] / paths * 1e6:.3f} µs of CPU for a sample")
+
+
+def positive(text):
+    """A whole number from 1 on."""
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="bench-mitsuba", description=__doc__.splitlines()[0])
+    parser.add_argument("--size", type=positive, default=1080, help="pixels of width and of height [1080]")
+    parser.add_argument("--samples", type=positive, default=100, help="samples of a pixel of the block [100]")
+    parser.add_argument("--repeats", type=positive, default=3, help="times that each is run and measured [3]")
+    parser.add_argument("--threads", type=positive, default=2, help="threads of both [2]")
+    parser.add_argument("--path", choices=("view", "normal"), default="view", help="way through the snow [view]")
+    parser.add_argument("--plain", action="store_true", help="the rays alone too, on the dragon")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="where to put both pictures, side by side")
+    parser.add_argument("program", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    dr.set_thread_count(options.threads)
+    snowblue = Snowblue(options.program, options.threads)
+    with tempfile.TemporaryDirectory() as folder:
+        block(options, snowblue, Path(folder))
+        if options.plain:
+            plain(options, snowblue, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
