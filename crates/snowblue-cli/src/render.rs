@@ -10,7 +10,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_render::material::pca_snow::PathMode;
 use snowblue_render::origin::Origin;
 use snowblue_render::portion::Window;
-use snowblue_render::scene::Exposure;
+use snowblue_render::scene::{Exposure, Integrator};
 use snowblue_render::scene_file::Overrides;
 use snowblue_render::{Channels, FalseColor, Portion, Scene, render};
 
@@ -30,6 +30,7 @@ use crate::render_job::{RenderJob, file_name};
   snowblue render scenes/block_30cm.toml -o block.png
   snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's way through the snow
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
+  snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
   snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
   snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png
   snowblue render scenes/block_30cm.toml --channels rgb,spectrum,normal -o block.exr
@@ -56,6 +57,9 @@ pub(crate) struct Render {
     /// Compressed table to look snow up in [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
+    /// How light finds its way through snow, instead of the scene's
+    #[arg(long, value_name = "NAME", value_enum)]
+    integrator: Option<IntegratorWord>,
     /// Way through all snow of the scene, instead of the scene's
     #[arg(long, value_name = "MODE", value_enum)]
     path: Option<PathWord>,
@@ -106,6 +110,14 @@ pub(crate) struct Render {
     /// Show the picture in the viewer tev while it grows [127.0.0.1:14158 if none is given]
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV)]
     tev: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum IntegratorWord {
+    /// By the curves of a slab, along one straight line
+    Path,
+    /// From grain to grain: true on average, and slow; for small pictures
+    Reference,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -183,6 +195,10 @@ impl Render {
     /// The scene, and what it was made from.
     fn load(&self) -> Result<(Scene, Origin), Failure> {
         let overrides = Overrides {
+            integrator: self.integrator.map(|word| match word {
+                IntegratorWord::Path => Integrator::Path,
+                IntegratorWord::Reference => Integrator::Reference,
+            }),
             path: self.path.map(PathWord::mode),
             width: self.width,
             height: self.height,

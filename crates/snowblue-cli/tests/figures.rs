@@ -122,7 +122,7 @@ fn unknown_figures_are_refused_before_anything_is_written() {
     let message = refused(&["figures", "-o", place.to_str().unwrap(), "--only", "s2,fig99"]);
     assert!(message.contains("'fig99'"), "{message}");
     assert!(
-        message.contains("table1, fig1, fig2, fig3, fig4, fig5-8, fig9, fig10, fig11, s1, lprime, s2, simplifications, water, albedo, microct"),
+        message.contains("table1, fig1, fig2, fig3, fig4, fig5-8, fig9, fig10, fig11, s1, lprime, s2, simplifications, water, albedo, microct, truth"),
         "{message}"
     );
     assert!(!place.exists());

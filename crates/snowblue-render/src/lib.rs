@@ -75,6 +75,8 @@ pub mod sampling;
 pub mod inspection;
 
 mod path;
+mod reference;
+mod tracer;
 
 pub mod channels;
 pub mod film;

@@ -36,6 +36,7 @@ impl Origin {
             ("height", scene.film.height.to_string()),
             ("seed", integrator.seed.to_string()),
             ("max bounces", integrator.max_bounces.to_string()),
+            ("integrator", format!("{:?}", integrator.integrator).to_lowercase()),
             ("path", overrides.path.map_or("scene's".to_owned(), |path| format!("{path:?}").to_lowercase())),
             ("colours", colours),
         ];

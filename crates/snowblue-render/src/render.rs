@@ -10,7 +10,6 @@ use rayon::prelude::*;
 use crate::channels::Channels;
 use crate::film::Film;
 use crate::first_hit::add_first_hit;
-use crate::path::PathTracer;
 use crate::pixel_sums::PixelSums;
 use crate::portion::Portion;
 use crate::probe::{Probe, Statistics};
@@ -18,6 +17,7 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use crate::sums::Sums;
+use crate::tracer::Tracer;
 
 /// Samples of a pass over the pixels, all together, where that is not too few or too many of each pixel.
 const PASS: u64 = 1 << 20;
@@ -141,7 +141,7 @@ fn render_pass(scene: &Scene, parts: &[Portion], sums: &mut Sums, watch: Watch) 
 /// Renders pixels of one row.
 struct RowRenderer<'scene> {
     scene: &'scene Scene,
-    tracer: PathTracer<'scene>,
+    tracer: Tracer<'scene>,
     /// Asks for what is seen first; it is no part of the path of light, and does not count.
     beside: Option<Probe<'scene>>,
     pixel: PixelSums,
@@ -152,7 +152,7 @@ impl<'scene> RowRenderer<'scene> {
     fn new(scene: &'scene Scene, channels: Channels) -> Self {
         Self {
             scene,
-            tracer: PathTracer::new(scene),
+            tracer: Tracer::new(scene),
             beside: channels.has_features().then(|| Probe::new(&scene.objects)),
             pixel: PixelSums::new(channels),
             channels,
@@ -183,7 +183,7 @@ impl<'scene> RowRenderer<'scene> {
 
 /// The mean radiance that arrives at one pixel, in W m⁻² sr⁻¹ as a band density: the same samples as in the picture.
 pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
-    let (mut tracer, mut sum) = (PathTracer::new(scene), Spectrum::ZERO);
+    let (mut tracer, mut sum) = (Tracer::new(scene), Spectrum::ZERO);
     for sample in 0..scene.integrator.samples_per_pixel {
         let (ray, mut sampler) = camera_sample(scene, column, row, sample);
         sum += tracer.radiance(&ray, &mut sampler);

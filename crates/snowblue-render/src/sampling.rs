@@ -28,6 +28,11 @@ impl Sampler {
         }
     }
 
+    /// What tells this sample from all others of the picture: the number of its pixel's sequence, and its own in that.
+    pub(crate) fn address(&self) -> [u32; 2] {
+        [self.scramble, self.index]
+    }
+
     /// The next four numbers, in [0, 1).
     #[inline]
     pub fn next_four(&mut self) -> [f32; 4] {

@@ -6,6 +6,8 @@ use crate::material::Material;
 use crate::objects::Objects;
 use crate::retina::Retina;
 
+use snowblue_transport::monte_carlo::Volume;
+
 /// Everything that a picture depends on.
 #[derive(Debug)]
 pub struct Scene {
@@ -23,6 +25,8 @@ pub struct Scene {
     pub integrator: IntegratorSettings,
     /// What colours light has.
     pub(crate) retina: Retina,
+    /// The snow of each material, where light walks from grain to grain; empty where it need not.
+    pub(crate) volumes: Vec<Option<Volume>>,
 }
 
 /// Size and brightness of the picture.
@@ -47,9 +51,21 @@ pub enum Exposure {
     Stops(f64),
 }
 
+/// How light finds its way through snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Integrator {
+    /// PCASnow: by the curves of a slab, along one straight line.
+    #[default]
+    Path,
+    /// From grain to grain, whatever the shape: slow, and true on average.
+    Reference,
+}
+
 /// How many paths there are and how long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IntegratorSettings {
+    /// Which way through snow.
+    pub integrator: Integrator,
     /// Paths per pixel.
     pub samples_per_pixel: u32,
     /// Surfaces after the first one that a path may visit; 0 is light straight from the lights only.

@@ -13,8 +13,8 @@ use crate::report::{Cell, tell};
 
 const LAMP: &str = include_str!("../../../../scenes/fig1_lamp.toml");
 const FRONT: &str = include_str!("../../../../scenes/fig9_front.toml");
-const BACK: &str = include_str!("../../../../scenes/fig9_back.toml");
-const OBLIQUE: &str = include_str!("../../../../scenes/fig9_oblique.toml");
+pub(super) const BACK: &str = include_str!("../../../../scenes/fig9_back.toml");
+pub(super) const OBLIQUE: &str = include_str!("../../../../scenes/fig9_oblique.toml");
 const IGLOO: &str = include_str!("../../../../scenes/fig10_igloo.toml");
 const OPAQUE: &str = include_str!("../../../../scenes/fig10_opaque.toml");
 const DRAGON: &str = include_str!("../../../../scenes/fig11_dragon.toml");
@@ -22,7 +22,7 @@ const DRAGON: &str = include_str!("../../../../scenes/fig11_dragon.toml");
 /// Where the dragon lies, as the scene has it, seen from the folder of work.
 const DRAGON_MESH: &str = "models/dragon.ply";
 /// The lines of the scenes that are changed for a figure's other pictures.
-const BLOCK_SIZE: &str = "size = [0.6, 0.3, 0.6]";
+pub(super) const BLOCK_SIZE: &str = "size = [0.6, 0.3, 0.6]";
 const DRAGON_GRAINS: &str = "grain_size_um = 250";
 
 /// A picture to be made: its name, what stands below it, the scene, and how wide it is in pixels, at what ratio.

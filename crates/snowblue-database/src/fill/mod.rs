@@ -134,14 +134,23 @@ pub fn told_by(metadata: &[(String, String)]) -> Result<FillOptions, DatabaseErr
     };
     streams.check()?;
     let tally_rays = number("tally_rays", word("tally_rays")?)?;
-    let ice = [IceTable::WarrenBrandt2008, IceTable::Picard2016];
-    let ice_constants = word("ice_constants")?;
-    let ice = ice.into_iter().find(|ice| ice_name(*ice) == ice_constants);
     Ok(FillOptions {
         engine: Engine::Ordinates { streams, tally_rays },
         seed: number("seed", word("seed")?)?,
-        ice: ice.ok_or(DatabaseError::Metadata { name: "ice_constants" })?,
+        ice: ice(metadata)?,
     })
+}
+
+/// Whose ice a table is of, by its [`metadata`].
+///
+/// # Errors
+/// [`DatabaseError::Metadata`] if the table does not tell.
+pub fn ice(metadata: &[(String, String)]) -> Result<IceTable, DatabaseError> {
+    const NAME: &str = "ice_constants";
+    let told = metadata.iter().find(|(name, _)| name == NAME);
+    let known = [IceTable::WarrenBrandt2008, IceTable::Picard2016];
+    let ice = known.into_iter().find(|ice| told.is_some_and(|(_, word)| word == ice_name(*ice)));
+    ice.ok_or(DatabaseError::Metadata { name: NAME })
 }
 
 /// How a table was made, by name.

@@ -172,13 +172,7 @@ impl Light {
     /// What a path's ray meets of this light before `limit_m`, times the share of it that beams did not bring. The ray
     /// comes from the camera, or from a place with the density of its cosine.
     pub(crate) fn met(&self, ray: &Ray, limit_m: f32, from: Option<&Place>) -> Option<Spectrum> {
-        let origin = match self {
-            Self::Point(_) | Self::Directional(_) => return None,
-            Self::Sphere(lamp) => Origin::Patch(lamp.shape.met(ray, limit_m)?),
-            Self::Rectangle(lamp) => Origin::Patch(lamp.shape.met(ray, limit_m)?),
-            Self::Sky(_) | Self::Image(..) if limit_m < f32::INFINITY => return None,
-            Self::Sky(_) | Self::Image(..) => Origin::Distant(ray.direction),
-        };
+        let origin = self.origin_on(ray, limit_m)?;
         let Some(place) = from else {
             return self.is_visible().then(|| self.radiance(&origin));
         };
@@ -186,6 +180,23 @@ impl Light {
         let other = self.technique_towards(place).map_or(0.0, |technique| self.density(&technique, &origin));
         let share = if other > 0.0 { own / (own + other) } else { 1.0 };
         Some(self.radiance(&origin) * share)
+    }
+
+    /// All that a ray meets of this light before `limit_m`, seen by the camera or not, and how far away, in m.
+    pub(crate) fn met_whole(&self, ray: &Ray, limit_m: f32) -> Option<(Spectrum, f32)> {
+        let origin = self.origin_on(ray, limit_m)?;
+        Some((self.radiance(&origin), origin.way(ray.origin).distance_m))
+    }
+
+    /// The point or direction of a light with extent that a ray meets before `limit_m`.
+    fn origin_on(&self, ray: &Ray, limit_m: f32) -> Option<Origin> {
+        match self {
+            Self::Point(_) | Self::Directional(_) => None,
+            Self::Sphere(lamp) => lamp.shape.met(ray, limit_m).map(Origin::Patch),
+            Self::Rectangle(lamp) => lamp.shape.met(ray, limit_m).map(Origin::Patch),
+            Self::Sky(_) | Self::Image(..) if limit_m < f32::INFINITY => None,
+            Self::Sky(_) | Self::Image(..) => Some(Origin::Distant(ray.direction)),
+        }
     }
 
     /// How light for snow is drawn that goes in at `exit`, or on the way from a point along its line, or both.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_database::CompressedTable;
+use snowblue_transport::monte_carlo::Volume;
 use toml::de::DeTable;
 
 use crate::error::RenderError;
@@ -15,7 +16,7 @@ use crate::ray::narrow;
 use crate::retina::Retina;
 use crate::scene_file::Overrides;
 use crate::scene_file::section::{SceneText, Section};
-use crate::scene_file::snow::read_snow;
+use crate::scene_file::snow::{read_snow, read_volume};
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use crate::spectrum_file::SpectrumFile;
 use crate::surface_texture::Texture;
@@ -36,7 +37,7 @@ pub(super) struct Workshop<'scene> {
     pub(super) overrides: &'scene Overrides,
     pub(super) luminance: Spectrum,
     /// Those of the picture.
-    wavelengths_nm: [f64; SAMPLES],
+    pub(super) wavelengths_nm: [f64; SAMPLES],
     upsampling: Upsampling,
 }
 
@@ -76,25 +77,59 @@ pub(super) fn read_materials<'text>(
     root: &'text DeTable<'text>,
     workshop: &Workshop,
 ) -> Result<Vec<Named>, RenderError> {
+    let mut materials = Vec::new();
+    for (name, section, is_snow) in sections(source, root)? {
+        let material = if is_snow {
+            Material::PcaSnow(Box::new(read_snow(&section, workshop)?))
+        } else {
+            Material::Diffuse(read_diffuse(&section, workshop)?)
+        };
+        materials.push((name, material));
+    }
+    Ok(materials)
+}
+
+/// The snow of each material, in the same order, for light to walk through.
+pub(super) fn read_volumes<'text>(
+    source: SceneText<'text>,
+    root: &'text DeTable<'text>,
+    workshop: &Workshop,
+) -> Result<Vec<Option<Volume>>, RenderError> {
+    let mut volumes: Vec<Option<Volume>> = Vec::new();
+    for (_, section, is_snow) in sections(source, root)? {
+        let volume = is_snow.then(|| read_volume(&section, workshop)).transpose()?;
+        let nodes = |volume: &Volume| volume.nodes().len();
+        if let (Some(one), Some(other)) = (&volume, volumes.iter().flatten().next())
+            && nodes(one) != nodes(other)
+        {
+            let reason =
+                "the reference takes snow with particles, or more than half full of water, and other snow apart";
+            return Err(section.error(reason));
+        }
+        volumes.push(volume);
+    }
+    Ok(volumes)
+}
+
+/// The tables of the materials with their names, and whether they are snow.
+fn sections<'text>(
+    source: SceneText<'text>,
+    root: &'text DeTable<'text>,
+) -> Result<Vec<(String, Section<'text>, bool)>, RenderError> {
     let Some(value) = root.get("material") else {
         return Ok(Vec::new());
     };
     let Some(entries) = value.get_ref().as_table() else {
         return Err(source.error(&value.span(), "`material` must be written as [material.NAME]"));
     };
-    let mut materials = Vec::with_capacity(entries.len());
+    let mut sections = Vec::with_capacity(entries.len());
     for (name, entry) in entries {
         let section = Section::new(source, format!("material.{}", name.get_ref()), entry)?;
         section.required_text("type")?;
         let is_snow = section.choice("type", false, &[("diffuse", false), ("pca_snow", true)])?;
-        let material = if is_snow {
-            Material::PcaSnow(Box::new(read_snow(&section, workshop)?))
-        } else {
-            Material::Diffuse(read_diffuse(&section, workshop)?)
-        };
-        materials.push((name.get_ref().to_string(), material));
+        sections.push((name.get_ref().to_string(), section, is_snow));
     }
-    Ok(materials)
+    Ok(sections)
 }
 
 fn read_diffuse(section: &Section, workshop: &Workshop) -> Result<Diffuse, RenderError> {

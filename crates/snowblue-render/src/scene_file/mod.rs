@@ -3,7 +3,7 @@
 //! ```toml
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops
-//! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1
+//! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1, type = "path" | "reference"
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
@@ -53,6 +53,7 @@ mod section;
 mod snow;
 mod things;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
@@ -67,11 +68,11 @@ use crate::material::pca_snow::PathMode;
 use crate::objects::Objects;
 use crate::ray::narrow;
 use crate::retina::{FalseColor, Retina};
-use crate::scene::{Exposure, FilmSettings, IntegratorSettings, Scene};
+use crate::scene::{Exposure, FilmSettings, Integrator, IntegratorSettings, Scene};
 
 use gltf_scene::{GltfScene, read_gltf};
 use lights::{read_environment, read_light};
-use materials::{Named, Workshop, read_materials};
+use materials::{Named, Workshop, read_materials, read_volumes};
 use section::{SceneText, Section};
 use things::{Meshes, read_object, snow_around};
 
@@ -89,6 +90,8 @@ pub const GREATEST_STOPS: f64 = 100.0;
 /// Settings from outside that replace those of the file; `None` leaves the file's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Overrides {
+    /// How light finds its way through snow.
+    pub integrator: Option<Integrator>,
     /// The path through all snow of the scene.
     pub path: Option<PathMode>,
     /// Pixels from left to right.
@@ -149,7 +152,8 @@ impl Scene {
             }
         }
         let mut film = FilmSettings { width: 1080, height: 1080, exposure: Exposure::Auto };
-        let mut integrator = IntegratorSettings { samples_per_pixel: 64, max_bounces: 8, seed: 1 };
+        let mut integrator =
+            IntegratorSettings { integrator: Integrator::Path, samples_per_pixel: 64, max_bounces: 8, seed: 1 };
         if let Some(value) = root.get("film") {
             film = read_film(Section::new(source, "film".into(), value)?, film)?;
         }
@@ -164,6 +168,10 @@ impl Scene {
         };
         let workshop = Workshop::new(source.path, table, overrides, &retina);
         let mut materials = read_materials(source, &root, &workshop)?;
+        let volumes = match integrator.integrator {
+            Integrator::Path => Vec::new(),
+            Integrator::Reference => read_volumes(source, &root, &workshop)?,
+        };
         let mut lights = list(source, &root, "light", |section| read_light(&section, source.path, overrides))?;
         if let Some(value) = root.get("environment") {
             let section = Section::new(source, "environment".into(), value)?;
@@ -180,6 +188,10 @@ impl Scene {
             return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
         }
         let objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
+        if let Some(body) = body_of_two(&objects).filter(|_| integrator.integrator == Integrator::Reference) {
+            let reason = format!("the objects of body \"{body}\" are of several materials; the reference takes one");
+            return Err(source.error(&root.get("object").map_or(0..0, Spanned::span), reason));
+        }
         let camera = read_view(source, &root, gltf.view)?;
         if let Some(index) = snow_around(&objects, &materials, camera.view.position) {
             let name = &objects.list()[index].name;
@@ -196,8 +208,19 @@ impl Scene {
             film,
             integrator,
             retina,
+            volumes,
         })
     }
+}
+
+/// A body whose objects differ in material.
+fn body_of_two(objects: &Objects) -> Option<&str> {
+    let mut materials = BTreeMap::new();
+    let named = objects.list().iter().filter_map(|object| Some((object.body.as_deref()?, object.material)));
+    named
+        .filter(|(body, material)| materials.entry(*body).or_insert(*material) != material)
+        .map(|(body, _)| body)
+        .next()
 }
 
 /// What the glTF of a scene adds to it; nothing where there is none.
@@ -259,8 +282,10 @@ fn read_film(section: Section, defaults: FilmSettings) -> Read<FilmSettings> {
 }
 
 fn read_integrator(section: Section, defaults: IntegratorSettings) -> Read<IntegratorSettings> {
-    section.only(&["samples_per_pixel", "max_bounces", "seed"])?;
+    section.only(&["type", "samples_per_pixel", "max_bounces", "seed"])?;
+    let integrators = [("path", Integrator::Path), ("reference", Integrator::Reference)];
     let integrator = IntegratorSettings {
+        integrator: section.choice("type", defaults.integrator, &integrators)?,
         samples_per_pixel: section.count("samples_per_pixel", defaults.samples_per_pixel, 1..=GREATEST_SAMPLES)?,
         max_bounces: section.count("max_bounces", defaults.max_bounces, 0..=GREATEST_BOUNCES)?,
         seed: section.count("seed", defaults.seed, 0..=u32::MAX)?,
@@ -302,6 +327,7 @@ fn replace(film: &mut FilmSettings, integrator: &mut IntegratorSettings, overrid
         }
         *setting = value;
     }
+    integrator.integrator = overrides.integrator.unwrap_or(integrator.integrator);
     if let Some(exposure) = overrides.exposure {
         if let Exposure::Stops(stops) = exposure
             && !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops)

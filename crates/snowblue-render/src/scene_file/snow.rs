@@ -1,6 +1,7 @@
 //! Materials of snow.
 
-use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample};
+use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
+use snowblue_transport::monte_carlo::{PhasePlan, Volume};
 
 use crate::chord::Exit;
 use crate::error::RenderError;
@@ -113,6 +114,22 @@ impl Range {
         let sample = TableSample::new(mix(self.grain_size_um), mix(self.facetness), mix(self.density_kg_m3));
         self.further.iter().fold(sample, |sample, (property, values)| sample.with(*property, mix(*values)))
     }
+}
+
+/// Snow that was read as a material, as a volume for light to walk through.
+pub(super) fn read_volume(section: &Section, workshop: &Workshop) -> Result<Volume, RenderError> {
+    for key in ["mask", "reflectance", "emission"] {
+        if section.has(key) && section.text(key).ok().flatten() != Some("transmitted") {
+            let reason = format!("{} is not for the reference, where light walks", section.full_name(key));
+            return Err(section.error_at(key, reason));
+        }
+    }
+    let (range, _) = Range::read(section)?;
+    let made = |error: &DatabaseError| section.error(error.to_string());
+    let ice = fill::ice(&workshop.table.metadata).map_err(|error| made(&error))?;
+    let sample = range.at(0.0).snow(ice).map_err(|error| made(&error))?;
+    let volume = Volume::new(&sample, &workshop.wavelengths_nm, &PhasePlan::default());
+    volume.map_err(|error| section.error(error.to_string()))
 }
 
 /// The curves of the snow that a material is made of.

@@ -23,6 +23,7 @@ use crate::ice::Ice;
 use crate::index_nodes::IndexNodes;
 use crate::population::hit_size_m;
 use crate::rng::Stream;
+use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};
 
 /// Teams that the rays are split into at the least, so that their scatter is known to some 9 %.
@@ -118,20 +119,19 @@ pub(super) fn solve(slab: &Slab, options: &MonteCarloOptions, progress: &(dyn Fn
     answer
 }
 
-/// The wavelengths, in nm, at which rays are traced, and the weights [wavelength][node] with which each wavelength of the
-/// slab is composed of them.
+/// The wavelengths, in nm, at which rays are traced, and the weights [wavelength][node] with which each wavelength that is
+/// asked for is composed of them.
 ///
 /// The index of ice varies little and smoothly. Particles scatter so differently from one wavelength to the next that rays
 /// among them are traced at each wavelength; so are those in snow that is mostly water, since what ice in water turns goes
 /// as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
-fn nodes(slab: &Slab, met: &[Constituents]) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let wavelengths_nm = &slab.wavelengths_nm;
-    if slab.sample.water_saturation > MOST_WATER || met.iter().any(|met| !met.particles.is_empty()) {
+pub(super) fn nodes(sample: &SnowSample, wavelengths_nm: &[f64], met: &[Constituents]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    if sample.water_saturation > MOST_WATER || met.iter().any(|met| !met.particles.is_empty()) {
         let count = wavelengths_nm.len();
         let one = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
-        return (wavelengths_nm.clone(), (0..count).map(one).collect());
+        return (wavelengths_nm.to_vec(), (0..count).map(one).collect());
     }
-    let ice = Ice::new(slab.sample.ice);
+    let ice = Ice::new(sample.ice);
     let nodes = IndexNodes::new(&ice, wavelengths_nm);
     let weights = wavelengths_nm.iter().map(|wavelength_nm| nodes.weights(ice.index(*wavelength_nm))).collect();
     (nodes.wavelengths_nm(&ice, ice.range_nm()), weights)
@@ -142,7 +142,7 @@ impl Trace {
     fn new(slab: &Slab, order: &[usize], options: &MonteCarloOptions) -> Self {
         let constituents = |wavelength_nm: &f64| Constituents::new(&slab.sample, *wavelength_nm);
         let met: Vec<Constituents> = slab.wavelengths_nm.iter().map(constituents).collect();
-        let (nodes_nm, node_weights) = nodes(slab, &met);
+        let (nodes_nm, node_weights) = nodes(&slab.sample, &slab.wavelengths_nm, &met);
         let node = |wavelength_nm: &f64| {
             let scatterers = Scatterers::new(&slab.sample, &constituents(wavelength_nm));
             let depths = order.iter().map(|i| scatterers.extinction_per_m * slab.thicknesses_cm[*i] * 0.01).collect();
