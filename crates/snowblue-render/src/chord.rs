@@ -65,7 +65,10 @@ const ROUNDING_M: f32 = 2e-6;
 ///
 /// Sorts the crossings. An unpaired last one (an open surface) is dropped; the caller counts such lines.
 pub(crate) fn chord(crossings: &mut [Crossing], line: &Line, exit: Exit) -> Option<Chord> {
-    crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+    match crossings {
+        [a, b] if a.distance_m <= b.distance_m => {}
+        _ => crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m)),
+    }
     // A path that starts outwards has just left: the part that ends at its own surface point lies behind it.
     let outward = line.normal.dot(line.direction);
     let behind_m =

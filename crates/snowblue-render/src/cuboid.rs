@@ -14,6 +14,8 @@ pub struct Cuboid {
     half_size: Vec3A,
     /// Columns: the box's axes in the scene.
     axes: Mat3A,
+    /// The same as rows: from the scene to the box.
+    to_local: Mat3A,
 }
 
 /// Where a line goes through one of the six faces, in the box's coordinates.
@@ -26,7 +28,7 @@ struct Face {
 impl Cuboid {
     /// A box of given full size around `centre`, both in m, turned by the rotation matrix `axes`.
     pub fn new(centre: Vec3A, size: Vec3A, axes: Mat3A) -> Self {
-        Self { centre, half_size: size * 0.5, axes }
+        Self { centre, half_size: size * 0.5, axes, to_local: axes.transpose() }
     }
 
     /// The axis-parallel box around it.
@@ -82,13 +84,12 @@ impl Cuboid {
 
     /// The place for textures of a point on it whose normal is that of the side that is seen.
     pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TexturePlace {
-        let to_local = self.axes.transpose();
-        TexturePlace::on_box(to_local * (point - self.centre), to_local * normal)
+        TexturePlace::on_box(self.to_local * (point - self.centre), self.to_local * normal)
     }
 
-    fn to_local(self, ray: &Ray) -> Ray {
-        let to_local = self.axes.transpose();
-        Ray { origin: to_local * (ray.origin - self.centre), direction: to_local * ray.direction }
+    #[inline]
+    fn to_local(&self, ray: &Ray) -> Ray {
+        Ray { origin: self.to_local * (ray.origin - self.centre), direction: self.to_local * ray.direction }
     }
 
     fn normal(&self, face: &Face) -> Vec3A {

@@ -74,6 +74,7 @@ pub mod sampling;
 
 pub mod inspection;
 
+mod direct;
 mod path;
 mod reference;
 mod tracer;

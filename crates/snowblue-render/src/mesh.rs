@@ -56,12 +56,14 @@ impl Mesh {
     /// When there is no triangle, or a coordinate is not finite: the file readers refuse both.
     pub fn new(source: Triangles) -> Self {
         assert!(!source.corners.is_empty(), "a mesh has at least one triangle");
-        let triangles: Vec<_> = (0..source.corners.len()).map(|triangle| source.places(triangle)).collect();
-        let tight = Bounds::of(triangles.iter().flatten().copied());
+        let triangles = || (0..source.corners.len()).map(|triangle| source.places(triangle));
+        let tight = Bounds::of(triangles().flatten());
         let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
-        let padded: Vec<_> = triangles.iter().map(|&corners| PaddedTriangle { corners, padding }).collect();
-        let hierarchy = hierarchy_over(&padded);
-        let leaves = hierarchy.primitive_indices.iter().map(|&index| triangles[index as usize]).collect();
+        let hierarchy = {
+            let padded: Vec<_> = triangles().map(|corners| PaddedTriangle { corners, padding }).collect();
+            hierarchy_over(&padded)
+        };
+        let leaves = hierarchy.primitive_indices.iter().map(|&index| source.places(index as usize)).collect();
         Self { source, leaves, hierarchy, bounds: tight.padded(padding) }
     }
 

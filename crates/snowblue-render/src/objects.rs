@@ -167,6 +167,12 @@ impl Objects {
         self.blocked_by(ray, limit_m, |index| index == object || self.bodies[index] != body)
     }
 
+    /// Whether anything lies on a ray nearer than `limit_m` that is no part of the body of `object`.
+    pub(crate) fn blocked_beyond(&self, object: usize, ray: &Ray, limit_m: f32) -> bool {
+        let body = self.bodies[object];
+        self.blocked_by(ray, limit_m, |index| self.bodies[index] != body)
+    }
+
     #[inline]
     fn blocked_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
         let mut blocked = false;

@@ -8,6 +8,7 @@
 //! Lights with extent are found in two ways, by drawing a point of them and by the path's next ray; each counts with its
 //! share of the density of both (see [`light`](crate::light)).
 
+use crate::direct::{Colour, DirectLight};
 use crate::light::{Light, Place, TOUCHING};
 use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
@@ -37,6 +38,13 @@ impl<'scene> PathTracer<'scene> {
     /// What was traced so far.
     pub(crate) fn statistics(&self) -> Statistics {
         self.probe.statistics
+    }
+
+    /// The colour of the light that arrives along a camera ray by the short way; none where the ray hits nothing.
+    #[inline]
+    pub(crate) fn colour(&mut self, direct: &DirectLight, camera_ray: &Ray) -> Option<Colour> {
+        let surface = self.probe.camera_hit(camera_ray)?;
+        Some(direct.leaving(self.scene, &mut self.probe, &surface))
     }
 
     /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.

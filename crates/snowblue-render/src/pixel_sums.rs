@@ -48,6 +48,11 @@ fn rounded(value: f64) -> (f64, i64) {
     (moved - ONES, moved.to_bits().wrapping_sub(ONES.to_bits()).cast_signed())
 }
 
+/// Whether a sample can be added up; false for what is not a number, too.
+fn is_usable(sample: &SampleXyz) -> bool {
+    sample.magnitude < GREATEST_SAMPLE
+}
+
 /// The sums of one pixel on their way.
 #[derive(Debug)]
 pub(crate) struct PixelSums {
@@ -76,20 +81,25 @@ impl PixelSums {
     /// Adds one sample of the light.
     #[inline]
     pub(crate) fn add(&mut self, retina: &Retina, radiance: &Spectrum) {
-        let SampleXyz { xyz, magnitude } = retina.sample(radiance);
-        // False for what is not a number, too.
-        let usable = magnitude < GREATEST_SAMPLE;
-        if !usable {
-            self.unusable += 1;
-            return;
-        }
-        for (sum, value) in self.xyz.iter_mut().zip(xyz) {
-            sum.add(value);
-        }
-        if self.channels.spectrum {
+        let sample = retina.sample(radiance);
+        self.add_colour(&sample);
+        if self.channels.spectrum && is_usable(&sample) {
             for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
                 sum.add(value);
             }
+        }
+    }
+
+    /// Adds one sample of the light, by its colour alone.
+    #[inline]
+    pub(crate) fn add_colour(&mut self, sample: &SampleXyz) {
+        if !is_usable(sample) {
+            self.unusable += 1;
+            return;
+        }
+        let SampleXyz { xyz, .. } = *sample;
+        for (sum, value) in self.xyz.iter_mut().zip(xyz) {
+            sum.add(value);
         }
         if self.channels.variance {
             let [x, y, z] = xyz.map(f64::from);

@@ -51,13 +51,15 @@ pub(crate) enum Side {
     Outer(usize),
     /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
     Inner(usize),
+    /// The inner one, where nothing of its body lies ahead: on the line to the light, from where it leaves the body for good.
+    Last(usize),
 }
 
 impl Side {
     /// Index of the object.
     pub(crate) fn object(self) -> usize {
         match self {
-            Self::Outer(object) | Self::Inner(object) => object,
+            Self::Outer(object) | Self::Inner(object) | Self::Last(object) => object,
         }
     }
 }
@@ -116,6 +118,7 @@ impl<'scene> Probe<'scene> {
         !match side {
             Side::Outer(_) => self.objects.blocked(ray, limit_m),
             Side::Inner(object) => self.objects.blocked_from(object, ray, limit_m),
+            Side::Last(object) => self.objects.blocked_beyond(object, ray, limit_m),
         }
     }
 

@@ -8,12 +8,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::channels::Channels;
+use crate::direct::DirectLight;
 use crate::film::Film;
 use crate::first_hit::add_first_hit;
 use crate::pixel_sums::PixelSums;
 use crate::portion::Portion;
 use crate::probe::{Probe, Statistics};
-use crate::sampling::Sampler;
+use crate::ray::Ray;
+use crate::retina::SampleXyz;
+use crate::sampling::{PixelPattern, Sampler};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use crate::sums::Sums;
@@ -80,6 +83,7 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
         let samples_done = done.fetch_add(count, Ordering::Relaxed) + count;
         (watch.progress)(Progress { samples_done, samples });
     };
+    let direct = if sums.channels().spectrum { None } else { DirectLight::of(scene) };
     let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
     let per_pass = u32::try_from((PASS / pixels.max(1)).clamp(PASS_PER_PIXEL.0, PASS_PER_PIXEL.1)).unwrap_or(u32::MAX);
     let mut start = missing.iter().map(|portion| portion.samples.start).min().unwrap_or(target.samples.end);
@@ -88,7 +92,7 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
         let pass = Portion { samples: start..end, ..target.clone() };
         let parts: Vec<Portion> = missing.iter().filter_map(|portion| portion.overlap(&pass)).collect();
         statistics = statistics.plus(render_pass(
-            scene,
+            (scene, direct.as_ref()),
             &parts,
             sums,
             Watch { progress: &|at| progress(at.samples_done), ..watch },
@@ -109,7 +113,12 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
 }
 
 /// Adds the samples of some portions to the sums, row by row, and notes which rows were done.
-fn render_pass(scene: &Scene, parts: &[Portion], sums: &mut Sums, watch: Watch) -> Statistics {
+fn render_pass(
+    (scene, direct): (&Scene, Option<&DirectLight>),
+    parts: &[Portion],
+    sums: &mut Sums,
+    watch: Watch,
+) -> Statistics {
     let (window, channels) = (sums.window().clone(), sums.channels());
     let (rows, row_length) = sums.rows_mut();
     let finished: Vec<Option<Statistics>> = rows
@@ -120,7 +129,7 @@ fn render_pass(scene: &Scene, parts: &[Portion], sums: &mut Sums, watch: Watch) 
             if here.is_empty() || (watch.stop)() {
                 return None;
             }
-            let mut renderer = RowRenderer::new(scene, channels);
+            let mut renderer = RowRenderer::new(scene, direct, channels);
             for part in &here {
                 renderer.render(row, part, window.columns.start, row_sums);
             }
@@ -142,6 +151,8 @@ fn render_pass(scene: &Scene, parts: &[Portion], sums: &mut Sums, watch: Watch) 
 struct RowRenderer<'scene> {
     scene: &'scene Scene,
     tracer: Tracer<'scene>,
+    /// The short way for light, if colours are all that is asked for.
+    direct: Option<&'scene DirectLight>,
     /// Asks for what is seen first; it is no part of the path of light, and does not count.
     beside: Option<Probe<'scene>>,
     pixel: PixelSums,
@@ -149,10 +160,11 @@ struct RowRenderer<'scene> {
 }
 
 impl<'scene> RowRenderer<'scene> {
-    fn new(scene: &'scene Scene, channels: Channels) -> Self {
+    fn new(scene: &'scene Scene, direct: Option<&'scene DirectLight>, channels: Channels) -> Self {
         Self {
             scene,
             tracer: Tracer::new(scene),
+            direct,
             beside: channels.has_features().then(|| Probe::new(&scene.objects)),
             pixel: PixelSums::new(channels),
             channels,
@@ -163,11 +175,21 @@ impl<'scene> RowRenderer<'scene> {
     fn render(&mut self, row: u32, part: &Portion, first_column: u32, row_sums: &mut [i128]) {
         let planes = self.channels.sums().len();
         let start = (part.columns.start - first_column) as usize * planes;
+        let pattern = PixelPattern::new(self.scene.integrator.seed, part.samples.clone());
         for (column, sums) in part.columns.clone().zip(row_sums[start..].chunks_exact_mut(planes)) {
+            let pixel = Pixel::new(self.scene, &pattern, column, row);
             for sample in part.samples.clone() {
-                let (ray, mut sampler) = camera_sample(self.scene, column, row, sample);
-                let radiance = self.tracer.radiance(&ray, &mut sampler);
-                self.pixel.add(&self.scene.retina, &radiance);
+                let ray = pixel.ray(sample);
+                if let Some(direct) = self.direct {
+                    // What is dark adds nothing.
+                    if let Some(colour) = self.tracer.colour(direct, &ray) {
+                        let [x, y, z, magnitude] = colour.to_array();
+                        self.pixel.add_colour(&SampleXyz { xyz: [x, y, z], magnitude });
+                    }
+                } else {
+                    let radiance = self.tracer.radiance(&ray, &mut pixel.sampler(sample));
+                    self.pixel.add(&self.scene.retina, &radiance);
+                }
                 if let Some(probe) = &mut self.beside {
                     add_first_hit(self.scene, probe, &ray, &mut self.pixel, self.channels);
                 }
@@ -184,19 +206,40 @@ impl<'scene> RowRenderer<'scene> {
 /// The mean radiance that arrives at one pixel, in W m⁻² sr⁻¹ as a band density: the same samples as in the picture.
 pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
     let (mut tracer, mut sum) = (Tracer::new(scene), Spectrum::ZERO);
-    for sample in 0..scene.integrator.samples_per_pixel {
-        let (ray, mut sampler) = camera_sample(scene, column, row, sample);
-        sum += tracer.radiance(&ray, &mut sampler);
+    let samples = scene.integrator.samples_per_pixel;
+    let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
+    let pixel = Pixel::new(scene, &pattern, column, row);
+    for sample in 0..samples {
+        sum += tracer.radiance(&pixel.ray(sample), &mut pixel.sampler(sample));
     }
-    sum * (scene.integrator.samples_per_pixel as f32).recip()
+    sum * (samples as f32).recip()
 }
 
-/// The camera ray of one sample, evenly over the area of its pixel (a box filter), and the random numbers of its path.
-#[inline]
-fn camera_sample(scene: &Scene, column: u32, row: u32, sample: u32) -> (crate::ray::Ray, Sampler) {
-    let (width, height) = (scene.film.width, scene.film.height);
-    let mut sampler = Sampler::new(scene.integrator.seed, row * width + column, sample);
-    let [across, down, ..] = sampler.next_four();
-    let ray = scene.camera.ray((column as f32 + across) / width as f32, (row as f32 + down) / height as f32);
-    (ray, sampler)
+/// One pixel of a scene's picture.
+struct Pixel<'scene> {
+    scene: &'scene Scene,
+    pattern: &'scene PixelPattern,
+    shift: [u32; 2],
+    column: u32,
+    row: u32,
+}
+
+impl<'scene> Pixel<'scene> {
+    fn new(scene: &'scene Scene, pattern: &'scene PixelPattern, column: u32, row: u32) -> Self {
+        Self { scene, pattern, shift: pattern.shift(row * scene.film.width + column), column, row }
+    }
+
+    /// The camera ray of a sample, evenly over the area of the pixel (a box filter).
+    #[inline]
+    fn ray(&self, sample: u32) -> Ray {
+        let (width, height) = (self.scene.film.width as f32, self.scene.film.height as f32);
+        let [across, down] = self.pattern.place(self.shift, sample);
+        self.scene.camera.ray((self.column as f32 + across) / width, (self.row as f32 + down) / height)
+    }
+
+    /// The random numbers of a sample's path.
+    #[inline]
+    fn sampler(&self, sample: u32) -> Sampler {
+        Sampler::new(self.scene.integrator.seed, self.row * self.scene.film.width + self.column, sample)
+    }
 }

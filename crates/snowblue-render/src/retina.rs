@@ -35,6 +35,7 @@ pub(crate) struct Retina {
     wavelengths_nm: [f64; SAMPLES],
     /// Light in which a grey surface is neutral, of luminance 1.
     white: Spectrum,
+    is_eye: bool,
 }
 
 /// A sample's tristimulus values.
@@ -58,7 +59,7 @@ impl Retina {
         let mut weights = [Xyz::default(); SAMPLES];
         weights.copy_from_slice(colorimeter.weights());
         let daylight = LampSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
-        Self::new(weights, wavelengths_nm(), daylight.relative)
+        Self { is_eye: true, ..Self::new(weights, wavelengths_nm(), daylight.relative) }
     }
 
     /// Three wavelengths as the light of a screen's primaries, linear between the wavelengths of a table.
@@ -95,7 +96,7 @@ impl Retina {
                 lanes[place % LANES] = narrow(value);
             }
         }
-        Self { weights, lanes, wavelengths_nm, white }
+        Self { weights, lanes, wavelengths_nm, white, is_eye: false }
     }
 
     /// Tristimulus values of a radiance.
@@ -120,6 +121,22 @@ impl Retina {
             }
         }
         SampleXyz { xyz: sums.map(Vec4::element_sum), magnitude: magnitudes.element_sum() }
+    }
+
+    /// Whether it sees as an eye does.
+    pub(crate) fn is_eye(&self) -> bool {
+        self.is_eye
+    }
+
+    /// For shares of a power at each wavelength: X, Y, Z and the power itself of one unit there.
+    pub(crate) fn weights_of(&self, power: &Spectrum) -> [[f32; 4]; SAMPLES] {
+        let mut places = self.weights.iter().zip(&power.0);
+        [(); SAMPLES].map(|()| {
+            places.next().map_or([0.0; 4], |(weight, &power)| {
+                let [x, y, z] = [weight.x, weight.y, weight.z].map(|weight| narrow(weight) * power);
+                [x, y, z, power]
+            })
+        })
     }
 
     /// The colour of a surface of this reflectance in the light that is white to this eye.

@@ -4,6 +4,8 @@
 //! Journal of Computer Graphics Techniques 9(4), 1–20), one scramble per pixel. A number depends on (seed, pixel,
 //! sample, dimension) and on nothing else, so that neither threads nor the order of work change a picture.
 
+use std::ops::Range;
+
 use glam::Vec3A;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 
@@ -42,6 +44,55 @@ impl Sampler {
         self.next_set += 1;
         numbers
     }
+}
+
+/// Where in their pixels samples lie, for a run of samples.
+///
+/// One scrambled Sobol set serves all pixels; each moves it by a random number of its own, digit by digit (Kollig & Keller
+/// 2002, "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps it as even as it is. A place is
+/// then a look-up and an exclusive or, and depends on (seed, pixel, sample) alone, too.
+#[derive(Debug)]
+pub(crate) struct PixelPattern {
+    seed: u32,
+    first: u32,
+    places: Vec<[u32; 2]>,
+}
+
+impl PixelPattern {
+    /// The places of some samples.
+    pub(crate) fn new(seed: u32, samples: Range<u32>) -> Self {
+        let place = |sample: u32| {
+            let scramble = mixed(mixed(seed ^ PATTERN).wrapping_add(sample / SEQUENCE_LENGTH));
+            let [across, down, ..] = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
+            [digits(across), digits(down)]
+        };
+        Self { seed, first: samples.start, places: samples.map(place).collect() }
+    }
+
+    /// What moves the places of the pixel with number `pixel`.
+    pub(crate) fn shift(&self, pixel: u32) -> [u32; 2] {
+        let across = mixed(mixed(self.seed ^ PATTERN) ^ pixel);
+        [across, mixed(across)]
+    }
+
+    /// The place of a sample in a pixel moved by `shift`, in [0, 1).
+    #[inline]
+    pub(crate) fn place(&self, shift: [u32; 2], sample: u32) -> [f32; 2] {
+        const UNIT: f32 = 1.0 / (1u32 << DIGITS) as f32;
+        let [across, down] = self.places[(sample - self.first) as usize];
+        [across ^ shift[0], down ^ shift[1]].map(|bits| (bits >> (32 - DIGITS)) as f32 * UNIT)
+    }
+}
+
+/// Sets the pattern's numbers apart from those of the samplers.
+const PATTERN: u32 = 0x5eed_f11a;
+/// Binary digits of a place.
+const DIGITS: u32 = 24;
+
+/// The binary digits of a number in [0, 1), the first in the highest place.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below 2³², and not negative")]
+fn digits(number: f32) -> u32 {
+    (f64::from(number) * f64::from(1u32 << 31) * 2.0) as u32
 }
 
 /// Spreads the bits of a number over all bits: two rounds of xor-shift and multiplication, with the constants that
@@ -110,6 +161,31 @@ mod tests {
         for other in [numbers(2, 2, 3), numbers(1, 3, 3), numbers(1, 2, 4), numbers(1, 2, 3 + SEQUENCE_LENGTH)] {
             assert_ne!(one, other);
         }
+    }
+
+    /// Each of 16 samples has one of 16 strips of every kind to itself, in every pixel: a (0, 4, 2)-net.
+    #[test]
+    fn places_in_pixels_are_even() {
+        let pattern = PixelPattern::new(3, 16..32);
+        let mut first = Vec::new();
+        for pixel in [0, 1, 77_777] {
+            let shift = pattern.shift(pixel);
+            let places: Vec<[f32; 2]> = (16..32).map(|sample| pattern.place(shift, sample)).collect();
+            for columns in [1, 2, 4, 8, 16] {
+                let strip = |[across, down]: &[f32; 2]| {
+                    let rows = 16 / columns;
+                    (across * columns as f32) as usize * rows + (down * rows as f32) as usize
+                };
+                let mut strips: Vec<usize> = places.iter().map(strip).collect();
+                strips.sort_unstable();
+                assert!(strips.into_iter().eq(0..16), "{pixel} {columns}: {places:?}");
+            }
+            first.push(places[0]);
+        }
+        assert!(first[0] != first[1] && first[1] != first[2]);
+        // The same as from another run.
+        let other = PixelPattern::new(3, 20..21);
+        assert_eq!(other.place(other.shift(1), 20), pattern.place(pattern.shift(1), 20));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Either way of following light through a scene: along straight lines through snow, or from grain to grain.
 
+use crate::direct::{Colour, DirectLight};
 use crate::path::PathTracer;
 use crate::probe::Statistics;
 use crate::ray::Ray;
@@ -29,6 +30,15 @@ impl<'scene> Tracer<'scene> {
         match self {
             Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
             Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+        }
+    }
+
+    /// The colour of the light that arrives along a camera ray by the short way; none where the ray hits nothing.
+    #[inline]
+    pub(crate) fn colour(&mut self, direct: &DirectLight, camera_ray: &Ray) -> Option<Colour> {
+        match self {
+            Self::Path(tracer) => tracer.colour(direct, camera_ray),
+            Self::Reference(_) => None,
         }
     }
 

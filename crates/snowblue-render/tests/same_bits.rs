@@ -7,12 +7,16 @@ mod snow;
 use std::path::Path;
 use std::sync::Mutex;
 
-use snow::{SNOW, load, scene, simple_law};
+use glam::Vec3A;
+use snow::{SNOW, load, real, scene, simple_law};
 use snowblue_color::LinearRgb;
+use snowblue_render::Channels;
+use snowblue_render::camera::{PinholeCamera, View};
 use snowblue_render::film::Film;
 use snowblue_render::image_file::write_exr;
-use snowblue_render::render::{Progress, Rendering, pixel_radiance, render};
+use snowblue_render::render::{self, Progress, Rendering, Watch, pixel_radiance, render, render_missing};
 use snowblue_render::scene::Scene;
+use snowblue_render::sums::Sums;
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
@@ -36,6 +40,47 @@ fn one_thread_and_many_give_the_same_picture() {
     assert_eq!(one.statistics.camera_rays, 48 * 40 * 4);
     scene.integrator.seed += 1;
     assert_ne!(one, on_threads(1, &scene));
+}
+
+/// Light straight from lamps goes a short way of its own where colours are all that is asked for.
+#[test]
+fn the_short_way_and_the_long_way_give_the_same_colours() {
+    for path in ["view", "normal", "light", "easiest"] {
+        let snow = format!("{SNOW}path = \"{path}\"\n");
+        let lamps = "[[light]]\ntype = \"point\"\nposition = [0.1, 0.6, 0.2]\nradiant_intensity_w_sr = 9\n\
+                     [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.6, -0.4]\nirradiance_w_m2 = 1\n\
+                     illuminant = \"A\"\n";
+        let text = format!(
+            "{snow}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n{lamps}\
+             [[object]]\nshape = \"box\"\nsize = [0.4, 0.1, 0.4]\nposition = [0, 0, 0.2]\nmaterial = \"snow\"\n\
+             [[object]]\nshape = \"box\"\nsize = [3, 3, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n"
+        );
+        let mut scene = scene(&text, &real(), &[]);
+        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (40, 40, 4);
+        let view = View {
+            position: Vec3A::new(0.7, -1.2, 0.5),
+            look_at: Vec3A::new(0.0, 0.0, 0.2),
+            up: Vec3A::Z,
+            vertical_fov_deg: 30.0,
+        };
+        scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
+        let short = render(&scene, &|_| {}).film;
+        let target = render::whole(&scene);
+        let mut sums = Sums::new(&scene, Channels { spectrum: true, ..Channels::default() }, &target.window());
+        render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
+        let (mut lit, mut worst) = (0, 0.0_f64);
+        for (short, long) in short.pixels().iter().zip(sums.film().pixels()) {
+            for (short, long) in [(short.x, long.x), (short.y, long.y), (short.z, long.z)] {
+                assert!((short > 0.0) == (long > 0.0), "{path}: {short} {long}");
+                if long > 0.0 {
+                    lit += 1;
+                    worst = worst.max((short / long - 1.0).abs());
+                }
+            }
+        }
+        // Straight lines between the nodes of logarithms of colours; `weighed` in snowblue-database bounds them.
+        assert!(lit > 1000 && worst < 2e-4, "{path}: {lit} lit, {worst}");
+    }
 }
 
 #[test]

@@ -72,6 +72,15 @@ impl Basis {
     }
 }
 
+/// 2^x of four numbers.
+#[inline(always)]
+pub(super) fn four_powers_of_two(mut four: [f32; 4]) -> [f32; 4] {
+    for x in &mut four {
+        *x = power_of_two(*x);
+    }
+    four
+}
+
 /// 2^x within 2·10⁻⁷ of itself for x < 127; 0 below the normal numbers of single precision, 10⁻³⁸.
 ///
 /// A whole power goes into the exponent's bits, the rest, within ± ½, into a polynomial: the series of e^(x ln 2) with

@@ -17,11 +17,13 @@ mod basis;
 mod between;
 mod resampled;
 mod splines;
+mod weighed;
 
 use std::f64::consts::LOG2_E;
 
 pub use basis::Lanes;
 pub use between::Between;
+pub use weighed::{SUMS, WeighedSnow};
 
 use basis::{Basis, LANES};
 use resampled::{Resampled, THIN_CM};

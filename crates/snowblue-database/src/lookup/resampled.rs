@@ -21,8 +21,10 @@ use crate::pca::single;
 pub(super) const THIN_CM: f32 = 0.015_625;
 /// From this the angle is taken, in degrees.
 const BEYOND_HORIZON_DEG: f32 = 96.0;
-/// Bits of a number that lie behind those of its cell: 23 of mantissa but for the first three.
-const BEHIND: u32 = 20;
+/// Bits of mantissa that tell a cell of coefficients.
+const COARSE: u32 = 3;
+/// Bits of a mantissa.
+const MANTISSA: u32 = 23;
 
 /// Coefficients of one quantity of one snow.
 #[derive(Debug, Clone)]
@@ -42,6 +44,8 @@ pub(super) struct Resampled {
 struct Cells {
     first: u32,
     count: u32,
+    /// Bits of a number that lie behind those of its cell.
+    behind: u32,
 }
 
 impl Resampled {
@@ -49,39 +53,88 @@ impl Resampled {
     /// single precision goes, from no snow to a cell beyond `most_cm`.
     pub(super) fn new(table_angles_deg: &[f64], most_cm: f32, count: usize, at: impl Fn(usize, f32) -> Lanes) -> Self {
         let angles_deg = (single(table_angles_deg[0]), single(table_angles_deg[table_angles_deg.len() - 1]));
-        let angles = Cells::covering(BEYOND_HORIZON_DEG - angles_deg.1, BEYOND_HORIZON_DEG - angles_deg.0);
-        // One cell more, which lies where the splines have become straight lines, and which goes on for ever.
-        let mut thicknesses = Cells::covering(THIN_CM, most_cm + THIN_CM);
-        thicknesses.count += 1;
-        let heights = thicknesses.nodes().map(|node| node - THIN_CM).collect::<Vec<f32>>();
+        let mut resampled = Self::empty(angles_deg, most_cm, COARSE, count);
+        let heights = resampled.heights_cm();
         let at_angle = |angle| heights.iter().map(|height_cm| at(angle, *height_cm)).collect::<Vec<Lanes>>();
         let at_angles = (0..table_angles_deg.len()).map(at_angle).collect::<Vec<_>>();
-        let mut nodes = Vec::new();
-        for node in angles.nodes() {
-            let weights = cubic::weights(table_angles_deg, f64::from(BEYOND_HORIZON_DEG - node));
+        for node_deg in resampled.node_angles_deg() {
+            let weights = cubic::weights(table_angles_deg, f64::from(node_deg));
             for (height, _) in heights.iter().enumerate() {
                 let mut sums = [0.0; LANES];
                 for (angle, weight) in &weights {
                     let values = &at_angles[*angle][height];
                     sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * f64::from(*value));
                 }
-                nodes.extend(in_registers(&sums.map(single)[..count]));
+                resampled.nodes.extend(in_registers(&sums.map(single)[..count]));
             }
         }
-        Self { angles, thicknesses, angles_deg, registers: count.div_ceil(REGISTER), nodes }
+        resampled
     }
 
-    /// The components of a thickness and an angle, into `coefficients`; beyond the table's angles those of the nearest.
+    /// Four numbers at the nodes of a grid whose cells along the thickness are 2⁻ᵇ of those of powers of two, b being `bits`:
+    /// what `at` says of a thickness in cm and an angle in degrees.
+    pub(super) fn of_four(
+        (angles_deg, most_cm): ((f32, f32), f32),
+        bits: u32,
+        at: impl Fn(f32, f32) -> [f32; REGISTER],
+    ) -> Self {
+        let mut resampled = Self::empty(angles_deg, most_cm, bits, REGISTER);
+        let heights = resampled.heights_cm();
+        for node_deg in resampled.node_angles_deg() {
+            resampled.nodes.extend(heights.iter().map(|height_cm| f32x4::new(at(*height_cm, node_deg))));
+        }
+        resampled
+    }
+
+    fn empty(angles_deg: (f32, f32), most_cm: f32, bits: u32, count: usize) -> Self {
+        let (low, high) = (BEYOND_HORIZON_DEG - angles_deg.1, BEYOND_HORIZON_DEG - angles_deg.0);
+        let angles = Cells::covering(low, high, COARSE);
+        // One cell more, which lies where the splines have become straight lines, and which goes on for ever.
+        let mut thicknesses = Cells::covering(THIN_CM, most_cm + THIN_CM, bits);
+        thicknesses.count += 1;
+        Self { angles, thicknesses, angles_deg, registers: count.div_ceil(REGISTER), nodes: Vec::new() }
+    }
+
+    fn heights_cm(&self) -> Vec<f32> {
+        self.thicknesses.nodes().map(|node| node - THIN_CM).collect()
+    }
+
+    fn node_angles_deg(&self) -> Vec<f32> {
+        self.angles.nodes().map(|node| BEYOND_HORIZON_DEG - node).collect()
+    }
+
+    /// The angles of incidence from which and up to which there are values, in degrees.
+    pub(super) fn angles_deg(&self) -> (f32, f32) {
+        self.angles_deg
+    }
+
+    /// The four numbers of a thickness and an angle on a grid of four.
     #[inline]
-    pub(super) fn coefficients(&self, thickness_cm: f32, angle_deg: f32, coefficients: &mut Lanes) {
+    pub(super) fn four(&self, thickness_cm: f32, angle_deg: f32) -> f32x4 {
+        let ((start, row), (steep, thick)) = self.place(thickness_cm, angle_deg, 1);
+        let (grazing, steeper) = (&self.nodes[start..][..2], &self.nodes[start + row..][..2]);
+        let thin = grazing[0] + (steeper[0] - grazing[0]) * steep;
+        let thicker = grazing[1] + (steeper[1] - grazing[1]) * steep;
+        thin + (thicker - thin) * thick
+    }
+
+    /// Where the corners of a cell start, and how far in it the place is: along the angle, along the thickness.
+    #[inline]
+    fn place(&self, thickness_cm: f32, angle_deg: f32, registers: usize) -> ((usize, usize), (f32, f32)) {
         let (low, high) = self.angles_deg;
         let angle_deg = if angle_deg < low { low } else { angle_deg };
         let angle_deg = if angle_deg > high { high } else { angle_deg };
         let (angle, steep) = self.angles.cell(BEYOND_HORIZON_DEG - angle_deg);
         let (thickness, thick) = self.thicknesses.cell(thickness_cm + THIN_CM);
+        let row = (self.thicknesses.count as usize + 1) * registers;
+        ((angle * row + thickness * registers, row), (steep, thick))
+    }
+
+    /// The components of a thickness and an angle, into `coefficients`; beyond the table's angles those of the nearest.
+    #[inline]
+    pub(super) fn coefficients(&self, thickness_cm: f32, angle_deg: f32, coefficients: &mut Lanes) {
         let n = self.registers;
-        let row = (self.thicknesses.count as usize + 1) * n;
-        let start = angle * row + thickness * n;
+        let ((start, row), (steep, thick)) = self.place(thickness_cm, angle_deg, n);
         let (grazing, steeper) = (&self.nodes[start..][..2 * n], &self.nodes[start + row..][..2 * n]);
         for (r, four) in coefficients.chunks_exact_mut(REGISTER).take(n).enumerate() {
             let thin = grazing[r] + (steeper[r] - grazing[r]) * steep;
@@ -93,16 +146,17 @@ impl Resampled {
 
 impl Cells {
     /// The fewest cells that cover all numbers from `low` to `high`, at least one.
-    fn covering(low: f32, high: f32) -> Self {
-        let first = low.to_bits() >> BEHIND;
+    fn covering(low: f32, high: f32, bits: u32) -> Self {
+        let behind = MANTISSA - bits;
+        let first = low.to_bits() >> behind;
         // The last of the bits before those of `high`: a number that ends a cell starts no other.
-        let last = ((high.to_bits() - 1) >> BEHIND).max(first);
-        Self { first, count: last - first + 1 }
+        let last = ((high.to_bits() - 1) >> behind).max(first);
+        Self { first, count: last - first + 1, behind }
     }
 
     /// Where cells start and end, one number more than there are cells.
     fn nodes(self) -> impl Iterator<Item = f32> {
-        (self.first..=self.first + self.count).map(|cell| f32::from_bits(cell << BEHIND))
+        (self.first..=self.first + self.count).map(move |cell| f32::from_bits(cell << self.behind))
     }
 
     /// The cell of a number from the first cell on, and how far in it; beyond the last cell that goes above 1.
@@ -111,13 +165,13 @@ impl Cells {
         /// The bits of 1, before which no mantissa stands.
         const ONE: u32 = 0x3F80_0000;
         let bits = x.to_bits();
-        let cell = (bits >> BEHIND) - self.first;
+        let cell = (bits >> self.behind) - self.first;
         if cell < self.count {
-            let behind = (bits << (32 - BEHIND)) >> (32 - 23);
+            let behind = (bits << (32 - self.behind)) >> (32 - MANTISSA);
             return (cell as usize, f32::from_bits(ONE | behind) - 1.0);
         }
         let last = self.first + self.count - 1;
-        let [start, end] = [last, last + 1].map(|cell| f32::from_bits(cell << BEHIND));
+        let [start, end] = [last, last + 1].map(|cell| f32::from_bits(cell << self.behind));
         (self.count as usize - 1, (x - start) / (end - start))
     }
 }
@@ -128,7 +182,7 @@ mod tests {
 
     #[test]
     fn cells_follow_one_another_and_cover_their_range() {
-        let cells = Cells::covering(7.0, 96.0);
+        let cells = Cells::covering(7.0, 96.0, COARSE);
         let nodes = cells.nodes().collect::<Vec<_>>();
         assert_eq!((nodes[0].to_bits(), nodes[nodes.len() - 1].to_bits()), (7.0_f32.to_bits(), 96.0_f32.to_bits()));
         for (number, pair) in nodes.windows(2).enumerate() {

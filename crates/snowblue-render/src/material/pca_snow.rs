@@ -117,14 +117,15 @@ pub(crate) struct Through {
     pub(crate) depth_cm: f32,
 }
 
-/// Light that has come through.
-struct Passage {
-    /// Transmittance.
-    transmittance: Spectrum,
-    /// Irradiance per unit of the light's power where it went in.
-    irradiance_per_power: f32,
-    /// Cosine of the light at the lamp.
-    cos_emission: f32,
+/// A way of light through the snow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage {
+    /// Depth of the snow, in cm.
+    pub(crate) depth_cm: f32,
+    /// How the light meets the snow where it goes in, if nothing hides it.
+    pub(crate) arrival: Arrival,
+    /// Where that is, and on which side of which object; nowhere for a light inside.
+    entry: Option<(Place, Side)>,
 }
 
 impl PcaSnowMaterial {
@@ -135,14 +136,24 @@ impl PcaSnowMaterial {
     }
 }
 
-impl SnowHit<'_> {
-    /// The light that comes through, from the lights directly.
-    pub(crate) fn lit_through(&self, probe: &mut Probe, lights: &[Light], sampler: &mut Sampler) -> Through {
-        let straight = match self.material.path {
+impl<'hit> SnowHit<'hit> {
+    /// The curves of the snow here.
+    pub(crate) fn curves(&self) -> &Between<'hit> {
+        &self.curves
+    }
+
+    /// The path through the snow that does not depend on the light.
+    pub(crate) fn straight(&self, probe: &mut Probe) -> Option<Chord> {
+        let direction = match self.material.path {
             PathMode::View => self.surface.direction,
             PathMode::Normal | PathMode::Light | PathMode::Easiest => -self.surface.normal,
         };
-        let straight = self.chord(probe, straight, f32::INFINITY);
+        self.chord(probe, direction, f32::INFINITY)
+    }
+
+    /// The light that comes through, from the lights directly.
+    pub(crate) fn lit_through(&self, probe: &mut Probe, lights: &[Light], sampler: &mut Sampler) -> Through {
+        let straight = self.straight(probe);
         let mut through = Through { radiance: Spectrum::ZERO, depth_cm: straight.as_ref().map_or(0.0, depth_cm) };
         for light in lights {
             let whole = match self.material.emission {
@@ -150,8 +161,7 @@ impl SnowHit<'_> {
                 Emission::Relative => light.relative_from_middle(),
             };
             if let Some(beam) = whole {
-                let passage = self.passage(probe, &beam, straight.as_ref());
-                add_passage(&mut through, passage, &beam);
+                self.add_passage(probe, &beam, straight.as_ref(), &mut through.radiance);
                 continue;
             }
             let techniques = self.techniques(light, straight.as_ref());
@@ -160,12 +170,24 @@ impl SnowHit<'_> {
                     if self.material.emission == Emission::Relative {
                         beam.power = light.relative(&beam.origin);
                     }
-                    let passage = self.passage(probe, &beam, straight.as_ref());
-                    add_passage(&mut through, passage, &beam);
+                    self.add_passage(probe, &beam, straight.as_ref(), &mut through.radiance);
                 }
             }
         }
         through
+    }
+
+    /// L = T E / π.
+    fn add_passage(&self, probe: &mut Probe, beam: &Beam, straight: Option<&Chord>, radiance: &mut Spectrum) {
+        let light = |passage: &Passage| {
+            let mut transmittance = Spectrum::ZERO;
+            self.curves.transmittance(passage.depth_cm, passage.angle_deg(), &mut transmittance.0);
+            transmittance * beam.power * (passage.arrival.irradiance_per_power * FRAC_1_PI)
+        };
+        let luminance = |light: &Spectrum| light.dot(&self.material.luminance);
+        if let Some(light) = self.through(probe, (beam, straight), light, luminance) {
+            *radiance += light;
+        }
     }
 
     /// How points of a light are drawn: as they are seen where the fixed path goes in, and from the point itself for the
@@ -194,36 +216,44 @@ impl SnowHit<'_> {
         }
     }
 
-    /// The way of a light through the snow to a surface point, by the path of the material's mode.
-    fn passage(&self, probe: &mut Probe, beam: &Beam, straight: Option<&Chord>) -> Option<Passage> {
-        match self.material.path {
-            PathMode::View | PathMode::Normal => self.through(probe, beam, straight?),
-            PathMode::Light => self.towards_light(probe, beam),
-            PathMode::Easiest => {
-                let normal = straight.and_then(|chord| self.through(probe, beam, chord));
-                let direct = self.towards_light(probe, beam);
-                match (normal, direct) {
-                    (Some(normal), Some(direct)) => {
-                        let brighter = self.luminance(&direct, beam) > self.luminance(&normal, beam);
-                        Some(if brighter { direct } else { normal })
-                    }
-                    (normal, direct) => normal.or(direct),
-                }
-            }
-        }
+    /// What comes of a beam through the snow to the point, by the path of the material's mode: `light` of the way that it
+    /// takes, for any measure of light that has a luminance.
+    ///
+    /// Two ways are compared as if the point of the lamp shone alike in all directions, lest its slant towards one exit or the
+    /// other split a lamp's points between the paths; the darker one counts where the brighter is hidden.
+    #[inline]
+    pub(crate) fn through<T>(
+        &self,
+        probe: &mut Probe,
+        (beam, straight): (&Beam, Option<&Chord>),
+        light: impl Fn(&Passage) -> T,
+        luminance: impl Fn(&T) -> f32,
+    ) -> Option<T> {
+        let mode = self.material.path;
+        let along = straight.filter(|_| mode != PathMode::Light).and_then(|chord| self.along(beam, chord));
+        let has_lines = matches!(mode, PathMode::Light | PathMode::Easiest);
+        let line = if has_lines { self.towards_light(probe, beam) } else { None };
+        let (Some(along), Some(line)) = (along, line) else {
+            let only = along.or(line)?;
+            return self.lets_in(probe, beam, &only).then(|| light(&only));
+        };
+        let [first, second] = [along, line].map(|passage| (light(&passage), passage));
+        let seen = |(light, passage): &(T, Passage)| luminance(light) / passage.arrival.cos_emission;
+        let (brighter, darker) = if seen(&second) > seen(&first) { (second, first) } else { (first, second) };
+        [brighter, darker].into_iter().find(|(_, passage)| self.lets_in(probe, beam, passage)).map(|(light, _)| light)
     }
 
-    /// What comes through along a path that does not depend on the light, if it shines on the exit.
-    fn through(&self, probe: &mut Probe, beam: &Beam, chord: &Chord) -> Option<Passage> {
+    /// The way along a path that does not depend on the light, if the exit faces it.
+    fn along(&self, beam: &Beam, chord: &Chord) -> Option<Passage> {
         let ChordEnd::Surface { object, point, normal } = chord.exit else {
             return None;
         };
         let place = Place { point, normal };
         let arrival = beam.arrival(&place)?;
-        self.lets_in(probe, beam, &place, object).then(|| self.passed(chord, &arrival))
+        Some(Passage { depth_cm: depth_cm(chord), arrival, entry: Some((place, Side::Inner(object))) })
     }
 
-    /// What comes through on the line to the light.
+    /// The way on the line to the light.
     fn towards_light(&self, probe: &mut Probe, beam: &Beam) -> Option<Passage> {
         let way = beam.origin.way(self.surface.point);
         // A light before the face shines on it; what else of the object stands between is not a way to its inside.
@@ -231,14 +261,15 @@ impl SnowHit<'_> {
             return None;
         }
         let chord = self.chord(probe, way.direction, way.distance_m)?;
-        match chord.exit {
+        let (arrival, entry) = match chord.exit {
             ChordEnd::Surface { object, point, normal } => {
                 let place = Place { point, normal };
-                let arrival = beam.arrival_on_line(&place)?;
-                self.lets_in(probe, beam, &place, object).then(|| self.passed(&chord, &arrival))
+                let side = if self.material.exit == Exit::Last { Side::Last(object) } else { Side::Inner(object) };
+                (beam.arrival_on_line(&place)?, Some((place, side)))
             }
-            ChordEnd::Inside => Some(self.passed(&chord, &beam.arrival_within(self.surface.point)?)),
-        }
+            ChordEnd::Inside => (beam.arrival_within(self.surface.point)?, None),
+        };
+        Some(Passage { depth_cm: depth_cm(&chord), arrival, entry })
     }
 
     /// A straight path from the point through the snow.
@@ -247,38 +278,27 @@ impl SnowHit<'_> {
         probe.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
     }
 
-    /// Whether a beam shines on the place where a path leaves an object.
-    fn lets_in(&self, probe: &mut Probe, beam: &Beam, place: &Place, object: usize) -> bool {
-        self.material.emission == Emission::Relative || beam.reaches(probe, place, Side::Inner(object))
-    }
-
-    fn passed(&self, chord: &Chord, arrival: &Arrival) -> Passage {
-        let mut transmittance = Spectrum::ZERO;
-        self.curves.transmittance(depth_cm(chord), angle_deg(arrival.cos_incidence), &mut transmittance.0);
-        let Arrival { irradiance_per_power, cos_emission, .. } = *arrival;
-        Passage { transmittance, irradiance_per_power, cos_emission }
-    }
-
-    /// Luminance of the light that came through, for comparison: as if the point of the lamp shone alike in all directions,
-    /// lest its slant towards one exit or the other split a lamp's points between the paths.
-    fn luminance(&self, passage: &Passage, beam: &Beam) -> f32 {
-        (passage.transmittance * beam.power).dot(&self.material.luminance) * passage.irradiance_per_power
-            / passage.cos_emission
+    /// Whether a beam shines on the place where a way leaves the snow.
+    fn lets_in(&self, probe: &mut Probe, beam: &Beam, passage: &Passage) -> bool {
+        passage.entry.is_none_or(|(place, side)| {
+            self.material.emission == Emission::Relative || beam.reaches(probe, &place, side)
+        })
     }
 }
 
-/// L = T E / π.
-fn add_passage(through: &mut Through, passage: Option<Passage>, beam: &Beam) {
-    if let Some(Passage { transmittance, irradiance_per_power, .. }) = passage {
-        through.radiance.add_product(irradiance_per_power * FRAC_1_PI, &transmittance, &beam.power);
+impl Passage {
+    /// The angle at which the light meets the snow, in degrees, at most the table's last.
+    pub(crate) fn angle_deg(&self) -> f32 {
+        angle_deg(self.arrival.cos_incidence)
     }
 }
 
-fn depth_cm(chord: &Chord) -> f32 {
+/// The depth of a path in cm, the table's unit.
+pub(crate) fn depth_cm(chord: &Chord) -> f32 {
     100.0 * chord.depth_m
 }
 
 /// The angle of a cosine above 0, at most the table's last.
-fn angle_deg(cos_incidence: f32) -> f32 {
+pub(crate) fn angle_deg(cos_incidence: f32) -> f32 {
     cos_incidence.min(1.0).acos().to_degrees().min(GREATEST_ANGLE_DEG)
 }

@@ -100,6 +100,11 @@ impl SnowCurves {
         }
     }
 
+    /// The snow, where it is everywhere the same.
+    pub(crate) fn the_one(&self) -> Option<&PcaSnow> {
+        self.steps.first().filter(|_| self.mask.is_none())
+    }
+
     /// Wavelengths of the curves, in nm.
     pub fn wavelengths_nm(&self) -> &[f64] {
         self.steps[0].wavelengths_nm()
