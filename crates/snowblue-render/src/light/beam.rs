@@ -182,7 +182,9 @@ impl Beam {
 
     /// Its arrival from within at a place that faces it, bounded alike.
     pub(crate) fn arrival_within(&self, point: Vec3A) -> Option<Arrival> {
-        self.arrival_on_line(&Place { point, normal: self.origin.way(point).direction })
+        let arrival = self.arrival_on_line(&Place { point, normal: self.origin.way(point).direction })?;
+        // It faces the light, whatever rounding makes of that.
+        Some(Arrival { cos_incidence: 1.0, ..arrival })
     }
 
     /// Whether nothing hides it from a place, on one side or the other of an object's surface.
