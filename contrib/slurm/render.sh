@@ -6,7 +6,7 @@
 #     contrib/slurm/render.sh tiles PARTS OUTPUT SCENE.toml --width W --height H [options of 'render'] [-- options of 'merge']
 #     contrib/slurm/render.sh frames 'FOLDER/{}.exr' SCENE.toml... [-- options of 'render'] [-- options of 'merge']
 #
-# Pictures are .exr, or .png, whose brightness merge's --exposure sets. In names of frames {} is that of the scene, without
+# Pictures are .exr, or .png, as bright as the scene or --exposure says. In names of frames {} is that of the scene, without
 # folder and ending. Each way gives the picture of one go, bit by bit.
 #
 # CORES (4) is how many each task asks for, SNOWBLUE (snowblue) which program to run. sbatch's own variables, such as

@@ -42,7 +42,7 @@ pub(crate) struct Merge {
     /// Keep in a merged .exr what further merging and render --resume go on from
     #[arg(long)]
     keep_sums: bool,
-    /// Brightness of a PNG in stops, or 'auto' [default: auto]
+    /// Brightness of a PNG in stops, or 'auto' [default: the one that the parts were rendered for]
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// Where to write the whole: .exr or .png of a picture, .nc (NetCDF) of a table
@@ -80,7 +80,7 @@ impl Merge {
         if self.keep_sums {
             file.needs_exr("--keep-sums")?;
         }
-        merge_pictures(&self.parts, &file, self.exposure.unwrap_or_default())
+        merge_pictures(&self.parts, &file, self.exposure)
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {

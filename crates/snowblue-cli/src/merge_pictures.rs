@@ -3,19 +3,28 @@
 use std::path::PathBuf;
 
 use snowblue_render::Sums;
-use snowblue_render::picture_file::Part;
+use snowblue_render::picture_file::{Kept, Part};
 use snowblue_render::scene::Exposure;
 
 use crate::failure::{Failure, Outcome};
-use crate::picture::{PictureFile, samples_in_words};
+use crate::picture::{Kind, PictureFile, samples_in_words};
 
-/// Adds parts up, writes the whole, and says in a few words what it is.
+/// Adds parts up, writes the whole, and says in a few words what it is. Without an exposure that of the parts holds.
 ///
 /// The parts are checked before any pixel is read, and then read one after the other.
-pub(crate) fn merge_pictures(paths: &[PathBuf], file: &PictureFile, exposure: Exposure) -> Result<String, Failure> {
+pub(crate) fn merge_pictures(
+    paths: &[PathBuf],
+    file: &PictureFile,
+    exposure: Option<Exposure>,
+) -> Result<String, Failure> {
     let parts: Vec<Part> =
         paths.iter().map(|path| Part::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     check(paths, &parts)?;
+    let exposure = match exposure {
+        Some(exposure) => exposure,
+        None if file.kind == Kind::Exr && !file.keeps_sums => Exposure::Auto,
+        None => common_exposure(paths, &parts)?,
+    };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
     let mut sums = Sums::empty(first.size, first.channels, first.wavelengths_nm, &window);
@@ -32,10 +41,24 @@ pub(crate) fn merge_pictures(paths: &[PathBuf], file: &PictureFile, exposure: Ex
         format!(" of {} × {}, from {},{}", first.size.0, first.size.1, window.columns.start, window.rows.start)
     };
     let count = [("Parts", paths.len().to_string())];
-    file.write(&sums, &first.origin, exposure, &count)?;
+    file.write(&sums, Kept { origin: &first.origin, exposure }, &count)?;
     let (samples, count) = (samples_in_words(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
     Ok(format!("{columns} × {rows} pixels{place}, {samples} samples per pixel, from {count} {parts}"))
+}
+
+/// The exposure that all parts were made for.
+fn common_exposure(paths: &[PathBuf], parts: &[Part]) -> Result<Exposure, Failure> {
+    let exposure = parts[0].exposure;
+    match paths.iter().zip(parts).find(|(_, part)| part.exposure != exposure) {
+        None => Ok(exposure),
+        Some((path, part)) => Err(Failure::Input(format!(
+            "{} is for an exposure of {exposure}, {} for one of {}: give --exposure",
+            paths[0].display(),
+            path.display(),
+            part.exposure
+        ))),
+    }
 }
 
 /// Whether the parts are of one picture, and have no sample twice.

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use snowblue_render::Sums;
 use snowblue_render::image_file::write_png;
-use snowblue_render::origin::Origin;
-use snowblue_render::picture_file;
-use snowblue_render::scene::Exposure;
+use snowblue_render::picture_file::{self, Kept};
 
 use crate::failure::{Failure, Outcome};
 use crate::report::check_place;
@@ -18,7 +16,7 @@ pub(crate) enum Kind {
 }
 
 /// A picture to be written.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct PictureFile {
     pub(crate) path: PathBuf,
     pub(crate) kind: Kind,
@@ -49,7 +47,8 @@ impl PictureFile {
     }
 
     /// Writes the picture with what made it; `more` says what its origin does not know.
-    pub(crate) fn write(&self, sums: &Sums, origin: &Origin, exposure: Exposure, more: &[(&str, String)]) -> Outcome {
+    pub(crate) fn write(&self, sums: &Sums, kept: Kept, more: &[(&str, String)]) -> Outcome {
+        let Kept { origin, exposure } = kept;
         let mut notes = vec![("Software", format!("snowblue {}", origin.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
         notes.push(("Samples per pixel", samples_in_words(sums)));
@@ -61,7 +60,7 @@ impl PictureFile {
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.kind {
             Kind::Png => write_png(&sums.film(), exposure, &notes, &self.path),
-            Kind::Exr => picture_file::write(sums, self.keeps_sums.then_some(origin), &notes, &self.path),
+            Kind::Exr => picture_file::write(sums, self.keeps_sums.then_some(kept), &notes, &self.path),
         }
         .map_err(Failure::work)
     }

@@ -28,9 +28,16 @@ pub(crate) struct Preview {
 impl Preview {
     /// Connects to a viewer.
     pub(crate) fn connect(address: &str, name: String) -> Result<Self, Failure> {
-        let connected = address.to_socket_addrs().and_then(|mut places| {
-            let place = places.next().ok_or_else(|| io::Error::other("no such host"))?;
-            let stream = TcpStream::connect_timeout(&place, PATIENCE)?;
+        // A name may have several addresses, such as those of IPv6 and IPv4, and tev listens at one of them.
+        let connected = address.to_socket_addrs().and_then(|places| {
+            let mut answer = Err(io::Error::other("no such host"));
+            for place in places {
+                answer = TcpStream::connect_timeout(&place, PATIENCE);
+                if answer.is_ok() {
+                    break;
+                }
+            }
+            let stream = answer?;
             // A viewer that hangs must not hold up the work.
             stream.set_write_timeout(Some(PATIENCE))?;
             Ok(stream)

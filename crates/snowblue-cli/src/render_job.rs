@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use snowblue_render::origin::Origin;
-use snowblue_render::picture_file::Part;
+use snowblue_render::picture_file::{Kept, Part};
 use snowblue_render::probe::Statistics;
 use snowblue_render::render::{Watch, render_missing};
 use snowblue_render::{Channels, Portion, Scene, Sums};
@@ -41,7 +41,7 @@ impl RenderJob<'_> {
             Some(sums) => sums.widened(&self.target.window()),
             None => Sums::new(self.scene, self.channels, &self.target.window()),
         };
-        if sums.coverage().missing_from(&self.target).is_empty() {
+        if self.is_finished(&sums) {
             self.say(&format!("{}: all of these samples are in it already\n", self.file.path.display()));
             return Ok(());
         }
@@ -52,11 +52,9 @@ impl RenderJob<'_> {
         if sums.coverage().portions().is_empty() {
             return Err(Failure::Interrupted("interrupted before the first sample: nothing is written".to_owned()));
         }
-        let finished = sums.coverage().missing_from(&self.target).is_empty();
-        self.file.keeps_sums |= !finished;
         self.write(&sums)?;
         self.report(&statistics);
-        if finished { Ok(()) } else { Err(Failure::Interrupted(self.how_to_go_on(&sums))) }
+        if self.is_finished(&sums) { Ok(()) } else { Err(Failure::Interrupted(self.how_to_go_on(&sums))) }
     }
 
     /// What a file of the output's name holds, if there is one.
@@ -107,14 +105,24 @@ impl RenderJob<'_> {
             if let (Some(at), Some(every)) = (next_checkpoint, self.checkpoint)
                 && Instant::now() >= at
             {
-                self.write(sums)?;
+                // Where there is no room now there may be some at the end: no reason to throw samples away.
+                if let Err(Failure::Work(reason)) = self.write(sums) {
+                    tell(&format!("a checkpoint failed, the work goes on: {reason}\n"));
+                }
                 next_checkpoint = Some(Instant::now() + every);
             }
         }
     }
 
+    /// Writes the picture; an unfinished one keeps its sums, lest its samples be lost.
     fn write(&self, sums: &Sums) -> Outcome {
-        self.file.write(sums, &self.origin, self.scene.film.exposure, &self.notes)
+        let mut file = self.file.clone();
+        file.keeps_sums |= !self.is_finished(sums);
+        file.write(sums, Kept { origin: &self.origin, exposure: self.scene.film.exposure }, &self.notes)
+    }
+
+    fn is_finished(&self, sums: &Sums) -> bool {
+        sums.coverage().missing_from(&self.target).is_empty()
     }
 
     fn report(&self, statistics: &Statistics) {

@@ -74,6 +74,14 @@ fn words(arguments: &[String]) -> Vec<&str> {
     arguments.iter().map(|word| &**word).collect()
 }
 
+/// The pixels of a PNG.
+fn shown(png: &[u8]) -> Vec<u8> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    pixels
+}
+
 /// The pixels of all channels of a picture, as bits.
 fn pixels(path: &str) -> Vec<(String, Vec<u32>)> {
     use exr::prelude::{ReadChannels as _, ReadLayers as _, Sample};
@@ -108,9 +116,16 @@ fn parts_are_merged_to_the_whole() {
     for ((name, all), (part, one)) in whole.iter().zip(pixels(&place.path("pixel.exr"))) {
         assert_eq!((name, all[5 * 21 + 17]), (&part, one[0]));
     }
-    // As PNG too.
-    let png = place.merge(&parts, "merged.png", &["--exposure", "1"]);
-    assert_eq!(png[..8], *b"\x89PNG\r\n\x1a\n");
+    // As PNG too, in the brightness that the scene asks for, or another.
+    let bright = shown(&place.render("whole.png", &["--spp", "10"]));
+    assert!(bright == shown(&place.merge(&parts, "merged.png", &[])));
+    assert!(bright != shown(&place.merge(&parts, "merged.png", &["--exposure", "1"])));
+    place.merge(&parts, "merged.exr", &["--keep-sums"]);
+    assert!(bright == shown(&place.merge(&["merged.exr"], "merged.png", &[])), "through another file");
+    place.render("dark.exr", &["--spp-range", "10:12", "--exposure", "-5"]);
+    place.merge(&["a.exr", "dark.exr"], "merged.exr", &[]);
+    let message = refused(&words(&place.merging(&["a.exr", "dark.exr"], "merged.png", &[])));
+    assert!(message.contains("a.exr is for an exposure of -1.2") && message.contains("of -5: give --exposure"));
 }
 
 #[test]
@@ -214,6 +229,9 @@ fn an_interrupt_leaves_a_picture_that_can_be_resumed() {
         assert_eq!(place.names(), 2, "the scene and the picture");
         std::fs::remove_file(place.path("stopped.exr")).unwrap();
     }
+    // Without a moment to write anything, the last checkpoint remains, and is one to go on from.
+    assert_eq!(interrupted(&place, "killed.exr", "-KILL").0, None);
+    place.render("killed.exr", &["--spp", "1", "--resume"]);
     let (_, message) = interrupted(&place, "stopped.exr", "-INT");
     place.render("whole.exr", &["--spp", "8000", "--keep-sums"]);
     place.render("stopped.exr", &["--spp", "8000", "--resume"]);

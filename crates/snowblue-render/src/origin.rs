@@ -123,7 +123,7 @@ fn add_file(hash: &mut Hash, path: &Path) -> Result<(), RenderError> {
         });
         // What is written into the file itself is no name of another, and stands for itself.
         for uri in buffers.chain(images).filter(|uri| !uri.starts_with("data:")) {
-            add_file(hash, &path.with_file_name(uri))?;
+            add_file(hash, &path.with_file_name(uri.replace("%20", " ")))?;
         }
     }
     Ok(())
@@ -181,10 +181,10 @@ mod tests {
         let scene = folder.path().join("scene.toml");
         std::fs::write(&scene, "[[object]]\nmesh = \"a.gltf\"\n[material.a]\nmask = { texture = \"mask.png\" }\n")
             .unwrap();
-        let gltf = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 3}]}"#;
+        let gltf = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "a%20b.bin", "byteLength": 3}]}"#;
         std::fs::write(folder.path().join("a.gltf"), gltf).unwrap();
         let mut hashes = vec![scene_hash(&scene).unwrap()];
-        for (name, content) in [("mask.png", "mask"), ("mask.png", "face"), ("a.bin", "abc"), ("other.bin", "abc")] {
+        for (name, content) in [("mask.png", "mask"), ("mask.png", "face"), ("a b.bin", "abc"), ("other.bin", "abc")] {
             std::fs::write(folder.path().join(name), content).unwrap();
             hashes.push(scene_hash(&scene).unwrap());
         }

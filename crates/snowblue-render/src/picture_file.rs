@@ -5,7 +5,8 @@
 //! Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹, as the attribute `emissiveUnits` says.
 //!
 //! A file that can be continued or merged has in addition the sums themselves, four unsigned words of 32 bits for each (`sums.X.0`, the
-//! lowest, to `sums.X.3`), and as attributes which samples they are of and what they are made from ([`Origin`]).
+//! lowest, to `sums.X.3`), and as attributes which samples they are of, what they are made from ([`Origin`]) and how bright a
+//! PNG of them is to be.
 //! A part of a picture has its place in the whole by the data window and the display window, as the format means it.
 
 use std::io::Cursor;
@@ -25,6 +26,7 @@ use crate::image_file::{Notes, attributes, exr_text, store};
 use crate::origin::Origin;
 use crate::portion::{Coverage, Portion, Window};
 use crate::ray::narrow;
+use crate::scene::Exposure;
 use crate::spectrum::SAMPLES;
 use crate::sums::Sums;
 
@@ -32,16 +34,26 @@ const ORIGIN: &str = "snowblueOrigin";
 const COVERAGE: &str = "snowblueSamples";
 const CHANNELS: &str = "snowblueChannels";
 const WAVELENGTHS: &str = "snowblueWavelengths";
+const EXPOSURE: &str = "snowblueExposure";
 
 /// Words of 32 bits in a sum.
 const WORDS: usize = 4;
 
-/// Writes the means of some sums as OpenEXR; with an origin also the sums, so that the picture can be continued.
+/// What a picture needs to be continued or merged, beside its sums.
+#[derive(Debug, Clone, Copy)]
+pub struct Kept<'a> {
+    /// What it is made from.
+    pub origin: &'a Origin,
+    /// Brightness of a PNG that is made of it; parts of one picture may differ in it.
+    pub exposure: Exposure,
+}
+
+/// Writes the means of some sums as OpenEXR; with what is to be kept also the sums, so that the picture can be continued.
 ///
 /// # Errors
 ///
 /// When the picture cannot be encoded or stored.
-pub fn write(sums: &Sums, origin: Option<&Origin>, notes: &Notes, path: &Path) -> Result<(), RenderError> {
+pub fn write(sums: &Sums, kept: Option<Kept>, notes: &Notes, path: &Path) -> Result<(), RenderError> {
     let mut channels = shown(sums);
     let mut attributes = attributes(notes);
     let window = sums.window();
@@ -59,12 +71,13 @@ pub fn write(sums: &Sums, origin: Option<&Origin>, notes: &Notes, path: &Path) -
             say(name, text);
         }
     }
-    if let Some(origin) = origin {
+    if let Some(Kept { origin, exposure }) = kept {
         let wavelengths: Vec<String> = sums.wavelengths_nm().iter().map(f64::to_string).collect();
         say(ORIGIN, &origin.to_string());
         say(COVERAGE, &sums.coverage().to_string());
         say(CHANNELS, &asked.to_string());
         say(WAVELENGTHS, &wavelengths.join(" "));
+        say(EXPOSURE, &exposure.to_string());
         channels.extend(words(sums));
     }
     let size = Vec2(window.width() as usize, window.height() as usize);
@@ -142,6 +155,8 @@ fn word_name(sum: &str, word: usize) -> String {
 pub struct Part {
     /// What it is made from.
     pub origin: Origin,
+    /// Brightness of a PNG that is made of it.
+    pub exposure: Exposure,
     /// The samples that are in it.
     pub coverage: Coverage,
     /// What it tells of its pixels.
@@ -173,7 +188,8 @@ impl Part {
             let reason = "the picture has no sums to go on from (render with --keep-sums)";
             return Err(wrong(reason.to_owned()));
         }
-        Self::from_header(header).ok_or_else(|| wrong("what the file says of its sums is damaged".to_owned()))
+        Self::from_header(header)
+            .ok_or_else(|| wrong("what the file says of its sums is damaged, or from another version".to_owned()))
     }
 
     fn from_header(header: &Header) -> Option<Self> {
@@ -193,6 +209,7 @@ impl Part {
             text(header, WAVELENGTHS)?.split_whitespace().map(|nm| nm.parse().ok()).collect();
         (fits && coverage.portions().iter().all(within)).then_some(Self {
             origin: Origin::parse(&text(header, ORIGIN)?),
+            exposure: text(header, EXPOSURE)?.parse().ok()?,
             coverage,
             channels: text(header, CHANNELS)?.parse().ok()?,
             size,

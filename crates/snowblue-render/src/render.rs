@@ -17,14 +17,15 @@ use crate::probe::{Probe, Statistics};
 use crate::ray::Ray;
 use crate::retina::SampleXyz;
 use crate::sampling::{PixelPattern, Sampler};
-use crate::scene::Scene;
+use crate::scene::{Integrator, Scene};
 use crate::spectrum::Spectrum;
 use crate::sums::Sums;
 use crate::tracer::Tracer;
 
 /// Samples of a pass over the pixels, all together, where that is not too few or too many of each pixel.
 const PASS: u64 = 1 << 20;
-/// Fewest and most samples of each pixel in a pass. Sums hold 2¹³ between two foldings.
+/// Fewest and most samples of each pixel in a pass. Sums hold 2¹³ between two foldings. The reference takes the fewest: its
+/// samples are slow, and nobody waits for more than a row of them.
 const PASS_PER_PIXEL: (u64, u64) = (16, 1 << 12);
 
 /// How far a rendering has come.
@@ -85,7 +86,11 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
     };
     let direct = if sums.channels().spectrum { None } else { DirectLight::of(scene) };
     let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
-    let per_pass = u32::try_from((PASS / pixels.max(1)).clamp(PASS_PER_PIXEL.0, PASS_PER_PIXEL.1)).unwrap_or(u32::MAX);
+    let per_pass = match scene.integrator.integrator {
+        Integrator::Reference => PASS_PER_PIXEL.0,
+        Integrator::Path => (PASS / pixels.max(1)).clamp(PASS_PER_PIXEL.0, PASS_PER_PIXEL.1),
+    };
+    let per_pass = u32::try_from(per_pass).unwrap_or(u32::MAX);
     let mut start = missing.iter().map(|portion| portion.samples.start).min().unwrap_or(target.samples.end);
     while start < target.samples.end && !(watch.stop)() {
         let end = pass_end(start, per_pass);

@@ -1,5 +1,9 @@
 //! A scene ready to be rendered: camera, objects, materials, lights, and how the picture is to be made.
 
+use std::fmt;
+use std::num::ParseFloatError;
+use std::str::FromStr;
+
 use crate::camera::PinholeCamera;
 use crate::light::Light;
 use crate::material::Material;
@@ -49,6 +53,25 @@ pub enum Exposure {
     /// Radiance times 2^stops: at 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
     /// 400–700 nm) is white.
     Stops(f64),
+}
+
+/// Stops, or `auto`.
+impl fmt::Display for Exposure {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Auto => formatter.write_str("auto"),
+            Self::Stops(stops) => write!(formatter, "{stops}"),
+        }
+    }
+}
+
+/// Reads what [`Display`](fmt::Display) wrote, to the same bits.
+impl FromStr for Exposure {
+    type Err = ParseFloatError;
+
+    fn from_str(text: &str) -> Result<Self, ParseFloatError> {
+        if text == "auto" { Ok(Self::Auto) } else { text.parse().map(Self::Stops) }
+    }
 }
 
 /// How light finds its way through snow.

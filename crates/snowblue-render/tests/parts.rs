@@ -16,9 +16,9 @@ use snowblue_render::channels::Channels;
 use snowblue_render::film::Film;
 use snowblue_render::image_file::write_exr;
 use snowblue_render::origin::Origin;
-use snowblue_render::picture_file::{self, Part};
+use snowblue_render::picture_file::{self, Kept, Part};
 use snowblue_render::render::{Watch, render, render_missing, whole};
-use snowblue_render::scene::Scene;
+use snowblue_render::scene::{Exposure, Scene};
 use snowblue_render::{Overrides, Portion, Sums};
 
 const ALL: Channels =
@@ -134,10 +134,11 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
     for channels in [Channels::default(), ALL] {
         let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
         render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, GO_ON);
-        picture_file::write(&sums, Some(&origin), &[("seed", "1")], &path).unwrap();
+        let kept = Kept { origin: &origin, exposure: Exposure::Stops(-1.2) };
+        picture_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
         let part = Part::open(&path).unwrap();
         assert_eq!((&part.origin, part.channels, part.size), (&origin, channels, (23, 17)));
-        assert_eq!(part.coverage, *sums.coverage());
+        assert_eq!((&part.coverage, part.exposure), (sums.coverage(), kept.exposure));
         let back = part.read(&path).unwrap();
         assert!(back == sums);
         let grown = |sums: Sums| {

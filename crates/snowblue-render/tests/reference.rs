@@ -5,6 +5,7 @@
 mod snow;
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Mutex;
 
 use glam::Vec3A;
 use snow::{Estimate, SNOW, estimate, scene, seen, simple_law};
@@ -66,6 +67,17 @@ fn p_value(found: &Estimate, expected: f64, standard_error: f64) -> f64 {
 fn eye(target: Vec3A, angle_deg: f64, up: f32) -> Vec3A {
     let angle = angle_deg.to_radians() as f32;
     target + Vec3A::new(angle.sin(), 0.0, up * angle.cos()) * 3.0
+}
+
+/// An interrupt is heard after a row of a pass, so passes of slow samples are short however small the picture is.
+#[test]
+fn no_pass_has_more_than_16_samples_of_a_pixel() {
+    let mut scene = walked(&format!("{}{SKY}", level(0.002)));
+    scene.integrator.samples_per_pixel = 100;
+    let told = Mutex::new(vec![0]);
+    render(&scene, &|at| told.lock().unwrap().push(at.samples_done));
+    let told = told.into_inner().unwrap();
+    assert!(told.windows(2).all(|pair| pair[1] - pair[0] <= 16) && told.ends_with(&[100]), "{told:?}");
 }
 
 /// Under a sky of radiance 1 a slab has the radiance R + T of a beam from the eye: what its snow does not absorb.
