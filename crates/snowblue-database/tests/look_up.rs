@@ -68,8 +68,8 @@ proptest! {
                 prop_assert!((one - other).abs() <= 2e-4 * other, "{thickness_cm} cm, {angle_deg}°: {one} {other}");
             }
         }
-        prop_assert_eq!(weighed.transmittance(0.0, angle_deg)[1], 31.0);
-        prop_assert_eq!(weighed.transmittance(thickness_cm, 90.0)[1], 0.0);
+        prop_assert!((weighed.transmittance(0.0, angle_deg)[1] - 31.0).abs() < 1e-5);
+        prop_assert!(weighed.transmittance(thickness_cm, 90.0)[1] <= 0.0);
     }
 
     /// More snow passes less, reflects no less, and gives back no more than it gets, at any angle and across all cells.

@@ -47,7 +47,7 @@ impl Cuboid {
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let local = self.to_local(ray);
+        let local = self.own(ray);
         let [near, far] = self.faces(&local)?;
         let face = if near.distance_m > 0.0 { near } else { far };
         if face.distance_m <= 0.0 || face.distance_m >= limit_m {
@@ -61,7 +61,7 @@ impl Cuboid {
     /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         let within = |distance_m: f32| distance_m > 0.0 && distance_m < limit_m;
-        self.faces(&self.to_local(ray)).is_some_and(|[near, far]| within(near.distance_m) || within(far.distance_m))
+        self.faces(&self.own(ray)).is_some_and(|[near, far]| within(near.distance_m) || within(far.distance_m))
     }
 
     /// Adds the two crossings of the whole line of the ray, if it meets the box.
@@ -77,7 +77,7 @@ impl Cuboid {
     /// assert!((length_m - 3f32.sqrt()).abs() < 1e-6);
     /// ```
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
-        if let Some(faces) = self.faces(&self.to_local(ray)) {
+        if let Some(faces) = self.faces(&self.own(ray)) {
             crossings.extend(faces.map(|face| Crossing::new(face.distance_m, self.normal(&face))));
         }
     }
@@ -88,7 +88,7 @@ impl Cuboid {
     }
 
     #[inline]
-    fn to_local(&self, ray: &Ray) -> Ray {
+    fn own(&self, ray: &Ray) -> Ray {
         Ray { origin: self.to_local * (ray.origin - self.centre), direction: self.to_local * ray.direction }
     }
 
