@@ -15,6 +15,7 @@ mod scenes;
 mod simplifications;
 mod table1;
 mod truth;
+mod truth_picture;
 mod water;
 
 use std::path::PathBuf;

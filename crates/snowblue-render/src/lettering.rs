@@ -9,13 +9,13 @@ use crate::picture::Picture;
 
 /// How words look.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lettering {
+pub struct Lettering {
     /// Size of the type, in pixels: the height of its em.
-    pub(crate) size_px: f32,
+    pub size_px: f32,
     /// Semibold instead of regular.
-    pub(crate) bold: bool,
+    pub bold: bool,
     /// Colour of the ink.
-    pub(crate) colour: Srgb8,
+    pub colour: Srgb8,
 }
 
 static REGULAR: LazyLock<FontRef<'static>> = LazyLock::new(|| font(include_bytes!("../data/Inter-Regular.ttf")));
@@ -37,13 +37,14 @@ impl Lettering {
     }
 
     /// Width of a line of words, in pixels.
-    pub(crate) fn width_px(self, words: &str) -> f32 {
+    #[must_use]
+    pub fn width_px(self, words: &str) -> f32 {
         let font = self.font().as_scaled(self.scale());
         words.chars().map(|letter| font.h_advance(font.glyph_id(letter))).sum()
     }
 
     /// Draws a line of words from `(left, baseline)`, in pixels.
-    pub(crate) fn draw(self, picture: &mut Picture, (left, baseline): (f32, f32), words: &str) {
+    pub fn draw(self, picture: &mut Picture, (left, baseline): (f32, f32), words: &str) {
         let font = self.font().as_scaled(self.scale());
         let mut across = left;
         for letter in words.chars() {

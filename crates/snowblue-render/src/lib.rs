@@ -91,7 +91,7 @@ pub mod render;
 
 pub mod picture;
 
-mod lettering;
+pub mod lettering;
 pub mod swatch;
 pub mod texture;
 

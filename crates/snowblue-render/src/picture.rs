@@ -46,7 +46,7 @@ impl Picture {
     /// # Panics
     ///
     /// When it reaches beyond the edge.
-    pub(crate) fn lay(&mut self, other: &Picture, (left, top): (u32, u32)) {
+    pub fn lay(&mut self, other: &Picture, (left, top): (u32, u32)) {
         let (wide, across) = (self.width as usize, other.width as usize);
         for (row, pixels) in other.pixels.chunks_exact(across).enumerate() {
             let start = (top as usize + row) * wide + left as usize;

@@ -118,7 +118,9 @@ fn snow_on_white_ground_returns_what_the_stack_returns() {
     let found = estimate(&mut scene, eye(target, 30.0, 1.0), target, 64, BANDS);
     for (found, known) in found.iter().zip(&known) {
         let expected = known.whole.reflectance;
-        let p = p_value(found, expected.value, expected.standard_error);
+        // As above: chance pays for the least absorbed wavelength.
+        let rare = ((1.0 - expected.value) / 1024.0).sqrt();
+        let p = p_value(found, expected.value, expected.standard_error.hypot(rare));
         assert!(p > sidak_level(LEVEL, 3), "{found:?} {expected:?}");
     }
 }
@@ -127,33 +129,37 @@ fn snow_on_white_ground_returns_what_the_stack_returns() {
 /// above R/π. The lamp is joined by force, so that this holds the phase function and the shadow of snow to account.
 #[test]
 fn a_slab_under_a_distant_lamp_passes_and_reflects_what_the_engines_say() {
-    let known = slab(1.0, &[Incidence::Beam { angle_deg: 60.0 }]);
+    let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\nilluminant = \"E\"\n";
-    let mut scene = walked(&format!("{}{lamp}", level(0.01)));
+    let mut scene = walked(&format!("{}{lamp}", level(0.002)));
     scene.integrator.samples_per_pixel = 32;
     for above in [false, true] {
-        let target = Vec3A::new(0.0, 0.0, if above { 0.01 } else { 0.0 });
+        let target = Vec3A::new(0.0, 0.0, if above { 0.002 } else { 0.0 });
+        // Below it is to be exact: a phase function that is a twentieth too great is then five standard errors off.
+        let (directions, most_error) = if above { (64, 0.02) } else { (256, 0.009) };
         let picture = |picture: u64| {
             let mut sum = [0.0; 3];
-            for direction in 0..64 {
+            for direction in 0..directions {
                 let mut stream = Stream::new(picture, direction);
                 let (square, turn) = (stream.uniform(), TAU * stream.uniform());
                 let (up, side) = ((1.0 - square).sqrt() * if above { 1.0 } else { -1.0 }, square.sqrt());
                 let towards = Vec3A::new((side * turn.cos()) as f32, (side * turn.sin()) as f32, up as f32);
-                scene.integrator.seed = (picture * 64 + direction) as u32;
+                scene.integrator.seed = (picture * directions + direction) as u32;
                 let radiance = seen(&mut scene, target + towards * 3.0, target);
-                sum.iter_mut().zip(BANDS).for_each(|(sum, k)| *sum += f64::from(radiance.0[k]) * PI / 64.0);
+                sum.iter_mut()
+                    .zip(BANDS)
+                    .for_each(|(sum, k)| *sum += f64::from(radiance.0[k]) * PI / directions as f64);
             }
             sum
         };
         let pictures: Vec<[f64; 3]> = (1..=16).map(picture).collect();
         for (k, known) in known.iter().enumerate() {
             let found = Estimate::of(pictures.iter().map(|picture| picture[k]));
-            // 2 W/m² across the beam are 1 W/m² on the level. What meets no grain, e^{−36}, is not seen.
+            // 2 W/m² across the beam are 1 W/m² on the level. What meets no grain, e^{−14}, is not seen.
             let expected = if above { known.reflectance } else { known.transmittance };
             let p = p_value(&found, expected.value, expected.standard_error);
             assert!(p > sidak_level(LEVEL, 6), "above: {above}: {found:?} {expected:?}");
-            assert!(found.standard_error < 0.06 * expected.value, "{found:?}");
+            assert!(found.standard_error < most_error * expected.value, "{found:?}");
         }
     }
 }

@@ -7,40 +7,40 @@
 use std::path::Path;
 use std::time::Instant;
 
-use snowblue_color::{Difference, Lab, LinearRgb, Srgb8, Xyz};
+use snowblue_color::{Difference, Lab, Xyz};
 use snowblue_render::material::Material;
 use snowblue_render::material::pca_snow::PathMode;
-use snowblue_render::picture::Picture;
 use snowblue_render::scene::{Exposure, Integrator, Scene};
 use snowblue_render::scene_file::Overrides;
-use snowblue_render::{Film, image_file, render};
+use snowblue_render::{Film, render};
 
+use super::truth_picture::drawn;
 use super::{Drawing, Figure, Rendered, Table, daylight, numbers, scenes, wavelengths_nm};
 use crate::failure::Failure;
 use crate::report::Cell;
 
-/// Pixels along a side of a picture, and how many of the page's each of them takes.
-const SIDE: u32 = 16;
+/// Pixels along a side of a picture.
+pub(super) const SIDE: u32 = 16;
 /// Pixels along a side of a cell, whose mean is what is compared: the noise of a single pixel is too great.
 const CELL: u32 = 4;
-const ZOOM: u32 = 7;
-/// Pixels of the page between pictures.
-const GAP: u32 = 8;
 /// Pictures of different seeds that make a reference.
 const SEEDS: u32 = 4;
 /// Samples of a pixel by PCASnow, which has no noise here but that of edges.
 const QUICK_SAMPLES: u32 = 256;
 /// Cells darker than this share of the brightest do not count.
 const LEAST_SHARE: f64 = 0.01;
-/// Stops at which the colours of ratios are full.
-const FULL_STOPS: f64 = 2.0;
 
-const MODES: [(&str, PathMode); 4] = [
+pub(super) const MODES: [(&str, PathMode); 4] = [
     ("view", PathMode::View),
     ("normal", PathMode::Normal),
     ("light", PathMode::Light),
     ("easiest", PathMode::Easiest),
 ];
+
+/// Parts of a block that is seen straight on: columns of pixels, and the rows of them all.
+const PLACES: [(&str, [[u32; 2]; 2]); 2] =
+    [("middle", [[4, 8], [8, 12]]), ("left and right eighth", [[1, 3], [13, 15]])];
+const PLACE_ROWS: [u32; 2] = [4, 12];
 
 const BALL: &str = include_str!("../../../../scenes/truth_ball.toml");
 
@@ -54,21 +54,23 @@ struct Case {
 }
 
 /// A picture with the time that it took, in s.
-struct Timed {
-    pixels: Vec<Xyz>,
+pub(super) struct Timed {
+    pub(super) pixels: Vec<Xyz>,
     seconds: f64,
 }
 
 /// What a scene's pixels are, and how much the scatter of its pictures leaves open.
-struct Truth {
-    mean: Timed,
-    cells: Vec<Xyz>,
+pub(super) struct Truth {
+    pub(super) mean: Timed,
+    pub(super) cells: Vec<Xyz>,
     /// Relative standard error of the luminance of each cell.
-    noise: Vec<f64>,
+    pub(super) noise: Vec<f64>,
     /// Mean CIEDE2000 that noise alone makes.
     delta_e: f64,
     /// The cells that count.
-    lit: Vec<usize>,
+    pub(super) lit: Vec<usize>,
+    /// Mean luminance of each of [`PLACES`], with its relative standard error.
+    places: Vec<[f64; 2]>,
     /// The light that shows white at the scene's exposure.
     white: Xyz,
 }
@@ -89,14 +91,18 @@ struct Verdict {
 }
 
 pub(super) fn figure() -> Result<Figure, Failure> {
-    let (mut pictures, mut rows) = (Vec::new(), Vec::new());
+    let (mut pictures, mut rows, mut places) = (Vec::new(), Vec::new(), Vec::new());
     let mut all: Vec<Vec<Verdict>> = MODES.iter().map(|_| Vec::new()).collect();
     let white = daylight(&wavelengths_nm(400, 700, 10))?.white();
     for case in cases() {
         let mut scene = load(&case)?;
         let truth = truth(&mut scene, case.samples, white);
         let films: Vec<Timed> = MODES.iter().map(|(_, mode)| quick(&mut scene, *mode)).collect();
-        pictures.push(drawn(&case, &truth, &films)?);
+        let png = drawn(&truth, &films)?;
+        pictures.push(Rendered { name: case.name, caption: case.caption.clone(), png });
+        if case.name.starts_with("front") {
+            places.extend(place_rows(&case, &truth, &films));
+        }
         for ((film, (mode, _)), verdicts) in films.iter().zip(MODES).zip(&mut all) {
             let verdict = judged(&truth, film);
             rows.push(row(&case, mode, &truth, &verdict));
@@ -106,13 +112,12 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     Ok(Figure {
         title: "PCASnow against light that walks",
         ours: "Of each scene, above: the reference, then view, normal, light and easiest, all at the reference's exposure. Below: \
-               their luminance over the reference's in cells of 4×4 pixels, from a quarter or less (blue) over equal (white) to four times or more (red); \
-               first what two standard errors of the reference's noise look like. Grains of 400 µm, facetness .3, 300 kg/m³, a point of D65."
+               their luminance over the reference's in cells of 4×4 pixels; first, on the same scale, two standard errors of the reference's noise. Grains of 400 µm, facetness .3, 300 kg/m³, a point of D65."
             .to_owned(),
         paper: "Judges its pictures by eye, and its curves by those of its model; no picture of light that walks in a block.".to_owned(),
         drawing: Drawing::Pictures(pictures),
         numbers: numbers(&COLUMNS, rows),
-        tables: vec![summary(&all)],
+        tables: vec![summary(&all), places_table(places)],
     })
 }
 
@@ -135,7 +140,7 @@ fn cases() -> Vec<Case> {
         ),
     ];
     // Thicker snow passes less light, and needs as many more samples.
-    let thicknesses = [("5 cm", "0.05", 128), ("10 cm", "0.1", 256), ("15 cm", "0.15", 256)];
+    let thicknesses = [("5 cm", "0.05", 64), ("10 cm", "0.1", 128), ("15 cm", "0.15", 128)];
     for (scene, view, names) in views {
         for (names, (lamp_m, lamp)) in names.into_iter().zip([("1.2", "120 cm"), ("0.45", "45 cm")]) {
             for (name, (thickness, size_m, samples)) in names.into_iter().zip(thicknesses) {
@@ -150,7 +155,7 @@ fn cases() -> Vec<Case> {
     }
     for (name, place, lamp) in [("ball_far", "[0.5, 0.85, 0.2]", "1 m"), ("ball_near", "[0.1, 0.17, 0.04]", "20 cm")] {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
-        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 256 });
+        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 128 });
     }
     cases
 }
@@ -200,11 +205,17 @@ fn truth(scene: &mut Scene, samples: u32, white: Xyz) -> Truth {
     let means = cells(&mean);
     let single: Vec<Vec<Xyz>> = pictures.iter().map(|picture| cells(&picture.pixels)).collect();
     let count = f64::from(SEEDS);
-    let noise = means.iter().enumerate().map(|(cell, mean)| {
-        let squares: f64 = single.iter().map(|picture| (picture[cell].y - mean.y).powi(2)).sum();
-        (squares / (count * (count - 1.0))).sqrt() / mean.y
-    });
-    let noise = noise.collect();
+    let error = |mean: f64, single: &dyn Fn(usize) -> f64| {
+        let squares: f64 = (0..pictures.len()).map(|picture| (single(picture) - mean).powi(2)).sum();
+        (squares / (count * (count - 1.0))).sqrt() / mean
+    };
+    let noise =
+        means.iter().enumerate().map(|(cell, mean)| error(mean.y, &|picture| single[picture][cell].y)).collect();
+    let place = |place: usize| {
+        let light = place_light(&mean, place);
+        [light, error(light, &|picture| place_light(&pictures[picture].pixels, place))]
+    };
+    let places = (0..PLACES.len()).map(place).collect();
     let brightest = means.iter().map(|xyz| xyz.y).fold(0.0, f64::max);
     let lit = (0..means.len()).filter(|cell| means[*cell].y > LEAST_SHARE * brightest).collect::<Vec<_>>();
     // Two halves of the pictures differ twice as much as their mean from the truth.
@@ -213,15 +224,27 @@ fn truth(scene: &mut Scene, samples: u32, white: Xyz) -> Truth {
     let delta_e =
         0.5 * mean_delta_e([halves.0, halves.1].map(|half| cells(&mean_of(half))), &lit, white * exposure.recip());
     let seconds = pictures.iter().map(|picture| picture.seconds).sum();
-    Truth { mean: Timed { pixels: mean, seconds }, cells: means, noise, delta_e, lit, white: white * exposure.recip() }
+    let mean = Timed { pixels: mean, seconds };
+    Truth { mean, cells: means, noise, delta_e, lit, places, white: white * exposure.recip() }
 }
 
-fn film(pixels: &[Xyz]) -> Film {
+pub(super) fn film(pixels: &[Xyz]) -> Film {
     Film::new(SIDE, SIDE, pixels.to_vec())
 }
 
+/// The mean luminance of a part of a picture.
+fn place_light(pixels: &[Xyz], place: usize) -> f64 {
+    let ((_, columns), rows) = (PLACES[place], PLACE_ROWS);
+    let inside = |x: u32, y: u32| {
+        (rows[0]..rows[1]).contains(&y) && columns.iter().any(|columns| (columns[0]..columns[1]).contains(&x))
+    };
+    let chosen = (0..SIDE * SIDE).filter(|pixel| inside(pixel % SIDE, pixel / SIDE));
+    let light: Vec<f64> = chosen.map(|pixel| pixels[pixel as usize].y).collect();
+    light.iter().sum::<f64>() / light.len() as f64
+}
+
 /// The mean light of each cell of a picture.
-fn cells(pixels: &[Xyz]) -> Vec<Xyz> {
+pub(super) fn cells(pixels: &[Xyz]) -> Vec<Xyz> {
     let mut cells = vec![Xyz::default(); ((SIDE / CELL) * (SIDE / CELL)) as usize];
     for (pixel, xyz) in pixels.iter().enumerate() {
         cells[cell_of(pixel)] = cells[cell_of(pixel)] + *xyz * f64::from(CELL * CELL).recip();
@@ -230,7 +253,7 @@ fn cells(pixels: &[Xyz]) -> Vec<Xyz> {
 }
 
 /// The cell in which a pixel lies.
-fn cell_of(pixel: usize) -> usize {
+pub(super) fn cell_of(pixel: usize) -> usize {
     let (side, cell) = (SIDE as usize, CELL as usize);
     pixel / side / cell * (side / cell) + pixel % side / cell
 }
@@ -321,46 +344,17 @@ fn summary(all: &[Vec<Verdict>]) -> Table {
     Table::new("ways", "Ways through snow over all scenes", &columns, all.iter().zip(MODES).map(row).collect())
 }
 
-/// The pictures of a scene above, and below how far each is from the reference.
-fn drawn(case: &Case, truth: &Truth, films: &[Timed]) -> Result<Rendered, Failure> {
-    let exposure = Exposure::Stops(film(&truth.mean.pixels).display_factor(Exposure::Auto).log2());
-    let mut columns = Vec::new();
-    let noise: Vec<f64> = truth.noise.iter().map(|noise| 1.0 + 2.0 * noise).collect();
-    columns.push([image_file::picture(&film(&truth.mean.pixels), exposure), compared(truth, &noise)]);
-    for found in films {
-        let light = cells(&found.pixels);
-        let ratios: Vec<f64> = light.iter().zip(&truth.cells).map(|(light, truth)| light.y / truth.y).collect();
-        columns.push([image_file::picture(&film(&found.pixels), exposure), compared(truth, &ratios)]);
-    }
-    let (cell, paper) = (SIDE * ZOOM + GAP, Srgb8 { r: 255, g: 255, b: 255 });
-    let (width, height) = (5 * cell - GAP, 2 * cell - GAP);
-    let mut pixels = vec![paper; (width * height) as usize];
-    for y in 0..height {
-        for x in 0..width {
-            let (column, row, inner) = (x / cell, y / cell, (x % cell / ZOOM, y % cell / ZOOM));
-            if inner.0 < SIDE && inner.1 < SIDE {
-                let picture = &columns[column as usize][row as usize];
-                pixels[(y * width + x) as usize] = picture.pixels()[(inner.1 * SIDE + inner.0) as usize];
-            }
-        }
-    }
-    let notes = [("Software", concat!("snowblue ", env!("CARGO_PKG_VERSION")))];
-    let png = image_file::png_bytes(&Picture::new(width, height, pixels), &notes).map_err(Failure::work)?;
-    Ok(Rendered { name: case.name, caption: case.caption.clone(), png })
+/// Each way's luminance over the reference's in parts of a block.
+fn place_rows(case: &Case, truth: &Truth, films: &[Timed]) -> Vec<Vec<String>> {
+    let row = |(place, [light, error]): (usize, &[f64; 2])| {
+        let ratios = films.iter().map(|film| format!("{:.2}", place_light(&film.pixels, place) / light));
+        let words = [case.name.to_owned(), PLACES[place].0.to_owned(), format!("{error:.2}")];
+        words.into_iter().chain(ratios).collect()
+    };
+    truth.places.iter().enumerate().map(row).collect()
 }
 
-/// Ratios as colours: blue below one, red above; grey where the reference is dark.
-fn compared(truth: &Truth, ratios: &[f64]) -> Picture {
-    const DARK: Srgb8 = Srgb8 { r: 120, g: 120, b: 120 };
-    let (less, equal, more) = ([0.02, 0.11, 0.42], [0.92, 0.92, 0.92], [0.45, 0.01, 0.03]);
-    let colour = |ratio: f64| {
-        let share = (ratio.max(1e-6).log2() / FULL_STOPS).clamp(-1.0, 1.0);
-        let end: [f64; 3] = if share < 0.0 { less } else { more };
-        let [r, g, b] = [0, 1, 2].map(|i| equal[i] + share.abs().sqrt() * (end[i] - equal[i]));
-        Srgb8::encode(LinearRgb { r, g, b })
-    };
-    let mut shown = vec![DARK; ratios.len()];
-    truth.lit.iter().for_each(|cell| shown[*cell] = colour(ratios[*cell]));
-    let pixels = (0..(SIDE * SIDE) as usize).map(|pixel| shown[cell_of(pixel)]).collect();
-    Picture::new(SIDE, SIDE, pixels)
+fn places_table(rows: Vec<Vec<String>>) -> Table {
+    let columns = ["Block", "Part", "Noise of the reference", "view", "normal", "light", "easiest"];
+    Table::new("places", "Luminance over the reference's, straight on", &columns, rows)
 }

@@ -150,6 +150,15 @@ impl<'scene> Surroundings<'scene> {
         Leg::Out { length_m, origin }
     }
 
+    /// Whether light to a lamp is still in an object's snow after a flight: told by its nearest face alone, which is quicker
+    /// than all that a line to the lamp crosses. Of a body of parts nothing is told.
+    #[inline]
+    pub(super) fn stays(&self, object: usize, from: Vec3A, origin: &Origin, flight_m: f32) -> bool {
+        let (one, way) = (&self.objects().list()[object], origin.way(from));
+        let ray = Ray { origin: from, direction: way.direction };
+        one.body.is_none() && flight_m < way.distance_m && one.shape.first_hit(&ray, flight_m).is_none()
+    }
+
     /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
     /// with the probability e^{−κd}, decided by `chance`, less what the pores absorb.
     pub(super) fn passed(&mut self, from: Vec3A, origin: &Origin, node: usize, chance: f64) -> Option<Spectrum> {
