@@ -43,9 +43,14 @@ impl Instance {
 
     /// Adds every crossing of the whole line of the ray, in no particular order.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
+        self.crossings_from(ray, f32::NEG_INFINITY, crossings);
+    }
+
+    /// Adds every crossing of the line from `from_m` on, in no particular order.
+    pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let own = self.placement.own(ray);
         let before = crossings.len();
-        self.mesh.crossings(&own.ray, crossings);
+        self.mesh.crossings_from(&own.ray, from_m * own.per_m, crossings);
         for crossing in &mut crossings[before..] {
             crossing.distance_m /= own.per_m;
             crossing.normal = self.placement.normal(crossing.normal);

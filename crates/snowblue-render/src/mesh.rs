@@ -132,14 +132,21 @@ impl Mesh {
 
     /// Adds every crossing of the whole line of the ray, before and behind its origin, in no particular order.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
-        let Some(query) = Query::new(self, ray, f32::NEG_INFINITY, f32::INFINITY) else {
+        self.crossings_from(ray, f32::NEG_INFINITY, crossings);
+    }
+
+    /// Adds every crossing of the line from `from_m` on, in no particular order.
+    pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
+        let Some(query) = Query::new(self, ray, from_m, f32::INFINITY) else {
             return;
         };
         self.hierarchy.ray_traverse_anyhit(query.box_ray, |_, index| {
             let corners = &self.leaves[index];
             if let Some(hit) = query.sheared.intersect(corners) {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
-                crossings.push(Crossing::new(distance_m, area_normal(corners)));
+                if distance_m >= from_m {
+                    crossings.push(Crossing::new(distance_m, area_normal(corners)));
+                }
             }
         });
     }

@@ -192,8 +192,7 @@ impl Objects {
         crossings.clear();
         let members = &self.members[self.bodies[object]];
         if members.len() == 1 {
-            self.add_crossings(object, ray, crossings);
-            return crossings.len() % 2 == 1;
+            return self.cross_alone(object, ray, crossings);
         }
         let mut odd = false;
         for &member in members {
@@ -207,13 +206,29 @@ impl Objects {
         odd
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
+    /// The crossings of a line with an object that is a body by itself, but for those in pairs behind the origin.
+    ///
+    /// From a place outside on, the crossings of a mesh pair up without those before it. Just behind the surface point that a
+    /// line comes from is mostly outside: then the number of crossings from there on is even, and half of the walk is spared.
+    fn cross_alone(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) -> bool {
+        /// How far behind the origin that is, as a share of the greatest coordinate: far more than rounding.
+        const BEHIND: f32 = 1.0 / 1024.0;
+        if let Shape::Mesh(instance) = &self.objects[object].shape {
+            instance.crossings_from(ray, -BEHIND * self.reach_m(object), crossings);
+            if crossings.len() % 2 == 0 {
+                name_crossings(object, crossings);
+                return false;
+            }
+            crossings.clear();
+        }
+        self.add_crossings(object, ray, crossings);
+        crossings.len() % 2 == 1
+    }
+
     fn add_crossings(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) {
         let first = crossings.len();
         self.objects[object].shape.crossings(ray, crossings);
-        for crossing in &mut crossings[first..] {
-            crossing.object = object as u32;
-        }
+        name_crossings(object, &mut crossings[first..]);
     }
 
     /// Whether a point lies within an object: lines from there in three directions all say so.
@@ -239,10 +254,8 @@ impl Objects {
             nearest = nearest.min(try_object(index));
         }
         let Some(hierarchy) = &self.hierarchy else {
-            for (index, bounds) in &self.bounded {
-                if bounds.span(ray, 0.0, nearest).is_some() {
-                    nearest = nearest.min(try_object(*index));
-                }
+            for (index, _) in &self.bounded {
+                nearest = nearest.min(try_object(*index));
             }
             return;
         };
@@ -257,6 +270,12 @@ impl Objects {
             try_object(self.bounded[hierarchy.primitive_indices[index] as usize].0) + RUN_UP_M
         });
     }
+}
+
+/// Tells whose crossings these are.
+#[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
+fn name_crossings(object: usize, crossings: &mut [Crossing]) {
+    crossings.iter_mut().for_each(|crossing| crossing.object = object as u32);
 }
 
 /// The body of each object, and the objects of each body.

@@ -54,7 +54,8 @@ impl ShearedRay {
     /// The crossing of the whole line with a triangle, from either side; none for a triangle seen edge-on.
     #[inline]
     pub(crate) fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
-        let [a, b, c] = corners.map(|corner| self.sheared(corner));
+        let [a, b, c] = corners;
+        let (a, b, c) = (self.sheared(*a), self.sheared(*b), self.sheared(*c));
         let (edge_a, side_a) = edge(b, c);
         let (edge_b, side_b) = edge(c, a);
         let (edge_c, side_c) = edge(a, b);
@@ -70,7 +71,7 @@ impl ShearedRay {
         Some(TriangleHit { distance_m: depth * f64::from(self.shear[2]), weights })
     }
 
-    #[inline]
+    #[inline(always)]
     fn sheared(&self, corner: Vec3) -> Vec3 {
         let relative = corner - self.origin;
         let [x, y, z] = self.axes;
@@ -80,7 +81,7 @@ impl ShearedRay {
 }
 
 /// Twice the signed area between the ray's foot (0, 0) and an edge, and whether the foot lies on its left.
-#[inline]
+#[inline(always)]
 fn edge(from: Vec3, to: Vec3) -> (f64, bool) {
     let area = f64::from(from.x) * f64::from(to.y) - f64::from(from.y) * f64::from(to.x);
     // On the edge itself: d(area)/dε with the foot at (ε, ε²), the first order and then the second.
