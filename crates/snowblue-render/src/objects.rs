@@ -215,7 +215,7 @@ impl Objects {
         const BEHIND: f32 = 1.0 / 1024.0;
         if let Shape::Mesh(instance) = &self.objects[object].shape {
             instance.crossings_from(ray, -BEHIND * self.reach_m(object), crossings);
-            if crossings.len() % 2 == 0 {
+            if crossings.len().is_multiple_of(2) {
                 name_crossings(object, crossings);
                 return false;
             }

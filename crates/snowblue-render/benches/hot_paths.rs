@@ -1,0 +1,94 @@
+//! Samples of pictures and rays through meshes, on one thread: `cargo bench -p snowblue-render`.
+
+#![allow(clippy::unwrap_used, reason = "a bench may panic")]
+
+use std::f32::consts::{PI, TAU};
+use std::path::Path;
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use glam::{Vec3, Vec3A};
+use snowblue_render::mesh::Mesh;
+use snowblue_render::ray::Ray;
+use snowblue_render::triangles::Triangles;
+use snowblue_render::{Overrides, Scene, render};
+
+fn main() {
+    divan::main();
+}
+
+/// Pixels of a side of the picture, and samples of each.
+const SIDE: u32 = 90;
+const SAMPLES: u32 = 16;
+
+/// The shipped block from which the paper's figure comes, in the light of its lamp alone, or with what surfaces throw back.
+#[divan::bench(args = [0, 8])]
+fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
+    let overrides = Overrides {
+        width: Some(SIDE),
+        height: Some(SIDE),
+        samples_per_pixel: Some(SAMPLES),
+        max_bounces: Some(max_bounces),
+        ..Overrides::default()
+    };
+    let scene = Scene::load(&path, snowblue_data::embedded(), &overrides).unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    bencher
+        .counter(ItemsCount::new(SIDE * SIDE * SAMPLES))
+        .bench_local(|| one.install(|| render(black_box(&scene), &|_| {})));
+}
+
+/// A ball of a million triangles, radius 1 m.
+fn ball() -> Mesh {
+    const ROWS: u16 = 708;
+    let place = |row: u16, column: u16| {
+        let (polar, turn) = (PI * f32::from(row) / f32::from(ROWS), TAU * f32::from(column % ROWS) / f32::from(ROWS));
+        Vec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos())
+    };
+    let cells = (0..ROWS).flat_map(|row| (0..ROWS).map(move |column| (row, column)));
+    let triangles: Vec<[Vec3; 3]> = cells
+        .flat_map(|(row, column)| {
+            let [a, b] = [column, column + 1].map(|column| place(row, column));
+            let [c, d] = [column, column + 1].map(|column| place(row + 1, column));
+            [[a, c, b], [b, c, d]]
+        })
+        .collect();
+    Mesh::new(Triangles::loose(&triangles))
+}
+
+/// Rays from all around through the ball, none near the one before.
+fn rays() -> Vec<Ray> {
+    let ray = |number: u16| {
+        let turn = 2.399_963 * f32::from(number);
+        let height = 1.0 - (f32::from(number) + 0.5) / 512.0;
+        let out = Vec3A::new(turn.cos(), turn.sin(), 0.0) * (1.0 - height * height).sqrt() + Vec3A::Z * height;
+        let aside = out.any_orthonormal_vector() * (0.618_034 * f32::from(number)).fract();
+        Ray { origin: out * 3.0, direction: (aside - out * 3.0).normalize() }
+    };
+    (0..1024).map(ray).collect()
+}
+
+/// What a ray hits first.
+#[divan::bench]
+fn first_hit_of_a_million_triangles(bencher: Bencher) {
+    let (mesh, rays) = (ball(), rays());
+    let mut next = 0;
+    bencher.bench_local(|| {
+        next = (next + 1) % rays.len();
+        mesh.first_hit(black_box(&rays[next]), f32::INFINITY)
+    });
+}
+
+/// Where a line goes in and out.
+#[divan::bench]
+fn crossings_of_a_million_triangles(bencher: Bencher) {
+    let (mesh, rays) = (ball(), rays());
+    let (mut next, mut crossings) = (0, Vec::new());
+    bencher.bench_local(|| {
+        next = (next + 1) % rays.len();
+        crossings.clear();
+        mesh.crossings(black_box(&rays[next]), &mut crossings);
+        crossings.len()
+    });
+}
