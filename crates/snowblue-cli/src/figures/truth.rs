@@ -140,7 +140,7 @@ fn cases() -> Vec<Case> {
         ),
     ];
     // Thicker snow passes less light, and needs as many more samples.
-    let thicknesses = [("5 cm", "0.05", 128), ("10 cm", "0.1", 256), ("15 cm", "0.15", 256)];
+    let thicknesses = [("5 cm", "0.05", 64), ("10 cm", "0.1", 128), ("15 cm", "0.15", 128)];
     for (scene, view, names) in views {
         for (names, (lamp_m, lamp)) in names.into_iter().zip([("1.2", "120 cm"), ("0.45", "45 cm")]) {
             for (name, (thickness, size_m, samples)) in names.into_iter().zip(thicknesses) {
@@ -155,7 +155,7 @@ fn cases() -> Vec<Case> {
     }
     for (name, place, lamp) in [("ball_far", "[0.5, 0.85, 0.2]", "1 m"), ("ball_near", "[0.1, 0.17, 0.04]", "20 cm")] {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
-        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 256 });
+        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 128 });
     }
     cases
 }

@@ -14,7 +14,7 @@
 //!
 //! - e^{−κd} is the chance with which a lamp is joined at all: nothing more need be worked out deep in snow.
 //! - So is the absorption of the least absorbed wavelength the chance with which a path goes on; the others are weighed.
-//! - Samples of a pixel, in teams of 64, share what the k-th grain of their ways does (as the slab's engine has it):
+//! - Samples of a pixel, in teams of 16, share what the k-th grain of their ways does (as the slab's engine has it):
 //!   flights and azimuths are each one's own.
 //!
 //! All wavelengths go one way but for the index of ice: a sample is a walk at each of a few indices, with the same random
@@ -44,7 +44,7 @@ use surroundings::{Leg, Surroundings};
 /// Samples of a pixel that share their grains. Grains cost more than flights, but the more samples share them, the more these
 /// are alike: behind 5 cm of snow, variance times time was .80, .60, .55 and .98 with 1, 16, 64 and 256 of them, each to a
 /// fifth, and the variance of a mean 1.5, 1.6 and 3.7 times that of independent samples.
-const TEAM: u32 = 64;
+const TEAM: u32 = 16;
 /// Bounces that every path may make before a dark paint can end it.
 const SAFE_BOUNCES: u32 = 4;
 
