@@ -3,7 +3,7 @@
 //! Where light comes from such lamps alone and none goes from surface to surface, a point of even paint or snow has one colour
 //! for each lamp, times its irradiance. The colours of snow are looked up as such
 //! ([`WeighedSnow`](snowblue_database::lookup::WeighedSnow)), four numbers instead of 31 wavelengths. They are those of the long
-//! way to 3·10⁻³.
+//! way to 2·10⁻⁴. Single wavelengths in false colour go the long way: small differences of such sums would tell them apart.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -13,7 +13,7 @@ use snowblue_database::lookup::{SUMS, WeighedSnow};
 use crate::light::{Beam, Place};
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
-use crate::material::pca_snow::{Emission, PcaSnowMaterial, Reflection, angle_deg, depth_cm};
+use crate::material::pca_snow::{Emission, Passage, PcaSnowMaterial, Reflection, angle_deg, depth_cm};
 use crate::objects::Surface;
 use crate::probe::{Probe, Side};
 use crate::scene::{Integrator, Scene};
@@ -92,7 +92,7 @@ impl DirectLight {
         });
         for (lamp, finish) in self.lamps.iter().zip(finishes) {
             let Finish::Snow(curves) = finish else { continue };
-            let light = |passage: &crate::material::pca_snow::Passage| {
+            let light = |passage: &Passage| {
                 let transmittance = if passage.depth_cm <= curves.most_cm() {
                     Colour::from_array(curves.transmittance(passage.depth_cm, passage.angle_deg()))
                 } else {

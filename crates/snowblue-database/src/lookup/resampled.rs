@@ -76,7 +76,7 @@ impl Resampled {
     pub(super) fn of_four(
         (angles_deg, most_cm): ((f32, f32), f32),
         bits: u32,
-        at: impl Fn(f32, f32) -> [f32; REGISTER],
+        mut at: impl FnMut(f32, f32) -> [f32; REGISTER],
     ) -> Self {
         let mut resampled = Self::empty(angles_deg, most_cm, bits, REGISTER);
         let heights = resampled.heights_cm();
@@ -113,9 +113,7 @@ impl Resampled {
     pub(super) fn four(&self, thickness_cm: f32, angle_deg: f32) -> f32x4 {
         let ((start, row), (steep, thick)) = self.place(thickness_cm, angle_deg, 1);
         let (grazing, steeper) = (&self.nodes[start..][..2], &self.nodes[start + row..][..2]);
-        let thin = grazing[0] + (steeper[0] - grazing[0]) * steep;
-        let thicker = grazing[1] + (steeper[1] - grazing[1]) * steep;
-        thin + (thicker - thin) * thick
+        mixed([grazing[0], grazing[1]], [steeper[0], steeper[1]], (steep, thick))
     }
 
     /// Where the corners of a cell start, and how far in it the place is: along the angle, along the thickness.
@@ -137,11 +135,18 @@ impl Resampled {
         let ((start, row), (steep, thick)) = self.place(thickness_cm, angle_deg, n);
         let (grazing, steeper) = (&self.nodes[start..][..2 * n], &self.nodes[start + row..][..2 * n]);
         for (r, four) in coefficients.chunks_exact_mut(REGISTER).take(n).enumerate() {
-            let thin = grazing[r] + (steeper[r] - grazing[r]) * steep;
-            let thicker = grazing[n + r] + (steeper[n + r] - grazing[n + r]) * steep;
-            four.copy_from_slice(&(thin + (thicker - thin) * thick).to_array());
+            let [grazing, steeper] = [grazing, steeper].map(|nodes| [nodes[r], nodes[n + r]]);
+            four.copy_from_slice(&mixed(grazing, steeper, (steep, thick)).to_array());
         }
     }
+}
+
+/// On straight lines between the corners of a cell, of which each pair is a thin and a thicker one.
+#[inline(always)]
+fn mixed(grazing: [f32x4; 2], steeper: [f32x4; 2], (steep, thick): (f32, f32)) -> f32x4 {
+    let thin = grazing[0] + (steeper[0] - grazing[0]) * steep;
+    let thicker = grazing[1] + (steeper[1] - grazing[1]) * steep;
+    thin + (thicker - thin) * thick
 }
 
 impl Cells {

@@ -35,7 +35,8 @@ impl PcaSnow {
     /// If there are not as many weights as wavelengths, or weights below 0.
     #[must_use]
     pub fn weighed(&self, weights: &[[f32; SUMS]]) -> Option<WeighedSnow> {
-        self.check_length(&vec![0.0; weights.len()]);
+        let mut spectrum = vec![1.0; weights.len()];
+        self.check_length(&spectrum);
         assert!(weights.iter().flatten().all(|weight| *weight >= 0.0), "logarithms need weights of 0 or more");
         let Curves::Log { transmittance, .. } = &self.curves else { return None };
         let angles_deg = transmittance.angles_deg();
@@ -47,15 +48,13 @@ impl PcaSnow {
             }
             sums
         };
-        let bare = sums(&vec![1.0; weights.len()]);
+        let bare = sums(&spectrum);
         let passing = Resampled::of_four((angles_deg, most_cm), FINE, |thickness_cm, angle_deg| {
-            let mut spectrum = vec![0.0; weights.len()];
             self.transmittance(thickness_cm, angle_deg, &mut spectrum);
             sums(&spectrum).map(logarithm)
         });
         let returned = Resampled::of_four((angles_deg, most_cm), FINE, |thickness_cm, angle_deg| {
             let thickness_cm = thickness_cm.max(THINNEST_CM);
-            let mut spectrum = vec![0.0; weights.len()];
             self.reflectance(thickness_cm, angle_deg, &mut spectrum);
             sums(&spectrum).map(|sum| logarithm(sum * (thickness_cm + THIN_CM) / thickness_cm))
         });
