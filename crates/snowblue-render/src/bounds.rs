@@ -56,9 +56,8 @@ impl Bounds {
 /// A negative zero counts as a positive one: the hierarchy tells near from far sides by `direction < 0`, which it is not.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
-    const LEAST: f32 = 1e-18;
-    let away_from_zero = |component: f32| component.abs().max(LEAST).copysign(component + 0.0);
-    Vec3A::new(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z)).recip()
+    const LEAST: Vec3A = Vec3A::splat(1e-18);
+    direction.abs().max(LEAST).copysign(direction + Vec3A::ZERO).recip()
 }
 
 #[cfg(test)]

@@ -1,51 +1,30 @@
 //! Triangle meshes: first hit, blocked or not, and all crossings along a line.
 //!
-//! The hierarchy is the compressed wide one of Ylitie, Karras & Laine (2017, "Efficient incoherent ray traversal on
-//! GPUs through compressed wide BVHs", doi:10.1145/3105762.3105773), from `obvhs`; the triangle test is our own,
-//! without cracks, and neither knows front from back. Both are made fit for exact counting here:
-//! every query first moves its start to the mesh's bounding box, so that rounding is that of the mesh's size and not
-//! of its distance, and the boxes of the hierarchy are padded by more than that rounding.
+//! Walks through the hierarchy and the triangle test, which has no cracks, do not know front from back. Both are made fit for
+//! exact counting here: every query first moves its start to the mesh's bounding box, so that rounding is that of the mesh's size
+//! and not of its distance, and the boxes of the hierarchy are padded by more than that rounding.
 
 use glam::{Vec2, Vec3, Vec3A};
-use obvhs::Boundable;
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::ray::RayHit;
 
-use crate::bounds::{Bounds, finite_inverse};
-use crate::hierarchy::hierarchy_over;
+use crate::bounds::Bounds;
+use crate::hierarchy::{Course, Hierarchy};
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit, narrow};
-use crate::triangle::ShearedRay;
+use crate::triangle::{FourTriangles, ShearedRay, TriangleHit};
 use crate::triangles::Triangles;
 
 /// Padding of the hierarchy's boxes as a share of the mesh's greatest coordinate and size: 16 units in the last
 /// place, where a box test rounds three times.
 const BOX_PADDING: f32 = 16.0 * f32::EPSILON;
 
-/// How far before the mesh's box a query starts, in m: the hierarchy ignores boxes nearer than 1e-4.
-const RUN_UP_M: f32 = 1e-3;
-
 /// A surface of triangles in coordinates of its own; distances along rays are in their unit.
 #[derive(Debug)]
 pub struct Mesh {
     /// The triangles as the file has them.
     source: Triangles,
-    /// Corners, in the order of the hierarchy's leaves.
-    leaves: Vec<[Vec3; 3]>,
-    hierarchy: CwBvh,
+    /// The triangles of the hierarchy's leaves.
+    leaves: Vec<FourTriangles>,
+    hierarchy: Hierarchy,
     bounds: Bounds,
-}
-
-struct PaddedTriangle {
-    corners: [Vec3; 3],
-    padding: f32,
-}
-
-impl Boundable for PaddedTriangle {
-    fn aabb(&self) -> Aabb {
-        let bounds = Bounds::of(self.corners.iter().copied()).padded(self.padding);
-        Aabb::new(bounds.low, bounds.high)
-    }
 }
 
 impl Mesh {
@@ -60,10 +39,11 @@ impl Mesh {
         let tight = Bounds::of(triangles().flatten());
         let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
         let hierarchy = {
-            let padded: Vec<_> = triangles().map(|corners| PaddedTriangle { corners, padding }).collect();
-            hierarchy_over(&padded)
+            let padded: Vec<_> = triangles().map(|corners| Bounds::of(corners.into_iter()).padded(padding)).collect();
+            Hierarchy::over(&padded)
         };
-        let leaves = hierarchy.primitive_indices.iter().map(|&index| source.places(index as usize)).collect();
+        let four = |leaf| FourTriangles::new(hierarchy.things(leaf).map(|triangle| source.places(triangle)));
+        let leaves = (0..hierarchy.leaf_count()).map(four).collect();
         Self { source, leaves, hierarchy, bounds: tight.padded(padding) }
     }
 
@@ -95,25 +75,26 @@ impl Mesh {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let query = Query::new(self, ray, 0.0, limit_m)?;
-        let mut found = RayHit::none();
-        let mut weights = [0.0; 3];
-        self.hierarchy.ray_traverse(query.box_ray, &mut found, |near, index| {
-            match query.sheared.intersect(&self.leaves[index]) {
-                Some(hit) if query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < near.tmax => {
-                    weights = hit.weights;
-                    narrow(hit.distance_m)
+        let mut nearest_m = limit_m - query.start_m;
+        let mut found = None;
+        self.hierarchy.walk_in_order(&query.course(), |leaf| {
+            query.cross(&self.leaves[leaf], |place, hit| {
+                let distance_m = narrow(hit.distance_m);
+                if query.beyond_origin(hit.distance_m) && distance_m < nearest_m {
+                    nearest_m = distance_m;
+                    found = Some((leaf, place, hit.weights));
                 }
-                _ => f32::INFINITY,
-            }
+            });
+            nearest_m
         });
-        let leaf = found.primitive_id as usize;
-        let corners = self.leaves.get(leaf)?;
+        let (leaf, place, weights) = found?;
+        let corners = self.leaves[leaf].corners(place);
         let [u, v, w] = weights.map(narrow);
         Some(ShapeHit {
-            distance_m: found.t + query.start_m,
+            distance_m: nearest_m + query.start_m,
             point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
-            normal: area_normal(corners).normalize(),
-            place: MeshPlace { triangle: self.hierarchy.primitive_indices[leaf], weights: [u, v, w] },
+            normal: area_normal(&corners).normalize(),
+            place: MeshPlace { triangle: self.hierarchy.thing(leaf, place), weights: [u, v, w] },
         })
     }
 
@@ -122,12 +103,14 @@ impl Mesh {
         let Some(query) = Query::new(self, ray, 0.0, limit_m) else {
             return false;
         };
-        !self.hierarchy.ray_traverse_miss(query.box_ray, |_, index| {
-            match query.sheared.intersect(&self.leaves[index]) {
-                Some(hit) if query.beyond_origin(hit.distance_m) => narrow(hit.distance_m),
-                _ => f32::INFINITY,
-            }
-        })
+        let mut blocked = false;
+        self.hierarchy.walk(&query.course(), |leaf| {
+            query.cross(&self.leaves[leaf], |_, hit| {
+                blocked |= query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < limit_m - query.start_m;
+            });
+            blocked
+        });
+        blocked
     }
 
     /// Adds every crossing of the whole line of the ray, before and behind its origin, in no particular order.
@@ -140,14 +123,15 @@ impl Mesh {
         let Some(query) = Query::new(self, ray, from_m, f32::INFINITY) else {
             return;
         };
-        self.hierarchy.ray_traverse_anyhit(query.box_ray, |_, index| {
-            let corners = &self.leaves[index];
-            if let Some(hit) = query.sheared.intersect(corners) {
+        self.hierarchy.walk(&query.course(), |leaf| {
+            let four = &self.leaves[leaf];
+            query.cross(four, |place, hit| {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
                 if distance_m >= from_m {
-                    crossings.push(Crossing::new(distance_m, area_normal(corners)));
+                    crossings.push(Crossing::new(distance_m, area_normal(&four.corners(place))));
                 }
-            }
+            });
+            false
         });
     }
 }
@@ -155,27 +139,36 @@ impl Mesh {
 /// A ray moved to the mesh's box; `start_m` is where, along the original ray.
 struct Query {
     start_m: f32,
+    moved: Ray,
+    /// Where it leaves the box or ends, along the moved ray.
+    end_m: f32,
     sheared: ShearedRay,
-    box_ray: obvhs::ray::Ray,
 }
 
 impl Query {
     /// The part from `from_m` to `limit_m` of a ray, or none where it misses the box.
+    #[inline]
     fn new(mesh: &Mesh, ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
-        let (enter_m, _) = mesh.bounds.span(ray, from_m, limit_m)?;
-        let start_m = enter_m - RUN_UP_M;
+        let (start_m, end_m) = mesh.bounds.span(ray, from_m, limit_m)?;
         let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
-        Some(Self {
-            start_m,
-            sheared: ShearedRay::new(&moved),
-            box_ray: obvhs::ray::Ray {
-                origin: moved.origin,
-                direction: moved.direction,
-                inv_direction: finite_inverse(moved.direction),
-                tmin: 0.0,
-                tmax: limit_m - start_m,
-            },
-        })
+        Some(Self { start_m, moved, end_m: end_m - start_m, sheared: ShearedRay::new(&moved) })
+    }
+
+    fn course(&self) -> Course {
+        Course::new(&self.moved, 0.0, self.end_m)
+    }
+
+    /// Calls `found` with those of a leaf's triangles that the line crosses, and where.
+    #[inline(always)]
+    fn cross(&self, four: &FourTriangles, mut found: impl FnMut(usize, TriangleHit)) {
+        let mut may = self.sheared.may_cross(four);
+        while may != 0 {
+            let place = may.trailing_zeros() as usize;
+            may &= may - 1;
+            if let Some(hit) = self.sheared.intersect(&four.corners(place)) {
+                found(place, hit);
+            }
+        }
     }
 
     fn beyond_origin(&self, distance_m: f64) -> bool {

@@ -7,23 +7,16 @@
 use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3A};
-use obvhs::Boundable;
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::ray::RayHit;
 
 use crate::body::{pair_up, unite};
-use crate::bounds::{Bounds, finite_inverse};
-use crate::hierarchy::hierarchy_over;
+use crate::bounds::Bounds;
+use crate::hierarchy::{Course, Hierarchy};
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
 use crate::shape::Shape;
 use crate::surface_texture::TexturePlace;
 
 /// Up to this number objects are tried one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
-
-/// How far before its origin a ray enters the hierarchy of objects, in m: boxes nearer than 1e-4 are ignored there.
-const RUN_UP_M: f32 = 1e-3;
 
 /// A shape made of a material.
 #[derive(Debug)]
@@ -69,15 +62,7 @@ pub struct Objects {
     endless: Vec<usize>,
     /// All others, with their boxes.
     bounded: Vec<(usize, Bounds)>,
-    hierarchy: Option<CwBvh>,
-}
-
-struct PaddedBounds(Bounds);
-
-impl Boundable for PaddedBounds {
-    fn aabb(&self) -> Aabb {
-        Aabb::new(self.0.low, self.0.high)
-    }
+    hierarchy: Option<Hierarchy>,
 }
 
 impl Objects {
@@ -93,8 +78,8 @@ impl Objects {
         }
         let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| {
             let scene = bounded.iter().map(|(_, bounds)| bounds.greatest_coordinate()).fold(0.0, f32::max);
-            let padded: Vec<_> = bounded.iter().map(|(_, one)| PaddedBounds(one.padded(scene * 1e-5))).collect();
-            hierarchy_over(&padded)
+            let padded: Vec<_> = bounded.iter().map(|(_, one)| one.padded(scene * 1e-5)).collect();
+            Hierarchy::over(&padded)
         });
         let (bodies, members) = bodies(&objects);
         Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
@@ -259,15 +244,11 @@ impl Objects {
             }
             return;
         };
-        let box_ray = obvhs::ray::Ray {
-            origin: ray.at(-RUN_UP_M),
-            direction: ray.direction,
-            inv_direction: finite_inverse(ray.direction),
-            tmin: 0.0,
-            tmax: nearest + RUN_UP_M,
-        };
-        hierarchy.ray_traverse(box_ray, &mut RayHit::none(), |_, index| {
-            try_object(self.bounded[hierarchy.primitive_indices[index] as usize].0) + RUN_UP_M
+        hierarchy.walk_in_order(&Course::new(ray, 0.0, nearest), |leaf| {
+            for thing in hierarchy.things(leaf) {
+                nearest = nearest.min(try_object(self.bounded[thing].0));
+            }
+            nearest
         });
     }
 }

@@ -10,6 +10,7 @@
 //! snow rest on that count.
 
 use glam::Vec3;
+use wide::f32x4;
 
 use crate::ray::Ray;
 
@@ -28,6 +29,39 @@ pub(crate) struct TriangleHit {
     pub(crate) distance_m: f64,
     /// Barycentric weights of the corners.
     pub(crate) weights: [f64; 3],
+}
+
+/// Up to four triangles that are tried together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FourTriangles {
+    /// [corner][axis], one number for each triangle.
+    corners: [[f32x4; 3]; 3],
+    /// Those that there are, as bits.
+    there: u32,
+}
+
+impl FourTriangles {
+    /// Gathers some triangles, at most four.
+    pub(crate) fn new(triangles: impl Iterator<Item = [Vec3; 3]>) -> Self {
+        let (mut corners, mut there) = ([[[0.0; 4]; 3]; 3], 0);
+        for (place, triangle) in triangles.enumerate() {
+            there |= 1 << place;
+            for (corners, corner) in corners.iter_mut().zip(triangle) {
+                corners.iter_mut().zip(corner.to_array()).for_each(|(four, at)| four[place] = at);
+            }
+        }
+        Self { corners: corners.map(|corner| corner.map(f32x4::new)), there }
+    }
+
+    /// The corners of one of them.
+    #[inline]
+    pub(crate) fn corners(&self, place: usize) -> [Vec3; 3] {
+        let corner = |number: usize| {
+            let [x, y, z] = &self.corners[number];
+            Vec3::new(x.as_array()[place], y.as_array()[place], z.as_array()[place])
+        };
+        [corner(0), corner(1), corner(2)]
+    }
 }
 
 impl ShearedRay {
@@ -69,6 +103,32 @@ impl ShearedRay {
         let weights = [edge_a / sum, edge_b / sum, edge_c / sum];
         let depth = weights[0] * f64::from(a.z) + weights[1] * f64::from(b.z) + weights[2] * f64::from(c.z);
         Some(TriangleHit { distance_m: depth * f64::from(self.shear[2]), weights })
+    }
+
+    /// Which of four triangles the line may cross, as bits: all that it does cross, and hardly any other.
+    ///
+    /// Corners are sheared to the same bits as in [`intersect`](Self::intersect). An edge function out of single precision is
+    /// within 2⁻²² times the greatest product in it of the true one: a triangle is left out where one is surely above 0 and
+    /// another surely below.
+    #[inline(always)]
+    pub(crate) fn may_cross(&self, four: &FourTriangles) -> u32 {
+        let uncertainty = f32x4::splat(4.0 * f32::EPSILON);
+        let [x, y, z] = self.axes;
+        let relative = |corner: usize, axis: usize| four.corners[corner][axis] - f32x4::splat(self.origin[axis]);
+        let sheared = |corner: usize| {
+            let along = relative(corner, z);
+            let [shear_x, shear_y] = [f32x4::splat(self.shear[0]), f32x4::splat(self.shear[1])];
+            [relative(corner, x) - shear_x * along, relative(corner, y) - shear_y * along]
+        };
+        let (a, b, c) = (sheared(0), sheared(1), sheared(2));
+        let edge = |from: [f32x4; 2], to: [f32x4; 2]| from[0] * to[1] - from[1] * to[0];
+        let (edge_a, edge_b, edge_c) = (edge(b, c), edge(c, a), edge(a, b));
+        let greatest = |axis: usize| a[axis].abs().fast_max(b[axis].abs()).fast_max(c[axis].abs());
+        let unsure = greatest(0) * greatest(1) * uncertainty + f32x4::splat(f32::MIN_POSITIVE);
+        let most = edge_a.fast_max(edge_b).fast_max(edge_c);
+        let least = edge_a.fast_min(edge_b).fast_min(edge_c);
+        let outside = most.simd_gt(unsure) & least.simd_lt(-unsure);
+        four.there & !outside.to_bitmask()
     }
 
     #[inline(always)]
@@ -114,6 +174,44 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Lines at, through and beside edges and corners of triangles of all sizes.
+    #[test]
+    fn four_at_a_time_none_that_is_crossed_is_left_out_and_few_others_stay() {
+        let number = |k: u32, salt: u32| {
+            let bits = (k.wrapping_mul(0x9e37_79b9) ^ salt.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
+            (bits >> 8) as f32 / (1u32 << 23) as f32 - 1.0
+        };
+        let point = |k: u32, salt: u32| Vec3::new(number(k, salt), number(k, salt + 1), number(k, salt + 2));
+        let (mut crossed, mut stayed, mut tried) = (0, 0, 0);
+        for k in 0..20_000 {
+            let size = [1.0, 1e-2, 1e-4][(k % 3) as usize];
+            let triangles: [[Vec3; 3]; 4] = std::array::from_fn(|place| {
+                let salt = 100 * place as u32;
+                let corner = point(k, salt + 1);
+                [corner, corner + point(k, salt + 11) * size, corner + point(k, salt + 21) * size]
+            });
+            let four = FourTriangles::new(triangles.into_iter());
+            for (place, [a, b, c]) in triangles.iter().enumerate() {
+                assert_eq!(four.corners(place), [*a, *b, *c]);
+                let aim = [*a, a.lerp(*b, 0.3), (a + b + c) / 3.0, a.lerp(*b, 1.7)][(k / 3 % 4) as usize];
+                let direction = (aim - 3.0 * point(k, 7)).normalize();
+                let ray = ShearedRay::new(&Ray { origin: (aim - direction).into(), direction: direction.into() });
+                let may = ray.may_cross(&four);
+                for (other, triangle) in triangles.iter().enumerate() {
+                    let hit = ray.intersect(triangle).is_some();
+                    assert!(!hit || may >> other & 1 == 1, "line {k} at {place}, triangle {other}");
+                    (crossed, stayed, tried) = (crossed + u32::from(hit), stayed + (may >> other & 1), tried + 1);
+                }
+            }
+        }
+        // A fourth of the 80,000 lines go through the middle of their triangle; half of them so near a corner or an edge that single
+        // precision cannot tell.
+        assert!(crossed >= 20_000 && stayed <= crossed + 40_000 && tried == 320_000, "{crossed} {stayed}");
+        let one = FourTriangles::new(fan().into_iter().take(1));
+        let through = ShearedRay::new(&Ray { origin: Vec3A::new(0.25, 0.1, 1.0), direction: Vec3A::NEG_Z });
+        assert_eq!(through.may_cross(&one), 1, "places without a triangle are not crossed");
     }
 
     #[test]
