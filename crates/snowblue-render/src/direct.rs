@@ -7,7 +7,6 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::Vec4;
 use snowblue_database::lookup::{SUMS, WeighedSnow};
 
 use crate::light::{Beam, Place};
@@ -16,11 +15,9 @@ use crate::material::diffuse::Diffuse;
 use crate::material::pca_snow::{Emission, Passage, PcaSnowMaterial, Reflection, angle_deg, depth_cm};
 use crate::objects::Surface;
 use crate::probe::{Probe, Side};
+use crate::retina::Colour;
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::{SAMPLES, Spectrum};
-
-/// Tristimulus values X, Y and Z of light, and the sum of the magnitudes of all wavelengths.
-pub(crate) type Colour = Vec4;
 
 /// The lamps of a scene, and what each material makes of their colours.
 #[derive(Debug)]

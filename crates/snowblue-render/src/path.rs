@@ -8,11 +8,12 @@
 //! Lights with extent are found in two ways, by drawing a point of them and by the path's next ray; each counts with its
 //! share of the density of both (see [`light`](crate::light)).
 
-use crate::direct::{Colour, DirectLight};
+use crate::direct::DirectLight;
 use crate::light::{Light, Place, TOUCHING};
 use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
 use crate::ray::Ray;
+use crate::retina::Colour;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;

@@ -3,7 +3,7 @@
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::channels::{Channels, Feature};
-use crate::retina::{Retina, SampleXyz};
+use crate::retina::{Colour, Retina};
 use crate::spectrum::{SAMPLES, Spectrum};
 use crate::sums::SQUARE_UNITS;
 
@@ -49,8 +49,8 @@ fn rounded(value: f64) -> (f64, i64) {
 }
 
 /// Whether a sample can be added up; false for what is not a number, too.
-fn is_usable(sample: &SampleXyz) -> bool {
-    sample.magnitude < GREATEST_SAMPLE
+fn is_usable(sample: Colour) -> bool {
+    sample.w < GREATEST_SAMPLE
 }
 
 /// The sums of one pixel on their way.
@@ -82,8 +82,8 @@ impl PixelSums {
     #[inline]
     pub(crate) fn add(&mut self, retina: &Retina, radiance: &Spectrum) {
         let sample = retina.sample(radiance);
-        self.add_colour(&sample);
-        if self.channels.spectrum && is_usable(&sample) {
+        self.add_colour(sample);
+        if self.channels.spectrum && is_usable(sample) {
             for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
                 sum.add(value);
             }
@@ -92,12 +92,12 @@ impl PixelSums {
 
     /// Adds one sample of the light, by its colour alone.
     #[inline]
-    pub(crate) fn add_colour(&mut self, sample: &SampleXyz) {
+    pub(crate) fn add_colour(&mut self, sample: Colour) {
         if !is_usable(sample) {
             self.unusable += 1;
             return;
         }
-        let SampleXyz { xyz, .. } = *sample;
+        let xyz = [sample.x, sample.y, sample.z];
         for (sum, value) in self.xyz.iter_mut().zip(xyz) {
             sum.add(value);
         }

@@ -15,7 +15,6 @@ use crate::pixel_sums::PixelSums;
 use crate::portion::Portion;
 use crate::probe::{Probe, Statistics};
 use crate::ray::Ray;
-use crate::retina::SampleXyz;
 use crate::sampling::{PixelPattern, Sampler};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Spectrum;
@@ -188,8 +187,7 @@ impl<'scene> RowRenderer<'scene> {
                 if let Some(direct) = self.direct {
                     // What is dark adds nothing.
                     if let Some(colour) = self.tracer.colour(direct, &ray) {
-                        let [x, y, z, magnitude] = colour.to_array();
-                        self.pixel.add_colour(&SampleXyz { xyz: [x, y, z], magnitude });
+                        self.pixel.add_colour(colour);
                     }
                 } else {
                     let radiance = self.tracer.radiance(&ray, &mut pixel.sampler(sample));

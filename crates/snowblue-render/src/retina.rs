@@ -38,14 +38,8 @@ pub(crate) struct Retina {
     is_eye: bool,
 }
 
-/// A sample's tristimulus values.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SampleXyz {
-    /// X, Y and Z.
-    pub(crate) xyz: [f32; 3],
-    /// Sum of the magnitudes of all wavelengths.
-    pub(crate) magnitude: f32,
-}
+/// Tristimulus values X, Y and Z of light, and the sum of the magnitudes of all wavelengths.
+pub(crate) type Colour = Vec4;
 
 impl Retina {
     /// The CIE 1931 observer on the grid of 400–700 nm.
@@ -108,7 +102,7 @@ impl Retina {
     /// The same in single precision for the many samples of a picture, and the sum of the magnitudes of all wavelengths:
     /// it is finite only if each of them is.
     #[inline]
-    pub(crate) fn sample(&self, radiance: &Spectrum) -> SampleXyz {
+    pub(crate) fn sample(&self, radiance: &Spectrum) -> Colour {
         let (whole, rest) = radiance.0.as_chunks::<LANES>();
         let mut last = [0.0; LANES];
         last[..rest.len()].copy_from_slice(rest);
@@ -120,7 +114,8 @@ impl Retina {
                 *sum += *weights * values;
             }
         }
-        SampleXyz { xyz: sums.map(Vec4::element_sum), magnitude: magnitudes.element_sum() }
+        let [x, y, z] = sums.map(Vec4::element_sum);
+        Colour::new(x, y, z, magnitudes.element_sum())
     }
 
     /// Whether it sees as an eye does.
@@ -189,13 +184,13 @@ mod tests {
     fn single_precision_sees_the_same_and_surfaces_are_grey() {
         let retina = Retina::eye();
         let ramp = Spectrum(std::array::from_fn(|k| 1e-9 * (1.0 + k as f32).powi(3)));
-        let (exact, SampleXyz { xyz, magnitude }) = (retina.xyz(&ramp), retina.sample(&ramp));
+        let (exact, [x, y, z, magnitude]) = (retina.xyz(&ramp), retina.sample(&ramp).to_array());
         // Eight products a lane, each rounded by 2⁻²⁴ of itself at most, and their sums.
-        for (single, exact) in xyz.into_iter().zip([exact.x, exact.y, exact.z]) {
+        for (single, exact) in [x, y, z].into_iter().zip([exact.x, exact.y, exact.z]) {
             assert!((f64::from(single) / exact - 1.0).abs() < 10.0 / f64::from(1 << 24), "{single} {exact}");
         }
         assert!((f64::from(magnitude) / (31.0 * ramp.mean()) - 1.0).abs() < 1e-6);
-        assert!(!retina.sample(&Spectrum::constant(f32::NAN)).magnitude.is_finite());
+        assert!(!retina.sample(&Spectrum::constant(f32::NAN)).w.is_finite());
         let LinearRgb { r, g, b } = retina.surface_colour(&Spectrum::constant(0.5));
         // What 10 nm steps and the ends at 400 and 700 nm leave out of D65.
         for channel in [r, g, b] {

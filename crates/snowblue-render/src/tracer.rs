@@ -1,10 +1,11 @@
 //! Either way of following light through a scene: along straight lines through snow, or from grain to grain.
 
-use crate::direct::{Colour, DirectLight};
+use crate::direct::DirectLight;
 use crate::path::PathTracer;
 use crate::probe::Statistics;
 use crate::ray::Ray;
 use crate::reference::ReferenceTracer;
+use crate::retina::Colour;
 use crate::sampling::Sampler;
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Spectrum;
