@@ -77,7 +77,7 @@ impl Mesh {
         let query = Query::new(self, ray, 0.0, limit_m)?;
         let mut nearest_m = limit_m - query.start_m;
         let mut found = None;
-        self.hierarchy.walk_in_order(&query.course(), |leaf| {
+        self.hierarchy.walk_in_order(&query.course, |leaf| {
             query.cross(&self.leaves[leaf], |place, hit| {
                 let distance_m = narrow(hit.distance_m);
                 if query.beyond_origin(hit.distance_m) && distance_m < nearest_m {
@@ -104,7 +104,7 @@ impl Mesh {
             return false;
         };
         let mut blocked = false;
-        self.hierarchy.walk(&query.course(), |leaf| {
+        self.hierarchy.walk(&query.course, |leaf| {
             query.cross(&self.leaves[leaf], |_, hit| {
                 blocked |= query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < limit_m - query.start_m;
             });
@@ -123,7 +123,7 @@ impl Mesh {
         let Some(query) = Query::new(self, ray, from_m, f32::INFINITY) else {
             return;
         };
-        self.hierarchy.walk(&query.course(), |leaf| {
+        self.hierarchy.walk(&query.course, |leaf| {
             let four = &self.leaves[leaf];
             query.cross(four, |place, hit| {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
@@ -139,9 +139,9 @@ impl Mesh {
 /// A ray moved to the mesh's box; `start_m` is where, along the original ray.
 struct Query {
     start_m: f32,
-    moved: Ray,
-    /// Where it leaves the box or ends, along the moved ray.
-    end_m: f32,
+    /// The part of the moved ray that is asked for. Where the box alone bounds it, it is not cut there: from afar, the place where
+    /// it was moved to may be inside the box already, by rounding.
+    course: Course,
     sheared: ShearedRay,
 }
 
@@ -149,13 +149,11 @@ impl Query {
     /// The part from `from_m` to `limit_m` of a ray, or none where it misses the box.
     #[inline]
     fn new(mesh: &Mesh, ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
-        let (start_m, end_m) = mesh.bounds.span(ray, from_m, limit_m)?;
+        let (start_m, _) = mesh.bounds.span(ray, from_m, limit_m)?;
         let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
-        Some(Self { start_m, moved, end_m: end_m - start_m, sheared: ShearedRay::new(&moved) })
-    }
-
-    fn course(&self) -> Course {
-        Course::new(&self.moved, 0.0, self.end_m)
+        let from = if start_m > from_m { f32::NEG_INFINITY } else { 0.0 };
+        let course = Course::new(&moved, from, limit_m - start_m);
+        Some(Self { start_m, course, sheared: ShearedRay::new(&moved) })
     }
 
     /// Calls `found` with those of a leaf's triangles that the line crosses, and where.
@@ -229,6 +227,35 @@ mod tests {
             through += usize::from(!crossings.is_empty());
         }
         assert!(through > 3500, "{through}");
+    }
+
+    /// Coordinates and distances then are rounded to much more than the boxes' padding.
+    #[test]
+    fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
+        let cube = |corner: usize| Vec3::from_array([1, 2, 4].map(|bit| if corner & bit == 0 { 0.0 } else { 1.0 }));
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let halves = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let triangles: Vec<[Vec3; 3]> = halves.map(|corners| corners.map(cube)).collect();
+        for mesh in [Mesh::new(Triangles::loose(&triangles)), Mesh::new(Triangles::loose(&sphere(8)))] {
+            let mut crossings = Vec::new();
+            let mut through = 0;
+            for (k, direction) in directions(20_000).enumerate() {
+                let away_m = [1.0, 30.0, 1e3, 1e4, 1e5][k % 5];
+                let aim =
+                    Vec3A::new(0.1 + 0.8 * (k as f32 * 0.618).fract(), 0.5, 0.3 + 0.4 * (k as f32 * 0.755).fract());
+                let ray = Ray { origin: 0.5 * aim - direction * away_m, direction };
+                crossings.clear();
+                mesh.crossings(&ray, &mut crossings);
+                assert_eq!(crossings.len() % 2, 0, "line {k} from {away_m} m");
+                let ahead = crossings.iter().map(|crossing| crossing.distance_m).filter(|distance_m| *distance_m > 0.0);
+                let nearest_m = ahead.fold(f32::INFINITY, f32::min);
+                let hit_m = mesh.first_hit(&ray, f32::INFINITY).map_or(f32::INFINITY, |hit| hit.distance_m);
+                assert!(hit_m == nearest_m || (hit_m - nearest_m).abs() <= 2.0 * f32::EPSILON * away_m, "line {k}");
+                assert_eq!(mesh.blocks(&ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
+                through += usize::from(nearest_m.is_finite());
+            }
+            assert!(through > 19_000, "{through}");
+        }
     }
 
     #[test]
