@@ -218,9 +218,9 @@ impl Hierarchy {
         let pair = |node: usize| [0, 1].map(|other| binary.nodes[node].first_index as usize + other);
         let mut open = ArrayVec::<usize, WIDTH>::from_iter(pair(top));
         while open.len() < WIDTH {
-            let areas = open
-                .iter()
-                .map(|&node| if counts[node] as usize <= LEAF_WIDTH { 0.0 } else { half_area(binary, node) });
+            let areas = open.iter().map(|&node| {
+                if counts[node] as usize <= LEAF_WIDTH { 0.0 } else { binary.nodes[node].aabb().half_area() }
+            });
             let (widest, area) = areas.enumerate().fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most });
             if area <= 0.0 {
                 break;
@@ -236,11 +236,6 @@ impl Hierarchy {
         }
         Some(number as u32)
     }
-}
-
-/// Half the surface of a box.
-fn half_area(binary: &Bvh2, node: usize) -> f32 {
-    binary.nodes[node].aabb().half_area()
 }
 
 /// The nodes below one and itself, each before those below it.

@@ -201,6 +201,23 @@ mod tests {
         triangles
     }
 
+    /// A cube of `steps²` squares on each side, whose corners have coordinates `at` of 0 to `steps`.
+    fn cube(steps: usize, at: impl Fn(usize) -> f32) -> Vec<[Vec3; 3]> {
+        let mut triangles = Vec::new();
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, steps)]) {
+            for (i, j) in (0..steps).flat_map(|i| (0..steps).map(move |j| (i, j))) {
+                let corner = |i: usize, j: usize| {
+                    let mut corner = Vec3::splat(at(side));
+                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (at(i), at(j));
+                    corner
+                };
+                let (a, b, c, d) = (corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        triangles
+    }
+
     fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
         (0..count).map(move |k| {
             let z = 1.0 - 2.0 * (k as f32 + 0.5) / count as f32;
@@ -232,11 +249,8 @@ mod tests {
     /// Coordinates and distances then are rounded to much more than the boxes' padding.
     #[test]
     fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
-        let cube = |corner: usize| Vec3::from_array([1, 2, 4].map(|bit| if corner & bit == 0 { 0.0 } else { 1.0 }));
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let halves = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        let triangles: Vec<[Vec3; 3]> = halves.map(|corners| corners.map(cube)).collect();
-        for mesh in [Mesh::new(Triangles::loose(&triangles)), Mesh::new(Triangles::loose(&sphere(8)))] {
+        for triangles in [cube(1, |step| step as f32), sphere(8)] {
+            let mesh = Mesh::new(Triangles::loose(&triangles));
             let mut crossings = Vec::new();
             let mut through = 0;
             for (k, direction) in directions(20_000).enumerate() {
@@ -299,21 +313,9 @@ mod tests {
 
     #[test]
     fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
-        // A cube of small squares, and lines parallel to its edges through the corners of the squares.
+        // Lines parallel to a cube's edges through the corners of its squares.
         let at = |step: usize| 0.7 + step as f32 * 0.1;
-        let mut triangles = Vec::new();
-        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 16)]) {
-            for (i, j) in (0..16).flat_map(|i| (0..16).map(move |j| (i, j))) {
-                let corner = |i: usize, j: usize| {
-                    let mut corner = Vec3::splat(at(side));
-                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (at(i), at(j));
-                    corner
-                };
-                let (a, b, c, d) = (corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
-                triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-        let mesh = Mesh::new(Triangles::loose(&triangles));
+        let mesh = Mesh::new(Triangles::loose(&cube(16, at)));
         let mut crossings = Vec::new();
         for axis in 0..3 {
             for (i, j) in (1..16).flat_map(|i| (1..16).map(move |j| (i, j))) {
