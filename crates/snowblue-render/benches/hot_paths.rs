@@ -76,7 +76,7 @@ fn first_hit_of_a_million_triangles(bencher: Bencher) {
     let mut next = 0;
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();
-        mesh.first_hit(black_box(&rays[next]), f32::INFINITY)
+        mesh.first_hit(&[], black_box(&rays[next]), f32::INFINITY)
     });
 }
 
@@ -88,7 +88,7 @@ fn crossings_of_a_million_triangles(bencher: Bencher) {
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();
         crossings.clear();
-        mesh.crossings(black_box(&rays[next]), &mut crossings);
+        mesh.crossings(&[], black_box(&rays[next]), &mut crossings);
         crossings.len()
     });
 }

@@ -29,6 +29,12 @@ impl Bounds {
         Self { low: self.low - padding_m, high: self.high + padding_m }
     }
 
+    /// Its eight corners.
+    pub fn corners(&self) -> [Vec3A; 8] {
+        let side = |bits: usize, axis: usize| if bits >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
+        std::array::from_fn(|bits| Vec3A::new(side(bits, 0), side(bits, 1), side(bits, 2)))
+    }
+
     /// The length of its diagonal, in m.
     pub fn diagonal_m(&self) -> f32 {
         (self.high - self.low).length()

@@ -42,6 +42,11 @@ impl PinholeCamera {
         })
     }
 
+    /// Where it stands, in m.
+    pub fn position(&self) -> Vec3A {
+        self.position
+    }
+
     /// The ray through a point of the picture: (0, 0) is its upper left corner and (1, 1) its lower right.
     #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {

@@ -270,7 +270,7 @@ mod tests {
             // Just within the edge, where the neighbour is not.
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
-                mesh.crossings(&Ray { origin: (0.1 * towards).into(), direction: towards.into() }, &mut crossings);
+                mesh.crossings(&[], &Ray { origin: (0.1 * towards).into(), direction: towards.into() }, &mut crossings);
                 crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
                 crossings.chunks_exact(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
             };
@@ -290,7 +290,7 @@ mod tests {
             let level = (1.0 - rise * rise).sqrt();
             let direction = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), rise).as_vec3a();
             let ray = Ray { origin: glam::Vec3A::ZERO, direction };
-            assert!(blocks.iter().any(|block| block.blocks(&ray, f32::INFINITY)), "{direction}");
+            assert!(blocks.iter().any(|block| block.blocks(&[], &ray, f32::INFINITY)), "{direction}");
         }
     }
 

@@ -3,8 +3,11 @@
 
 use std::sync::Arc;
 
+use glam::Vec3A;
+
 use crate::bounds::Bounds;
 use crate::mesh::Mesh;
+use crate::pencil::Pencil;
 use crate::placement::Placement;
 use crate::ray::{Crossing, Ray, ShapeHit};
 
@@ -15,9 +18,21 @@ pub struct Instance {
     pub mesh: Arc<Mesh>,
     /// From there into the scene, in m.
     pub placement: Placement,
+    /// Lines through points that many go through.
+    pencils: Vec<Pencil>,
 }
 
 impl Instance {
+    /// A mesh in a place.
+    pub fn new(mesh: Arc<Mesh>, placement: Placement) -> Self {
+        Self { mesh, placement, pencils: Vec::new() }
+    }
+
+    /// Makes lines through a point of the scene quick, where that pays.
+    pub(crate) fn expect_lines_through(&mut self, point: Vec3A) {
+        self.pencils.extend(self.mesh.pencil(self.placement.own_point(point)));
+    }
+
     /// The axis-parallel box around it.
     pub fn bounds(&self) -> Bounds {
         self.placement.bounds(&self.mesh.bounds())
@@ -26,7 +41,7 @@ impl Instance {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let own = self.placement.own(ray);
-        let hit = self.mesh.first_hit(&own.ray, limit_m * own.per_m)?;
+        let hit = self.mesh.first_hit(&self.pencils, &own.ray, limit_m * own.per_m)?;
         Some(ShapeHit {
             distance_m: hit.distance_m / own.per_m,
             point: self.placement.point(hit.point),
@@ -38,7 +53,7 @@ impl Instance {
     /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         let own = self.placement.own(ray);
-        self.mesh.blocks(&own.ray, limit_m * own.per_m)
+        self.mesh.blocks(&self.pencils, &own.ray, limit_m * own.per_m)
     }
 
     /// Adds every crossing of the whole line of the ray, in no particular order.
@@ -50,7 +65,7 @@ impl Instance {
     pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let own = self.placement.own(ray);
         let before = crossings.len();
-        self.mesh.crossings_from(&own.ray, from_m * own.per_m, crossings);
+        self.mesh.crossings_from(&self.pencils, &own.ray, from_m * own.per_m, crossings);
         for crossing in &mut crossings[before..] {
             crossing.distance_m /= own.per_m;
             crossing.normal = self.placement.normal(crossing.normal);

@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3, Vec3A};
 
 use crate::bounds::Bounds;
 use crate::hierarchy::{Course, Hierarchy};
+use crate::pencil::{Listed, Pencil};
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit, narrow};
 use crate::triangle::{FourTriangles, ShearedRay, TriangleHit};
 use crate::triangles::Triangles;
@@ -72,12 +73,22 @@ impl Mesh {
         self.bounds
     }
 
+    /// What lines through a point, in its own coordinates, may meet, to find that without a walk; none where that does not pay.
+    pub(crate) fn pencil(&self, point: Vec3A) -> Option<Pencil> {
+        Pencil::new(point, &self.bounds, &self.leaves)
+    }
+
+    /// How many leaves its hierarchy has.
+    pub(crate) fn leaf_count(&self) -> usize {
+        self.leaves.len()
+    }
+
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
-    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let query = Query::new(self, ray, 0.0, limit_m)?;
+    pub fn first_hit(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+        let query = Query::new((self, pencils), ray, 0.0, limit_m)?;
         let mut nearest_m = limit_m - query.start_m;
         let mut found = None;
-        self.hierarchy.walk_in_order(&query.course, |leaf| {
+        query.walk_in_order(|leaf| {
             query.cross(&self.leaves[leaf], |place, hit| {
                 let distance_m = narrow(hit.distance_m);
                 if query.beyond_origin(hit.distance_m) && distance_m < nearest_m {
@@ -99,12 +110,12 @@ impl Mesh {
     }
 
     /// Whether anything lies beyond the ray's origin and nearer than `limit_m`.
-    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
-        let Some(query) = Query::new(self, ray, 0.0, limit_m) else {
+    pub fn blocks(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> bool {
+        let Some(query) = Query::new((self, pencils), ray, 0.0, limit_m) else {
             return false;
         };
         let mut blocked = false;
-        self.hierarchy.walk(&query.course, |leaf| {
+        query.walk(|leaf| {
             query.cross(&self.leaves[leaf], |_, hit| {
                 blocked |= query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < limit_m - query.start_m;
             });
@@ -114,16 +125,16 @@ impl Mesh {
     }
 
     /// Adds every crossing of the whole line of the ray, before and behind its origin, in no particular order.
-    pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
-        self.crossings_from(ray, f32::NEG_INFINITY, crossings);
+    pub fn crossings(&self, pencils: &[Pencil], ray: &Ray, crossings: &mut Vec<Crossing>) {
+        self.crossings_from(pencils, ray, f32::NEG_INFINITY, crossings);
     }
 
     /// Adds every crossing of the line from `from_m` on, in no particular order.
-    pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
-        let Some(query) = Query::new(self, ray, from_m, f32::INFINITY) else {
+    pub(crate) fn crossings_from(&self, pencils: &[Pencil], ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
+        let Some(query) = Query::new((self, pencils), ray, from_m, f32::INFINITY) else {
             return;
         };
-        self.hierarchy.walk(&query.course, |leaf| {
+        query.walk(|leaf| {
             let four = &self.leaves[leaf];
             query.cross(four, |place, hit| {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
@@ -137,23 +148,54 @@ impl Mesh {
 }
 
 /// A ray moved to the mesh's box; `start_m` is where, along the original ray.
-struct Query {
+struct Query<'mesh> {
     start_m: f32,
-    /// The part of the moved ray that is asked for. Where the box alone bounds it, it is not cut there: from afar, the place where
-    /// it was moved to may be inside the box already, by rounding.
-    course: Course,
+    way: Way<'mesh>,
     sheared: ShearedRay,
 }
 
-impl Query {
+/// How the leaves that a ray may meet are found.
+enum Way<'mesh> {
+    /// On a walk from box to box.
+    Walk(&'mesh Hierarchy, Course),
+    /// From a list.
+    List(Listed<'mesh>),
+}
+
+impl<'mesh> Query<'mesh> {
     /// The part from `from_m` to `limit_m` of a ray, or none where it misses the box.
     #[inline]
-    fn new(mesh: &Mesh, ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
+    fn new((mesh, pencils): (&'mesh Mesh, &'mesh [Pencil]), ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
         let (start_m, _) = mesh.bounds.span(ray, from_m, limit_m)?;
         let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
+        // Where the box alone bounds it, it is not cut there: from afar, the place where it was moved to may be inside the box
+        // already, by rounding.
         let from = if start_m > from_m { f32::NEG_INFINITY } else { 0.0 };
-        let course = Course::new(&moved, from, limit_m - start_m);
-        Some(Self { start_m, course, sheared: ShearedRay::new(&moved) })
+        let to = limit_m - start_m;
+        let way = match pencils.iter().find_map(|pencil| pencil.listed(&moved, from, to)) {
+            Some(listed) => Way::List(listed),
+            None => Way::Walk(&mesh.hierarchy, Course::new(&moved, from, to)),
+        };
+        Some(Self { start_m, way, sheared: ShearedRay::new(&moved) })
+    }
+
+    /// Calls `visit` with the leaves that the ray may meet, in no particular order, until it has seen enough.
+    #[inline]
+    fn walk(&self, visit: impl FnMut(usize) -> bool) {
+        match &self.way {
+            Way::Walk(hierarchy, course) => hierarchy.walk(course, visit),
+            Way::List(listed) => listed.walk(visit),
+        }
+    }
+
+    /// Calls `visit` with the leaves that the ray may meet, mostly the nearest first; it returns the distance up to which to look
+    /// on.
+    #[inline]
+    fn walk_in_order(&self, visit: impl FnMut(usize) -> f32) {
+        match &self.way {
+            Way::Walk(hierarchy, course) => hierarchy.walk_in_order(course, visit),
+            Way::List(listed) => listed.walk_in_order(visit),
+        }
     }
 
     /// Calls `found` with those of a leaf's triangles that the line crosses, and where.
@@ -239,7 +281,7 @@ mod tests {
             let target: Vec3A = if k % 2 == 0 { corners[0].into() } else { ((corners[0] + corners[1]) * 0.5).into() };
             let origin = target - direction * [0.0, 2.0, 100.0][k % 3];
             crossings.clear();
-            mesh.crossings(&Ray { origin, direction }, &mut crossings);
+            mesh.crossings(&[], &Ray { origin, direction }, &mut crossings);
             assert_eq!(crossings.len() % 2, 0, "line {k}");
             through += usize::from(!crossings.is_empty());
         }
@@ -259,16 +301,16 @@ mod tests {
                     Vec3A::new(0.1 + 0.8 * (k as f32 * 0.618).fract(), 0.5, 0.3 + 0.4 * (k as f32 * 0.755).fract());
                 let ray = Ray { origin: 0.5 * aim - direction * away_m, direction };
                 crossings.clear();
-                mesh.crossings(&ray, &mut crossings);
+                mesh.crossings(&[], &ray, &mut crossings);
                 assert_eq!(crossings.len() % 2, 0, "line {k} from {away_m} m");
                 let ahead = crossings.iter().map(|crossing| crossing.distance_m).filter(|distance_m| *distance_m > 0.0);
                 let nearest_m = ahead.fold(f32::INFINITY, f32::min);
-                let hit = mesh.first_hit(&ray, f32::INFINITY);
+                let hit = mesh.first_hit(&[], &ray, f32::INFINITY);
                 assert_eq!(hit.is_some(), nearest_m.is_finite(), "line {k}");
                 // Two roundings of the way there.
                 let apart_m = hit.map_or(0.0, |hit| (hit.distance_m - nearest_m).abs());
                 assert!(apart_m <= 2.0 * f32::EPSILON * away_m, "line {k}: {apart_m}");
-                assert_eq!(mesh.blocks(&ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
+                assert_eq!(mesh.blocks(&[], &ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
                 through += usize::from(nearest_m.is_finite());
             }
             assert!(through > 19_000, "{through}");
@@ -285,9 +327,9 @@ mod tests {
                 let direction = Vec3A::new(signed(0), signed(1), signed(2));
                 let ray = Ray { origin: Vec3A::new(0.11, 0.07, 0.05) - 3.0 * along, direction };
                 let mut crossings = Vec::new();
-                mesh.crossings(&ray, &mut crossings);
+                mesh.crossings(&[], &ray, &mut crossings);
                 assert_eq!(crossings.len(), 2, "{direction:?}");
-                assert!(mesh.first_hit(&ray, f32::INFINITY).is_some(), "{direction:?}");
+                assert!(mesh.first_hit(&[], &ray, f32::INFINITY).is_some(), "{direction:?}");
             }
         }
     }
@@ -306,7 +348,7 @@ mod tests {
             let beside = direction.any_orthonormal_vector() * (((k % 41) as f32 - 20.0) * 5e-8);
             let origin = Vec3A::from(triangles[k * 7 % triangles.len()][0]) + beside - direction * (k % 3) as f32;
             crossings.clear();
-            mesh.crossings(&Ray { origin, direction }, &mut crossings);
+            mesh.crossings(&[], &Ray { origin, direction }, &mut crossings);
             assert_eq!(crossings.len() % 2, 0, "line {k}");
         }
     }
@@ -323,7 +365,7 @@ mod tests {
                 (origin[(axis + 1) % 3], origin[(axis + 2) % 3]) = (at(i), at(j));
                 crossings.clear();
                 let direction = Vec3A::from(Vec3::AXES[axis]);
-                mesh.crossings(&Ray { origin, direction }, &mut crossings);
+                mesh.crossings(&[], &Ray { origin, direction }, &mut crossings);
                 assert_eq!(crossings.len(), 2, "axis {axis}, corner {i}, {j}");
             }
         }
@@ -337,7 +379,7 @@ mod tests {
             for k in 0..64 {
                 let side = axis.any_orthonormal_vector() * (k as f32 / 64.0);
                 crossings.clear();
-                mesh.crossings(&Ray { origin: side - axis * 3.0, direction: axis }, &mut crossings);
+                mesh.crossings(&[], &Ray { origin: side - axis * 3.0, direction: axis }, &mut crossings);
                 assert_eq!(crossings.len(), 2, "{axis} {k}");
             }
         }
@@ -348,19 +390,19 @@ mod tests {
         let mesh = Mesh::new(Triangles::loose(&sphere(12)));
         for direction in directions(500) {
             let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
-            let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
+            let hit = mesh.first_hit(&[], &ray, f32::INFINITY).unwrap();
             let mut crossings = Vec::new();
-            mesh.crossings(&ray, &mut crossings);
+            mesh.crossings(&[], &ray, &mut crossings);
             crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
             assert_eq!(crossings.len(), 2);
             assert!((crossings[0].distance_m - hit.distance_m).abs() < 2e-6);
             assert!((hit.point - ray.at(hit.distance_m)).length() < 2e-6);
-            assert!(mesh.blocks(&ray, hit.distance_m + 1e-4));
-            assert!(!mesh.blocks(&ray, hit.distance_m - 1e-4));
-            assert!(mesh.first_hit(&ray, hit.distance_m - 1e-4).is_none());
+            assert!(mesh.blocks(&[], &ray, hit.distance_m + 1e-4));
+            assert!(!mesh.blocks(&[], &ray, hit.distance_m - 1e-4));
+            assert!(mesh.first_hit(&[], &ray, hit.distance_m - 1e-4).is_none());
             // From inside, the same far crossing is the first hit.
             let inside = Ray { origin: ray.at(3.0), direction };
-            let far = mesh.first_hit(&inside, f32::INFINITY).unwrap();
+            let far = mesh.first_hit(&[], &inside, f32::INFINITY).unwrap();
             assert!((far.distance_m + 3.0 - crossings[1].distance_m).abs() < 2e-6);
         }
     }
@@ -369,7 +411,7 @@ mod tests {
     fn a_single_triangle_is_a_mesh() {
         let mesh = Mesh::new(Triangles::loose(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
         let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
-        let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
+        let hit = mesh.first_hit(&[], &ray, f32::INFINITY).unwrap();
         assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);
     }
 }

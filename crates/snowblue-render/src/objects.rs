@@ -85,6 +85,25 @@ impl Objects {
         Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
     }
 
+    /// Makes lines through some points quick, where that pays and as long as there is room.
+    pub(crate) fn expect_lines_through(&mut self, points: impl Iterator<Item = Vec3A>) {
+        /// Leaves of meshes that are listed for all points together; each costs about 64 bytes.
+        const MOST_LEAVES: usize = 1 << 20;
+        /// Leaves of a mesh from which on it pays.
+        const FEWEST_LEAVES: usize = 64;
+        let mut room = MOST_LEAVES;
+        for point in points {
+            for object in &mut self.objects {
+                if let Shape::Mesh(instance) = &mut object.shape
+                    && (FEWEST_LEAVES..=room).contains(&instance.mesh.leaf_count())
+                {
+                    room -= instance.mesh.leaf_count();
+                    instance.expect_lines_through(point);
+                }
+            }
+        }
+    }
+
     /// The objects, in the order of the scene.
     pub fn list(&self) -> &[Object] {
         &self.objects

@@ -45,7 +45,13 @@ impl Placement {
     pub(crate) fn own(&self, ray: &Ray) -> OwnRay {
         let direction = self.to_shape.transform_vector3a(ray.direction);
         let per_m = direction.length();
-        OwnRay { ray: Ray { origin: self.to_shape.transform_point3a(ray.origin), direction: direction / per_m }, per_m }
+        OwnRay { ray: Ray { origin: self.own_point(ray.origin), direction: direction / per_m }, per_m }
+    }
+
+    /// A point of the scene in the shape's coordinates.
+    #[inline]
+    pub(crate) fn own_point(&self, point: Vec3A) -> Vec3A {
+        self.to_shape.transform_point3a(point)
     }
 
     /// A point of the shape in the scene.
@@ -67,11 +73,7 @@ impl Placement {
 
     /// The axis-parallel box in the scene around an axis-parallel box of the shape.
     pub fn bounds(&self, own: &Bounds) -> Bounds {
-        let corner = |bits: usize| {
-            let pick = |axis: usize| if bits >> axis & 1 == 0 { own.low[axis] } else { own.high[axis] };
-            self.point(Vec3A::new(pick(0), pick(1), pick(2))).into()
-        };
-        Bounds::of((0..8).map(corner))
+        Bounds::of(own.corners().into_iter().map(|corner| self.point(corner).into()))
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) fn read_gltf(
         for (material, mesh, map) in &*parts {
             let name = node.name();
             let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
-            let instance = Instance { mesh: Arc::clone(mesh), placement };
+            let instance = Instance::new(Arc::clone(mesh), placement);
             check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
             let shape = Shape::Mesh(instance);
             let material = palette.index(*material, materials)?;

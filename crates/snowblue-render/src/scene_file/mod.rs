@@ -64,6 +64,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::camera::{PinholeCamera, View};
 use crate::error::RenderError;
+use crate::light::Light;
 use crate::material::pca_snow::PathMode;
 use crate::objects::Objects;
 use crate::ray::narrow;
@@ -187,7 +188,7 @@ impl Scene {
         if lights.is_empty() {
             return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
         }
-        let objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
+        let mut objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
         if let Some(body) = body_of_two(&objects).filter(|_| integrator.integrator == Integrator::Reference) {
             let reason = format!("the objects of body \"{body}\" are of several materials; the reference takes one");
             return Err(source.error(&root.get("object").map_or(0..0, Spanned::span), reason));
@@ -200,6 +201,8 @@ impl Scene {
         let camera = PinholeCamera::new(&camera.view, aspect).ok_or_else(|| {
             source.error(&camera.aim_place, "camera.look_at must lie off the camera's position and up axis")
         })?;
+        let lamps = lights.iter().filter_map(Light::position);
+        objects.expect_lines_through(std::iter::once(camera.position()).chain(lamps));
         Ok(Self {
             camera,
             objects,

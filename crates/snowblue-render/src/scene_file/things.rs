@@ -206,10 +206,8 @@ fn read_igloo(section: &Section, placing: &Placing) -> Result<Vec<Shape>, Render
 fn made(section: &Section, placing: &Placing, triangles: Triangles) -> Result<Shape, RenderError> {
     let (centred, map) = triangles.centred();
     let wrong = |reason: String| section.error(format!("object: {reason}"));
-    let instance = Instance {
-        mesh: Arc::new(Mesh::new(centred)),
-        placement: placement(&(placing.to_scene() * map)).map_err(wrong)?,
-    };
+    let placement = placement(&(placing.to_scene() * map)).map_err(wrong)?;
+    let instance = Instance::new(Arc::new(Mesh::new(centred)), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
 }
@@ -224,7 +222,7 @@ fn read_mesh(section: &Section, file: PathBuf, placing: &Placing, meshes: &mut M
     let (mesh, map) = meshes.get(file, section.text("part")?)?;
     let wrong = |reason: String| section.error_at("mesh", format!("{named}: {reason}"));
     let placement = placement(&(placing.to_scene() * upright * map)).map_err(wrong)?;
-    let instance = Instance { mesh, placement };
+    let instance = Instance::new(mesh, placement);
     let bounds = instance.bounds();
     check_reach(bounds.greatest_coordinate())
         .map_err(|reason| section.error_at("mesh", format!("{named} {reason}")))?;
