@@ -61,41 +61,52 @@ pub(crate) enum ChordEnd {
 /// path along the normal; an oblique path has this divided by the cosine.
 const ROUNDING_M: f32 = 2e-6;
 
-/// The depth of a line through a solid, or none where no inside part lies ahead.
-///
-/// Sorts the crossings. An unpaired last one (an open surface) is dropped; the caller counts such lines.
-pub(crate) fn chord(crossings: &mut [Crossing], line: &Line, exit: Exit) -> Option<Chord> {
-    match crossings {
-        [a, b] if a.distance_m <= b.distance_m => {}
-        _ => crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m)),
-    }
+/// The depth of a line through a solid by its inside parts in order, or none where no inside part lies ahead. The normal at the exit
+/// has the length that it has in the crossing.
+#[inline]
+pub(crate) fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line, exit: Exit) -> Option<Chord> {
     // A path that starts outwards has just left: the part that ends at its own surface point lies behind it.
     let outward = line.normal.dot(line.direction);
     let behind_m =
         if outward > 0.0 { ROUNDING_M * (1.0 + line.point.abs().max_element()) / outward.max(1e-3) } else { 0.0 };
-    let mut found: Option<Chord> = None;
-    for pair in crossings.chunks_exact(2) {
-        let (start_m, stop_m) = (pair[0].distance_m, pair[1].distance_m);
-        if stop_m <= behind_m {
+    let (mut depth_m, mut last) = (0.0, None);
+    for [enter, leave] in parts {
+        if leave.distance_m <= behind_m {
             continue;
         }
-        if start_m >= line.end_m || (found.is_some() && exit == Exit::First) {
+        if enter.distance_m >= line.end_m || (last.is_some() && exit == Exit::First) {
             break;
         }
-        let depth_m = stop_m.min(line.end_m) - start_m.max(0.0) + found.map_or(0.0, |before| before.depth_m);
-        let exit = if stop_m > line.end_m {
-            ChordEnd::Inside
-        } else {
-            let normal = pair[1].normal.normalize();
-            ChordEnd::Surface {
-                object: pair[1].object as usize,
-                point: line.point + line.direction * stop_m,
-                normal: if normal.dot(line.direction) < 0.0 { -normal } else { normal },
-            }
-        };
-        found = Some(Chord { depth_m, exit });
+        depth_m += leave.distance_m.min(line.end_m) - enter.distance_m.max(0.0);
+        last = Some(leave);
     }
-    found
+    let last = last?;
+    if last.distance_m > line.end_m {
+        return Some(Chord { depth_m, exit: ChordEnd::Inside });
+    }
+    let normal = if last.normal.dot(line.direction) < 0.0 { -last.normal } else { last.normal };
+    let point = line.point + line.direction * last.distance_m;
+    Some(Chord { depth_m, exit: ChordEnd::Surface { object: last.object as usize, point, normal } })
+}
+
+impl Chord {
+    /// The same with a unit normal at its exit.
+    pub(crate) fn with_unit_normal(mut self) -> Self {
+        if let ChordEnd::Surface { normal, .. } = &mut self.exit {
+            *normal = normal.normalize();
+        }
+        self
+    }
+}
+
+/// The inside parts of a line, in order, by all its crossings with a solid, which are sorted for that. An unpaired last one (an
+/// open surface) is dropped; the caller counts such lines.
+pub(crate) fn parts(crossings: &mut [Crossing]) -> impl Iterator<Item = &[Crossing; 2]> {
+    match crossings {
+        [a, b] if a.distance_m <= b.distance_m => {}
+        _ => crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m)),
+    }
+    crossings.as_chunks().0.iter()
 }
 
 #[cfg(test)]
@@ -113,41 +124,41 @@ mod tests {
     #[test]
     fn inside_parts_add_up_to_the_last_exit() {
         let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
-        let last = chord(&mut unsorted, &line(Vec3A::X), Exit::Last).unwrap();
+        let last = chord(parts(&mut unsorted), &line(Vec3A::X), Exit::Last).unwrap().with_unit_normal();
         assert!((last.depth_m - 0.4).abs() < 1e-6);
         let ChordEnd::Surface { point, normal, .. } = last.exit else { panic!("leaves the solid") };
         assert!((point.x - 0.7).abs() < 1e-6 && (normal.x - 1.0).abs() < 1e-6);
-        let first = chord(&mut unsorted, &line(Vec3A::X), Exit::First).unwrap();
+        let first = chord(parts(&mut unsorted), &line(Vec3A::X), Exit::First).unwrap();
         assert!((first.depth_m - 0.2).abs() < 1e-6);
     }
 
     #[test]
     fn what_lies_before_the_point_does_not_count() {
         let mut through = crossings(&[-0.4, 0.3]);
-        assert!((chord(&mut through, &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.3).abs() < 1e-6);
+        assert!((chord(parts(&mut through), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.3).abs() < 1e-6);
     }
 
     #[test]
     fn a_light_inside_ends_the_line_and_one_outside_hides_what_is_behind_it() {
         let mut twice = crossings(&[0.0, 0.2, 0.5, 0.7]);
         let within = Line { end_m: 0.6, ..line(Vec3A::X) };
-        let chord_to_light = chord(&mut twice, &within, Exit::Last).unwrap();
+        let chord_to_light = chord(parts(&mut twice), &within, Exit::Last).unwrap();
         assert!((chord_to_light.depth_m - 0.3).abs() < 1e-6);
         assert!(matches!(chord_to_light.exit, ChordEnd::Inside));
         let between = Line { end_m: 0.3, ..line(Vec3A::X) };
-        assert!((chord(&mut twice, &between, Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!((chord(parts(&mut twice), &between, Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
     }
 
     #[test]
     fn an_outward_path_has_no_depth_though_rounding_leaves_a_trace_of_it() {
         let mut behind = crossings(&[-0.3, 1e-7]);
-        assert!(chord(&mut behind, &line(Vec3A::NEG_X), Exit::Last).is_none());
+        assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X), Exit::Last).is_none());
     }
 
     #[test]
     fn an_unpaired_crossing_adds_nothing() {
         let mut open = crossings(&[0.0, 0.2, 0.5]);
-        assert!((chord(&mut open, &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
-        assert!(chord(&mut crossings(&[0.0]), &line(Vec3A::X), Exit::Last).is_none());
+        assert!((chord(parts(&mut open), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
+        assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X), Exit::Last).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Boxes in any orientation, exact: a line meets one in two points or none (Kay & Kajiya 1986, "Ray tracing complex
 //! scenes", doi:10.1145/15922.15916, the slab method, in the box's own coordinates).
 
-use glam::{Mat3A, Vec3A};
+use glam::{BVec3A, Mat3A, Vec3A};
 
 use crate::bounds::{Bounds, finite_inverse};
 use crate::ray::{Crossing, Ray, ShapeHit};
@@ -16,19 +16,20 @@ pub struct Cuboid {
     axes: Mat3A,
     /// The same as rows: from the scene to the box.
     to_local: Mat3A,
+    /// Whether the box's axes are those of the scene, as those of most boxes are.
+    is_upright: bool,
 }
 
-/// Where a line goes through one of the six faces, in the box's coordinates.
-struct Face {
-    distance_m: f32,
-    axis: usize,
-    sign: f32,
+/// Where a line goes through the three pairs of planes in which the faces lie, in the box's coordinates and in m along it.
+struct Slabs {
+    enter_m: Vec3A,
+    leave_m: Vec3A,
 }
 
 impl Cuboid {
     /// A box of given full size around `centre`, both in m, turned by the rotation matrix `axes`.
     pub fn new(centre: Vec3A, size: Vec3A, axes: Mat3A) -> Self {
-        Self { centre, half_size: size * 0.5, axes, to_local: axes.transpose() }
+        Self { centre, half_size: size * 0.5, axes, to_local: axes.transpose(), is_upright: axes == Mat3A::IDENTITY }
     }
 
     /// The axis-parallel box around it.
@@ -46,40 +47,57 @@ impl Cuboid {
     }
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
+    #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let local = self.own(ray);
-        let [near, far] = self.faces(&local)?;
-        let face = if near.distance_m > 0.0 { near } else { far };
-        if face.distance_m <= 0.0 || face.distance_m >= limit_m {
+        let slabs = self.slabs(&local)?;
+        let (near_m, far_m) = slabs.span_m();
+        let distance_m = if near_m > 0.0 { near_m } else { far_m };
+        if distance_m <= 0.0 || distance_m >= limit_m {
             return None;
         }
-        let mut point = local.at(face.distance_m);
-        point[face.axis] = face.sign * self.half_size[face.axis];
-        Some(ShapeHit::plain(face.distance_m, self.centre + self.axes * point, self.normal(&face)))
+        let met = if near_m > 0.0 { slabs.enter_m.cmpeq(Vec3A::splat(near_m)) } else { slabs.leave_m.cmpeq(Vec3A::splat(far_m)) };
+        let outward = if near_m > 0.0 { -local.direction } else { local.direction };
+        let side = Vec3A::ONE.copysign(outward);
+        let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
+        let normal = side * one_of(met);
+        if self.is_upright {
+            return Some(ShapeHit::plain(distance_m, self.centre + point, normal));
+        }
+        Some(ShapeHit::plain(distance_m, self.centre + self.axes * point, self.axes * normal))
     }
 
     /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    #[inline]
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         let within = |distance_m: f32| distance_m > 0.0 && distance_m < limit_m;
-        self.faces(&self.own(ray)).is_some_and(|[near, far]| within(near.distance_m) || within(far.distance_m))
+        self.slabs(&self.own(ray)).is_some_and(|slabs| {
+            let (near_m, far_m) = slabs.span_m();
+            within(near_m) || within(far_m)
+        })
     }
 
-    /// Adds the two crossings of the whole line of the ray, if it meets the box.
+    /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the box.
     ///
     /// A cube's longest line is its space diagonal, √3 times its edge:
     /// ```
     /// # use snowblue_render::{cuboid::Cuboid, ray::Ray};
     /// # use glam::{Mat3A, Vec3A};
     /// let cube = Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY);
-    /// let mut crossings = Vec::new();
-    /// cube.crossings(&Ray { origin: Vec3A::splat(-2.0), direction: Vec3A::ONE.normalize() }, &mut crossings);
-    /// let length_m = crossings[1].distance_m - crossings[0].distance_m;
-    /// assert!((length_m - 3f32.sqrt()).abs() < 1e-6);
+    /// let ray = Ray { origin: Vec3A::splat(-2.0), direction: Vec3A::ONE.normalize() };
+    /// let [enter, leave] = cube.crossings(&ray).unwrap();
+    /// assert!((leave.distance_m - enter.distance_m - 3f32.sqrt()).abs() < 1e-6);
     /// ```
-    pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
-        if let Some(faces) = self.faces(&self.own(ray)) {
-            crossings.extend(faces.map(|face| Crossing::new(face.distance_m, self.normal(&face))));
-        }
+    #[inline]
+    pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
+        let local = self.own(ray);
+        let slabs = self.slabs(&local)?;
+        let (near_m, far_m) = slabs.span_m();
+        let side = Vec3A::ONE.copysign(local.direction);
+        let inward = -side * one_of(slabs.enter_m.cmpeq(Vec3A::splat(near_m)));
+        let outward = side * one_of(slabs.leave_m.cmpeq(Vec3A::splat(far_m)));
+        let turned = |normal: Vec3A| if self.is_upright { normal } else { self.axes * normal };
+        Some([Crossing::new(near_m, turned(inward)), Crossing::new(far_m, turned(outward))])
     }
 
     /// The place for textures of a point on it whose normal is that of the side that is seen.
@@ -89,32 +107,39 @@ impl Cuboid {
 
     #[inline]
     fn own(&self, ray: &Ray) -> Ray {
-        Ray { origin: self.to_local * (ray.origin - self.centre), direction: self.to_local * ray.direction }
+        let origin = ray.origin - self.centre;
+        if self.is_upright {
+            return Ray { origin, direction: ray.direction };
+        }
+        Ray { origin: self.to_local * origin, direction: self.to_local * ray.direction }
     }
 
-    fn normal(&self, face: &Face) -> Vec3A {
-        self.axes.col(face.axis) * face.sign
-    }
-
-    /// The face through which the line comes in and the one through which it goes out.
+    /// Where a line goes through the planes of the faces, if it meets the box.
     #[inline]
-    fn faces(&self, local: &Ray) -> Option<[Face; 2]> {
+    fn slabs(&self, local: &Ray) -> Option<Slabs> {
         let inverse = finite_inverse(local.direction);
         let middle = -local.origin * inverse;
         let reach = self.half_size * inverse.abs();
-        let (enter, leave) = (middle - reach, middle + reach);
-        let near = enter.max_element();
-        let far = leave.min_element();
-        if near >= far {
-            return None;
-        }
-        let near_axis = enter.max_position();
-        let far_axis = leave.min_position();
-        Some([
-            Face { distance_m: near, axis: near_axis, sign: -local.direction[near_axis].signum() },
-            Face { distance_m: far, axis: far_axis, sign: local.direction[far_axis].signum() },
-        ])
+        let slabs = Slabs { enter_m: middle - reach, leave_m: middle + reach };
+        let (near_m, far_m) = slabs.span_m();
+        (near_m < far_m).then_some(slabs)
     }
+}
+
+impl Slabs {
+    /// Where the line enters the box and leaves it.
+    #[inline]
+    fn span_m(&self) -> (f32, f32) {
+        (self.enter_m.max_element(), self.leave_m.min_element())
+    }
+}
+
+/// The unit vector along one of some axes, of which there is at least one: an edge belongs to one face alone.
+#[inline]
+fn one_of(axes: BVec3A) -> Vec3A {
+    const X_TO_Z: [Vec3A; 8] =
+        [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
+    X_TO_Z[axes.bitmask() as usize % 8]
 }
 
 #[cfg(test)]
@@ -141,23 +166,21 @@ mod tests {
         let axes = Mat3A::from_euler(EulerRot::XYZ, 0.4, -0.7, 1.1);
         let cuboid = Cuboid::new(centre.into(), size.into(), axes);
         let mesh = Mesh::new(Triangles::loose(&triangles(centre, size, axes)));
-        let (mut exact, mut traced) = (Vec::new(), Vec::new());
-        let mut met = 0;
+        let (mut traced, mut met) = (Vec::new(), 0);
         for k in 0..5000 {
             let turn = 2.399_963 * k as f32;
             let z = 1.0 - 2.0 * (k as f32 + 0.5) / 5000.0;
             let direction = Vec3A::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
             let side = direction.any_orthonormal_vector() * (0.35 * (k % 17) as f32 / 17.0);
             let ray = Ray { origin: Vec3A::from(centre) + side - direction * 2.0, direction };
-            exact.clear();
             traced.clear();
-            cuboid.crossings(&ray, &mut exact);
-            mesh.crossings(&ray, &mut traced);
-            assert_eq!(exact.len(), traced.len(), "line {k}");
-            if exact.is_empty() {
+            mesh.crossings(&[], &ray, &mut traced);
+            let exact = cuboid.crossings(&ray);
+            assert_eq!(traced.len(), if exact.is_some() { 2 } else { 0 }, "line {k}");
+            let Some(exact) = exact else {
                 assert!(cuboid.first_hit(&ray, 9.0).is_none() && !cuboid.blocks(&ray, 9.0));
                 continue;
-            }
+            };
             met += 1;
             traced.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
             for (one, other) in exact.iter().zip(&traced) {
@@ -167,7 +190,7 @@ mod tests {
                 assert!(one.normal.dot(other.normal.normalize()).abs() > 0.999_99, "line {k}");
             }
             let hit = cuboid.first_hit(&ray, 9.0).unwrap();
-            let traced_hit = mesh.first_hit(&ray, 9.0).unwrap();
+            let traced_hit = mesh.first_hit(&[], &ray, 9.0).unwrap();
             let apart = hit.point - traced_hit.point;
             assert!(apart.dot(hit.normal).abs() < 4e-7, "both points lie on the face");
             assert!(apart.length() * hit.normal.dot(direction).abs() < 2e-6, "line {k}");

@@ -57,24 +57,21 @@ impl Ellipsoid {
         })
     }
 
-    /// Adds the two crossings of the whole line of the ray, if it meets the sphere.
+    /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the sphere.
     ///
     /// The longest line in a ball is its diameter, from every direction:
     /// ```
     /// # use snowblue_render::{ellipsoid::Ellipsoid, ray::Ray};
     /// # use glam::{DAffine3, DVec3, Vec3A};
     /// let ball = Ellipsoid::new(DAffine3::from_scale(DVec3::splat(0.5))).unwrap();
-    /// let mut crossings = Vec::new();
-    /// ball.crossings(&Ray { origin: Vec3A::splat(3.0), direction: Vec3A::NEG_ONE.normalize() }, &mut crossings);
-    /// assert!((crossings[1].distance_m - crossings[0].distance_m - 1.0).abs() < 1e-6);
+    /// let ray = Ray { origin: Vec3A::splat(3.0), direction: Vec3A::NEG_ONE.normalize() };
+    /// let [enter, leave] = ball.crossings(&ray).unwrap();
+    /// assert!((leave.distance_m - enter.distance_m - 1.0).abs() < 1e-6);
     /// ```
-    pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
-        if let Some(line) = self.line(ray) {
-            crossings.extend(
-                line.distances_m
-                    .map(|distance_m| Crossing::new(narrow(distance_m), self.normal(line.at(distance_m)).as_vec3a())),
-            );
-        }
+    pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
+        let line = self.line(ray)?;
+        let crossing = |distance_m| Crossing::new(narrow(distance_m), self.normal(line.at(distance_m)).as_vec3a().normalize());
+        Some(line.distances_m.map(crossing))
     }
 
     /// The place for textures of a point on it.

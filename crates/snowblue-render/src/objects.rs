@@ -188,6 +188,14 @@ impl Objects {
         blocked
     }
 
+    /// An object's shape, if that is all of its body and a line goes through it once at most.
+    #[inline]
+    pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
+        let shape = &self.objects[object].shape;
+        let alone = || self.members[self.bodies[object]].len() == 1;
+        (matches!(shape, Shape::Cuboid(_) | Shape::Ellipsoid(_)) && alone()).then_some(shape)
+    }
+
     /// Collects every crossing of a line with the solid that an object is or belongs to, in no particular order; within
     /// a body of several objects, the parts that lie farther on than `limit_m` or wholly behind are left out.
     ///
@@ -274,7 +282,8 @@ impl Objects {
 
 /// Tells whose crossings these are.
 #[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
-fn name_crossings(object: usize, crossings: &mut [Crossing]) {
+#[inline]
+pub(crate) fn name_crossings(object: usize, crossings: &mut [Crossing]) {
     crossings.iter_mut().for_each(|crossing| crossing.object = object as u32);
 }
 

@@ -44,8 +44,8 @@ impl<'scene> PathTracer<'scene> {
     /// The colour of the light that arrives along a camera ray by the short way; none where the ray hits nothing.
     #[inline]
     pub(crate) fn colour(&mut self, direct: &DirectLight, camera_ray: &Ray) -> Option<Colour> {
-        let surface = self.probe.camera_hit(camera_ray)?;
-        Some(direct.leaving(self.scene, &mut self.probe, &surface))
+        let hit = self.probe.camera_hit(camera_ray);
+        Some(direct.leaving(self.scene, &mut self.probe, hit.as_ref()?))
     }
 
     /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.

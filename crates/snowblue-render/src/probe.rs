@@ -2,8 +2,8 @@
 
 use glam::Vec3A;
 
-use crate::chord::{Chord, Exit, Line, chord};
-use crate::objects::{Objects, Surface};
+use crate::chord::{Chord, Exit, Line, chord, parts};
+use crate::objects::{Objects, Surface, name_crossings};
 use crate::ray::{Crossing, Ray, off_surface};
 
 /// What a rendering did, in counts.
@@ -126,8 +126,13 @@ impl<'scene> Probe<'scene> {
     pub(crate) fn chord(&mut self, object: usize, line: &Line, exit: Exit) -> Option<Chord> {
         self.statistics.depth_lines += 1;
         let ray = Ray { origin: line.point, direction: line.direction };
+        if let Some(convex) = self.objects.convex(object) {
+            let mut pair = convex.pair(&ray)?;
+            name_crossings(object, &mut pair);
+            return chord(std::iter::once(&pair), line, exit);
+        }
         let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);
         self.statistics.odd_depth_lines += u64::from(odd);
-        chord(&mut self.crossings, line, exit)
+        Some(chord(parts(&mut self.crossings), line, exit)?.with_unit_normal())
     }
 }

@@ -60,13 +60,21 @@ impl Shape {
         }
     }
 
+    /// The two crossings of the whole line of the ray with a box or an ellipsoid, in its order and with unit normals, if it meets it.
+    #[inline]
+    pub(crate) fn pair(&self, ray: &Ray) -> Option<[Crossing; 2]> {
+        match self {
+            Self::Cuboid(cuboid) => cuboid.crossings(ray),
+            Self::Ellipsoid(ellipsoid) => ellipsoid.crossings(ray),
+            Self::Plane(_) | Self::Mesh(_) => None,
+        }
+    }
+
     /// Adds every crossing of the whole line of the ray with a solid; a plane is none and adds nothing.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         match self {
-            Self::Cuboid(cuboid) => cuboid.crossings(ray, crossings),
-            Self::Ellipsoid(ellipsoid) => ellipsoid.crossings(ray, crossings),
-            Self::Plane(_) => {}
             Self::Mesh(instance) => instance.crossings(ray, crossings),
+            Self::Cuboid(_) | Self::Ellipsoid(_) | Self::Plane(_) => crossings.extend(self.pair(ray).into_iter().flatten()),
         }
     }
 }
