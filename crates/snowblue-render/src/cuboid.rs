@@ -46,35 +46,23 @@ impl Cuboid {
         size.x * size.y * size.z
     }
 
-    /// The first hit beyond the ray's origin and nearer than `limit_m`.
+    /// How far the first hit is, beyond the ray's origin and nearer than `limit_m`, in m.
     #[inline]
-    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let local = self.own(ray);
-        let slabs = self.slabs(&local)?;
-        let (near_m, far_m) = slabs.span_m();
+    pub fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
+        let (near_m, far_m) = self.slabs(&self.own(ray)).span_m()?;
         let distance_m = if near_m > 0.0 { near_m } else { far_m };
-        if distance_m <= 0.0 || distance_m >= limit_m {
-            return None;
-        }
-        let met = if near_m > 0.0 { slabs.enter_m.cmpeq(Vec3A::splat(near_m)) } else { slabs.leave_m.cmpeq(Vec3A::splat(far_m)) };
-        let outward = if near_m > 0.0 { -local.direction } else { local.direction };
-        let side = Vec3A::ONE.copysign(outward);
-        let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        let normal = side * one_of(met);
-        if self.is_upright {
-            return Some(ShapeHit::plain(distance_m, self.centre + point, normal));
-        }
-        Some(ShapeHit::plain(distance_m, self.centre + self.axes * point, self.axes * normal))
+        (distance_m > 0.0 && distance_m < limit_m).then_some(distance_m)
     }
 
-    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
-    #[inline]
-    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
-        let within = |distance_m: f32| distance_m > 0.0 && distance_m < limit_m;
-        self.slabs(&self.own(ray)).is_some_and(|slabs| {
-            let (near_m, far_m) = slabs.span_m();
-            within(near_m) || within(far_m)
-        })
+    /// The first hit, from its distance.
+    pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
+        let local = self.own(ray);
+        let Slabs { enter_m, leave_m } = self.slabs(&local);
+        let [entered, left] = [enter_m, leave_m].map(|planes_m| planes_m.cmpeq(Vec3A::splat(distance_m)));
+        let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
+        let side = Vec3A::ONE.copysign(outward);
+        let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
+        ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(side * one_of(met)))
     }
 
     /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the box.
@@ -91,13 +79,12 @@ impl Cuboid {
     #[inline]
     pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
         let local = self.own(ray);
-        let slabs = self.slabs(&local)?;
-        let (near_m, far_m) = slabs.span_m();
+        let slabs = self.slabs(&local);
+        let (near_m, far_m) = slabs.span_m()?;
         let side = Vec3A::ONE.copysign(local.direction);
         let inward = -side * one_of(slabs.enter_m.cmpeq(Vec3A::splat(near_m)));
         let outward = side * one_of(slabs.leave_m.cmpeq(Vec3A::splat(far_m)));
-        let turned = |normal: Vec3A| if self.is_upright { normal } else { self.axes * normal };
-        Some([Crossing::new(near_m, turned(inward)), Crossing::new(far_m, turned(outward))])
+        Some([Crossing::new(near_m, self.turned(inward)), Crossing::new(far_m, self.turned(outward))])
     }
 
     /// The place for textures of a point on it whose normal is that of the side that is seen.
@@ -114,23 +101,28 @@ impl Cuboid {
         Ray { origin: self.to_local * origin, direction: self.to_local * ray.direction }
     }
 
-    /// Where a line goes through the planes of the faces, if it meets the box.
+    /// A vector of the box in the scene.
     #[inline]
-    fn slabs(&self, local: &Ray) -> Option<Slabs> {
+    fn turned(&self, local: Vec3A) -> Vec3A {
+        if self.is_upright { local } else { self.axes * local }
+    }
+
+    /// Where a line goes through the planes of the faces.
+    #[inline]
+    fn slabs(&self, local: &Ray) -> Slabs {
         let inverse = finite_inverse(local.direction);
         let middle = -local.origin * inverse;
         let reach = self.half_size * inverse.abs();
-        let slabs = Slabs { enter_m: middle - reach, leave_m: middle + reach };
-        let (near_m, far_m) = slabs.span_m();
-        (near_m < far_m).then_some(slabs)
+        Slabs { enter_m: middle - reach, leave_m: middle + reach }
     }
 }
 
 impl Slabs {
-    /// Where the line enters the box and leaves it.
+    /// Where the line enters the box and leaves it, if it meets it.
     #[inline]
-    fn span_m(&self) -> (f32, f32) {
-        (self.enter_m.max_element(), self.leave_m.min_element())
+    fn span_m(&self) -> Option<(f32, f32)> {
+        let (near_m, far_m) = (self.enter_m.max_element(), self.leave_m.min_element());
+        (near_m < far_m).then_some((near_m, far_m))
     }
 }
 
@@ -178,7 +170,7 @@ mod tests {
             let exact = cuboid.crossings(&ray);
             assert_eq!(traced.len(), if exact.is_some() { 2 } else { 0 }, "line {k}");
             let Some(exact) = exact else {
-                assert!(cuboid.first_hit(&ray, 9.0).is_none() && !cuboid.blocks(&ray, 9.0));
+                assert_eq!(cuboid.distance_m(&ray, 9.0), None);
                 continue;
             };
             met += 1;
@@ -189,12 +181,17 @@ mod tests {
                 assert!((one.distance_m - other.distance_m).abs() * cos < 2e-6, "line {k}");
                 assert!(one.normal.dot(other.normal.normalize()).abs() > 0.999_99, "line {k}");
             }
-            let hit = cuboid.first_hit(&ray, 9.0).unwrap();
+            let hit = cuboid.hit_at(&ray, cuboid.distance_m(&ray, 9.0).unwrap());
             let traced_hit = mesh.first_hit(&[], &ray, 9.0).unwrap();
             let apart = hit.point - traced_hit.point;
             assert!(apart.dot(hit.normal).abs() < 4e-7, "both points lie on the face");
             assert!(apart.length() * hit.normal.dot(direction).abs() < 2e-6, "line {k}");
-            assert!(hit.normal.dot(direction) < 0.0 && cuboid.blocks(&ray, 9.0));
+            assert!(hit.normal.dot(direction) < 0.0);
+            let inside = Ray { origin: hit.point + 1e-3 * direction, direction };
+            if let Some(out_m) = cuboid.distance_m(&inside, 9.0) {
+                let out = cuboid.hit_at(&inside, out_m);
+                assert!(out.normal.dot(exact[1].normal) > 0.999_99 && (out_m + 1e-3 + hit.distance_m - exact[1].distance_m).abs() < 1e-5);
+            }
         }
         assert!(met > 3000, "{met}");
     }

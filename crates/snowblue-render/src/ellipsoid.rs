@@ -39,22 +39,18 @@ impl Ellipsoid {
         4.0 / 3.0 * std::f64::consts::PI * self.to_scene.matrix3.determinant().abs()
     }
 
-    /// The first hit beyond the ray's origin and nearer than `limit_m`.
-    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let line = self.line(ray)?;
-        let distance_m = line.distances_m.into_iter().find(|&distance_m| distance_m > 0.0)?;
-        (narrow(distance_m) < limit_m).then(|| {
-            let own = line.at(distance_m);
-            let point = self.to_scene.transform_point3(own).as_vec3a();
-            ShapeHit::plain(narrow(distance_m), point, self.normal(own).as_vec3a().normalize())
-        })
+    /// How far the first hit is, beyond the ray's origin and nearer than `limit_m`, in m.
+    pub fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
+        let ahead = self.line(ray)?.distances_m.into_iter().find(|&distance_m| distance_m > 0.0);
+        ahead.map(narrow).filter(|&distance_m| distance_m < limit_m)
     }
 
-    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
-    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
-        self.line(ray).is_some_and(|line| {
-            line.distances_m.into_iter().any(|distance_m| distance_m > 0.0 && narrow(distance_m) < limit_m)
-        })
+    /// The first hit, from its distance.
+    pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
+        let near = ray.origin.as_dvec3() + f64::from(distance_m) * ray.direction.as_dvec3();
+        let own = self.to_unit.transform_point3(near).normalize();
+        let point = self.to_scene.transform_point3(own).as_vec3a();
+        ShapeHit::plain(distance_m, point, self.normal(own).as_vec3a().normalize())
     }
 
     /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the sphere.
@@ -127,14 +123,15 @@ mod tests {
             let eye = centre + DVec3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 0.02 * f64::from(k - 100));
             let aim = centre + turn * DVec3::new(0.1, -0.05, 0.2);
             let ray = Ray { origin: eye.as_vec3a(), direction: (aim - eye).normalize().as_vec3a().normalize() };
-            let hit = ball.first_hit(&ray, f32::INFINITY).unwrap();
+            let hit = ball.hit_at(&ray, ball.distance_m(&ray, f32::INFINITY).unwrap());
             let own = turn.inverse() * (hit.point.as_dvec3() - centre);
             // (x/a)² + (y/b)² + (z/c)² = 1; single precision of coordinates near 3 m, against half an axis of 0.2 m.
             assert!(((own / half).length_squared() - 1.0).abs() < 1e-5);
             let gradient = (turn * (own / (half * half))).normalize();
             assert!(hit.normal.as_dvec3().dot(gradient) > 1.0 - 1e-6);
             assert!(hit.normal.dot(ray.direction) < 0.0);
-            assert!(ball.blocks(&ray, hit.distance_m + 1e-4) && !ball.blocks(&ray, hit.distance_m - 1e-4));
+            let within = |limit_m: f32| ball.distance_m(&ray, limit_m).is_some();
+            assert!(within(hit.distance_m + 1e-4) && !within(hit.distance_m - 1e-4));
         }
     }
 

@@ -126,6 +126,15 @@ impl Origin {
         }
     }
 
+    /// The direction there, of any length.
+    #[inline]
+    fn towards(&self, from: Vec3A) -> Vec3A {
+        match *self {
+            Self::Point(position) | Self::Patch(Patch { position, .. }) => position - from,
+            Self::Distant(direction) => direction,
+        }
+    }
+
     /// Area of the lamp per solid angle seen from a point, r² / cos θ_l in m²/sr: r² for a lamp without extent, 1 for a
     /// direction, and infinite from behind.
     pub(super) fn own_per_solid_angle(&self, from: Vec3A) -> f32 {
@@ -146,6 +155,9 @@ impl Beam {
     /// How it reaches a place, or none if it comes from below the horizon or from behind the lamp.
     #[inline]
     pub(crate) fn arrival(&self, place: &Place) -> Option<Arrival> {
+        if place.normal.dot(self.origin.towards(place.point)) <= 0.0 {
+            return None;
+        }
         let way = self.origin.way(place.point);
         let cos_incidence = place.normal.dot(way.direction);
         let irradiance_per_power = match self.falloff {

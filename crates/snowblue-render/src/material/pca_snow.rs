@@ -237,10 +237,14 @@ impl<'hit> SnowHit<'hit> {
             let only = along.or(line)?;
             return self.lets_in(probe, beam, &only).then(|| light(&only));
         };
-        let [first, second] = [along, line].map(|passage| (light(&passage), passage));
-        let seen = |(light, passage): &(T, Passage)| luminance(light) / passage.arrival.cos_emission;
-        let (brighter, darker) = if seen(&second) > seen(&first) { (second, first) } else { (first, second) };
-        [brighter, darker].into_iter().find(|(_, passage)| self.lets_in(probe, beam, passage)).map(|(light, _)| light)
+        let (light_along, light_on_line) = (light(&along), light(&line));
+        let seen = |light: &T, passage: &Passage| luminance(light) / passage.arrival.cos_emission;
+        let prefers_line = seen(&light_on_line, &line) > seen(&light_along, &along);
+        if self.lets_in(probe, beam, if prefers_line { &line } else { &along }) {
+            return Some(if prefers_line { light_on_line } else { light_along });
+        }
+        let is_darker_lit = self.lets_in(probe, beam, if prefers_line { &along } else { &line });
+        is_darker_lit.then_some(if prefers_line { light_along } else { light_on_line })
     }
 
     /// The way along a path that does not depend on the light, if the exit faces it.

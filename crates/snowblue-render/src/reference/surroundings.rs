@@ -156,7 +156,7 @@ impl<'scene> Surroundings<'scene> {
     pub(super) fn stays(&self, object: usize, from: Vec3A, origin: &Origin, flight_m: f32) -> bool {
         let (one, way) = (&self.objects().list()[object], origin.way(from));
         let ray = Ray { origin: from, direction: way.direction };
-        one.body.is_none() && flight_m < way.distance_m && one.shape.first_hit(&ray, flight_m).is_none()
+        one.body.is_none() && flight_m < way.distance_m && !one.shape.blocks(&ray, flight_m)
     }
 
     /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
