@@ -129,8 +129,7 @@ impl Slabs {
 /// The unit vector along one of some axes, of which there is at least one: an edge belongs to one face alone.
 #[inline]
 fn one_of(axes: BVec3A) -> Vec3A {
-    const X_TO_Z: [Vec3A; 8] =
-        [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
+    const X_TO_Z: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
     X_TO_Z[axes.bitmask() as usize % 8]
 }
 
@@ -190,7 +189,10 @@ mod tests {
             let inside = Ray { origin: hit.point + 1e-3 * direction, direction };
             if let Some(out_m) = cuboid.distance_m(&inside, 9.0) {
                 let out = cuboid.hit_at(&inside, out_m);
-                assert!(out.normal.dot(exact[1].normal) > 0.999_99 && (out_m + 1e-3 + hit.distance_m - exact[1].distance_m).abs() < 1e-5);
+                assert!(
+                    out.normal.dot(exact[1].normal) > 0.999_99
+                        && (out_m + 1e-3 + hit.distance_m - exact[1].distance_m).abs() < 1e-5
+                );
             }
         }
         assert!(met > 3000, "{met}");

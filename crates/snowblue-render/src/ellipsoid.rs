@@ -66,7 +66,8 @@ impl Ellipsoid {
     /// ```
     pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
         let line = self.line(ray)?;
-        let crossing = |distance_m| Crossing::new(narrow(distance_m), self.normal(line.at(distance_m)).as_vec3a().normalize());
+        let crossing =
+            |distance_m| Crossing::new(narrow(distance_m), self.normal(line.at(distance_m)).as_vec3a().normalize());
         Some(line.distances_m.map(crossing))
     }
 

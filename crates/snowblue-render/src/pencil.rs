@@ -108,7 +108,11 @@ impl View {
 
 impl Grid {
     /// About as many cells as are asked for, over a part of the picture.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and as many as there is room for")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "not negative, and as many as there is room for"
+    )]
     fn new(low: Vec2, high: Vec2, cells: f32) -> Self {
         let size = high - low;
         let per_tangent = (cells / size.element_product()).sqrt();
@@ -118,7 +122,11 @@ impl Grid {
 
     /// Column and row of a place; of one outside those of the nearest cell.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast ends at 0, and the rest is cut")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast ends at 0, and the rest is cut"
+    )]
     fn nearest(&self, place: Vec2) -> [usize; 2] {
         let at = (place - self.low) * self.per_tangent;
         [(at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1)]
@@ -240,5 +248,86 @@ impl Listed<'_> {
     #[inline]
     fn greatest_depth(&self, to: f32) -> f32 {
         self.origin + (self.slope * self.from).max(self.slope * to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Quat, Vec3};
+
+    use crate::mesh::Mesh;
+    use crate::mesh::tests::{directions, sphere};
+    use crate::triangles::Triangles;
+
+    /// A bumpy body with hollows, so that lines cross it up to ten times.
+    fn bumpy() -> Vec<[Vec3; 3]> {
+        let bump = |at: Vec3| at * (0.7 + 0.3 * ((9.0 * at.x).sin() * (11.0 * at.y).sin() * (8.0 * at.z).cos()));
+        sphere(32).into_iter().map(|corners| corners.map(bump)).collect()
+    }
+
+    /// Lines through a point: at the mesh's corners and edges, at the places between, and past it; forth and back, from the point, from
+    /// before the mesh, from within, and from behind it.
+    fn lines(point: Vec3A, triangles: &[[Vec3; 3]]) -> impl Iterator<Item = Ray> {
+        directions(6000).enumerate().map(move |(k, aside)| {
+            let [a, b, c] = triangles[k * 13 % triangles.len()].map(Vec3A::from);
+            let target = [a, 0.5 * (a + b), (a + b + c) / 3.0, 1.5 * aside][k % 4];
+            let from = point.lerp(target, [0.0, 0.9, 1.0, 1.1, 1.3][k % 5]);
+            let direction = if k % 5 == 0 { target - point } else { (target - point) * [1.0, -1.0][k / 20 % 2] };
+            Ray { origin: from, direction: direction.normalize() }
+        })
+    }
+
+    #[test]
+    fn lines_through_the_point_meet_the_same_as_on_a_walk() {
+        let triangles = bumpy();
+        let mesh = Mesh::new(Triangles::loose(&triangles));
+        for point in [Vec3A::new(2.0, 0.3, -0.2), Vec3A::new(-2.0, 3.0, 1.0), Vec3A::new(5.0, 40.0, -300.0)] {
+            let pencils = [mesh.pencil(point).unwrap()];
+            let (mut listed, mut crossed, mut most) = (0, 0, 0);
+            for (k, ray) in lines(point, &triangles).enumerate() {
+                let crossings = |pencils: &[Pencil]| {
+                    let mut crossings = Vec::new();
+                    mesh.crossings(pencils, &ray, &mut crossings);
+                    crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+                    crossings.iter().map(|crossing| crossing.distance_m.to_bits()).collect::<Vec<_>>()
+                };
+                assert_eq!(crossings(&pencils), crossings(&[]), "line {k} through {point}");
+                for limit_m in [f32::INFINITY, 0.4, 0.9 * point.length()] {
+                    let first = |pencils: &[Pencil]| {
+                        let hit = mesh.first_hit(pencils, &ray, limit_m)?;
+                        Some((hit.distance_m.to_bits(), hit.place.triangle))
+                    };
+                    assert_eq!(first(&pencils), first(&[]), "line {k} through {point}");
+                    assert_eq!(mesh.blocks(&pencils, &ray, limit_m), mesh.blocks(&[], &ray, limit_m), "line {k}");
+                }
+                listed += usize::from(pencils[0].listed(&ray, 0.0, f32::INFINITY).is_some());
+                (crossed, most) = (crossed + usize::from(!crossings(&[]).is_empty()), most.max(crossings(&[]).len()));
+            }
+            assert!(listed == 6000 && crossed > 4500 && most >= 6, "{listed} {crossed} {most}");
+        }
+    }
+
+    #[test]
+    fn lines_beside_the_point_are_not_its_own() {
+        let mesh = Mesh::new(Triangles::loose(&sphere(16)));
+        let point = Vec3A::new(0.0, -3.0, 0.5);
+        let pencil = mesh.pencil(point).unwrap();
+        let towards = Quat::from_rotation_x(0.1) * Vec3A::Y;
+        for (beside, own) in [(0.0, true), (1e-6, true), (1e-4, false), (0.1, false)] {
+            let ray = Ray { origin: point + beside * Vec3A::X, direction: towards };
+            assert_eq!(pencil.listed(&ray, 0.0, 9.0).is_some(), own, "{beside}");
+        }
+    }
+
+    #[test]
+    fn there_is_none_from_within_from_too_near_or_where_all_leaves_overlap() {
+        let mesh = Mesh::new(Triangles::loose(&sphere(16)));
+        for near in [Vec3A::ZERO, Vec3A::new(0.0, 0.0, 0.9), Vec3A::new(0.0, 1.05, 0.0)] {
+            assert!(mesh.pencil(near).is_none(), "{near}");
+        }
+        let sheet = |k: usize| [Vec3::NEG_X, Vec3::X, Vec3::Y].map(|corner| corner + Vec3::Z * (k as f32 * 1e-3));
+        let sheets: Vec<_> = (0..1000).map(sheet).collect();
+        assert!(Mesh::new(Triangles::loose(&sheets)).pencil(Vec3A::new(0.0, 0.0, 5.0)).is_none());
     }
 }

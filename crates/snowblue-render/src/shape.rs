@@ -93,7 +93,9 @@ impl Shape {
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         match self {
             Self::Mesh(instance) => instance.crossings(ray, crossings),
-            Self::Cuboid(_) | Self::Ellipsoid(_) | Self::Plane(_) => crossings.extend(self.pair(ray).into_iter().flatten()),
+            Self::Cuboid(_) | Self::Ellipsoid(_) | Self::Plane(_) => {
+                crossings.extend(self.pair(ray).into_iter().flatten())
+            }
         }
     }
 }
