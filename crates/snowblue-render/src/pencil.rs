@@ -266,10 +266,11 @@ mod tests {
         sphere(32).into_iter().map(|corners| corners.map(bump)).collect()
     }
 
-    /// Lines through a point: at the mesh's corners and edges, at the places between, and past it; forth and back, from the point, from
-    /// before the mesh, from within, and from behind it.
-    fn lines(point: Vec3A, triangles: &[[Vec3; 3]]) -> impl Iterator<Item = Ray> {
+    /// Lines through a point or up to `beside` off it: at the mesh's corners and edges, at the places between, and past it; forth and
+    /// back, from the point, from before the mesh, from within, and from behind it.
+    fn lines(point: Vec3A, beside: f32, triangles: &[[Vec3; 3]]) -> impl Iterator<Item = Ray> {
         directions(6000).enumerate().map(move |(k, aside)| {
+            let point = point + aside * (beside * (k % 3) as f32 / 2.0);
             let [a, b, c] = triangles[k * 13 % triangles.len()].map(Vec3A::from);
             let target = [a, 0.5 * (a + b), (a + b + c) / 3.0, 1.5 * aside][k % 4];
             let from = point.lerp(target, [0.0, 0.9, 1.0, 1.1, 1.3][k % 5]);
@@ -285,7 +286,7 @@ mod tests {
         for point in [Vec3A::new(2.0, 0.3, -0.2), Vec3A::new(-2.0, 3.0, 1.0), Vec3A::new(5.0, 40.0, -300.0)] {
             let pencils = [mesh.pencil(point).unwrap()];
             let (mut listed, mut crossed, mut most) = (0, 0, 0);
-            for (k, ray) in lines(point, &triangles).enumerate() {
+            for (k, ray) in lines(point, 0.4 * pencils[0].tolerance, &triangles).enumerate() {
                 let crossings = |pencils: &[Pencil]| {
                     let mut crossings = Vec::new();
                     mesh.crossings(pencils, &ray, &mut crossings);
