@@ -45,7 +45,7 @@ fn write_map(path: &Path, lines: u16) -> Result<(), String> {
     let box_around = Bounds::of(triangles.positions.iter().copied());
     let (centred, back) = triangles.centred();
     let placement = Placement::new(&back).ok_or("the mesh has no extent")?;
-    let instance = Instance { mesh: Mesh::new(centred).into(), placement };
+    let instance = Instance::new(Mesh::new(centred).into(), placement);
     let mut out = BufWriter::new(std::io::stdout().lock());
     let failed = |error: std::io::Error| error.to_string();
     writeln!(out, "x,y,z,along_x,along_y,along_z,hit,crossings,thickness").map_err(failed)?;

@@ -145,13 +145,7 @@ impl Scene {
             .map_err(|error| source.error(&error.span().unwrap_or(0..0), error.message()))?;
         let place = root.span();
         let root = root.into_inner();
-        for (key, _) in &root {
-            if !["camera", "film", "integrator", "material", "light", "environment", "object", "gltf"]
-                .contains(&key.get_ref().as_ref())
-            {
-                return Err(source.error(&key.span(), format!("unknown table `{}`", key.get_ref())));
-            }
-        }
+        check_tables(source, &root)?;
         let mut film = FilmSettings { width: 1080, height: 1080, exposure: Exposure::Auto };
         let mut integrator =
             IntegratorSettings { integrator: Integrator::Path, samples_per_pixel: 64, max_bounces: 8, seed: 1 };
@@ -213,6 +207,15 @@ impl Scene {
             retina,
             volumes,
         })
+    }
+}
+
+/// Refuses tables that no scene has.
+fn check_tables(source: SceneText, root: &DeTable) -> Read<()> {
+    const KNOWN: [&str; 8] = ["camera", "film", "integrator", "material", "light", "environment", "object", "gltf"];
+    match root.iter().find(|(key, _)| !KNOWN.contains(&key.get_ref().as_ref())) {
+        Some((key, _)) => Err(source.error(&key.span(), format!("unknown table `{}`", key.get_ref()))),
+        None => Ok(()),
     }
 }
 
