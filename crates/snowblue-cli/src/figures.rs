@@ -47,6 +47,9 @@ pub(crate) struct Figures {
     /// Some figures only: table1, fig1, fig2, fig3, fig4, fig5-8, fig9, fig10, fig11, s1, lprime, s2, simplifications, water, albedo, microct, truth
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
+    /// Times as many samples for the references of truth, whose noise falls with the root of it; 1 takes 6 minutes of a core
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    truth_samples: u32,
 }
 
 /// A figure that was computed and drawn.
@@ -90,28 +93,28 @@ struct Recipe {
     name: &'static str,
     /// What of the paper it redraws, as the paper calls it; nothing for questions of our own.
     of: Option<&'static str>,
-    make: fn() -> Result<Figure, Failure>,
+    make: fn(&Figures) -> Result<Figure, Failure>,
 }
 
 /// In the order of the page: the paper's, then ours.
 const RECIPES: [Recipe; 17] = [
-    Recipe { name: "table1", of: Some("Table 1"), make: table1::figure },
-    Recipe { name: "fig1", of: Some("Fig. 1"), make: scenes::fig1 },
-    Recipe { name: "fig2", of: Some("Fig. 2"), make: fig2::figure },
-    Recipe { name: "fig3", of: Some("Fig. 3"), make: fig3::figure },
-    Recipe { name: "fig4", of: Some("Fig. 4"), make: fig4::figure },
-    Recipe { name: "fig5-8", of: Some("Figs. 5–8"), make: fig5_8::figure },
-    Recipe { name: "fig9", of: Some("Fig. 9"), make: scenes::fig9 },
-    Recipe { name: "fig10", of: Some("Fig. 10"), make: scenes::fig10 },
-    Recipe { name: "fig11", of: Some("Fig. 11"), make: scenes::fig11 },
-    Recipe { name: "s1", of: Some("Fig. S1"), make: s1::figure },
-    Recipe { name: "lprime", of: Some("Sidebar"), make: lprime::figure },
-    Recipe { name: "s2", of: Some("Fig. S2"), make: s2::figure },
-    Recipe { name: "simplifications", of: None, make: simplifications::figure },
-    Recipe { name: "water", of: None, make: water::figure },
-    Recipe { name: "albedo", of: None, make: albedo::figure },
-    Recipe { name: "microct", of: None, make: microct::figure },
-    Recipe { name: "truth", of: None, make: truth::figure },
+    Recipe { name: "table1", of: Some("Table 1"), make: |_| table1::figure() },
+    Recipe { name: "fig1", of: Some("Fig. 1"), make: |_| scenes::fig1() },
+    Recipe { name: "fig2", of: Some("Fig. 2"), make: |_| fig2::figure() },
+    Recipe { name: "fig3", of: Some("Fig. 3"), make: |_| fig3::figure() },
+    Recipe { name: "fig4", of: Some("Fig. 4"), make: |_| fig4::figure() },
+    Recipe { name: "fig5-8", of: Some("Figs. 5–8"), make: |_| fig5_8::figure() },
+    Recipe { name: "fig9", of: Some("Fig. 9"), make: |_| scenes::fig9() },
+    Recipe { name: "fig10", of: Some("Fig. 10"), make: |_| scenes::fig10() },
+    Recipe { name: "fig11", of: Some("Fig. 11"), make: |_| scenes::fig11() },
+    Recipe { name: "s1", of: Some("Fig. S1"), make: |_| s1::figure() },
+    Recipe { name: "lprime", of: Some("Sidebar"), make: |_| lprime::figure() },
+    Recipe { name: "s2", of: Some("Fig. S2"), make: |_| s2::figure() },
+    Recipe { name: "simplifications", of: None, make: |_| simplifications::figure() },
+    Recipe { name: "water", of: None, make: |_| water::figure() },
+    Recipe { name: "albedo", of: None, make: |_| albedo::figure() },
+    Recipe { name: "microct", of: None, make: |_| microct::figure() },
+    Recipe { name: "truth", of: None, make: |asked| truth::figure(asked.truth_samples) },
 ];
 
 impl Figures {
@@ -126,7 +129,7 @@ impl Figures {
         let mut figures = Vec::new();
         for (number, recipe) in recipes.iter().enumerate() {
             bar.at(number as u64, recipes.len() as u64);
-            let figure = (recipe.make)()?;
+            let figure = (recipe.make)(self)?;
             self.write(recipe.name, &figure)?;
             figures.push((*recipe, figure));
         }

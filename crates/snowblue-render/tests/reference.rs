@@ -132,7 +132,7 @@ fn a_slab_under_a_distant_lamp_passes_and_reflects_what_the_engines_say() {
     let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\nilluminant = \"E\"\n";
     let mut scene = walked(&format!("{}{lamp}", level(0.002)));
-    scene.integrator.samples_per_pixel = 32;
+    scene.integrator.samples_per_pixel = 64;
     for above in [false, true] {
         let target = Vec3A::new(0.0, 0.0, if above { 0.002 } else { 0.0 });
         // Below it is to be exact: a phase function that is a twentieth too great is then five standard errors off.

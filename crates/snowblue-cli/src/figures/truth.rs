@@ -90,11 +90,12 @@ struct Verdict {
     seconds: f64,
 }
 
-pub(super) fn figure() -> Result<Figure, Failure> {
+/// `times` says how many times as many samples the references take.
+pub(super) fn figure(times: u32) -> Result<Figure, Failure> {
     let (mut pictures, mut rows, mut places) = (Vec::new(), Vec::new(), Vec::new());
     let mut all: Vec<Vec<Verdict>> = MODES.iter().map(|_| Vec::new()).collect();
     let white = daylight(&wavelengths_nm(400, 700, 10))?.white();
-    for case in cases() {
+    for case in cases(times) {
         let mut scene = load(&case)?;
         let truth = truth(&mut scene, case.samples, white);
         let films: Vec<Timed> = MODES.iter().map(|(_, mode)| quick(&mut scene, *mode)).collect();
@@ -122,7 +123,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
 }
 
 /// Blocks of three thicknesses before a lamp far and near, straight on and obliquely, and a ball.
-fn cases() -> Vec<Case> {
+fn cases(times: u32) -> Vec<Case> {
     let mut cases = Vec::new();
     let views = [
         (
@@ -140,7 +141,8 @@ fn cases() -> Vec<Case> {
         ),
     ];
     // Thicker snow passes less light, and needs as many more samples.
-    let thicknesses = [("5 cm", "0.05", 64), ("10 cm", "0.1", 128), ("15 cm", "0.15", 128)];
+    let thicknesses = [("5 cm", "0.05", 64), ("10 cm", "0.1", 128), ("15 cm", "0.15", 128)]
+        .map(|(thickness, size_m, samples)| (thickness, size_m, samples * times));
     for (scene, view, names) in views {
         for (names, (lamp_m, lamp)) in names.into_iter().zip([("1.2", "120 cm"), ("0.45", "45 cm")]) {
             for (name, (thickness, size_m, samples)) in names.into_iter().zip(thicknesses) {
@@ -155,7 +157,7 @@ fn cases() -> Vec<Case> {
     }
     for (name, place, lamp) in [("ball_far", "[0.5, 0.85, 0.2]", "1 m"), ("ball_near", "[0.1, 0.17, 0.04]", "20 cm")] {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
-        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 128 });
+        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 128 * times });
     }
     cases
 }

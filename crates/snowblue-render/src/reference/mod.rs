@@ -14,8 +14,7 @@
 //!
 //! - e^{−κd} is the chance with which a lamp is joined at all: nothing more need be worked out deep in snow.
 //! - So is the absorption of the least absorbed wavelength the chance with which a path goes on; the others are weighed.
-//! - Samples of a pixel, in teams of 16, share what the k-th grain of their ways does (as the slab's engine has it):
-//!   flights and azimuths are each one's own.
+//! - Grains are met beforehand, and paths go along their list from random places on: flights and azimuths are each one's own.
 //!
 //! All wavelengths go one way but for the index of ice: a sample is a walk at each of a few indices, with the same random
 //! numbers, and the wavelengths are composed of these.
@@ -26,7 +25,7 @@
 mod surroundings;
 
 use glam::Vec3A;
-use snowblue_transport::monte_carlo::{Lengths, Volume, VolumeNode};
+use snowblue_transport::monte_carlo::{Lengths, Turn, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::light::{Beam, Light, Place};
@@ -41,10 +40,6 @@ use crate::spectrum::{SAMPLES, Spectrum};
 
 use surroundings::{Leg, Surroundings};
 
-/// Samples of a pixel that share their grains. Grains cost more than flights, but the more samples share them, the more these
-/// are alike: behind 5 cm of snow, variance times time was .80, .60, .55 and .98 with 1, 16, 64 and 256 of them, each to a
-/// fifth, and the variance of a mean 1.5, 1.6 and 3.7 times that of independent samples.
-const TEAM: u32 = 16;
 /// Bounces that every path may make before a dark paint can end it.
 const SAFE_BOUNCES: u32 = 4;
 
@@ -58,16 +53,6 @@ pub(crate) struct ReferenceTracer<'scene> {
     sees_lights: bool,
     /// What the index nodes count for the wavelengths; a scene without snow has one.
     weights: Vec<Spectrum>,
-    team: [u32; 2],
-    /// What the grains do that the team meets: [material][node][hit].
-    grains: Vec<Vec<Vec<Grain>>>,
-}
-
-/// What a grain does, in single precision.
-#[derive(Debug, Clone, Copy)]
-struct Grain {
-    cos_scattering: f32,
-    ice_m: [f32; 2],
 }
 
 /// A path of light on its way.
@@ -78,8 +63,6 @@ struct Walk {
     side: Vec3A,
     stream: Stream,
     node: usize,
-    /// Grains met.
-    hits: usize,
     throughput: Spectrum,
     radiance: Spectrum,
 }
@@ -101,15 +84,12 @@ impl<'scene> ReferenceTracer<'scene> {
     pub(crate) fn new(scene: &'scene Scene) -> Self {
         let volume = scene.volumes.iter().flatten().next();
         let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
-        let nodes = |volume: &Option<Volume>| volume.as_ref().map_or(0, |volume| volume.nodes().len());
         Self {
             scene,
             surroundings: Surroundings::new(scene),
             beams: scene.lights.iter().filter_map(Light::single).collect(),
             sees_lights: scene.lights.iter().any(Light::has_extent),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
-            team: [0; 2],
-            grains: scene.volumes.iter().map(|volume| vec![Vec::new(); nodes(volume)]).collect(),
         }
     }
 
@@ -121,11 +101,6 @@ impl<'scene> ReferenceTracer<'scene> {
     /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
         let [pixel, sample] = sampler.address();
-        let team = [pixel, sample / TEAM];
-        if team != self.team {
-            self.team = team;
-            self.grains.iter_mut().flatten().for_each(Vec::clear);
-        }
         self.surroundings.statistics.camera_rays += 1;
         let mut radiance = Spectrum::ZERO;
         for node in 0..self.weights.len() {
@@ -134,7 +109,6 @@ impl<'scene> ReferenceTracer<'scene> {
                 side: camera_ray.direction.any_orthonormal_vector(),
                 stream: Stream::new(pixel.into(), sample.into()),
                 node,
-                hits: 0,
                 throughput: Spectrum::ONE,
                 radiance: Spectrum::ZERO,
             };
@@ -218,6 +192,7 @@ impl<'scene> ReferenceTracer<'scene> {
         let mut way = Lengths::default();
         // What chance lets a path pay of the least absorption.
         let fortune = -walk.stream.uniform().ln();
+        let mut grains = grains_from(node.turns(), walk.stream.uniform());
         let mut left_m = None;
         if entering {
             left_m = self.surroundings.enter(object, &mut walk.ray);
@@ -237,7 +212,7 @@ impl<'scene> ReferenceTracer<'scene> {
             if let Leg::Flown(_) = leg {
                 walk.ray.origin = walk.ray.at(length_m);
                 self.join_lamps(walk, object, volume, &way);
-                let grain = self.grain(material, node, walk);
+                let Some(grain) = grains.next() else { return End::Dark };
                 way.ice_m[0] += f64::from(grain.ice_m[0]);
                 way.ice_m[1] += f64::from(grain.ice_m[1]);
                 walk.turn(grain.cos_scattering);
@@ -277,20 +252,6 @@ impl<'scene> ReferenceTracer<'scene> {
         }
     }
 
-    /// What the next grain of a path does.
-    #[inline]
-    fn grain(&mut self, material: usize, node: &VolumeNode, walk: &mut Walk) -> Grain {
-        let grains = &mut self.grains[material][walk.node];
-        while grains.len() <= walk.hits {
-            let key = Stream::key(self.team[0].into(), self.team[1].into());
-            let met = node.meet(&mut Stream::new(key, grains.len() as u64));
-            let ice_m = met.ice_m.map(narrow);
-            grains.push(Grain { cos_scattering: narrow(met.cos_scattering), ice_m });
-        }
-        walk.hits += 1;
-        grains[walk.hits - 1]
-    }
-
     /// The lights with extent that the camera's ray meets.
     fn add_seen_lights(&self, walk: &mut Walk, met: Option<&Surface>) {
         let limit_m = met.map_or(f32::INFINITY, |surface| surface.point.distance(walk.ray.origin));
@@ -325,10 +286,22 @@ impl Walk {
         let ahead = self.ray.direction;
         let aside = self.side * cos_turn + ahead.cross(self.side) * sin_turn;
         let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
-        self.ray.direction = (ahead * cos_scattering + aside * sin_scattering).normalize();
+        self.ray.direction = renormalized(ahead * cos_scattering + aside * sin_scattering);
         let side = aside * cos_scattering - ahead * sin_scattering;
-        self.side = (side - self.ray.direction * self.ray.direction.dot(side)).normalize();
+        self.side = renormalized(side - self.ray.direction * self.ray.direction.dot(side));
     }
+}
+
+/// A vector of nearly unit length at unit length: one step of Newton's for 1/√x from 1 on.
+#[inline]
+fn renormalized(vector: Vec3A) -> Vec3A {
+    vector * (1.5 - 0.5 * vector.length_squared())
+}
+
+/// The grains of a list from a random place on, again and again.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
+fn grains_from(turns: &[Turn], chance: f64) -> impl Iterator<Item = &Turn> {
+    turns.iter().cycle().skip((chance * turns.len() as f64) as usize)
 }
 
 /// What is left of each wavelength after a way through snow, with some absorption already paid.

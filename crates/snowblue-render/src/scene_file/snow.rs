@@ -1,7 +1,7 @@
 //! Materials of snow.
 
 use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
-use snowblue_transport::monte_carlo::{PhasePlan, Volume};
+use snowblue_transport::monte_carlo::{GrainPlan, Volume};
 
 use crate::chord::Exit;
 use crate::error::RenderError;
@@ -128,7 +128,7 @@ pub(super) fn read_volume(section: &Section, workshop: &Workshop) -> Result<Volu
     let made = |error: &DatabaseError| section.error(error.to_string());
     let ice = fill::ice(&workshop.table.metadata).map_err(|error| made(&error))?;
     let sample = range.at(0.0).snow(ice).map_err(|error| made(&error))?;
-    let volume = Volume::new(&sample, &workshop.wavelengths_nm, &PhasePlan::default());
+    let volume = Volume::new(&sample, &workshop.wavelengths_nm, &GrainPlan::default());
     volume.map_err(|error| section.error(error.to_string()))
 }
 

@@ -20,7 +20,7 @@ use walk::{Absorption, Scatterers, walk};
 
 pub use gonio::{Distribution, GoniometricOptions, Patch, PatchGrid, distribute};
 pub use pile::solve_stack;
-pub use volume::{Lengths, PhasePlan, Turn, Volume, VolumeNode};
+pub use volume::{GrainPlan, Lengths, Turn, Volume, VolumeNode};
 
 /// Rays per wavelength that the paper uses.
 pub const DEFAULT_RAYS: u64 = 100_000;
