@@ -47,7 +47,7 @@ pub(crate) struct Figures {
     /// Some figures only: table1, fig1, fig2, fig3, fig4, fig5-8, fig9, fig10, fig11, s1, lprime, s2, simplifications, water, albedo, microct, truth
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
-    /// Times as many samples for the references of truth, whose noise falls with the root of it; 1 takes 6 minutes of a core
+    /// Times as many samples for the references of truth, whose noise falls with the root of it; 1 takes some 5 minutes of a core
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     truth_samples: u32,
 }

@@ -141,7 +141,7 @@ fn cases(times: u32) -> Vec<Case> {
         ),
     ];
     // Thicker snow passes less light, and needs as many more samples.
-    let thicknesses = [("5 cm", "0.05", 64), ("10 cm", "0.1", 128), ("15 cm", "0.15", 128)]
+    let thicknesses = [("5 cm", "0.05", 256), ("10 cm", "0.1", 512), ("15 cm", "0.15", 512)]
         .map(|(thickness, size_m, samples)| (thickness, size_m, samples * times));
     for (scene, view, names) in views {
         for (names, (lamp_m, lamp)) in names.into_iter().zip([("1.2", "120 cm"), ("0.45", "45 cm")]) {
@@ -157,7 +157,7 @@ fn cases(times: u32) -> Vec<Case> {
     }
     for (name, place, lamp) in [("ball_far", "[0.5, 0.85, 0.2]", "1 m"), ("ball_near", "[0.1, 0.17, 0.04]", "20 cm")] {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
-        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 128 * times });
+        cases.push(Case { name, caption, scene: BALL.replace("[0.5, 0.85, 0.2]", place), samples: 512 * times });
     }
     cases
 }
