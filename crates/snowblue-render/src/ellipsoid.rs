@@ -47,7 +47,13 @@ impl Ellipsoid {
 
     /// The first hit, from its distance.
     pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
-        let near = ray.origin.as_dvec3() + f64::from(distance_m) * ray.direction.as_dvec3();
+        // From afar the distance in single precision is a coarse one.
+        let exact_m = self
+            .line(ray)
+            .into_iter()
+            .flat_map(|line| line.distances_m)
+            .find(|&m| narrow(m).to_bits() == distance_m.to_bits());
+        let near = ray.origin.as_dvec3() + exact_m.unwrap_or(distance_m.into()) * ray.direction.as_dvec3();
         let own = self.to_unit.transform_point3(near).normalize();
         let point = self.to_scene.transform_point3(own).as_vec3a();
         ShapeHit::plain(distance_m, point, self.normal(own).as_vec3a().normalize())
