@@ -7,8 +7,10 @@ use std::path::Path;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use glam::{Vec3, Vec3A};
+use glam::{DAffine3, Vec3, Vec3A};
+use snowblue_render::instance::Instance;
 use snowblue_render::mesh::Mesh;
+use snowblue_render::placement::Placement;
 use snowblue_render::ray::Ray;
 use snowblue_render::triangles::Triangles;
 use snowblue_render::{Overrides, Scene, render};
@@ -40,7 +42,7 @@ fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
 }
 
 /// A ball of a million triangles, radius 1 m.
-fn ball() -> Mesh {
+fn ball() -> Instance {
     const ROWS: u16 = 708;
     let place = |row: u16, column: u16| {
         let (polar, turn) = (PI * f32::from(row) / f32::from(ROWS), TAU * f32::from(column % ROWS) / f32::from(ROWS));
@@ -54,7 +56,8 @@ fn ball() -> Mesh {
             [[a, c, b], [b, c, d]]
         })
         .collect();
-    Mesh::new(Triangles::loose(&triangles))
+    let here = Placement::new(&DAffine3::IDENTITY).unwrap();
+    Instance::new(Mesh::new(Triangles::loose(&triangles)).into(), here)
 }
 
 /// Rays from all around through the ball, none near the one before.
@@ -76,7 +79,7 @@ fn first_hit_of_a_million_triangles(bencher: Bencher) {
     let mut next = 0;
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();
-        mesh.first_hit(&[], black_box(&rays[next]), f32::INFINITY)
+        mesh.first_hit(black_box(&rays[next]), f32::INFINITY)
     });
 }
 
@@ -88,7 +91,7 @@ fn crossings_of_a_million_triangles(bencher: Bencher) {
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();
         crossings.clear();
-        mesh.crossings(&[], black_box(&rays[next]), &mut crossings);
+        mesh.crossings(black_box(&rays[next]), &mut crossings);
         crossings.len()
     });
 }

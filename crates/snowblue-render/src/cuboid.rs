@@ -62,7 +62,7 @@ impl Cuboid {
         let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
         let side = Vec3A::ONE.copysign(outward);
         let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(side * one_of(met)))
+        ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(one_of(met, side)))
     }
 
     /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the box.
@@ -82,8 +82,8 @@ impl Cuboid {
         let slabs = self.slabs(&local);
         let (near_m, far_m) = slabs.span_m()?;
         let side = Vec3A::ONE.copysign(local.direction);
-        let inward = -side * one_of(slabs.enter_m.cmpeq(Vec3A::splat(near_m)));
-        let outward = side * one_of(slabs.leave_m.cmpeq(Vec3A::splat(far_m)));
+        let inward = one_of(slabs.enter_m.cmpeq(Vec3A::splat(near_m)), -side);
+        let outward = one_of(slabs.leave_m.cmpeq(Vec3A::splat(far_m)), side);
         Some([Crossing::new(near_m, self.turned(inward)), Crossing::new(far_m, self.turned(outward))])
     }
 
@@ -126,11 +126,13 @@ impl Slabs {
     }
 }
 
-/// The unit vector along one of some axes, of which there is at least one: an edge belongs to one face alone.
+/// The unit vector along one of some axes, of which there is at least one, on a side: an edge belongs to one face alone, and all
+/// normals of a face have the same bits.
 #[inline]
-fn one_of(axes: BVec3A) -> Vec3A {
+fn one_of(axes: BVec3A, side: Vec3A) -> Vec3A {
     const X_TO_Z: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
-    X_TO_Z[axes.bitmask() as usize % 8]
+    let axis = X_TO_Z[axes.bitmask() as usize % 8];
+    axis * axis.dot(side)
 }
 
 #[cfg(test)]
@@ -165,7 +167,7 @@ mod tests {
             let side = direction.any_orthonormal_vector() * (0.35 * (k % 17) as f32 / 17.0);
             let ray = Ray { origin: Vec3A::from(centre) + side - direction * 2.0, direction };
             traced.clear();
-            mesh.crossings(&[], &ray, &mut traced);
+            mesh.crossings(&[], &ray, f32::NEG_INFINITY, &mut traced);
             let exact = cuboid.crossings(&ray);
             assert_eq!(traced.len(), if exact.is_some() { 2 } else { 0 }, "line {k}");
             let Some(exact) = exact else {

@@ -270,7 +270,12 @@ mod tests {
             // Just within the edge, where the neighbour is not.
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
-                mesh.crossings(&[], &Ray { origin: (0.1 * towards).into(), direction: towards.into() }, &mut crossings);
+                mesh.crossings(
+                    &[],
+                    &Ray { origin: (0.1 * towards).into(), direction: towards.into() },
+                    f32::NEG_INFINITY,
+                    &mut crossings,
+                );
                 crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
                 crossings.chunks_exact(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
             };

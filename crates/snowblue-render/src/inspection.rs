@@ -54,10 +54,10 @@ fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
         Shape::Ellipsoid(ellipsoid) => (Topology::default(), Some(ellipsoid.volume_m3())),
         Shape::Plane(_) => (Topology::default(), None),
         Shape::Mesh(instance) => {
-            let surface = instance.mesh.source();
+            let surface = instance.mesh().source();
             let topology = Topology::of(surface);
             let whole = topology.is_closed() && topology.reversed_edges == 0;
-            (topology, whole.then(|| volume(surface) * instance.placement.volume_factor()))
+            (topology, whole.then(|| volume(surface) * instance.placement().volume_factor()))
         }
     };
     let (lines, odd_lines) = try_lines(number, &object.shape);
@@ -77,8 +77,8 @@ fn extent(shape: &Shape) -> Option<Bounds> {
     let Shape::Mesh(instance) = shape else {
         return shape.bounds();
     };
-    let surface = instance.mesh.source();
-    let place = |&corner: &u32| instance.placement.point(surface.positions[corner as usize].into()).into();
+    let surface = instance.mesh().source();
+    let place = |&corner: &u32| instance.placement().point(surface.positions[corner as usize].into()).into();
     Some(Bounds::of(surface.corners.iter().flatten().map(place)))
 }
 

@@ -14,23 +14,39 @@ use crate::ray::{Crossing, Ray, ShapeHit};
 /// A placed mesh.
 #[derive(Debug, Clone)]
 pub struct Instance {
-    /// The mesh in its own coordinates.
-    pub mesh: Arc<Mesh>,
-    /// From there into the scene, in m.
-    pub placement: Placement,
+    mesh: Arc<Mesh>,
+    placement: Placement,
     /// Lines through points that many go through.
     pencils: Vec<Pencil>,
 }
 
 impl Instance {
-    /// A mesh in a place.
+    /// A mesh in its own coordinates, and from there into the scene, in m.
     pub fn new(mesh: Arc<Mesh>, placement: Placement) -> Self {
         Self { mesh, placement, pencils: Vec::new() }
     }
 
-    /// Makes lines through a point of the scene quick, where that pays.
-    pub(crate) fn expect_lines_through(&mut self, point: Vec3A) {
-        self.pencils.extend(self.mesh.pencil(self.placement.own_point(point)));
+    /// The mesh in its own coordinates.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// From there into the scene, in m.
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// Makes lines through a point of the scene quick, where that pays and takes no more than some bytes; returns how many it takes.
+    pub(crate) fn expect_lines_through(&mut self, point: Vec3A, room: usize) -> usize {
+        /// Each line asks all of them in turn, and a mesh before dozens of lamps would rather be walked.
+        const MOST_PENCILS: usize = 8;
+        if room == 0 || self.pencils.len() == MOST_PENCILS {
+            return 0;
+        }
+        let pencil = self.mesh.pencil(self.placement.own_point(point)).filter(|pencil| pencil.bytes() <= room);
+        let bytes = pencil.as_ref().map_or(0, Pencil::bytes);
+        self.pencils.extend(pencil);
+        bytes
     }
 
     /// The axis-parallel box around it.
@@ -65,7 +81,7 @@ impl Instance {
     pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let own = self.placement.own(ray);
         let before = crossings.len();
-        self.mesh.crossings_from(&self.pencils, &own.ray, from_m * own.per_m, crossings);
+        self.mesh.crossings(&self.pencils, &own.ray, from_m * own.per_m, crossings);
         for crossing in &mut crossings[before..] {
             crossing.distance_m /= own.per_m;
             crossing.normal = self.placement.normal(crossing.normal);

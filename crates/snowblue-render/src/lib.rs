@@ -33,7 +33,7 @@ mod png_image;
 
 pub mod bounds;
 mod hierarchy;
-pub mod pencil;
+mod pencil;
 pub mod ray;
 mod triangle;
 

@@ -75,16 +75,16 @@ impl Mesh {
 
     /// What lines through a point, in its own coordinates, may meet, to find that without a walk; none where that does not pay.
     pub(crate) fn pencil(&self, point: Vec3A) -> Option<Pencil> {
+        /// Few leaves are as soon walked to.
+        const FEWEST_LEAVES: usize = 64;
+        if self.leaves.len() < FEWEST_LEAVES {
+            return None;
+        }
         Pencil::new(point, &self.bounds, &self.leaves)
     }
 
-    /// How many leaves its hierarchy has.
-    pub(crate) fn leaf_count(&self) -> usize {
-        self.leaves.len()
-    }
-
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
-    pub fn first_hit(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+    pub(crate) fn first_hit(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let query = Query::new((self, pencils), ray, 0.0, limit_m)?;
         let mut nearest_m = limit_m - query.start_m;
         let mut found = None;
@@ -116,7 +116,7 @@ impl Mesh {
     }
 
     /// Whether anything lies beyond the ray's origin and nearer than `limit_m`.
-    pub fn blocks(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> bool {
+    pub(crate) fn blocks(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> bool {
         let Some(query) = Query::new((self, pencils), ray, 0.0, limit_m) else {
             return false;
         };
@@ -130,13 +130,8 @@ impl Mesh {
         blocked
     }
 
-    /// Adds every crossing of the whole line of the ray, before and behind its origin, in no particular order.
-    pub fn crossings(&self, pencils: &[Pencil], ray: &Ray, crossings: &mut Vec<Crossing>) {
-        self.crossings_from(pencils, ray, f32::NEG_INFINITY, crossings);
-    }
-
-    /// Adds every crossing of the line from `from_m` on, in no particular order.
-    pub(crate) fn crossings_from(&self, pencils: &[Pencil], ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
+    /// Adds every crossing of the line of the ray from `from_m` on, be that before or behind its origin, in no particular order.
+    pub(crate) fn crossings(&self, pencils: &[Pencil], ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let Some(query) = Query::new((self, pencils), ray, from_m, f32::INFINITY) else {
             return;
         };

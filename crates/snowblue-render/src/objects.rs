@@ -85,20 +85,15 @@ impl Objects {
         Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
     }
 
-    /// Makes lines through some points quick, where that pays and as long as there is room.
+    /// Makes lines through some points quick, as many as there is room for and as it pays.
     pub(crate) fn expect_lines_through(&mut self, points: impl Iterator<Item = Vec3A>) {
-        /// Leaves of meshes that are listed for all points together; each costs about 64 bytes.
-        const MOST_LEAVES: usize = 1 << 20;
-        /// Leaves of a mesh from which on it pays.
-        const FEWEST_LEAVES: usize = 64;
-        let mut room = MOST_LEAVES;
+        /// Room for all lists together, in bytes.
+        const ROOM: usize = 1 << 26;
+        let mut room = ROOM;
         for point in points {
             for object in &mut self.objects {
-                if let Shape::Mesh(instance) = &mut object.shape
-                    && (FEWEST_LEAVES..=room).contains(&instance.mesh.leaf_count())
-                {
-                    room -= instance.mesh.leaf_count();
-                    instance.expect_lines_through(point);
+                if let Shape::Mesh(instance) = &mut object.shape {
+                    room -= instance.expect_lines_through(point, room);
                 }
             }
         }
@@ -126,7 +121,7 @@ impl Objects {
             Shape::Cuboid(cuboid) => cuboid.texture_place(surface.point, surface.normal),
             Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_place(surface.point),
             Shape::Plane(plane) => plane.texture_place(surface.point, surface.normal),
-            Shape::Mesh(instance) => TexturePlace::Pictures(instance.mesh.uv(&surface.place).unwrap_or_default()),
+            Shape::Mesh(instance) => TexturePlace::Pictures(instance.mesh().uv(&surface.place).unwrap_or_default()),
         }
     }
 

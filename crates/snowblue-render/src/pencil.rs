@@ -16,7 +16,7 @@ use crate::triangle::FourTriangles;
 /// Cells for each leaf. More cost memory; of fewer, each lists more leaves.
 const CELLS_PER_LEAF: f32 = 4.0;
 
-/// Most lists that a leaf may be in, on average. A dozen is usual; slivers are in many.
+/// Most lists that a leaf may be in, on average. A dozen to forty are usual; slivers are in many.
 const MOST_LISTS: usize = 64;
 
 /// Greatest tangent of the angle at which a corner of the mesh's box is seen from the middle of the picture.
@@ -28,7 +28,7 @@ const TOLERANCE: f32 = 64.0 * f32::EPSILON;
 
 /// A mesh as it is seen from a point.
 #[derive(Debug, Clone)]
-pub struct Pencil {
+pub(crate) struct Pencil {
     view: View,
     /// How far beside the point lines may pass.
     tolerance: f32,
@@ -198,6 +198,11 @@ impl Pencil {
         Some(Self { view, tolerance, grid, starts, lists, depths })
     }
 
+    /// The room that it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.starts) + size_of_val(&*self.lists) + size_of_val(&*self.depths)
+    }
+
     /// What a line may meet between two distances along it; none if it does not go through the point.
     #[inline]
     pub(crate) fn listed(&self, line: &Ray, from: f32, to: f32) -> Option<Listed<'_>> {
@@ -289,7 +294,7 @@ mod tests {
             for (k, ray) in lines(point, 0.4 * pencils[0].tolerance, &triangles).enumerate() {
                 let crossings = |pencils: &[Pencil]| {
                     let mut crossings = Vec::new();
-                    mesh.crossings(pencils, &ray, &mut crossings);
+                    mesh.crossings(pencils, &ray, f32::NEG_INFINITY, &mut crossings);
                     crossings.sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
                     crossings.iter().map(|crossing| crossing.distance_m.to_bits()).collect::<Vec<_>>()
                 };

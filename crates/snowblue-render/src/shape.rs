@@ -35,7 +35,7 @@ impl Shape {
     /// Its mesh, if it is one.
     pub fn mesh(&self) -> Option<&Mesh> {
         match self {
-            Self::Mesh(instance) => Some(&instance.mesh),
+            Self::Mesh(instance) => Some(instance.mesh()),
             Self::Cuboid(_) | Self::Ellipsoid(_) | Self::Plane(_) => None,
         }
     }
@@ -43,30 +43,12 @@ impl Shape {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         match self {
+            Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m).map(|distance_m| cuboid.hit_at(ray, distance_m)),
+            Self::Ellipsoid(ellipsoid) => {
+                ellipsoid.distance_m(ray, limit_m).map(|distance_m| ellipsoid.hit_at(ray, distance_m))
+            }
+            Self::Plane(plane) => plane.distance_m(ray, limit_m).map(|distance_m| plane.hit_at(ray, distance_m)),
             Self::Mesh(instance) => instance.first_hit(ray, limit_m),
-            _ => self.hit_at(ray, self.distance_m(ray, limit_m)?),
-        }
-    }
-
-    /// How far that is, in m.
-    #[inline]
-    pub(crate) fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
-        match self {
-            Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m),
-            Self::Ellipsoid(ellipsoid) => ellipsoid.distance_m(ray, limit_m),
-            Self::Plane(plane) => plane.distance_m(ray, limit_m),
-            Self::Mesh(instance) => instance.first_hit(ray, limit_m).map(|hit| hit.distance_m),
-        }
-    }
-
-    /// The first hit, from its distance.
-    #[inline]
-    pub(crate) fn hit_at(&self, ray: &Ray, distance_m: f32) -> Option<ShapeHit> {
-        match self {
-            Self::Cuboid(cuboid) => Some(cuboid.hit_at(ray, distance_m)),
-            Self::Ellipsoid(ellipsoid) => Some(ellipsoid.hit_at(ray, distance_m)),
-            Self::Plane(plane) => Some(plane.hit_at(ray, distance_m)),
-            Self::Mesh(instance) => instance.first_hit(ray, distance_m.next_up()),
         }
     }
 
@@ -74,8 +56,10 @@ impl Shape {
     #[inline]
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         match self {
+            Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m).is_some(),
+            Self::Ellipsoid(ellipsoid) => ellipsoid.distance_m(ray, limit_m).is_some(),
+            Self::Plane(plane) => plane.distance_m(ray, limit_m).is_some(),
             Self::Mesh(instance) => instance.blocks(ray, limit_m),
-            _ => self.distance_m(ray, limit_m).is_some(),
         }
     }
 
