@@ -55,6 +55,7 @@ impl Cuboid {
     }
 
     /// The first hit, from its distance.
+    #[inline]
     pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
         let local = self.own(ray);
         let Slabs { enter_m, leave_m } = self.slabs(&local);

@@ -41,6 +41,7 @@ impl Shape {
     }
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
+    #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         match self {
             Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m).map(|distance_m| cuboid.hit_at(ray, distance_m)),
