@@ -36,16 +36,22 @@ impl Instance {
         &self.placement
     }
 
-    /// Makes lines through a point of the scene quick, where that pays and takes no more than some bytes; returns how many it takes.
+    /// Makes lines through a point of the scene quick, where that pays and takes no more than some bytes; returns how many are gone.
     pub(crate) fn expect_lines_through(&mut self, point: Vec3A, room: usize) -> usize {
         /// Each line asks all of them in turn, and a mesh before dozens of lamps would rather be walked.
         const MOST_PENCILS: usize = 8;
-        if room == 0 || self.pencils.len() == MOST_PENCILS {
+        /// Hardly any takes less.
+        const BYTES_PER_LEAF: usize = 64;
+        if self.mesh.leaf_count() * BYTES_PER_LEAF > room || self.pencils.len() == MOST_PENCILS {
             return 0;
         }
-        let pencil = self.mesh.pencil(self.placement.own_point(point)).filter(|pencil| pencil.bytes() <= room);
-        let bytes = pencil.as_ref().map_or(0, Pencil::bytes);
-        self.pencils.extend(pencil);
+        let Some(pencil) = self.mesh.pencil(self.placement.own_point(point)) else { return 0 };
+        let bytes = pencil.bytes();
+        // Where one does not fit no other is tried: they cost time.
+        if bytes > room {
+            return room;
+        }
+        self.pencils.push(pencil);
         bytes
     }
 

@@ -83,6 +83,11 @@ impl Mesh {
         Pencil::new(point, &self.bounds, &self.leaves)
     }
 
+    /// How many leaves its hierarchy has.
+    pub(crate) fn leaf_count(&self) -> usize {
+        self.leaves.len()
+    }
+
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub(crate) fn first_hit(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let query = Query::new((self, pencils), ray, 0.0, limit_m)?;
