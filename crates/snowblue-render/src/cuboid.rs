@@ -46,24 +46,23 @@ impl Cuboid {
         size.x * size.y * size.z
     }
 
-    /// How far the first hit is, beyond the ray's origin and nearer than `limit_m`, in m.
+    /// The first hit beyond the ray's origin and nearer than `limit_m`.
     #[inline]
-    pub fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
-        let (near_m, far_m) = self.slabs(&self.own(ray)).span_m()?;
-        let distance_m = if near_m > 0.0 { near_m } else { far_m };
-        (distance_m > 0.0 && distance_m < limit_m).then_some(distance_m)
-    }
-
-    /// The first hit, from its distance.
-    #[inline]
-    pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
+    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let local = self.own(ray);
-        let Slabs { enter_m, leave_m } = self.slabs(&local);
-        let [entered, left] = [enter_m, leave_m].map(|planes_m| planes_m.cmpeq(Vec3A::splat(distance_m)));
+        let slabs = self.slabs(&local);
+        let distance_m = slabs.ahead_m(limit_m)?;
+        let [entered, left] = [slabs.enter_m, slabs.leave_m].map(|planes_m| planes_m.cmpeq(Vec3A::splat(distance_m)));
         let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
         let side = Vec3A::ONE.copysign(outward);
         let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(one_of(met, side)))
+        Some(ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(one_of(met, side))))
+    }
+
+    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    #[inline]
+    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
+        self.slabs(&self.own(ray)).ahead_m(limit_m).is_some()
     }
 
     /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the box.
@@ -125,14 +124,22 @@ impl Slabs {
         let (near_m, far_m) = (self.enter_m.max_element(), self.leave_m.min_element());
         (near_m < far_m).then_some((near_m, far_m))
     }
+
+    /// Where the line meets the box first, beyond its origin and nearer than `limit_m`.
+    #[inline]
+    fn ahead_m(&self, limit_m: f32) -> Option<f32> {
+        let (near_m, far_m) = self.span_m()?;
+        let distance_m = if near_m > 0.0 { near_m } else { far_m };
+        (distance_m > 0.0 && distance_m < limit_m).then_some(distance_m)
+    }
 }
 
 /// The unit vector along one of some axes, of which there is at least one, on a side: an edge belongs to one face alone, and all
 /// normals of a face have the same bits.
 #[inline]
 fn one_of(axes: BVec3A, side: Vec3A) -> Vec3A {
-    const X_TO_Z: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
-    let axis = X_TO_Z[axes.bitmask() as usize % 8];
+    const FIRST_OF: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
+    let axis = FIRST_OF[axes.bitmask() as usize % 8];
     axis * axis.dot(side)
 }
 
@@ -172,7 +179,7 @@ mod tests {
             let exact = cuboid.crossings(&ray);
             assert_eq!(traced.len(), if exact.is_some() { 2 } else { 0 }, "line {k}");
             let Some(exact) = exact else {
-                assert_eq!(cuboid.distance_m(&ray, 9.0), None);
+                assert!(cuboid.first_hit(&ray, 9.0).is_none() && !cuboid.blocks(&ray, 9.0));
                 continue;
             };
             met += 1;
@@ -183,18 +190,17 @@ mod tests {
                 assert!((one.distance_m - other.distance_m).abs() * cos < 2e-6, "line {k}");
                 assert!(one.normal.dot(other.normal.normalize()).abs() > 0.999_99, "line {k}");
             }
-            let hit = cuboid.hit_at(&ray, cuboid.distance_m(&ray, 9.0).unwrap());
+            let hit = cuboid.first_hit(&ray, 9.0).unwrap();
             let traced_hit = mesh.first_hit(&[], &ray, 9.0).unwrap();
             let apart = hit.point - traced_hit.point;
             assert!(apart.dot(hit.normal).abs() < 4e-7, "both points lie on the face");
             assert!(apart.length() * hit.normal.dot(direction).abs() < 2e-6, "line {k}");
-            assert!(hit.normal.dot(direction) < 0.0);
+            assert!(hit.normal.dot(direction) < 0.0 && cuboid.blocks(&ray, 9.0));
             let inside = Ray { origin: hit.point + 1e-3 * direction, direction };
-            if let Some(out_m) = cuboid.distance_m(&inside, 9.0) {
-                let out = cuboid.hit_at(&inside, out_m);
+            if let Some(out) = cuboid.first_hit(&inside, 9.0) {
                 assert!(
                     out.normal.dot(exact[1].normal) > 0.999_99
-                        && (out_m + 1e-3 + hit.distance_m - exact[1].distance_m).abs() < 1e-5
+                        && (out.distance_m + 1e-3 + hit.distance_m - exact[1].distance_m).abs() < 1e-5
                 );
             }
         }

@@ -39,24 +39,18 @@ impl Ellipsoid {
         4.0 / 3.0 * std::f64::consts::PI * self.to_scene.matrix3.determinant().abs()
     }
 
-    /// How far the first hit is, beyond the ray's origin and nearer than `limit_m`, in m.
-    pub fn distance_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
-        let ahead = self.line(ray)?.distances_m.into_iter().find(|&distance_m| distance_m > 0.0);
-        ahead.map(narrow).filter(|&distance_m| distance_m < limit_m)
+    /// The first hit beyond the ray's origin and nearer than `limit_m`.
+    pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+        let line = self.line(ray)?;
+        let distance_m = line.ahead_m(limit_m)?;
+        let own = line.at(distance_m);
+        let point = self.to_scene.transform_point3(own).as_vec3a();
+        Some(ShapeHit::plain(narrow(distance_m), point, self.normal(own).as_vec3a().normalize()))
     }
 
-    /// The first hit, from its distance.
-    pub fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
-        // From afar the distance in single precision is a coarse one.
-        let exact_m = self
-            .line(ray)
-            .into_iter()
-            .flat_map(|line| line.distances_m)
-            .find(|&m| narrow(m).to_bits() == distance_m.to_bits());
-        let near = ray.origin.as_dvec3() + exact_m.unwrap_or(distance_m.into()) * ray.direction.as_dvec3();
-        let own = self.to_unit.transform_point3(near).normalize();
-        let point = self.to_scene.transform_point3(own).as_vec3a();
-        ShapeHit::plain(distance_m, point, self.normal(own).as_vec3a().normalize())
+    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
+        self.line(ray).is_some_and(|line| line.ahead_m(limit_m).is_some())
     }
 
     /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the sphere.
@@ -108,6 +102,12 @@ struct UnitLine {
 }
 
 impl UnitLine {
+    /// Where it meets the sphere first, beyond its origin and nearer than `limit_m`.
+    fn ahead_m(&self, limit_m: f32) -> Option<f64> {
+        let ahead = self.distances_m.into_iter().find(|&distance_m| distance_m > 0.0);
+        ahead.filter(|&distance_m| narrow(distance_m) < limit_m)
+    }
+
     /// The point of the sphere's surface there.
     fn at(&self, distance_m: f64) -> DVec3 {
         (self.origin + distance_m * self.direction).normalize()
@@ -130,15 +130,14 @@ mod tests {
             let eye = centre + DVec3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 0.02 * f64::from(k - 100));
             let aim = centre + turn * DVec3::new(0.1, -0.05, 0.2);
             let ray = Ray { origin: eye.as_vec3a(), direction: (aim - eye).normalize().as_vec3a().normalize() };
-            let hit = ball.hit_at(&ray, ball.distance_m(&ray, f32::INFINITY).unwrap());
+            let hit = ball.first_hit(&ray, f32::INFINITY).unwrap();
             let own = turn.inverse() * (hit.point.as_dvec3() - centre);
             // (x/a)² + (y/b)² + (z/c)² = 1; single precision of coordinates near 3 m, against half an axis of 0.2 m.
             assert!(((own / half).length_squared() - 1.0).abs() < 1e-5);
             let gradient = (turn * (own / (half * half))).normalize();
             assert!(hit.normal.as_dvec3().dot(gradient) > 1.0 - 1e-6);
             assert!(hit.normal.dot(ray.direction) < 0.0);
-            let within = |limit_m: f32| ball.distance_m(&ray, limit_m).is_some();
-            assert!(within(hit.distance_m + 1e-4) && !within(hit.distance_m - 1e-4));
+            assert!(ball.blocks(&ray, hit.distance_m + 1e-4) && !ball.blocks(&ray, hit.distance_m - 1e-4));
         }
     }
 

@@ -44,11 +44,9 @@ impl Shape {
     #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         match self {
-            Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m).map(|distance_m| cuboid.hit_at(ray, distance_m)),
-            Self::Ellipsoid(ellipsoid) => {
-                ellipsoid.distance_m(ray, limit_m).map(|distance_m| ellipsoid.hit_at(ray, distance_m))
-            }
-            Self::Plane(plane) => plane.distance_m(ray, limit_m).map(|distance_m| plane.hit_at(ray, distance_m)),
+            Self::Cuboid(cuboid) => cuboid.first_hit(ray, limit_m),
+            Self::Ellipsoid(ellipsoid) => ellipsoid.first_hit(ray, limit_m),
+            Self::Plane(plane) => plane.first_hit(ray, limit_m),
             Self::Mesh(instance) => instance.first_hit(ray, limit_m),
         }
     }
@@ -57,9 +55,9 @@ impl Shape {
     #[inline]
     pub fn blocks(&self, ray: &Ray, limit_m: f32) -> bool {
         match self {
-            Self::Cuboid(cuboid) => cuboid.distance_m(ray, limit_m).is_some(),
-            Self::Ellipsoid(ellipsoid) => ellipsoid.distance_m(ray, limit_m).is_some(),
-            Self::Plane(plane) => plane.distance_m(ray, limit_m).is_some(),
+            Self::Cuboid(cuboid) => cuboid.blocks(ray, limit_m),
+            Self::Ellipsoid(ellipsoid) => ellipsoid.blocks(ray, limit_m),
+            Self::Plane(plane) => plane.blocks(ray, limit_m),
             Self::Mesh(instance) => instance.blocks(ray, limit_m),
         }
     }

@@ -116,17 +116,15 @@ pub(crate) struct Way {
 impl Origin {
     /// The way there.
     pub(crate) fn way(&self, from: Vec3A) -> Way {
-        match *self {
-            Self::Point(position) | Self::Patch(Patch { position, .. }) => {
-                let way = position - from;
-                let distance_m = way.length();
-                Way { direction: way / distance_m, distance_m }
-            }
-            Self::Distant(direction) => Way { direction, distance_m: f32::INFINITY },
+        let way = self.towards(from);
+        if let Self::Distant(_) = self {
+            return Way { direction: way, distance_m: f32::INFINITY };
         }
+        let distance_m = way.length();
+        Way { direction: way / distance_m, distance_m }
     }
 
-    /// The direction there, of any length.
+    /// The direction there: as long as the way to a lamp, of unit length to what is far away.
     #[inline]
     fn towards(&self, from: Vec3A) -> Vec3A {
         match *self {
