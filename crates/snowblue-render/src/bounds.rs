@@ -1,7 +1,9 @@
 //! Axis-parallel boxes around things, and the part of a ray inside one.
 
 use glam::{Vec3, Vec3A};
+use wide::f32x4;
 
+use crate::lanes::{Vectors, copysign};
 use crate::ray::Ray;
 
 /// An axis-parallel box, in m.
@@ -62,9 +64,18 @@ impl Bounds {
 /// A negative zero counts as a positive one: the hierarchy tells near from far sides by `direction < 0`, which it is not.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
-    const LEAST: Vec3A = Vec3A::splat(1e-18);
-    direction.abs().max(LEAST).copysign(direction + Vec3A::ZERO).recip()
+    direction.abs().max(Vec3A::splat(LEAST)).copysign(direction + Vec3A::ZERO).recip()
 }
+
+/// The same in four lanes.
+#[inline]
+pub(crate) fn finite_inverses(direction: Vectors) -> Vectors {
+    let least = f32x4::splat(LEAST);
+    direction.map(|one| f32x4::ONE / copysign(one.abs().fast_max(least), one + f32x4::ZERO))
+}
+
+/// Components of less than this in magnitude count as this.
+const LEAST: f32 = 1e-18;
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,9 @@
 //! A pinhole camera.
 
 use glam::Vec3A;
+use wide::f32x4;
 
+use crate::lanes::{Rays, Vectors};
 use crate::ray::Ray;
 
 /// A camera that sees all distances sharply.
@@ -48,10 +50,17 @@ impl PinholeCamera {
     }
 
     /// The ray through a point of the picture: (0, 0) is its upper left corner and (1, 1) its lower right.
-    #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {
-        let direction = self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down);
-        Ray { origin: self.position, direction: direction.normalize() }
+        self.rays(f32x4::splat(across), f32x4::splat(down)).lane(0)
+    }
+
+    /// The same for four points.
+    #[inline]
+    pub(crate) fn rays(&self, across: f32x4, down: f32x4) -> Rays {
+        let [forward, right, up] = [self.forward, self.right, self.up].map(Vectors::splat);
+        let two = f32x4::splat(2.0);
+        let direction = forward + right * (two * across - f32x4::ONE) + up * (f32x4::ONE - two * down);
+        Rays::new(Vectors::splat(self.position), direction.normalized())
     }
 }
 

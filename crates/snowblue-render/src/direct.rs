@@ -7,116 +7,267 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use snowblue_database::lookup::{SUMS, WeighedSnow};
+use snowblue_database::PcaSnow;
+use snowblue_database::lookup::{Between, SUMS, WeighedSnow};
+use wide::{f32x4, i32x4};
 
-use crate::light::{Beam, Place};
+use crate::chord::Exit;
+use crate::lanes::{Arrivals, Chords, LANES, Lines, Places, Rays, Source, Surfaces, Which, groups, lanes};
+use crate::light::Light;
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
-use crate::material::pca_snow::{Emission, Passage, PcaSnowMaterial, Reflection, angle_deg, depth_cm};
-use crate::objects::Surface;
+use crate::material::pca_snow::{Emission, PathMode, PcaSnowMaterial, Reflection};
 use crate::probe::{Probe, Side};
 use crate::retina::Colour;
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::{SAMPLES, Spectrum};
 
-/// The lamps of a scene, and what each material makes of their colours.
+/// Colours of four samples.
+pub(crate) type Colours = [Colour; LANES];
+
+/// The lamps of a scene, and what its materials make of their colours.
 #[derive(Debug)]
-pub(crate) struct DirectLight {
+pub(crate) struct DirectLight<'scene> {
     lamps: Vec<Lamp>,
-    /// For each material in turn, what it makes of each lamp.
-    finishes: Vec<Vec<Finish>>,
+    /// One for each material.
+    finishes: Vec<Finish<'scene>>,
 }
 
 /// One lamp.
 #[derive(Debug)]
 struct Lamp {
-    beam: Beam,
+    source: Source,
     /// The colour of one unit at each wavelength of what is made of its light.
     weights: [[f32; SUMS]; SAMPLES],
 }
 
-/// A material in the light of one lamp.
+/// A material in the light of each lamp.
 #[derive(Debug)]
-enum Finish {
-    /// The colour that it reflects.
-    Diffuse(Colour),
+enum Finish<'scene> {
+    /// The colours that it reflects.
+    Diffuse(Vec<Colour>),
     /// Snow.
-    Snow(Box<WeighedSnow>),
+    Snow(LitSnow<'scene>),
 }
 
-impl DirectLight {
+/// Snow in the light of each lamp.
+#[derive(Debug)]
+struct LitSnow<'scene> {
+    material: &'scene PcaSnowMaterial,
+    curves: &'scene PcaSnow,
+    weighed: Vec<WeighedSnow>,
+}
+
+/// Snow in the light of one of them.
+struct LitBy<'lit> {
+    snow: &'lit LitSnow<'lit>,
+    lamp: &'lit Lamp,
+    weighed: &'lit WeighedSnow,
+}
+
+/// Rays that hit the same object.
+struct Hits<'surfaces> {
+    object: usize,
+    which: Which,
+    surfaces: &'surfaces Surfaces,
+}
+
+/// Ways of light through snow.
+struct Passages {
+    /// Those that there are.
+    which: Which,
+    /// Those that have no entry, as the lamp is inside.
+    inside: Which,
+    /// Depths of the snow, in cm.
+    depth_cm: f32x4,
+    /// Angles at which the light meets the snow, in degrees.
+    angle_deg: f32x4,
+    /// Irradiance there per unit of the lamp's power, if nothing hides it.
+    irradiance_per_power: f32x4,
+    /// Where that is, and on which object.
+    entries: Places,
+    objects: i32x4,
+}
+
+impl<'scene> DirectLight<'scene> {
     /// The short way for a scene, if it is enough: for lamps without extent, no bounces, and materials that are the same
     /// everywhere.
-    pub(crate) fn of(scene: &Scene) -> Option<Self> {
+    pub(crate) fn of(scene: &'scene Scene) -> Option<Self> {
         let settings = &scene.integrator;
         if settings.integrator != Integrator::Path || settings.max_bounces > 0 || !scene.retina.is_eye() {
             return None;
         }
-        let lamp = |beam: Beam| Lamp { beam, weights: scene.retina.weights_of(&beam.power) };
-        let lamps = scene.lights.iter().map(|light| light.single().map(lamp)).collect::<Option<Vec<_>>>()?;
-        let finishes = |material: &Material| lamps.iter().map(|lamp| Finish::of(material, lamp)).collect();
-        let finishes = scene.materials.iter().map(finishes).collect::<Option<Vec<_>>>()?;
+        let lamp = |light: &Light| {
+            let weights = scene.retina.weights_of(&light.single()?.power);
+            Some(Lamp { source: Source::of(light)?, weights })
+        };
+        let lamps: Vec<Lamp> = scene.lights.iter().map(lamp).collect::<Option<_>>()?;
+        let finishes = scene.materials.iter().map(|material| Finish::of(material, &lamps)).collect::<Option<_>>()?;
         Some(Self { lamps, finishes })
     }
 
-    /// The colour of the light that leaves a surface point of a scene towards the eye.
-    pub(crate) fn leaving(&self, scene: &Scene, probe: &mut Probe, surface: &Surface) -> Colour {
-        let finishes = &self.finishes[surface.material];
-        match &scene.materials[surface.material] {
-            Material::Diffuse(_) => self.reflected(probe, surface, |_, lamp| match &finishes[lamp] {
-                Finish::Diffuse(colour) => *colour,
-                Finish::Snow(_) => Colour::ZERO,
-            }),
-            Material::PcaSnow(snow) => self.leaving_snow(probe, (snow, finishes), surface),
+    /// The colours of the light that arrives along some rays, and which of them hit anything.
+    pub(crate) fn colours(&self, probe: &mut Probe, rays: &Rays, which: Which) -> (Colours, Which) {
+        let surfaces = probe.camera_hits(rays, which);
+        let mut colours = [Colour::ZERO; LANES];
+        for (object, which) in groups(surfaces.found, surfaces.objects) {
+            let hits = Hits { object, which, surfaces: &surfaces };
+            match &self.finishes[probe.objects().list()[object].material] {
+                Finish::Diffuse(own) => self.reflect(probe, &hits, &mut colours, |lamp, _, _| own[lamp]),
+                Finish::Snow(snow) => self.leave(snow, probe, &hits, &mut colours),
+            }
         }
+        (colours, surfaces.found)
     }
 
-    fn leaving_snow(
+    /// Adds L = R E / π of all lamps that shine on some surfaces; `colour` is R for one of them and the light's arrival in a lane.
+    #[inline]
+    fn reflect(
         &self,
         probe: &mut Probe,
-        (snow, finishes): (&PcaSnowMaterial, &[Finish]),
-        surface: &Surface,
-    ) -> Colour {
-        let hit = snow.hit(probe.objects(), surface);
-        let straight = hit.straight(probe);
-        let depth_cm = straight.as_ref().map_or(0.0, depth_cm);
-        let mut sum = self.reflected(probe, surface, |cos_incidence, lamp| match (&finishes[lamp], snow.reflection) {
-            (Finish::Snow(curves), Reflection::Table) => {
-                Colour::from_array(curves.reflectance(depth_cm, angle_deg(cos_incidence)))
+        hits: &Hits,
+        colours: &mut Colours,
+        colour: impl Fn(usize, &Arrivals, usize) -> Colour,
+    ) {
+        let places = &hits.surfaces.places;
+        for (number, lamp) in self.lamps.iter().enumerate() {
+            let arrivals = lamp.source.arrivals(places, hits.which);
+            let lit = lamp.source.reaches(probe, (places, Side::Outer(hits.object)), arrivals.which);
+            for lane in lanes(lit) {
+                let irradiance = arrivals.irradiance_per_power.as_array()[lane];
+                colours[lane] += colour(number, &arrivals, lane) * (irradiance * FRAC_1_PI);
             }
-            (_, Reflection::Constant(share)) => self.lamps[lamp].colour_of(&Spectrum::constant(share)),
-            (Finish::Diffuse(_), Reflection::Table) => Colour::ZERO,
-        });
-        for (lamp, finish) in self.lamps.iter().zip(finishes) {
-            let Finish::Snow(curves) = finish else { continue };
-            let light = |passage: &Passage| {
-                let transmittance = if passage.depth_cm <= curves.most_cm() {
-                    Colour::from_array(curves.transmittance(passage.depth_cm, passage.angle_deg()))
-                } else {
-                    let mut spectrum = Spectrum::ZERO;
-                    hit.curves().transmittance(passage.depth_cm, passage.angle_deg(), &mut spectrum.0);
-                    lamp.colour_of(&spectrum)
-                };
-                transmittance * (passage.arrival.irradiance_per_power * FRAC_1_PI)
-            };
-            sum += hit.through(probe, (&lamp.beam, straight.as_ref()), light, |light| light.y).unwrap_or_default();
         }
-        sum
     }
 
-    /// L = R E / π of all lamps that shine on a surface; `colour` is R in the light of one of them.
-    #[inline]
-    fn reflected(&self, probe: &mut Probe, surface: &Surface, colour: impl Fn(f32, usize) -> Colour) -> Colour {
-        let place = Place { point: surface.point, normal: surface.normal };
-        let mut sum = Colour::ZERO;
-        for (number, lamp) in self.lamps.iter().enumerate() {
-            if let Some(arrival) = lamp.beam.arrival(&place)
-                && lamp.beam.reaches(probe, &place, Side::Outer(surface.object))
-            {
-                sum += colour(arrival.cos_incidence, number) * (arrival.irradiance_per_power * FRAC_1_PI);
+    /// Adds the light that leaves snow.
+    fn leave(&self, snow: &LitSnow, probe: &mut Probe, hits: &Hits, colours: &mut Colours) {
+        let straight = snow.straight(probe, hits);
+        self.reflect(probe, hits, colours, |lamp, arrivals, lane| match snow.material.reflection {
+            Reflection::Table => {
+                let (depth_cm, angle_deg) = (straight.depth_cm(), arrivals.angle_deg());
+                let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
+                Colour::from_array(snow.weighed[lamp].reflectance(depth_cm, angle_deg))
             }
+            Reflection::Constant(share) => self.lamps[lamp].colour_of(&Spectrum::constant(share)),
+        });
+        for (lamp, weighed) in self.lamps.iter().zip(&snow.weighed) {
+            LitBy { snow, lamp, weighed }.add_through(probe, hits, &straight, colours);
         }
-        sum
+    }
+}
+
+impl LitSnow<'_> {
+    /// The paths through the snow that do not depend on the light.
+    fn straight(&self, probe: &mut Probe, hits: &Hits) -> Chords {
+        let direction = match self.material.path {
+            PathMode::View => hits.surfaces.direction,
+            PathMode::Normal | PathMode::Light | PathMode::Easiest => -hits.surfaces.places.normal,
+        };
+        let lines = Lines { from: hits.surfaces.places, direction, end_m: f32x4::splat(f32::INFINITY) };
+        probe.chords(hits.object, &lines, self.material.exit, hits.which)
+    }
+}
+
+impl LitBy<'_> {
+    /// Adds what comes of the lamp through the snow: of two ways the brighter one, and the darker where that is hidden, as the
+    /// [long way](crate::material::pca_snow::SnowHit) does.
+    fn add_through(&self, probe: &mut Probe, hits: &Hits, straight: &Chords, colours: &mut Colours) {
+        let (along, line) = (self.along(straight), self.on_lines(probe, hits));
+        let both = along.which & line.which;
+        let (mut light_along, mut light_on_line) = ([Colour::ZERO; LANES], [Colour::ZERO; LANES]);
+        let mut prefers_line = line.which & !along.which;
+        for lane in lanes(both) {
+            (light_along[lane], light_on_line[lane]) = (self.light(&along, lane), self.light(&line, lane));
+            prefers_line |= u32::from(light_on_line[lane].y > light_along[lane].y) << lane;
+        }
+        let side_on_line = if self.snow.material.exit == Exit::Last { Side::Last } else { Side::Inner };
+        let along_in = |probe: &mut Probe, which| along.let_in(probe, &self.lamp.source, Side::Inner, which);
+        let line_in = |probe: &mut Probe, which| line.let_in(probe, &self.lamp.source, side_on_line, which);
+        let lit_along = along_in(probe, along.which & !prefers_line);
+        let lit_on_line = line_in(probe, prefers_line);
+        let lit_along = lit_along | along_in(probe, both & prefers_line & !lit_on_line);
+        let lit_on_line = lit_on_line | line_in(probe, both & !prefers_line & !lit_along);
+        for lane in lanes(lit_along) {
+            colours[lane] += if both >> lane & 1 == 1 { light_along[lane] } else { self.light(&along, lane) };
+        }
+        for lane in lanes(lit_on_line) {
+            colours[lane] += if both >> lane & 1 == 1 { light_on_line[lane] } else { self.light(&line, lane) };
+        }
+    }
+
+    /// The ways along the paths that do not depend on the light, if the material takes them and their exits face the lamp.
+    fn along(&self, straight: &Chords) -> Passages {
+        let which = if self.snow.material.path == PathMode::Light { 0 } else { straight.found };
+        Passages::through_exits(straight, &self.lamp.source, which)
+    }
+
+    /// The ways on the lines to the lamp, if the material takes them.
+    fn on_lines(&self, probe: &mut Probe, hits: &Hits) -> Passages {
+        let (from, source, material) = (hits.surfaces.places, &self.lamp.source, self.snow.material);
+        let way = source.ways(from.point);
+        // A light before the face shines on it; what else of the object stands between is not a way to its inside.
+        let behind = match material.path {
+            PathMode::View | PathMode::Normal => 0,
+            PathMode::Light | PathMode::Easiest => from.normal.dot(way.direction).simd_lt(f32x4::ZERO).to_bitmask(),
+        };
+        let lines = Lines { from, direction: way.direction, end_m: way.distance_m };
+        let chords = probe.chords(hits.object, &lines, material.exit, hits.which & behind);
+        let mut passages = Passages::through_exits(&chords, source, chords.found & !chords.inside);
+        if chords.inside != 0 {
+            passages.add_inside(&source.arrivals(&Places { normal: way.direction, ..from }, chords.inside));
+        }
+        passages
+    }
+
+    /// L = T E / π of a way.
+    #[inline]
+    fn light(&self, passages: &Passages, lane: usize) -> Colour {
+        let [depth_cm, angle_deg] = [passages.depth_cm, passages.angle_deg].map(|four| four.as_array()[lane]);
+        let transmittance = if depth_cm <= self.weighed.most_cm() {
+            Colour::from_array(self.weighed.transmittance(depth_cm, angle_deg))
+        } else {
+            let mut spectrum = Spectrum::ZERO;
+            Between::only(self.snow.curves).transmittance(depth_cm, angle_deg, &mut spectrum.0);
+            self.lamp.colour_of(&spectrum)
+        };
+        transmittance * (passages.irradiance_per_power.as_array()[lane] * FRAC_1_PI)
+    }
+}
+
+impl Passages {
+    /// The ways along some paths whose exits face a lamp.
+    #[inline]
+    fn through_exits(chords: &Chords, source: &Source, which: Which) -> Self {
+        let arrivals = source.arrivals(&chords.exits, which);
+        Self {
+            which: arrivals.which,
+            inside: 0,
+            depth_cm: chords.depth_cm(),
+            angle_deg: arrivals.angle_deg(),
+            irradiance_per_power: arrivals.irradiance_per_power,
+            entries: chords.exits,
+            objects: chords.objects,
+        }
+    }
+
+    /// Adds ways that end at a lamp inside, at right angles.
+    fn add_inside(&mut self, arrivals: &Arrivals) {
+        for lane in lanes(arrivals.which) {
+            self.angle_deg.as_mut_array()[lane] = 0.0;
+            self.irradiance_per_power.as_mut_array()[lane] = arrivals.irradiance_per_power.as_array()[lane];
+        }
+        self.inside |= arrivals.which;
+        self.which |= arrivals.which;
+    }
+
+    /// Those of some ways where the lamp shines on the place where the light goes in.
+    #[inline]
+    fn let_in(&self, probe: &mut Probe, source: &Source, side: fn(usize) -> Side, which: Which) -> Which {
+        let entering = groups(which & !self.inside, self.objects);
+        entering.fold(which & self.inside, |lit, (object, here)| {
+            lit | source.reaches(probe, (&self.entries, side(object)), here)
+        })
     }
 }
 
@@ -127,13 +278,19 @@ impl Lamp {
     }
 }
 
-impl Finish {
-    fn of(material: &Material, lamp: &Lamp) -> Option<Self> {
+impl<'scene> Finish<'scene> {
+    fn of(material: &'scene Material, lamps: &[Lamp]) -> Option<Self> {
         match material {
-            Material::Diffuse(Diffuse::Even(reflectance)) => Some(Self::Diffuse(lamp.colour_of(reflectance))),
+            Material::Diffuse(Diffuse::Even(reflectance)) => {
+                Some(Self::Diffuse(lamps.iter().map(|lamp| lamp.colour_of(reflectance)).collect()))
+            }
             Material::Diffuse(Diffuse::Painted(_)) => None,
             Material::PcaSnow(snow) if snow.emission == Emission::Relative => None,
-            Material::PcaSnow(snow) => Some(Self::Snow(Box::new(snow.curves.the_one()?.weighed(&lamp.weights)?))),
+            Material::PcaSnow(material) => {
+                let curves = material.curves.the_one()?;
+                let weighed = lamps.iter().map(|lamp| curves.weighed(&lamp.weights)).collect::<Option<_>>()?;
+                Some(Self::Snow(LitSnow { material, curves, weighed }))
+            }
         }
     }
 }

@@ -33,6 +33,7 @@ mod png_image;
 
 pub mod bounds;
 mod hierarchy;
+mod lanes;
 mod pencil;
 pub mod ray;
 mod triangle;

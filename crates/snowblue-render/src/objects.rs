@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3A};
 use crate::body::{pair_up, unite};
 use crate::bounds::Bounds;
 use crate::hierarchy::{Course, Hierarchy};
+use crate::probe::Side;
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
 use crate::shape::Shape;
 use crate::surface_texture::TexturePlace;
@@ -159,17 +160,26 @@ impl Objects {
         self.blocked_by(ray, limit_m, |_| true)
     }
 
-    /// Whether anything lies on a ray from a surface of `object`, nearer than `limit_m`, but for the other objects of its
-    /// body.
-    pub fn blocked_from(&self, object: usize, ray: &Ray, limit_m: f32) -> bool {
-        let body = self.bodies[object];
-        self.blocked_by(ray, limit_m, |index| index == object || self.bodies[index] != body)
+    /// Whether anything lies on a ray from one side of a surface, nearer than `limit_m`.
+    pub(crate) fn hidden(&self, ray: &Ray, limit_m: f32, side: Side) -> bool {
+        self.blocked_by(ray, limit_m, |index| self.can_hide(index, side))
     }
 
-    /// Whether anything lies on a ray nearer than `limit_m` that is no part of the body of `object`.
-    pub(crate) fn blocked_beyond(&self, object: usize, ray: &Ray, limit_m: f32) -> bool {
-        let body = self.bodies[object];
-        self.blocked_by(ray, limit_m, |index| self.bodies[index] != body)
+    /// Whether an object can hide what is seen from one side of a surface.
+    #[inline]
+    pub(crate) fn can_hide(&self, index: usize, side: Side) -> bool {
+        match side {
+            Side::Outer(_) => true,
+            Side::Inner(object) => index == object || self.bodies[index] != self.bodies[object],
+            Side::Last(object) => self.bodies[index] != self.bodies[object],
+        }
+    }
+
+    /// All objects, if they are few enough to be tried one by one.
+    #[inline]
+    pub(crate) fn few(&self) -> Option<impl Iterator<Item = usize>> {
+        let bounded = self.bounded.iter().map(|(index, _)| *index);
+        self.hierarchy.is_none().then(|| self.endless.iter().copied().chain(bounded))
     }
 
     #[inline]
@@ -361,8 +371,8 @@ mod tests {
         assert_eq!(crossed, [0, 0, 1, 1]);
         let beyond = Ray { origin: Vec3A::new(0.6, 0.1, 0.2), direction: Vec3A::X };
         assert!(objects.blocked(&beyond, 2.5));
-        assert!(!objects.blocked_from(0, &beyond, 2.5), "the second block of the wall does not count");
-        assert!(objects.blocked_from(0, &beyond, 3.5), "another body does");
+        assert!(!objects.hidden(&beyond, 2.5, Side::Inner(0)), "the second block of the wall does not count");
+        assert!(objects.hidden(&beyond, 3.5, Side::Inner(0)), "another body does");
         assert!(objects.holds(1, Vec3A::new(2.2, 0.3, -0.4)) && !objects.holds(1, Vec3A::new(2.2, 0.6, -0.4)));
     }
 }

@@ -8,12 +8,12 @@
 //! Lights with extent are found in two ways, by drawing a point of them and by the path's next ray; each counts with its
 //! share of the density of both (see [`light`](crate::light)).
 
-use crate::direct::DirectLight;
+use crate::direct::{Colours, DirectLight};
+use crate::lanes::{Rays, Which};
 use crate::light::{Light, Place, TOUCHING};
 use crate::objects::Surface;
 use crate::probe::{Probe, Statistics};
 use crate::ray::Ray;
-use crate::retina::Colour;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -41,11 +41,10 @@ impl<'scene> PathTracer<'scene> {
         self.probe.statistics
     }
 
-    /// The colour of the light that arrives along a camera ray by the short way; none where the ray hits nothing.
+    /// The colours of the light that arrives along some camera rays by the short way, and which of them hit anything.
     #[inline]
-    pub(crate) fn colour(&mut self, direct: &DirectLight, camera_ray: &Ray) -> Option<Colour> {
-        let hit = self.probe.camera_hit(camera_ray);
-        Some(direct.leaving(self.scene, &mut self.probe, hit.as_ref()?))
+    pub(crate) fn colours(&mut self, direct: &DirectLight, camera_rays: &Rays, which: Which) -> (Colours, Which) {
+        direct.colours(&mut self.probe, camera_rays, which)
     }
 
     /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.

@@ -115,11 +115,7 @@ impl<'scene> Probe<'scene> {
 
     fn is_free(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
         self.statistics.shadow_rays += 1;
-        !match side {
-            Side::Outer(_) => self.objects.blocked(ray, limit_m),
-            Side::Inner(object) => self.objects.blocked_from(object, ray, limit_m),
-            Side::Last(object) => self.objects.blocked_beyond(object, ray, limit_m),
-        }
+        !self.objects.hidden(ray, limit_m, side)
     }
 
     /// The depth of a straight path through the solid that an object is or belongs to.

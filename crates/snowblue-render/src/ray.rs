@@ -1,6 +1,8 @@
 //! Rays, where they meet surfaces, and how a new ray leaves a surface without hitting it again.
 
 use glam::Vec3A;
+use wide::bytemuck::cast;
+use wide::{f32x4, i32x4};
 
 /// A half-line: origin in metres and unit direction.
 #[derive(Debug, Clone, Copy)]
@@ -83,22 +85,28 @@ pub(crate) fn narrow(value: f64) -> f32 {
 /// The surface's own coordinates may be greater, where a wide mesh passes by the coordinate origin: `reach_m` is the greatest
 /// coordinate of all of it, in m, and another 2⁻²⁰ of that covers a few of its roundings, 0.5 mm for a field 1 km across.
 pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
-    const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
-    const NEAR_ORIGIN_M: f32 = 1.0 / 32.0;
-    const NEAR_STEP_M: f32 = 1.0 / 65536.0;
-    const STEP_ULP: f32 = 256.0;
-    let step = |coordinate: f32, normal: f32| {
-        if coordinate.abs() < NEAR_ORIGIN_M {
-            return coordinate + NEAR_STEP_M * normal;
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "at most 256 in magnitude")]
-        let ulps = (STEP_ULP * normal) as i32;
-        // Away from zero the bits of a float count upwards, on both sides of it.
-        let signed = if coordinate < 0.0 { -ulps } else { ulps };
-        f32::from_bits(coordinate.to_bits().wrapping_add_signed(signed))
-    };
-    let point = point + normal * (REACH_SHARE * reach_m);
-    Vec3A::new(step(point.x, normal.x), step(point.y, normal.y), step(point.z, normal.z))
+    let [point, normal] =
+        [point + normal * (REACH_SHARE * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
+    let [x, y, z, _] = stepped(point, normal).to_array();
+    Vec3A::new(x, y, z)
+}
+
+/// What of the greatest coordinate of a surface its points are moved by.
+pub(crate) const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
+
+/// Four coordinates moved.
+#[inline]
+pub(crate) fn stepped(coordinate: f32x4, normal: f32x4) -> f32x4 {
+    const NEAR_ORIGIN_M: f32x4 = f32x4::splat(1.0 / 32.0);
+    const NEAR_STEP_M: f32x4 = f32x4::splat(1.0 / 65536.0);
+    const STEP_ULP: f32x4 = f32x4::splat(256.0);
+    let even = coordinate + NEAR_STEP_M * normal;
+    let ulps = (STEP_ULP * normal).fast_trunc_int();
+    // Away from zero the bits of a float count upwards, on both sides of it. All ones are -1: a number's bits turned over less
+    // that are its negative.
+    let below: i32x4 = cast(coordinate.simd_lt(f32x4::ZERO));
+    let stepped: f32x4 = cast(cast::<_, i32x4>(coordinate) + ((ulps ^ below) - below));
+    coordinate.abs().simd_lt(NEAR_ORIGIN_M).bitselect(even, stepped)
 }
 
 #[cfg(test)]

@@ -6,11 +6,13 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use wide::f32x4;
 
 use crate::channels::Channels;
 use crate::direct::DirectLight;
 use crate::film::Film;
 use crate::first_hit::add_first_hit;
+use crate::lanes::{LANES, Rays, first_lanes, lanes};
 use crate::pixel_sums::PixelSums;
 use crate::portion::Portion;
 use crate::probe::{Probe, Statistics};
@@ -156,7 +158,7 @@ struct RowRenderer<'scene> {
     scene: &'scene Scene,
     tracer: Tracer<'scene>,
     /// The short way for light, if colours are all that is asked for.
-    direct: Option<&'scene DirectLight>,
+    direct: Option<&'scene DirectLight<'scene>>,
     /// Asks for what is seen first; it is no part of the path of light, and does not count.
     beside: Option<Probe<'scene>>,
     pixel: PixelSums,
@@ -164,7 +166,7 @@ struct RowRenderer<'scene> {
 }
 
 impl<'scene> RowRenderer<'scene> {
-    fn new(scene: &'scene Scene, direct: Option<&'scene DirectLight>, channels: Channels) -> Self {
+    fn new(scene: &'scene Scene, direct: Option<&'scene DirectLight<'scene>>, channels: Channels) -> Self {
         Self {
             scene,
             tracer: Tracer::new(scene),
@@ -182,19 +184,22 @@ impl<'scene> RowRenderer<'scene> {
         let pattern = PixelPattern::new(self.scene.integrator.seed, part.samples.clone());
         for (column, sums) in part.columns.clone().zip(row_sums[start..].chunks_exact_mut(planes)) {
             let pixel = Pixel::new(self.scene, &pattern, column, row);
-            for sample in part.samples.clone() {
-                let ray = pixel.ray(sample);
-                if let Some(direct) = self.direct {
+            if let Some(direct) = self.direct {
+                for first in part.samples.clone().step_by(LANES) {
+                    let which = first_lanes(part.samples.end - first);
+                    let (colours, found) = self.tracer.colours(direct, &pixel.rays(first), which);
                     // What is dark adds nothing.
-                    if let Some(colour) = self.tracer.colour(direct, &ray) {
-                        self.pixel.add_colour(colour);
-                    }
-                } else {
-                    let radiance = self.tracer.radiance(&ray, &mut pixel.sampler(sample));
+                    lanes(found).for_each(|lane| self.pixel.add_colour(colours[lane]));
+                }
+            } else {
+                for sample in part.samples.clone() {
+                    let radiance = self.tracer.radiance(&pixel.ray(sample), &mut pixel.sampler(sample));
                     self.pixel.add(&self.scene.retina, &radiance);
                 }
-                if let Some(probe) = &mut self.beside {
-                    add_first_hit(self.scene, probe, &ray, &mut self.pixel, self.channels);
+            }
+            if let Some(probe) = &mut self.beside {
+                for sample in part.samples.clone() {
+                    add_first_hit(self.scene, probe, &pixel.ray(sample), &mut self.pixel, self.channels);
                 }
             }
             self.pixel.fold(sums);
@@ -222,7 +227,7 @@ pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
 struct Pixel<'scene> {
     scene: &'scene Scene,
     pattern: &'scene PixelPattern,
-    shift: [u32; 2],
+    shift: [i32; 2],
     column: u32,
     row: u32,
 }
@@ -235,9 +240,16 @@ impl<'scene> Pixel<'scene> {
     /// The camera ray of a sample, evenly over the area of the pixel (a box filter).
     #[inline]
     fn ray(&self, sample: u32) -> Ray {
-        let (width, height) = (self.scene.film.width as f32, self.scene.film.height as f32);
-        let [across, down] = self.pattern.place(self.shift, sample);
-        self.scene.camera.ray((self.column as f32 + across) / width, (self.row as f32 + down) / height)
+        self.rays(sample).lane(0)
+    }
+
+    /// The camera rays of a sample and of the next three.
+    #[inline]
+    fn rays(&self, sample: u32) -> Rays {
+        let (width, height) = (self.scene.film.width, self.scene.film.height);
+        let [across, down] = self.pattern.places(self.shift, sample);
+        let at = |place, first: u32, size: u32| (f32x4::splat(first as f32) + place) / f32x4::splat(size as f32);
+        self.scene.camera.rays(at(across, self.column, width), at(down, self.row, height))
     }
 
     /// The random numbers of a sample's path.

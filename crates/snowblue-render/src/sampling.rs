@@ -8,6 +8,9 @@ use std::ops::Range;
 
 use glam::Vec3A;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
+use wide::{f32x4, i32x4};
+
+use crate::lanes::LANES;
 
 /// The length of one scrambled sequence; a longer run goes on with a new scramble.
 const SEQUENCE_LENGTH: u32 = 1 << 16;
@@ -55,32 +58,38 @@ impl Sampler {
 pub(crate) struct PixelPattern {
     seed: u32,
     first: u32,
-    places: Vec<[u32; 2]>,
+    /// Digits of the places from left to right, and of those downwards; at the end some more, so that four can always be taken.
+    digits: [Vec<i32>; 2],
 }
 
 impl PixelPattern {
     /// The places of some samples.
     pub(crate) fn new(seed: u32, samples: Range<u32>) -> Self {
-        let place = |sample: u32| {
+        let (first, mut places) = (samples.start, [vec![], vec![]]);
+        for sample in samples {
             let scramble = mixed(mixed(seed ^ PATTERN).wrapping_add(sample / SEQUENCE_LENGTH));
-            let [across, down, ..] = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
-            [digits(across), digits(down)]
-        };
-        Self { seed, first: samples.start, places: samples.map(place).collect() }
+            let numbers = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
+            places.iter_mut().zip(numbers).for_each(|(places, number)| places.push(digits(number)));
+        }
+        Self { seed, first, digits: places.map(|places| [places, vec![0; LANES - 1]].concat()) }
     }
 
     /// What moves the places of the pixel with number `pixel`.
-    pub(crate) fn shift(&self, pixel: u32) -> [u32; 2] {
+    pub(crate) fn shift(&self, pixel: u32) -> [i32; 2] {
         let across = mixed(mixed(self.seed ^ PATTERN) ^ pixel);
-        [across, mixed(across)]
+        [across, mixed(across)].map(|bits| (bits >> (32 - DIGITS)).cast_signed())
     }
 
-    /// The place of a sample in a pixel moved by `shift`, in [0, 1).
+    /// The places of a sample and of the next three in a pixel moved by `shift`, in [0, 1): from left to right, and downwards.
+    /// Those of samples that the pattern has not are no places.
     #[inline]
-    pub(crate) fn place(&self, shift: [u32; 2], sample: u32) -> [f32; 2] {
-        const UNIT: f32 = 1.0 / (1u32 << DIGITS) as f32;
-        let [across, down] = self.places[(sample - self.first) as usize];
-        [across ^ shift[0], down ^ shift[1]].map(|bits| (bits >> (32 - DIGITS)) as f32 * UNIT)
+    pub(crate) fn places(&self, shift: [i32; 2], sample: u32) -> [f32x4; 2] {
+        let first = (sample - self.first) as usize;
+        let [across, down] = &self.digits;
+        [(across, shift[0]), (down, shift[1])].map(|(digits, shift)| {
+            let four = [digits[first], digits[first + 1], digits[first + 2], digits[first + 3]];
+            (i32x4::new(four) ^ i32x4::splat(shift)).round_float() * f32x4::splat(UNIT)
+        })
     }
 }
 
@@ -89,10 +98,13 @@ const PATTERN: u32 = 0x5eed_f11a;
 /// Binary digits of a place.
 const DIGITS: u32 = 24;
 
-/// The binary digits of a number in [0, 1), the first in the highest place.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below 2³², and not negative")]
-fn digits(number: f32) -> u32 {
-    (f64::from(number) * f64::from(1u32 << 31) * 2.0) as u32
+/// The last of them.
+const UNIT: f32 = 1.0 / (1u32 << DIGITS) as f32;
+
+/// The binary digits of a number in [0, 1).
+#[expect(clippy::cast_possible_truncation, reason = "below 2²⁴")]
+fn digits(number: f32) -> i32 {
+    (number / UNIT) as i32
 }
 
 /// Spreads the bits of a number over all bits: two rounds of xor-shift and multiplication, with the constants that
@@ -163,6 +175,10 @@ mod tests {
         }
     }
 
+    fn place(pattern: &PixelPattern, shift: [i32; 2], sample: u32) -> [f32; 2] {
+        pattern.places(shift, sample).map(|four| four.as_array()[0])
+    }
+
     /// Each of 16 samples has one of 16 strips of every kind to itself, in every pixel: a (0, 4, 2)-net.
     #[test]
     fn places_in_pixels_are_even() {
@@ -170,7 +186,7 @@ mod tests {
         let mut first = Vec::new();
         for pixel in [0, 1, 77_777] {
             let shift = pattern.shift(pixel);
-            let places: Vec<[f32; 2]> = (16..32).map(|sample| pattern.place(shift, sample)).collect();
+            let places: Vec<[f32; 2]> = (16..32).map(|sample| place(&pattern, shift, sample)).collect();
             for columns in [1.0_f32, 2.0, 4.0, 8.0, 16.0] {
                 let rows = 16.0 / columns;
                 let strip = |[across, down]: &[f32; 2]| (across * columns).floor() * rows + (down * rows).floor();
@@ -187,7 +203,7 @@ mod tests {
         assert!(first[0] != first[1] && first[1] != first[2]);
         // The same as from another run.
         let other = PixelPattern::new(3, 20..21);
-        let [one, same] = [&other, &pattern].map(|pattern| pattern.place(pattern.shift(1), 20).map(f32::to_bits));
+        let [one, same] = [&other, &pattern].map(|pattern| place(pattern, pattern.shift(1), 20).map(f32::to_bits));
         assert_eq!(one, same);
     }
 

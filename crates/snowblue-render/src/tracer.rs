@@ -1,11 +1,11 @@
 //! Either way of following light through a scene: along straight lines through snow, or from grain to grain.
 
-use crate::direct::DirectLight;
+use crate::direct::{Colours, DirectLight};
+use crate::lanes::{Rays, Which};
 use crate::path::PathTracer;
 use crate::probe::Statistics;
 use crate::ray::Ray;
 use crate::reference::ReferenceTracer;
-use crate::retina::Colour;
 use crate::sampling::Sampler;
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Spectrum;
@@ -34,12 +34,12 @@ impl<'scene> Tracer<'scene> {
         }
     }
 
-    /// The colour of the light that arrives along a camera ray by the short way; none where the ray hits nothing.
+    /// The colours of the light that arrives along some camera rays by the short way, and which of them hit anything.
     #[inline]
-    pub(crate) fn colour(&mut self, direct: &DirectLight, camera_ray: &Ray) -> Option<Colour> {
+    pub(crate) fn colours(&mut self, direct: &DirectLight, camera_rays: &Rays, which: Which) -> (Colours, Which) {
         match self {
-            Self::Path(tracer) => tracer.colour(direct, camera_ray),
-            Self::Reference(_) => None,
+            Self::Path(tracer) => tracer.colours(direct, camera_rays, which),
+            Self::Reference(_) => Default::default(),
         }
     }
 

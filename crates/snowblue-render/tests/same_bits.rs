@@ -42,21 +42,51 @@ fn one_thread_and_many_give_the_same_picture() {
     assert_ne!(one, on_threads(1, &scene));
 }
 
-/// Light straight from lamps goes a short way of its own where colours are all that is asked for.
+/// A block on a floor with a lamp behind it and another far away before it.
+const BLOCK: &str = "[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n\
+    [[light]]\ntype = \"point\"\nposition = [0.1, 0.6, 0.2]\nradiant_intensity_w_sr = 9\n\
+    [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.6, -0.4]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.4, 0.1, 0.4]\nposition = [0, 0, 0.2]\nmaterial = \"snow\"\nbody = \"wall\"\n\
+    [[object]]\nshape = \"box\"\nsize = [3, 3, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n";
+
+/// A ball, a turned block of the same body as the block, and a plane behind them.
+const MORE: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [-0.3, 0.1, 0.15]\nmaterial = \"snow\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.3, 0.2, 0.2]\nposition = [0.25, 0.05, 0.1]\nrotation_deg = [10, 5, 30]\n\
+    material = \"snow\"\nbody = \"wall\"\n\
+    [[object]]\nshape = \"plane\"\nposition = [0, 1.5, 0]\nrotation_deg = [90, 0, 0]\nmaterial = \"floor\"\n";
+
+/// A lamp in the block, and one that shines in a cone.
+const LAMPS: &str = "[[light]]\ntype = \"point\"\nposition = [0.05, 0.01, 0.25]\nradiant_intensity_w_sr = 0.1\n\
+    [[light]]\ntype = \"spot\"\nposition = [0.5, -0.5, 1]\nlook_at = [0, 0, 0.3]\nouter_cone_deg = 25\n\
+    radiant_intensity_w_sr = 2\n";
+
+/// Small boxes: more objects than are tried one by one.
+fn pebbles() -> String {
+    let pebble = |k: i32| {
+        let x = 0.1 * f64::from(k - 4);
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.05, 0.03, 0.04]\nposition = [{x}, -0.2, 0.02]\nmaterial = \"snow\"\n"
+        )
+    };
+    (0..8).map(pebble).collect()
+}
+
+/// Light straight from lamps goes a short way of its own, four samples side by side, where colours are all that is asked for.
 #[test]
 fn the_short_way_and_the_long_way_give_the_same_colours() {
-    for path in ["view", "normal", "light", "easiest"] {
-        let snow = format!("{SNOW}path = \"{path}\"\n");
-        let lamps = "[[light]]\ntype = \"point\"\nposition = [0.1, 0.6, 0.2]\nradiant_intensity_w_sr = 9\n\
-                     [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.6, -0.4]\nirradiance_w_m2 = 1\n\
-                     illuminant = \"A\"\n";
-        let text = format!(
-            "{snow}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n{lamps}\
-             [[object]]\nshape = \"box\"\nsize = [0.4, 0.1, 0.4]\nposition = [0, 0, 0.2]\nmaterial = \"snow\"\n\
-             [[object]]\nshape = \"box\"\nsize = [3, 3, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n"
-        );
-        let mut scene = scene(&text, &real(), &[]);
-        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (40, 40, 4);
+    let everything = format!("{BLOCK}{MORE}{LAMPS}");
+    let paths = ["view", "normal", "light", "easiest"].map(|path| (format!("path = \"{path}\"\n"), BLOCK.to_owned()));
+    let cases = paths.into_iter().chain([
+        (String::new(), everything.clone()),
+        ("exit = \"first\"\n".to_owned(), everything.clone()),
+        ("path = \"light\"\nreflectance = 0.7\n".to_owned(), everything),
+        (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
+    ]);
+    for (keys, things) in cases {
+        let case = format!("{keys}, {} of objects and lamps", things.matches("[[").count());
+        let mut scene = scene(&format!("{SNOW}{keys}{things}"), &real(), &[]);
+        // Not four by four.
+        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (40, 40, 5);
         let view = View {
             position: Vec3A::new(0.7, -1.2, 0.5),
             look_at: Vec3A::new(0.0, 0.0, 0.2),
@@ -64,14 +94,15 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
             vertical_fov_deg: 30.0,
         };
         scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
-        let short = render(&scene, &|_| {}).film;
+        let short = render(&scene, &|_| {});
         let target = render::whole(&scene);
         let mut sums = Sums::new(&scene, Channels { spectrum: true, ..Channels::default() }, &target.window());
-        render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
+        let long = render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
+        assert_eq!(short.statistics, long, "{case}");
         let (mut lit, mut worst) = (0, 0.0_f64);
-        for (short, long) in short.pixels().iter().zip(sums.film().pixels()) {
+        for (short, long) in short.film.pixels().iter().zip(sums.film().pixels()) {
             for (short, long) in [(short.x, long.x), (short.y, long.y), (short.z, long.z)] {
-                assert!((short > 0.0) == (long > 0.0), "{path}: {short} {long}");
+                assert!((short > 0.0) == (long > 0.0), "{case}: {short} {long}");
                 if long > 0.0 {
                     lit += 1;
                     worst = worst.max((short / long - 1.0).abs());
@@ -79,7 +110,7 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
             }
         }
         // Straight lines between the nodes of logarithms of colours; `weighed` in snowblue-database bounds them.
-        assert!(lit > 1000 && worst < 2e-4, "{path}: {lit} lit, {worst}");
+        assert!(lit > 1000 && worst < 2e-4, "{case}: {lit} lit, {worst}");
     }
 }
 

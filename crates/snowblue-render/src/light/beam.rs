@@ -87,7 +87,7 @@ impl Cone {
     }
 
     /// What goes in a direction, as a share of what goes along the axis.
-    fn share(&self, direction: Vec3A) -> f32 {
+    pub(crate) fn share(&self, direction: Vec3A) -> f32 {
         let linear = ((self.axis.dot(direction) - self.cos_rim) * self.rise).clamp(0.0, 1.0);
         linear * linear
     }

@@ -119,11 +119,11 @@ pub(crate) struct Through {
 
 /// A way of light through the snow.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Passage {
+struct Passage {
     /// Depth of the snow, in cm.
-    pub(crate) depth_cm: f32,
+    depth_cm: f32,
     /// How the light meets the snow where it goes in, if nothing hides it.
-    pub(crate) arrival: Arrival,
+    arrival: Arrival,
     /// Where that is, and on which side of which object; nowhere for a light inside.
     entry: Option<(Place, Side)>,
 }
@@ -136,14 +136,9 @@ impl PcaSnowMaterial {
     }
 }
 
-impl<'hit> SnowHit<'hit> {
-    /// The curves of the snow here.
-    pub(crate) fn curves(&self) -> &Between<'hit> {
-        &self.curves
-    }
-
+impl SnowHit<'_> {
     /// The path through the snow that does not depend on the light.
-    pub(crate) fn straight(&self, probe: &mut Probe) -> Option<Chord> {
+    fn straight(&self, probe: &mut Probe) -> Option<Chord> {
         let direction = match self.material.path {
             PathMode::View => self.surface.direction,
             PathMode::Normal | PathMode::Light | PathMode::Easiest => -self.surface.normal,
@@ -161,7 +156,7 @@ impl<'hit> SnowHit<'hit> {
                 Emission::Relative => light.relative_from_middle(),
             };
             if let Some(beam) = whole {
-                self.add_passage(probe, &beam, straight.as_ref(), &mut through.radiance);
+                through.radiance += self.through(probe, &beam, straight.as_ref()).unwrap_or(Spectrum::ZERO);
                 continue;
             }
             let techniques = self.techniques(light, straight.as_ref());
@@ -170,24 +165,11 @@ impl<'hit> SnowHit<'hit> {
                     if self.material.emission == Emission::Relative {
                         beam.power = light.relative(&beam.origin);
                     }
-                    self.add_passage(probe, &beam, straight.as_ref(), &mut through.radiance);
+                    through.radiance += self.through(probe, &beam, straight.as_ref()).unwrap_or(Spectrum::ZERO);
                 }
             }
         }
         through
-    }
-
-    /// L = T E / π.
-    fn add_passage(&self, probe: &mut Probe, beam: &Beam, straight: Option<&Chord>, radiance: &mut Spectrum) {
-        let light = |passage: &Passage| {
-            let mut transmittance = Spectrum::ZERO;
-            self.curves.transmittance(passage.depth_cm, passage.angle_deg(), &mut transmittance.0);
-            transmittance * beam.power * (passage.arrival.irradiance_per_power * FRAC_1_PI)
-        };
-        let luminance = |light: &Spectrum| light.dot(&self.material.luminance);
-        if let Some(light) = self.through(probe, (beam, straight), light, luminance) {
-            *radiance += light;
-        }
     }
 
     /// How points of a light are drawn: as they are seen where the fixed path goes in, and from the point itself for the
@@ -216,35 +198,36 @@ impl<'hit> SnowHit<'hit> {
         }
     }
 
-    /// What comes of a beam through the snow to the point, by the path of the material's mode: `light` of the way that it
-    /// takes, for any measure of light that has a luminance.
+    /// What comes of a beam through the snow to the point, by the path of the material's mode.
     ///
     /// Two ways are compared as if the point of the lamp shone alike in all directions, lest its slant towards one exit or the
     /// other split a lamp's points between the paths; the darker one counts where the brighter is hidden.
-    #[inline]
-    pub(crate) fn through<T>(
-        &self,
-        probe: &mut Probe,
-        (beam, straight): (&Beam, Option<&Chord>),
-        light: impl Fn(&Passage) -> T,
-        luminance: impl Fn(&T) -> f32,
-    ) -> Option<T> {
+    fn through(&self, probe: &mut Probe, beam: &Beam, straight: Option<&Chord>) -> Option<Spectrum> {
         let mode = self.material.path;
         let along = straight.filter(|_| mode != PathMode::Light).and_then(|chord| self.along(beam, chord));
         let has_lines = matches!(mode, PathMode::Light | PathMode::Easiest);
         let line = if has_lines { self.towards_light(probe, beam) } else { None };
         let (Some(along), Some(line)) = (along, line) else {
             let only = along.or(line)?;
-            return self.lets_in(probe, beam, &only).then(|| light(&only));
+            return self.lets_in(probe, beam, &only).then(|| self.light(beam, &only));
         };
-        let (light_along, light_on_line) = (light(&along), light(&line));
-        let seen = |light: &T, passage: &Passage| luminance(light) / passage.arrival.cos_emission;
+        let (light_along, light_on_line) = (self.light(beam, &along), self.light(beam, &line));
+        let seen =
+            |light: &Spectrum, passage: &Passage| light.dot(&self.material.luminance) / passage.arrival.cos_emission;
         let prefers_line = seen(&light_on_line, &line) > seen(&light_along, &along);
         if self.lets_in(probe, beam, if prefers_line { &line } else { &along }) {
             return Some(if prefers_line { light_on_line } else { light_along });
         }
         let is_darker_lit = self.lets_in(probe, beam, if prefers_line { &along } else { &line });
         is_darker_lit.then_some(if prefers_line { light_along } else { light_on_line })
+    }
+
+    /// L = T E / π.
+    fn light(&self, beam: &Beam, passage: &Passage) -> Spectrum {
+        let mut transmittance = Spectrum::ZERO;
+        let angle_deg = angle_deg(passage.arrival.cos_incidence);
+        self.curves.transmittance(passage.depth_cm, angle_deg, &mut transmittance.0);
+        transmittance * beam.power * (passage.arrival.irradiance_per_power * FRAC_1_PI)
     }
 
     /// The way along a path that does not depend on the light, if the exit faces it.
@@ -290,19 +273,12 @@ impl<'hit> SnowHit<'hit> {
     }
 }
 
-impl Passage {
-    /// The angle at which the light meets the snow, in degrees, at most the table's last.
-    pub(crate) fn angle_deg(&self) -> f32 {
-        angle_deg(self.arrival.cos_incidence)
-    }
-}
-
 /// The depth of a path in cm, the table's unit.
-pub(crate) fn depth_cm(chord: &Chord) -> f32 {
+fn depth_cm(chord: &Chord) -> f32 {
     100.0 * chord.depth_m
 }
 
 /// The angle of a cosine above 0, at most the table's last.
-pub(crate) fn angle_deg(cos_incidence: f32) -> f32 {
+fn angle_deg(cos_incidence: f32) -> f32 {
     cos_incidence.min(1.0).acos().to_degrees().min(GREATEST_ANGLE_DEG)
 }

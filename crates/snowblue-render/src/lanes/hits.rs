@@ -1,0 +1,225 @@
+//! The questions to [`Objects`] and to a [`Probe`], for four rays at a time: boxes are asked for all of them at once, all else
+//! for one after the other.
+
+use wide::bytemuck::cast;
+use wide::{f32x4, i32x4};
+
+use super::{LANES, Places, Rays, Vectors, Which, in_all, lanes};
+use crate::chord::{Chord, ChordEnd, Exit, LEAST_OUTWARD, Line, ROUNDING_M};
+use crate::objects::Objects;
+use crate::probe::{Probe, Side};
+use crate::ray::{REACH_SHARE, stepped};
+use crate::shape::Shape;
+
+/// Where rays meet a shape first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hits {
+    /// A mask of the lanes that meet it; the rest means nothing in others.
+    pub(crate) met: f32x4,
+    /// Distances along the rays, in m.
+    pub(crate) distance_m: f32x4,
+    /// The points, and normals of either sense.
+    pub(crate) places: Places,
+}
+
+/// What rays hit first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surfaces {
+    /// Those that hit anything.
+    pub(crate) found: Which,
+    /// Index of each one's object.
+    pub(crate) objects: i32x4,
+    /// The points, and normals on the side from which the rays came.
+    pub(crate) places: Places,
+    /// Directions of the rays.
+    pub(crate) direction: Vectors,
+}
+
+/// Lines from surface points.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lines {
+    /// The points, and outward normals there.
+    pub(crate) from: Places,
+    /// Unit directions of the paths.
+    pub(crate) direction: Vectors,
+    /// Where the paths end at the latest, in m.
+    pub(crate) end_m: f32x4,
+}
+
+/// The inside parts of lines, summed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Chords {
+    /// Those that have any.
+    pub(crate) found: Which,
+    /// Those that end within the solid: they have no exit.
+    pub(crate) inside: Which,
+    /// Lengths inside, in m.
+    pub(crate) depth_m: f32x4,
+    /// Index of the object that each leaves.
+    pub(crate) objects: i32x4,
+    /// Exit points, and outward unit normals there.
+    pub(crate) exits: Places,
+}
+
+impl Places {
+    /// The points moved off the surface as [`off_surface`](crate::ray::off_surface) does.
+    #[inline]
+    pub(super) fn off_surface(&self, reach_m: f32) -> Vectors {
+        let point = self.point + self.normal * f32x4::splat(REACH_SHARE * reach_m);
+        point.zip(self.normal, stepped)
+    }
+}
+
+impl Shape {
+    /// What some rays hit first beyond their origins and nearer than the limits.
+    #[inline]
+    fn first_hits(&self, rays: &Rays, which: Which, limits_m: f32x4) -> Option<Hits> {
+        if let Self::Cuboid(cuboid) = self {
+            return cuboid.first_hits(rays, limits_m);
+        }
+        let (mut met, mut distance_m, mut places) = ([0.0; LANES], [0.0; LANES], Places::NONE);
+        for lane in lanes(which) {
+            if let Some(hit) = self.first_hit(&rays.lane(lane), limits_m.as_array()[lane]) {
+                met[lane] = f32::from_bits(u32::MAX);
+                distance_m[lane] = hit.distance_m;
+                places.point.set(lane, hit.point);
+                places.normal.set(lane, hit.normal);
+            }
+        }
+        Some(Hits { met: f32x4::new(met), distance_m: f32x4::new(distance_m), places })
+    }
+
+    /// On which rays it lies beyond their origins and nearer than the limits.
+    #[inline]
+    fn block(&self, rays: &Rays, which: Which, limits_m: f32x4) -> Which {
+        if let Self::Cuboid(cuboid) = self {
+            return which & cuboid.block(rays, limits_m);
+        }
+        let blocked = |lane: &usize| self.blocks(&rays.lane(*lane), limits_m.as_array()[*lane]);
+        lanes(which).filter(blocked).fold(0, |bits, lane| bits | 1 << lane)
+    }
+}
+
+impl Objects {
+    /// What some rays hit first.
+    fn first_hits(&self, rays: &Rays, which: Which) -> Surfaces {
+        let (mut found, mut objects, mut places) = (0, i32x4::ZERO, Places::NONE);
+        if let Some(few) = self.few() {
+            let mut nearest_m = f32x4::splat(f32::INFINITY);
+            for index in few {
+                let Some(hits) = self.list()[index].shape.first_hits(rays, which, nearest_m) else { continue };
+                nearest_m = hits.met.bitselect(hits.distance_m, nearest_m);
+                places = Places::select(hits.met, &hits.places, &places);
+                objects = cast::<_, i32x4>(hits.met).bitselect(in_all(index), objects);
+                found |= which & hits.met.to_bitmask();
+            }
+        } else {
+            for lane in lanes(which) {
+                if let Some(surface) = self.first_hit(&rays.lane(lane)) {
+                    found |= 1 << lane;
+                    objects.as_mut_array()[lane] = in_all(surface.object).as_array()[lane];
+                    places.point.set(lane, surface.point);
+                    places.normal.set(lane, surface.normal);
+                }
+            }
+        }
+        let away = places.normal.dot(rays.direction).simd_gt(f32x4::ZERO);
+        places.normal = places.normal.negated_where(away);
+        Surfaces { found, objects, places, direction: rays.direction }
+    }
+
+    /// On which rays from one side of a surface something lies nearer than the limits.
+    fn block(&self, rays: &Rays, which: Which, limits_m: f32x4, side: Side) -> Which {
+        let Some(few) = self.few() else {
+            let blocked = |lane: &usize| self.hidden(&rays.lane(*lane), limits_m.as_array()[*lane], side);
+            return lanes(which).filter(blocked).fold(0, |bits, lane| bits | 1 << lane);
+        };
+        let mut free = which;
+        for index in few.filter(|index| self.can_hide(*index, side)) {
+            if free == 0 {
+                break;
+            }
+            free &= !self.list()[index].shape.block(rays, free, limits_m);
+        }
+        which & !free
+    }
+}
+
+impl Probe<'_> {
+    /// What some rays from the camera hit first.
+    pub(crate) fn camera_hits(&mut self, rays: &Rays, which: Which) -> Surfaces {
+        self.statistics.camera_rays += u64::from(which.count_ones());
+        self.objects().first_hits(rays, which)
+    }
+
+    /// On which rays from one side of a surface nothing lies nearer than the limits.
+    #[inline]
+    pub(crate) fn are_free(&mut self, (rays, limits_m): (&Rays, f32x4), side: Side, which: Which) -> Which {
+        self.statistics.shadow_rays += u64::from(which.count_ones());
+        which & !self.objects().block(rays, which, limits_m, side)
+    }
+
+    /// The depths of some straight paths through the solid that an object is or belongs to.
+    #[inline]
+    pub(crate) fn chords(&mut self, object: usize, lines: &Lines, exit: Exit, which: Which) -> Chords {
+        if let Some(Shape::Cuboid(cuboid)) = self.objects().convex(object) {
+            self.statistics.depth_lines += u64::from(which.count_ones());
+            let rays = Rays::new(lines.from.point, lines.direction);
+            let span = cuboid.spans(&rays);
+            let behind_m = lines.behind_m();
+            let found = span.met & span.leave_m.simd_gt(behind_m) & span.enter_m.simd_lt(lines.end_m);
+            return Chords {
+                found: which & found.to_bitmask(),
+                inside: which & (found & span.leave_m.simd_gt(lines.end_m)).to_bitmask(),
+                depth_m: found & (span.leave_m.fast_min(lines.end_m) - span.enter_m.fast_max(f32x4::ZERO)),
+                objects: in_all(object),
+                exits: Places { point: rays.at(span.leave_m), normal: span.outward },
+            };
+        }
+        let mut chords =
+            Chords { found: 0, inside: 0, depth_m: f32x4::ZERO, objects: in_all(object), exits: Places::NONE };
+        for lane in lanes(which) {
+            let line = Line {
+                point: lines.from.point.lane(lane),
+                normal: lines.from.normal.lane(lane),
+                direction: lines.direction.lane(lane),
+                end_m: lines.end_m.as_array()[lane],
+            };
+            if let Some(chord) = self.chord(object, &line, exit) {
+                chords.set(lane, &chord);
+            }
+        }
+        chords
+    }
+}
+
+impl Lines {
+    /// What ends nearer lies behind: a path that starts outwards has just left.
+    #[inline]
+    fn behind_m(&self) -> f32x4 {
+        let outward = self.from.normal.dot(self.direction);
+        let rounding_m = f32x4::splat(ROUNDING_M) * (f32x4::ONE + self.from.point.map(f32x4::abs).greatest());
+        outward.simd_gt(f32x4::ZERO) & (rounding_m / outward.fast_max(f32x4::splat(LEAST_OUTWARD)))
+    }
+}
+
+impl Chords {
+    /// Depths in cm, the table's unit; 0 where there is none.
+    #[inline]
+    pub(crate) fn depth_cm(&self) -> f32x4 {
+        self.depth_m * f32x4::splat(100.0)
+    }
+
+    fn set(&mut self, lane: usize, chord: &Chord) {
+        self.found |= 1 << lane;
+        self.depth_m.as_mut_array()[lane] = chord.depth_m;
+        match chord.exit {
+            ChordEnd::Inside => self.inside |= 1 << lane,
+            ChordEnd::Surface { object, point, normal } => {
+                self.objects.as_mut_array()[lane] = in_all(object).as_array()[lane];
+                self.exits.point.set(lane, point);
+                self.exits.normal.set(lane, normal);
+            }
+        }
+    }
+}
