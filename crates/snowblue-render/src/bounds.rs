@@ -1,9 +1,7 @@
 //! Axis-parallel boxes around things, and the part of a ray inside one.
 
 use glam::{Vec3, Vec3A};
-use wide::f32x4;
 
-use crate::lanes::{Vectors, copysign};
 use crate::ray::Ray;
 
 /// An axis-parallel box, in m.
@@ -59,23 +57,16 @@ impl Bounds {
     }
 }
 
+/// Components nearer to zero than this are taken for it by [`finite_inverse`].
+pub(crate) const LEAST_COMPONENT: f32 = 1e-18;
+
 /// One over each component, and a huge number of the same sign for zero, so that no product is undefined.
 ///
 /// A negative zero counts as a positive one: the hierarchy tells near from far sides by `direction < 0`, which it is not.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
-    direction.abs().max(Vec3A::splat(LEAST)).copysign(direction + Vec3A::ZERO).recip()
+    direction.abs().max(Vec3A::splat(LEAST_COMPONENT)).copysign(direction + Vec3A::ZERO).recip()
 }
-
-/// The same in four lanes.
-#[inline]
-pub(crate) fn finite_inverses(direction: Vectors) -> Vectors {
-    let least = f32x4::splat(LEAST);
-    direction.map(|one| f32x4::ONE / copysign(one.abs().fast_max(least), one + f32x4::ZERO))
-}
-
-/// Components of less than this in magnitude count as this.
-const LEAST: f32 = 1e-18;
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,8 @@
 //! for each lamp, times its irradiance. The colours of snow are looked up as such
 //! ([`WeighedSnow`](snowblue_database::lookup::WeighedSnow)), four numbers instead of 31 wavelengths. They are those of the long
 //! way to 2·10⁻⁴. Single wavelengths in false colour go the long way: small differences of such sums would tell them apart.
+//!
+//! Four samples of a pixel go side by side in the [`lanes`] of registers. Those that hit the same object are lit together.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -12,12 +14,13 @@ use snowblue_database::lookup::{Between, SUMS, WeighedSnow};
 use wide::{f32x4, i32x4};
 
 use crate::chord::Exit;
-use crate::lanes::{Arrivals, Chords, LANES, Lines, Places, Rays, Source, Surfaces, Which, groups, lanes};
-use crate::light::Light;
+use crate::lanes::{LANES, Places, Rays, Which, groups, lanes};
+use crate::light::{Arrivals, Light, Source};
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
-use crate::material::pca_snow::{Emission, PathMode, PcaSnowMaterial, Reflection};
-use crate::probe::{Probe, Side};
+use crate::material::pca_snow::{Emission, GREATEST_ANGLE_DEG, PathMode, PcaSnowMaterial, Reflection};
+use crate::objects::Side;
+use crate::probe::{Chords, Lines, Probe, Surfaces};
 use crate::retina::Colour;
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::{SAMPLES, Spectrum};
@@ -145,7 +148,7 @@ impl<'scene> DirectLight<'scene> {
         let straight = snow.straight(probe, hits);
         self.reflect(probe, hits, colours, |lamp, arrivals, lane| match snow.material.reflection {
             Reflection::Table => {
-                let (depth_cm, angle_deg) = (straight.depth_cm(), arrivals.angle_deg());
+                let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals));
                 let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
                 Colour::from_array(snow.weighed[lamp].reflectance(depth_cm, angle_deg))
             }
@@ -244,7 +247,7 @@ impl Passages {
             which: arrivals.which,
             inside: 0,
             depth_cm: chords.depth_cm(),
-            angle_deg: arrivals.angle_deg(),
+            angle_deg: angle_deg(&arrivals),
             irradiance_per_power: arrivals.irradiance_per_power,
             entries: chords.exits,
             objects: chords.objects,
@@ -269,6 +272,13 @@ impl Passages {
             lit | source.reaches(probe, (&self.entries, side(object)), here)
         })
     }
+}
+
+/// The angles of incidence in degrees, at most the table's last.
+#[inline]
+fn angle_deg(arrivals: &Arrivals) -> f32x4 {
+    let angle = arrivals.cos_incidence.fast_min(f32x4::ONE).acos();
+    (angle * f32x4::splat(1.0_f32.to_degrees())).fast_min(f32x4::splat(GREATEST_ANGLE_DEG))
 }
 
 impl Lamp {

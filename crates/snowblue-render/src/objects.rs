@@ -11,7 +11,6 @@ use glam::{Vec2, Vec3A};
 use crate::body::{pair_up, unite};
 use crate::bounds::Bounds;
 use crate::hierarchy::{Course, Hierarchy};
-use crate::probe::Side;
 use crate::ray::{Crossing, MeshPlace, Ray, ShapeHit};
 use crate::shape::Shape;
 use crate::surface_texture::TexturePlace;
@@ -47,6 +46,26 @@ pub struct Surface {
     pub direction: Vec3A,
     /// Where on the object's mesh the point is.
     pub place: MeshPlace,
+}
+
+/// Which side of an object's surface is lit, by the object's index.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Side {
+    /// The outer one: everything can hide a light from it.
+    Outer(usize),
+    /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
+    Inner(usize),
+    /// The inner one, where nothing of its body lies ahead: on the line to the light, from where it leaves the body for good.
+    Last(usize),
+}
+
+impl Side {
+    /// Index of the object.
+    pub(crate) fn object(self) -> usize {
+        match self {
+            Self::Outer(object) | Self::Inner(object) | Self::Last(object) => object,
+        }
+    }
 }
 
 /// All objects of a scene.

@@ -1,10 +1,16 @@
 //! One thread's way of asking the scene: counts what it asks and keeps the room for the answers.
 
+mod lanes;
+#[cfg(test)]
+mod tests;
+
 use glam::Vec3A;
 
 use crate::chord::{Chord, Exit, Line, chord, parts};
-use crate::objects::{Objects, Surface, name_crossings};
+use crate::objects::{Objects, Side, Surface, name_crossings};
 use crate::ray::{Crossing, Ray, off_surface};
+
+pub(crate) use lanes::{Chords, Lines, Surfaces};
 
 /// What a rendering did, in counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,26 +47,6 @@ impl Statistics {
     /// Rays and lines of all kinds.
     pub fn rays(&self) -> u64 {
         self.camera_rays + self.indirect_rays + self.shadow_rays + self.depth_lines
-    }
-}
-
-/// Which side of an object's surface is lit, by the object's index.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Side {
-    /// The outer one: everything can hide a light from it.
-    Outer(usize),
-    /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
-    Inner(usize),
-    /// The inner one, where nothing of its body lies ahead: on the line to the light, from where it leaves the body for good.
-    Last(usize),
-}
-
-impl Side {
-    /// Index of the object.
-    pub(crate) fn object(self) -> usize {
-        match self {
-            Self::Outer(object) | Self::Inner(object) | Self::Last(object) => object,
-        }
     }
 }
 

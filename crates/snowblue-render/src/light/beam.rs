@@ -4,7 +4,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3A;
 
-use crate::probe::{Probe, Side};
+use crate::objects::Side;
+use crate::probe::Probe;
 use crate::spectrum::Spectrum;
 
 /// Share of the way to a lamp, just before it, on which nothing hides it, lest a surface that it lies on does by rounding.
@@ -87,7 +88,7 @@ impl Cone {
     }
 
     /// What goes in a direction, as a share of what goes along the axis.
-    pub(crate) fn share(&self, direction: Vec3A) -> f32 {
+    pub(super) fn share(&self, direction: Vec3A) -> f32 {
         let linear = ((self.axis.dot(direction) - self.cos_rim) * self.rise).clamp(0.0, 1.0);
         linear * linear
     }

@@ -18,6 +18,7 @@ mod beam;
 pub mod emission;
 mod image;
 mod rectangle;
+mod source;
 mod sphere;
 mod upsampling;
 
@@ -36,6 +37,7 @@ pub use emission::LampSpectrum;
 pub(crate) use emission::lumens_of_luminance_one;
 pub use image::{Panorama, SkyImage};
 pub use rectangle::{RectangleLight, RectanglePlace};
+pub(crate) use source::{Arrivals, Source};
 pub use sphere::SphereLight;
 pub(crate) use upsampling::Upsampling;
 

@@ -8,8 +8,9 @@ pub mod snow_curves;
 use std::f32::consts::FRAC_1_PI;
 
 use crate::light::{Beam, Light, Place};
+use crate::objects::Side;
 use crate::objects::Surface;
-use crate::probe::{Probe, Side};
+use crate::probe::Probe;
 use crate::sampling::Sampler;
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;

@@ -39,8 +39,9 @@ use snowblue_database::lookup::Between;
 use crate::chord::{Chord, ChordEnd, Exit, Line};
 use crate::light::{Arrival, Beam, Light, Place, Techniques};
 use crate::material::snow_curves::SnowCurves;
+use crate::objects::Side;
 use crate::objects::{Objects, Surface};
-use crate::probe::{Probe, Side};
+use crate::probe::Probe;
 use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
 

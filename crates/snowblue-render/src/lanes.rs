@@ -3,23 +3,14 @@
 //! What is done in a lane rests on nothing in the others, and has the bits that it has for a ray alone. Lanes that hold nothing
 //! go along, and what comes of them is not looked at: which count is told by bits.
 
-mod hits;
-mod source;
-
-#[cfg(test)]
-mod tests;
-
 use std::iter;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::{Mat3A, Vec3A};
 use wide::{f32x4, i32x4};
 
-use crate::bounds::finite_inverses;
+use crate::bounds::LEAST_COMPONENT;
 use crate::ray::Ray;
-
-pub(crate) use hits::{Chords, Hits, Lines, Surfaces};
-pub(crate) use source::{Arrivals, Source};
 
 /// Numbers in a register.
 pub(crate) const LANES: usize = 4;
@@ -42,7 +33,7 @@ pub(crate) struct Rays {
     pub(crate) origin: Vectors,
     /// Where they go, unit vectors.
     pub(crate) direction: Vectors,
-    /// One over each component of the directions, finite.
+    /// One over each component of the directions, as by [`finite_inverse`](crate::bounds::finite_inverse).
     pub(crate) inverse: Vectors,
 }
 
@@ -53,6 +44,17 @@ pub(crate) struct Places {
     pub(crate) point: Vectors,
     /// Unit normals.
     pub(crate) normal: Vectors,
+}
+
+/// Where rays meet a shape first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hits {
+    /// A mask of the lanes that meet it; in others the rest means nothing.
+    pub(crate) met: f32x4,
+    /// Distances along the rays, in m.
+    pub(crate) distance_m: f32x4,
+    /// The points, and normals of either sense.
+    pub(crate) places: Places,
 }
 
 impl Vectors {
@@ -208,7 +210,9 @@ impl Rays {
     /// Rays from some points in unit directions.
     #[inline]
     pub(crate) fn new(origin: Vectors, direction: Vectors) -> Self {
-        Self { origin, direction, inverse: finite_inverses(direction) }
+        let least = f32x4::splat(LEAST_COMPONENT);
+        let finite = |one: f32x4| copysign(one.abs().fast_max(least), one + f32x4::ZERO);
+        Self { origin, direction, inverse: direction.map(|one| f32x4::ONE / finite(one)) }
     }
 
     /// The points at distances along the rays.

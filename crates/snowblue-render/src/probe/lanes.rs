@@ -4,23 +4,12 @@
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
-use super::{LANES, Places, Rays, Vectors, Which, in_all, lanes};
+use super::Probe;
 use crate::chord::{Chord, ChordEnd, Exit, LEAST_OUTWARD, Line, ROUNDING_M};
-use crate::objects::Objects;
-use crate::probe::{Probe, Side};
+use crate::lanes::{Hits, LANES, Places, Rays, Vectors, Which, in_all, lanes};
+use crate::objects::{Objects, Side};
 use crate::ray::{REACH_SHARE, stepped};
 use crate::shape::Shape;
-
-/// Where rays meet a shape first.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Hits {
-    /// A mask of the lanes that meet it; the rest means nothing in others.
-    pub(crate) met: f32x4,
-    /// Distances along the rays, in m.
-    pub(crate) distance_m: f32x4,
-    /// The points, and normals of either sense.
-    pub(crate) places: Places,
-}
 
 /// What rays hit first.
 #[derive(Debug, Clone, Copy)]
@@ -64,7 +53,7 @@ pub(crate) struct Chords {
 impl Places {
     /// The points moved off the surface as [`off_surface`](crate::ray::off_surface) does.
     #[inline]
-    pub(super) fn off_surface(&self, reach_m: f32) -> Vectors {
+    pub(crate) fn off_surface(&self, reach_m: f32) -> Vectors {
         let point = self.point + self.normal * f32x4::splat(REACH_SHARE * reach_m);
         point.zip(self.normal, stepped)
     }

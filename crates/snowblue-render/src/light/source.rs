@@ -3,10 +3,10 @@
 use glam::Vec3A;
 use wide::f32x4;
 
-use super::{Places, Rays, Vectors, Which};
-use crate::light::{Cone, Light};
-use crate::material::pca_snow::GREATEST_ANGLE_DEG;
-use crate::probe::{Probe, Side};
+use super::{Cone, Light};
+use crate::lanes::{Places, Rays, Vectors, Which};
+use crate::objects::Side;
+use crate::probe::Probe;
 
 /// Where the light of a lamp without extent comes from.
 #[derive(Debug, Clone, Copy)]
@@ -88,14 +88,5 @@ impl Source {
         let origin = places.off_surface(probe.objects().reach_m(side.object()));
         let Ways { direction, distance_m } = self.ways(origin);
         probe.are_free((&Rays::new(origin, direction), distance_m), side, which)
-    }
-}
-
-impl Arrivals {
-    /// The angles of incidence in degrees, at most the table's last.
-    #[inline]
-    pub(crate) fn angle_deg(&self) -> f32x4 {
-        let angle = self.cos_incidence.fast_min(f32x4::ONE).acos();
-        (angle * f32x4::splat(1.0_f32.to_degrees())).fast_min(f32x4::splat(GREATEST_ANGLE_DEG))
     }
 }
