@@ -59,10 +59,7 @@ pub(crate) enum ChordEnd {
 
 /// How far beyond its surface point an outward path's last inside part may seem to reach by rounding, in m, for a
 /// path along the normal; an oblique path has this divided by the cosine.
-pub(crate) const ROUNDING_M: f32 = 2e-6;
-
-/// The least cosine that counts for that.
-pub(crate) const LEAST_OUTWARD: f32 = 1e-3;
+const ROUNDING_M: f32 = 2e-6;
 
 /// The depth of a line through a solid by its inside parts in order, or none where no inside part lies ahead. The normal at the exit
 /// has the length that it has in the crossing.
@@ -70,11 +67,8 @@ pub(crate) const LEAST_OUTWARD: f32 = 1e-3;
 pub(crate) fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line, exit: Exit) -> Option<Chord> {
     // A path that starts outwards has just left: the part that ends at its own surface point lies behind it.
     let outward = line.normal.dot(line.direction);
-    let behind_m = if outward > 0.0 {
-        ROUNDING_M * (1.0 + line.point.abs().max_element()) / outward.max(LEAST_OUTWARD)
-    } else {
-        0.0
-    };
+    let behind_m =
+        if outward > 0.0 { ROUNDING_M * (1.0 + line.point.abs().max_element()) / outward.max(1e-3) } else { 0.0 };
     let (mut depth_m, mut last) = (0.0, None);
     for [enter, leave] in parts {
         if leave.distance_m <= behind_m {

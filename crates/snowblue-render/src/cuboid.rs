@@ -5,7 +5,7 @@ use glam::{BVec3A, Mat3A, Vec3A};
 use wide::f32x4;
 
 use crate::bounds::{Bounds, finite_inverse};
-use crate::lanes::{Hits, Places, Rays, Vectors, copysign};
+use crate::lanes::{Hits, Places, Rays, Vectors, Which, copysign};
 use crate::ray::{Crossing, Ray, ShapeHit};
 use crate::surface_texture::TexturePlace;
 
@@ -128,9 +128,9 @@ impl Cuboid {
         Some(Hits { met, distance_m, places })
     }
 
-    /// On which of four rays its surface lies beyond their origins and nearer than the limits, as bits.
+    /// On which of four rays its surface lies beyond their origins and nearer than the limits.
     #[inline]
-    pub(crate) fn block(&self, rays: &Rays, limits_m: f32x4) -> u32 {
+    pub(crate) fn on_rays(&self, rays: &Rays, limits_m: f32x4) -> Which {
         self.four_slabs(&self.own_rays(rays)).ahead_m(limits_m).0.to_bitmask()
     }
 

@@ -59,6 +59,8 @@ struct LitSnow<'scene> {
     material: &'scene PcaSnowMaterial,
     curves: &'scene PcaSnow,
     weighed: Vec<WeighedSnow>,
+    /// The colours that it reflects, if they are no matter of the table.
+    constant: Option<Vec<Colour>>,
 }
 
 /// Snow in the light of one of them.
@@ -69,7 +71,7 @@ struct LitBy<'lit> {
 }
 
 /// Rays that hit the same object.
-struct Hits<'surfaces> {
+struct Group<'surfaces> {
     object: usize,
     which: Which,
     surfaces: &'surfaces Surfaces,
@@ -114,69 +116,79 @@ impl<'scene> DirectLight<'scene> {
         let surfaces = probe.camera_hits(rays, which);
         let mut colours = [Colour::ZERO; LANES];
         for (object, which) in groups(surfaces.found, surfaces.objects) {
-            let hits = Hits { object, which, surfaces: &surfaces };
+            let group = Group { object, which, surfaces: &surfaces };
             match &self.finishes[probe.objects().list()[object].material] {
-                Finish::Diffuse(own) => self.reflect(probe, &hits, &mut colours, |lamp, _, _| own[lamp]),
-                Finish::Snow(snow) => self.leave(snow, probe, &hits, &mut colours),
+                Finish::Diffuse(own) => self.reflect(probe, &group, &mut colours, |lamp, _, _| [own[lamp]; LANES]),
+                Finish::Snow(snow) => self.leave(snow, probe, &group, &mut colours),
             }
         }
         (colours, surfaces.found)
     }
 
-    /// Adds L = R E / π of all lamps that shine on some surfaces; `colour` is R for one of them and the light's arrival in a lane.
+    /// Adds L = R E / π of all lamps that shine on some surfaces; `reflected` is R for one of them, in the lanes where it does.
     #[inline]
     fn reflect(
         &self,
         probe: &mut Probe,
-        hits: &Hits,
+        group: &Group,
         colours: &mut Colours,
-        colour: impl Fn(usize, &Arrivals, usize) -> Colour,
+        reflected: impl Fn(usize, &Arrivals, Which) -> Colours,
     ) {
-        let places = &hits.surfaces.places;
+        let places = &group.surfaces.places;
         for (number, lamp) in self.lamps.iter().enumerate() {
-            let arrivals = lamp.source.arrivals(places, hits.which);
-            let lit = lamp.source.reaches(probe, (places, Side::Outer(hits.object)), arrivals.which);
+            let arrivals = lamp.source.arrivals(places, group.which);
+            let lit = lamp.source.reaches(probe, (places, Side::Outer(group.object)), arrivals.which);
+            if lit == 0 {
+                continue;
+            }
+            let reflected = reflected(number, &arrivals, lit);
             for lane in lanes(lit) {
-                let irradiance = arrivals.irradiance_per_power.as_array()[lane];
-                colours[lane] += colour(number, &arrivals, lane) * (irradiance * FRAC_1_PI);
+                colours[lane] += reflected[lane] * (arrivals.irradiance_per_power.as_array()[lane] * FRAC_1_PI);
             }
         }
     }
 
     /// Adds the light that leaves snow.
-    fn leave(&self, snow: &LitSnow, probe: &mut Probe, hits: &Hits, colours: &mut Colours) {
-        let straight = snow.straight(probe, hits);
-        self.reflect(probe, hits, colours, |lamp, arrivals, lane| match snow.material.reflection {
-            Reflection::Table => {
-                let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals));
-                let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
-                Colour::from_array(snow.weighed[lamp].reflectance(depth_cm, angle_deg))
-            }
-            Reflection::Constant(share) => self.lamps[lamp].colour_of(&Spectrum::constant(share)),
-        });
+    fn leave(&self, snow: &LitSnow, probe: &mut Probe, group: &Group, colours: &mut Colours) {
+        let straight = snow.straight(probe, group);
+        self.reflect(probe, group, colours, |lamp, arrivals, lit| snow.reflected(lamp, &straight, arrivals, lit));
         for (lamp, weighed) in self.lamps.iter().zip(&snow.weighed) {
-            LitBy { snow, lamp, weighed }.add_through(probe, hits, &straight, colours);
+            LitBy { snow, lamp, weighed }.add_through(probe, group, &straight, colours);
         }
     }
 }
 
 impl LitSnow<'_> {
     /// The paths through the snow that do not depend on the light.
-    fn straight(&self, probe: &mut Probe, hits: &Hits) -> Chords {
+    fn straight(&self, probe: &mut Probe, group: &Group) -> Chords {
         let direction = match self.material.path {
-            PathMode::View => hits.surfaces.direction,
-            PathMode::Normal | PathMode::Light | PathMode::Easiest => -hits.surfaces.places.normal,
+            PathMode::View => group.surfaces.direction,
+            PathMode::Normal | PathMode::Light | PathMode::Easiest => -group.surfaces.places.normal,
         };
-        let lines = Lines { from: hits.surfaces.places, direction, end_m: f32x4::splat(f32::INFINITY) };
-        probe.chords(hits.object, &lines, self.material.exit, hits.which)
+        let lines = Lines { from: group.surfaces.places, direction, end_m: f32x4::splat(f32::INFINITY) };
+        probe.chords(group.object, &lines, self.material.exit, group.which)
+    }
+
+    /// The colours of a lamp that it reflects, of those lanes that are lit.
+    fn reflected(&self, lamp: usize, straight: &Chords, arrivals: &Arrivals, lit: Which) -> Colours {
+        if let Some(constant) = &self.constant {
+            return [constant[lamp]; LANES];
+        }
+        let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals));
+        let mut colours = [Colour::ZERO; LANES];
+        for lane in lanes(lit) {
+            let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
+            colours[lane] = Colour::from_array(self.weighed[lamp].reflectance(depth_cm, angle_deg));
+        }
+        colours
     }
 }
 
 impl LitBy<'_> {
     /// Adds what comes of the lamp through the snow: of two ways the brighter one, and the darker where that is hidden, as the
     /// [long way](crate::material::pca_snow::SnowHit) does.
-    fn add_through(&self, probe: &mut Probe, hits: &Hits, straight: &Chords, colours: &mut Colours) {
-        let (along, line) = (self.along(straight), self.on_lines(probe, hits));
+    fn add_through(&self, probe: &mut Probe, group: &Group, straight: &Chords, colours: &mut Colours) {
+        let (along, line) = (self.along(straight), self.on_lines(probe, group));
         let both = along.which & line.which;
         let (mut light_along, mut light_on_line) = ([Colour::ZERO; LANES], [Colour::ZERO; LANES]);
         let mut prefers_line = line.which & !along.which;
@@ -201,21 +213,23 @@ impl LitBy<'_> {
 
     /// The ways along the paths that do not depend on the light, if the material takes them and their exits face the lamp.
     fn along(&self, straight: &Chords) -> Passages {
-        let which = if self.snow.material.path == PathMode::Light { 0 } else { straight.found };
-        Passages::through_exits(straight, &self.lamp.source, which)
+        if self.snow.material.path == PathMode::Light {
+            return Passages::NONE;
+        }
+        Passages::through_exits(straight, &self.lamp.source, straight.found)
     }
 
     /// The ways on the lines to the lamp, if the material takes them.
-    fn on_lines(&self, probe: &mut Probe, hits: &Hits) -> Passages {
-        let (from, source, material) = (hits.surfaces.places, &self.lamp.source, self.snow.material);
+    fn on_lines(&self, probe: &mut Probe, group: &Group) -> Passages {
+        let (from, source, material) = (group.surfaces.places, &self.lamp.source, self.snow.material);
+        if matches!(material.path, PathMode::View | PathMode::Normal) {
+            return Passages::NONE;
+        }
         let way = source.ways(from.point);
         // A light before the face shines on it; what else of the object stands between is not a way to its inside.
-        let behind = match material.path {
-            PathMode::View | PathMode::Normal => 0,
-            PathMode::Light | PathMode::Easiest => from.normal.dot(way.direction).simd_lt(f32x4::ZERO).to_bitmask(),
-        };
+        let behind = !from.normal.dot(way.direction).simd_ge(f32x4::ZERO).to_bitmask();
         let lines = Lines { from, direction: way.direction, end_m: way.distance_m };
-        let chords = probe.chords(hits.object, &lines, material.exit, hits.which & behind);
+        let chords = probe.chords(group.object, &lines, material.exit, group.which & behind);
         let mut passages = Passages::through_exits(&chords, source, chords.found & !chords.inside);
         if chords.inside != 0 {
             passages.add_inside(&source.arrivals(&Places { normal: way.direction, ..from }, chords.inside));
@@ -239,6 +253,16 @@ impl LitBy<'_> {
 }
 
 impl Passages {
+    const NONE: Self = Self {
+        which: 0,
+        inside: 0,
+        depth_cm: f32x4::ZERO,
+        angle_deg: f32x4::ZERO,
+        irradiance_per_power: f32x4::ZERO,
+        entries: Places::NONE,
+        objects: i32x4::ZERO,
+    };
+
     /// The ways along some paths whose exits face a lamp.
     #[inline]
     fn through_exits(chords: &Chords, source: &Source, which: Which) -> Self {
@@ -254,7 +278,7 @@ impl Passages {
         }
     }
 
-    /// Adds ways that end at a lamp inside, at right angles.
+    /// Adds ways that end at a lamp inside, where light goes straight on.
     fn add_inside(&mut self, arrivals: &Arrivals) {
         for lane in lanes(arrivals.which) {
             self.angle_deg.as_mut_array()[lane] = 0.0;
@@ -274,7 +298,8 @@ impl Passages {
     }
 }
 
-/// The angles of incidence in degrees, at most the table's last.
+/// The angles of incidence in degrees, at most the table's last. They have the bits of one program: a build with fused products
+/// rounds them otherwise.
 #[inline]
 fn angle_deg(arrivals: &Arrivals) -> f32x4 {
     let angle = arrivals.cos_incidence.fast_min(f32x4::ONE).acos();
@@ -299,7 +324,13 @@ impl<'scene> Finish<'scene> {
             Material::PcaSnow(material) => {
                 let curves = material.curves.the_one()?;
                 let weighed = lamps.iter().map(|lamp| curves.weighed(&lamp.weights)).collect::<Option<_>>()?;
-                Some(Self::Snow(LitSnow { material, curves, weighed }))
+                let constant = match material.reflection {
+                    Reflection::Table => None,
+                    Reflection::Constant(share) => {
+                        Some(lamps.iter().map(|lamp| lamp.colour_of(&Spectrum::constant(share))).collect())
+                    }
+                };
+                Some(Self::Snow(LitSnow { material, curves, weighed, constant }))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Four samples side by side, one in each lane of a register: vectors, rays and places.
 //!
-//! What is done in a lane rests on nothing in the others, and has the bits that it has for a ray alone. Lanes that hold nothing
-//! go along, and what comes of them is not looked at: which count is told by bits.
+//! What is done in a lane rests on nothing in the others. Lanes that hold nothing go along, and what comes of them is not looked
+//! at: which count is told by bits.
 
 use std::iter;
 use std::ops::{Add, Mul, Neg, Sub};

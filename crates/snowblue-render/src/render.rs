@@ -12,11 +12,10 @@ use crate::channels::Channels;
 use crate::direct::DirectLight;
 use crate::film::Film;
 use crate::first_hit::add_first_hit;
-use crate::lanes::{LANES, Rays, first_lanes, lanes};
+use crate::lanes::{LANES, Rays, Which, first_lanes, lanes};
 use crate::pixel_sums::PixelSums;
 use crate::portion::Portion;
 use crate::probe::{Probe, Statistics};
-use crate::ray::Ray;
 use crate::sampling::{PixelPattern, Sampler};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Spectrum;
@@ -89,7 +88,10 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
     let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
     let per_pass = match scene.integrator.integrator {
         Integrator::Reference => PASS_PER_PIXEL.0,
-        Integrator::Path => (PASS / pixels.max(1)).clamp(PASS_PER_PIXEL.0, PASS_PER_PIXEL.1),
+        Integrator::Path => {
+            let (fewest, most) = PASS_PER_PIXEL;
+            (PASS / pixels.max(1)).clamp(fewest, most).next_multiple_of(LANES as u64)
+        }
     };
     let per_pass = u32::try_from(per_pass).unwrap_or(u32::MAX);
     let mut start = missing.iter().map(|portion| portion.samples.start).min().unwrap_or(target.samples.end);
@@ -184,25 +186,31 @@ impl<'scene> RowRenderer<'scene> {
         let pattern = PixelPattern::new(self.scene.integrator.seed, part.samples.clone());
         for (column, sums) in part.columns.clone().zip(row_sums[start..].chunks_exact_mut(planes)) {
             let pixel = Pixel::new(self.scene, &pattern, column, row);
-            if let Some(direct) = self.direct {
-                for first in part.samples.clone().step_by(LANES) {
-                    let which = first_lanes(part.samples.end - first);
-                    let (colours, found) = self.tracer.colours(direct, &pixel.rays(first), which);
-                    // What is dark adds nothing.
-                    lanes(found).for_each(|lane| self.pixel.add_colour(colours[lane]));
-                }
-            } else {
-                for sample in part.samples.clone() {
-                    let radiance = self.tracer.radiance(&pixel.ray(sample), &mut pixel.sampler(sample));
-                    self.pixel.add(&self.scene.retina, &radiance);
-                }
-            }
-            if let Some(probe) = &mut self.beside {
-                for sample in part.samples.clone() {
-                    add_first_hit(self.scene, probe, &pixel.ray(sample), &mut self.pixel, self.channels);
-                }
+            for first in part.samples.clone().step_by(LANES) {
+                let (rays, which) = (pixel.rays(first), first_lanes(part.samples.end - first));
+                self.add(&pixel, first, &rays, which);
             }
             self.pixel.fold(sums);
+        }
+    }
+
+    /// Adds four samples of a pixel, or as many as there are, from the first of them on.
+    #[inline]
+    fn add(&mut self, pixel: &Pixel, first: u32, rays: &Rays, which: Which) {
+        if let Some(direct) = self.direct {
+            let (colours, found) = self.tracer.colours(direct, rays, which);
+            // What is dark adds nothing.
+            lanes(found).for_each(|lane| self.pixel.add_colour(colours[lane]));
+        } else {
+            for (sample, lane) in (first..).zip(lanes(which)) {
+                let radiance = self.tracer.radiance(&rays.lane(lane), &mut pixel.sampler(sample));
+                self.pixel.add(&self.scene.retina, &radiance);
+            }
+        }
+        if let Some(probe) = &mut self.beside {
+            for lane in lanes(which) {
+                add_first_hit(self.scene, probe, &rays.lane(lane), &mut self.pixel, self.channels);
+            }
         }
     }
 
@@ -218,7 +226,7 @@ pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
     let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, column, row);
     for sample in 0..samples {
-        sum += tracer.radiance(&pixel.ray(sample), &mut pixel.sampler(sample));
+        sum += tracer.radiance(&pixel.rays(sample).lane(0), &mut pixel.sampler(sample));
     }
     sum * (samples as f32).recip()
 }
@@ -237,13 +245,7 @@ impl<'scene> Pixel<'scene> {
         Self { scene, pattern, shift: pattern.shift(row * scene.film.width + column), column, row }
     }
 
-    /// The camera ray of a sample, evenly over the area of the pixel (a box filter).
-    #[inline]
-    fn ray(&self, sample: u32) -> Ray {
-        self.rays(sample).lane(0)
-    }
-
-    /// The camera rays of a sample and of the next three.
+    /// The camera rays of a sample and of the next three, evenly over the area of the pixel (a box filter).
     #[inline]
     fn rays(&self, sample: u32) -> Rays {
         let (width, height) = (self.scene.film.width, self.scene.film.height);

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use snow::{SNOW, scene, simple_law};
+use snow::{SNOW, real, scene, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_render::channels::Channels;
 use snowblue_render::film::Film;
@@ -38,6 +38,15 @@ fn pictured() -> Scene {
     scene
 }
 
+/// The same in light straight from the lamp without extent, which goes a way of its own.
+fn lit_directly() -> Scene {
+    let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
+    let mut scene = scene(&format!("{SNOW}{text}"), &real(), &[]);
+    (scene.film.width, scene.film.height) = (23, 17);
+    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (37, 0);
+    scene
+}
+
 fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> Portion {
     Portion { columns, rows, samples }
 }
@@ -58,22 +67,23 @@ fn added(scene: &Scene, channels: Channels, parts: &[Portion]) -> Sums {
 
 #[test]
 fn ranges_tiles_and_both_make_the_same_picture() {
-    let scene = pictured();
-    let at_once = sums_of(&scene, Channels::default(), &whole(&scene));
-    assert!(at_once.film() == render(&scene, &|_| {}).film);
-    let (all_columns, all_rows) = (0..23, 0..17);
-    let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
-    let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
-        .map(|(columns, rows)| portion(columns, rows, 0..37));
-    let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| Portion { samples, ..tile.clone() }));
-    for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
-        assert!(added(&scene, Channels::default(), &parts) == at_once, "{parts:?}");
+    for scene in [pictured(), lit_directly()] {
+        let at_once = sums_of(&scene, Channels::default(), &whole(&scene));
+        assert!(at_once.film() == render(&scene, &|_| {}).film);
+        let (all_columns, all_rows) = (0..23, 0..17);
+        let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
+        let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
+            .map(|(columns, rows)| portion(columns, rows, 0..37));
+        let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| Portion { samples, ..tile.clone() }));
+        for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
+            assert!(added(&scene, Channels::default(), &parts) == at_once, "{parts:?}");
+        }
+        let pixel = portion(17..18, 5..6, 0..37);
+        let place = 5 * 23 + 17;
+        assert_eq!(sums_of(&scene, Channels::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
+        // A picture of fewer samples is another.
+        assert!(sums_of(&scene, Channels::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
     }
-    let pixel = portion(17..18, 5..6, 0..37);
-    let place = 5 * 23 + 17;
-    assert_eq!(sums_of(&scene, Channels::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
-    // A picture of fewer samples is another.
-    assert!(sums_of(&scene, Channels::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
 }
 
 #[test]

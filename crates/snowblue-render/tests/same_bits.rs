@@ -33,13 +33,16 @@ fn on_threads(threads: usize, scene: &Scene) -> Rendering {
 
 #[test]
 fn one_thread_and_many_give_the_same_picture() {
-    let mut scene = shipped();
-    let one = on_threads(1, &scene);
-    assert_eq!(one, on_threads(5, &scene));
-    assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
-    assert_eq!(one.statistics.camera_rays, 48 * 40 * 4);
-    scene.integrator.seed += 1;
-    assert_ne!(one, on_threads(1, &scene));
+    for bounces in [8, 0] {
+        let mut scene = shipped();
+        scene.integrator.max_bounces = bounces;
+        let one = on_threads(1, &scene);
+        assert_eq!(one, on_threads(5, &scene));
+        assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
+        assert_eq!(one.statistics.camera_rays, 48 * 40 * 4);
+        scene.integrator.seed += 1;
+        assert_ne!(one, on_threads(1, &scene));
+    }
 }
 
 /// A block on a floor with a lamp behind it and another far away before it.
@@ -54,6 +57,11 @@ const MORE: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [-0
     [[object]]\nshape = \"box\"\nsize = [0.3, 0.2, 0.2]\nposition = [0.25, 0.05, 0.1]\nrotation_deg = [10, 5, 30]\n\
     material = \"snow\"\nbody = \"wall\"\n\
     [[object]]\nshape = \"plane\"\nposition = [0, 1.5, 0]\nrotation_deg = [90, 0, 0]\nmaterial = \"floor\"\n";
+
+/// A heap with hollows, and a block deeper than the table, lit at its far end.
+const DEEP: &str = "[[object]]\nshape = \"drift\"\nsize = [0.6, 0.4, 0.2]\nposition = [-0.2, -0.5, 0]\nmaterial = \"snow\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.2, 4, 0.1]\nposition = [-0.8, 2.5, 0.3]\nmaterial = \"snow\"\n\
+    [[light]]\ntype = \"point\"\nposition = [-0.8, 4.7, 0.3]\nradiant_intensity_w_sr = 1e4\n";
 
 /// A lamp in the block, and one that shines in a cone.
 const LAMPS: &str = "[[light]]\ntype = \"point\"\nposition = [0.05, 0.01, 0.25]\nradiant_intensity_w_sr = 0.1\n\
@@ -81,6 +89,7 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
         ("exit = \"first\"\n".to_owned(), everything.clone()),
         ("path = \"light\"\nreflectance = 0.7\n".to_owned(), everything),
         (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
+        ("path = \"light\"\n".to_owned(), format!("{BLOCK}{DEEP}")),
     ]);
     for (keys, things) in cases {
         let case = format!("{keys}, {} of objects and lamps", things.matches("[[").count());

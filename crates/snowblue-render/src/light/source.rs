@@ -87,6 +87,6 @@ impl Source {
         }
         let origin = places.off_surface(probe.objects().reach_m(side.object()));
         let Ways { direction, distance_m } = self.ways(origin);
-        probe.are_free((&Rays::new(origin, direction), distance_m), side, which)
+        probe.free((&Rays::new(origin, direction), distance_m), side, which)
     }
 }

@@ -1,11 +1,11 @@
-//! The questions to [`Objects`] and to a [`Probe`], for four rays at a time: boxes are asked for all of them at once, all else
-//! for one after the other.
+//! The questions to [`Objects`] and to a [`Probe`], for four rays at a time. Where objects are few, boxes are asked for all rays at
+//! once. All else is asked for one ray after the other. Answers have the bits of those for one ray, but for signs of zeros.
 
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
 use super::Probe;
-use crate::chord::{Chord, ChordEnd, Exit, LEAST_OUTWARD, Line, ROUNDING_M};
+use crate::chord::{Chord, ChordEnd, Exit, Line};
 use crate::lanes::{Hits, LANES, Places, Rays, Vectors, Which, in_all, lanes};
 use crate::objects::{Objects, Side};
 use crate::ray::{REACH_SHARE, stepped};
@@ -29,7 +29,7 @@ pub(crate) struct Surfaces {
 pub(crate) struct Lines {
     /// The points, and outward normals there.
     pub(crate) from: Places,
-    /// Unit directions of the paths.
+    /// Unit directions of the paths, none of which goes outwards.
     pub(crate) direction: Vectors,
     /// Where the paths end at the latest, in m.
     pub(crate) end_m: f32x4,
@@ -78,14 +78,14 @@ impl Shape {
         Some(Hits { met: f32x4::new(met), distance_m: f32x4::new(distance_m), places })
     }
 
-    /// On which rays it lies beyond their origins and nearer than the limits.
+    /// Those rays on which it does not lie beyond their origins and nearer than the limits.
     #[inline]
-    fn block(&self, rays: &Rays, which: Which, limits_m: f32x4) -> Which {
+    fn passed_by(&self, rays: &Rays, which: Which, limits_m: f32x4) -> Which {
         if let Self::Cuboid(cuboid) = self {
-            return which & cuboid.block(rays, limits_m);
+            return which & !cuboid.on_rays(rays, limits_m);
         }
-        let blocked = |lane: &usize| self.blocks(&rays.lane(*lane), limits_m.as_array()[*lane]);
-        lanes(which).filter(blocked).fold(0, |bits, lane| bits | 1 << lane)
+        let is_free = |lane: &usize| !self.blocks(&rays.lane(*lane), limits_m.as_array()[*lane]);
+        lanes(which).filter(is_free).fold(0, |bits, lane| bits | 1 << lane)
     }
 }
 
@@ -117,20 +117,17 @@ impl Objects {
         Surfaces { found, objects, places, direction: rays.direction }
     }
 
-    /// On which rays from one side of a surface something lies nearer than the limits.
-    fn block(&self, rays: &Rays, which: Which, limits_m: f32x4, side: Side) -> Which {
-        let Some(few) = self.few() else {
-            let blocked = |lane: &usize| self.hidden(&rays.lane(*lane), limits_m.as_array()[*lane], side);
-            return lanes(which).filter(blocked).fold(0, |bits, lane| bits | 1 << lane);
-        };
-        let mut free = which;
-        for index in few.filter(|index| self.can_hide(*index, side)) {
-            if free == 0 {
-                break;
-            }
-            free &= !self.list()[index].shape.block(rays, free, limits_m);
+    /// Those rays from one side of a surface on which nothing lies nearer than the limits.
+    fn free(&self, rays: &Rays, which: Which, limits_m: f32x4, side: Side) -> Which {
+        if let Some(few) = self.few() {
+            let hiding = few.filter(|index| self.can_hide(*index, side));
+            return hiding.fold(which, |free, index| match free {
+                0 => 0,
+                _ => self.list()[index].shape.passed_by(rays, free, limits_m),
+            });
         }
-        which & !free
+        let is_free = |lane: &usize| !self.hidden(&rays.lane(*lane), limits_m.as_array()[*lane], side);
+        lanes(which).filter(is_free).fold(0, |bits, lane| bits | 1 << lane)
     }
 }
 
@@ -141,11 +138,11 @@ impl Probe<'_> {
         self.objects().first_hits(rays, which)
     }
 
-    /// On which rays from one side of a surface nothing lies nearer than the limits.
+    /// Those rays from one side of a surface on which nothing lies nearer than the limits.
     #[inline]
-    pub(crate) fn are_free(&mut self, (rays, limits_m): (&Rays, f32x4), side: Side, which: Which) -> Which {
+    pub(crate) fn free(&mut self, (rays, limits_m): (&Rays, f32x4), side: Side, which: Which) -> Which {
         self.statistics.shadow_rays += u64::from(which.count_ones());
-        which & !self.objects().block(rays, which, limits_m, side)
+        self.objects().free(rays, which, limits_m, side)
     }
 
     /// The depths of some straight paths through the solid that an object is or belongs to.
@@ -155,8 +152,8 @@ impl Probe<'_> {
             self.statistics.depth_lines += u64::from(which.count_ones());
             let rays = Rays::new(lines.from.point, lines.direction);
             let span = cuboid.spans(&rays);
-            let behind_m = lines.behind_m();
-            let found = span.met & span.leave_m.simd_gt(behind_m) & span.enter_m.simd_lt(lines.end_m);
+            // No line goes outwards: what ends before it begins, and not by rounding, lies behind.
+            let found = span.met & span.leave_m.simd_gt(f32x4::ZERO) & span.enter_m.simd_lt(lines.end_m);
             return Chords {
                 found: which & found.to_bitmask(),
                 inside: which & (found & span.leave_m.simd_gt(lines.end_m)).to_bitmask(),
@@ -179,16 +176,6 @@ impl Probe<'_> {
             }
         }
         chords
-    }
-}
-
-impl Lines {
-    /// What ends nearer lies behind: a path that starts outwards has just left.
-    #[inline]
-    fn behind_m(&self) -> f32x4 {
-        let outward = self.from.normal.dot(self.direction);
-        let rounding_m = f32x4::splat(ROUNDING_M) * (f32x4::ONE + self.from.point.map(f32x4::abs).greatest());
-        outward.simd_gt(f32x4::ZERO) & (rounding_m / outward.fast_max(f32x4::splat(LEAST_OUTWARD)))
     }
 }
 

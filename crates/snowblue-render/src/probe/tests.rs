@@ -41,16 +41,24 @@ fn objects(more: usize, body: Option<&str>) -> Objects {
     Objects::new(shapes.into_iter().enumerate().map(object).collect())
 }
 
-/// Rays towards the objects, four at a time: neighbours, and from all around.
+/// Rays towards the objects, four at a time: neighbours, from all around, along the axes or nearly, from within, and from faces.
 fn rays() -> impl Iterator<Item = [Ray; LANES]> {
     let ways: Vec<Vec3A> = directions(4000).collect();
     (0..1000).map(move |k| {
         std::array::from_fn(|lane| {
             let (from, to) = (ways[4 * k], ways[(4 * k + if k % 2 == 0 { 0 } else { lane }) * 7 % 4000]);
             let target = to * Vec3A::new(1.8, 0.5, 0.4) + Vec3A::splat(0.01 * lane as f32);
-            // Some run along the axes.
-            let way = if k % 50 == 0 { Vec3A::AXES[k / 50 % 3] * -from.signum() } else { target - from * 4.0 };
-            Ray { origin: target - way.normalize() * (4.0 * from.length()), direction: way.normalize() }
+            let axis = Vec3A::AXES[k / 50 % 3] * -from.signum();
+            let beside = [0.0, -0.0, 1e-20, 1e-8][k / 10 % 4];
+            let (way, before) = match k % 10 {
+                0 => (axis + Vec3A::splat(beside) * axis.any_orthonormal_vector(), 4.0),
+                1 => (target - from, 0.0),
+                _ => (target - from * 4.0, 4.0),
+            };
+            let origin = target - way.normalize() * before;
+            // On the side of the upright box, to the last bit.
+            let origin = if k % 40 == 1 { Vec3A::new(0.4, 0.1 * origin.y, 0.1 * origin.z) } else { origin };
+            Ray { origin, direction: way.normalize() }
         })
     })
 }
@@ -94,21 +102,21 @@ fn rays_side_by_side_meet_what_each_meets_alone() {
                 let reach_m = objects.reach_m(object);
                 let moved = surfaces.places.off_surface(reach_m);
                 for side in [Side::Outer(object), Side::Inner(object), Side::Last(object)] {
-                    let limit_m = [0.3, f32::INFINITY][k % 2];
+                    let limits_m = [0.3, f32::INFINITY, 1.0, 0.02];
                     let beyond = Rays::new(moved, surfaces.places.normal);
-                    let free = probe.are_free((&beyond, f32x4::splat(limit_m)), side, here);
+                    let free = probe.free((&beyond, f32x4::new(limits_m)), side, here);
                     for lane in lanes(here) {
                         let Places { point, normal } = surfaces.places;
                         let origin = off_surface(point.lane(lane), normal.lane(lane), reach_m);
                         assert_eq!(moved.lane(lane), origin);
                         let ray = Ray { origin, direction: normal.lane(lane) };
-                        let hidden = objects.hidden(&ray, limit_m, side);
+                        let hidden = objects.hidden(&ray, limits_m[lane], side);
                         assert_eq!(hidden, free >> lane & 1 == 0, "ray {k}, {lane}, {side:?}");
                     }
                 }
             }
         }
-        assert!(found > 2400, "{found}");
+        assert!(found > 2000, "{found}");
     }
 }
 
