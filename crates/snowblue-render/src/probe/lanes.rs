@@ -152,7 +152,7 @@ impl Probe<'_> {
             self.statistics.depth_lines += u64::from(which.count_ones());
             let rays = Rays::new(lines.from.point, lines.direction);
             let span = cuboid.spans(&rays);
-            // No line goes outwards: what ends before it begins, and not by rounding, lies behind.
+            // No line goes outwards: none of them seems to be inside still, by rounding, where it has just left.
             let found = span.met & span.leave_m.simd_gt(f32x4::ZERO) & span.enter_m.simd_lt(lines.end_m);
             return Chords {
                 found: which & found.to_bitmask(),
