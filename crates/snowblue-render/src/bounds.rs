@@ -57,7 +57,7 @@ impl Bounds {
     }
 }
 
-/// Components nearer to zero than this are taken for it by [`finite_inverse`].
+/// Components nearer to zero than this count as this far from it in [`finite_inverse`].
 pub(crate) const LEAST_COMPONENT: f32 = 1e-18;
 
 /// One over each component, and a huge number of the same sign for zero, so that no product is undefined.

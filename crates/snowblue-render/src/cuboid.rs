@@ -38,9 +38,9 @@ struct FourSlabs {
 pub(crate) struct Spans {
     /// A mask of those that meet it.
     pub(crate) met: f32x4,
-    /// Distances along the lines, in m.
+    /// Where they enter, in m along the lines.
     pub(crate) enter_m: f32x4,
-    /// Distances along the lines, in m.
+    /// Where they leave, in m along the lines.
     pub(crate) leave_m: f32x4,
     /// Outward unit normals where they leave.
     pub(crate) outward: Vectors,

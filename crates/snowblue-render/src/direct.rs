@@ -203,11 +203,10 @@ impl LitBy<'_> {
         let lit_on_line = line_in(probe, prefers_line);
         let lit_along = lit_along | along_in(probe, both & prefers_line & !lit_on_line);
         let lit_on_line = lit_on_line | line_in(probe, both & !prefers_line & !lit_along);
-        for lane in lanes(lit_along) {
-            colours[lane] += if both >> lane & 1 == 1 { light_along[lane] } else { self.light(&along, lane) };
-        }
-        for lane in lanes(lit_on_line) {
-            colours[lane] += if both >> lane & 1 == 1 { light_on_line[lane] } else { self.light(&line, lane) };
+        for (passages, lit, lights) in [(&along, lit_along, &light_along), (&line, lit_on_line, &light_on_line)] {
+            for lane in lanes(lit) {
+                colours[lane] += if both >> lane & 1 == 1 { lights[lane] } else { self.light(passages, lane) };
+            }
         }
     }
 

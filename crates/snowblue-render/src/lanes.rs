@@ -4,7 +4,7 @@
 //! at: which count is told by bits.
 
 use std::iter;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::{Mat3A, Vec3A};
 use wide::{f32x4, i32x4};
@@ -105,8 +105,7 @@ impl Vectors {
     /// Of unit length.
     #[inline]
     pub(crate) fn normalized(self) -> Self {
-        let length = self.length();
-        self.map(|component| component / length)
+        self / self.length()
     }
 
     /// The greatest of the components.
@@ -185,6 +184,14 @@ impl Mul<f32x4> for Vectors {
     }
 }
 
+impl Div<f32x4> for Vectors {
+    type Output = Self;
+    #[inline]
+    fn div(self, divisor: f32x4) -> Self {
+        self.map(|component| component / divisor)
+    }
+}
+
 impl Neg for Vectors {
     type Output = Self;
     #[inline]
@@ -251,6 +258,12 @@ pub(crate) fn lanes(mut which: Which) -> impl Iterator<Item = usize> {
     })
 }
 
+/// Those of some lanes of which something holds.
+#[inline]
+pub(crate) fn lanes_where(which: Which, holds: impl Fn(usize) -> bool) -> Which {
+    lanes(which).fold(0, |bits, lane| bits | Which::from(holds(lane)) << lane)
+}
+
 /// Lanes that have the same object together, group by group.
 #[inline]
 pub(crate) fn groups(mut which: Which, objects: i32x4) -> impl Iterator<Item = (usize, Which)> {
@@ -262,13 +275,13 @@ pub(crate) fn groups(mut which: Which, objects: i32x4) -> impl Iterator<Item = (
     })
 }
 
-/// The index of an object in all lanes.
+/// The index of an object as it stands in a lane.
 #[inline]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
     reason = "a scene in memory has fewer than 2^31 objects"
 )]
-pub(crate) fn in_all(object: usize) -> i32x4 {
-    i32x4::splat(object as i32)
+pub(crate) fn in_lane(object: usize) -> i32 {
+    object as i32
 }

@@ -54,7 +54,7 @@ impl Source {
             Self::Point(position, _) => {
                 let way = Vectors::splat(position) - from;
                 let distance_m = way.length();
-                Ways { direction: way.map(|component| component / distance_m), distance_m }
+                Ways { direction: way / distance_m, distance_m }
             }
             Self::Distant(direction) => {
                 Ways { direction: Vectors::splat(direction), distance_m: f32x4::splat(f32::INFINITY) }

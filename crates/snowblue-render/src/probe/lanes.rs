@@ -6,7 +6,7 @@ use wide::{f32x4, i32x4};
 
 use super::Probe;
 use crate::chord::{Chord, ChordEnd, Exit, Line};
-use crate::lanes::{Hits, LANES, Places, Rays, Vectors, Which, in_all, lanes};
+use crate::lanes::{Hits, LANES, Places, Rays, Vectors, Which, in_lane, lanes, lanes_where};
 use crate::objects::{Objects, Side};
 use crate::ray::{REACH_SHARE, stepped};
 use crate::shape::Shape;
@@ -84,8 +84,7 @@ impl Shape {
         if let Self::Cuboid(cuboid) = self {
             return which & !cuboid.on_rays(rays, limits_m);
         }
-        let is_free = |lane: &usize| !self.blocks(&rays.lane(*lane), limits_m.as_array()[*lane]);
-        lanes(which).filter(is_free).fold(0, |bits, lane| bits | 1 << lane)
+        lanes_where(which, |lane| !self.blocks(&rays.lane(lane), limits_m.as_array()[lane]))
     }
 }
 
@@ -99,14 +98,14 @@ impl Objects {
                 let Some(hits) = self.list()[index].shape.first_hits(rays, which, nearest_m) else { continue };
                 nearest_m = hits.met.bitselect(hits.distance_m, nearest_m);
                 places = Places::select(hits.met, &hits.places, &places);
-                objects = cast::<_, i32x4>(hits.met).bitselect(in_all(index), objects);
+                objects = cast::<_, i32x4>(hits.met).bitselect(i32x4::splat(in_lane(index)), objects);
                 found |= which & hits.met.to_bitmask();
             }
         } else {
             for lane in lanes(which) {
                 if let Some(surface) = self.first_hit(&rays.lane(lane)) {
                     found |= 1 << lane;
-                    objects.as_mut_array()[lane] = in_all(surface.object).as_array()[lane];
+                    objects.as_mut_array()[lane] = in_lane(surface.object);
                     places.point.set(lane, surface.point);
                     places.normal.set(lane, surface.normal);
                 }
@@ -126,8 +125,7 @@ impl Objects {
                 _ => self.list()[index].shape.passed_by(rays, free, limits_m),
             });
         }
-        let is_free = |lane: &usize| !self.hidden(&rays.lane(*lane), limits_m.as_array()[*lane], side);
-        lanes(which).filter(is_free).fold(0, |bits, lane| bits | 1 << lane)
+        lanes_where(which, |lane| !self.hidden(&rays.lane(lane), limits_m.as_array()[lane], side))
     }
 }
 
@@ -148,6 +146,7 @@ impl Probe<'_> {
     /// The depths of some straight paths through the solid that an object is or belongs to.
     #[inline]
     pub(crate) fn chords(&mut self, object: usize, lines: &Lines, exit: Exit, which: Which) -> Chords {
+        let objects = i32x4::splat(in_lane(object));
         if let Some(Shape::Cuboid(cuboid)) = self.objects().convex(object) {
             self.statistics.depth_lines += u64::from(which.count_ones());
             let rays = Rays::new(lines.from.point, lines.direction);
@@ -158,12 +157,11 @@ impl Probe<'_> {
                 found: which & found.to_bitmask(),
                 inside: which & (found & span.leave_m.simd_gt(lines.end_m)).to_bitmask(),
                 depth_m: found & (span.leave_m.fast_min(lines.end_m) - span.enter_m.fast_max(f32x4::ZERO)),
-                objects: in_all(object),
+                objects,
                 exits: Places { point: rays.at(span.leave_m), normal: span.outward },
             };
         }
-        let mut chords =
-            Chords { found: 0, inside: 0, depth_m: f32x4::ZERO, objects: in_all(object), exits: Places::NONE };
+        let mut chords = Chords { found: 0, inside: 0, depth_m: f32x4::ZERO, objects, exits: Places::NONE };
         for lane in lanes(which) {
             let line = Line {
                 point: lines.from.point.lane(lane),
@@ -192,7 +190,7 @@ impl Chords {
         match chord.exit {
             ChordEnd::Inside => self.inside |= 1 << lane,
             ChordEnd::Surface { object, point, normal } => {
-                self.objects.as_mut_array()[lane] = in_all(object).as_array()[lane];
+                self.objects.as_mut_array()[lane] = in_lane(object);
                 self.exits.point.set(lane, point);
                 self.exits.normal.set(lane, normal);
             }

@@ -10,7 +10,7 @@ use crate::chord::{ChordEnd, Exit, Line};
 use crate::cuboid::Cuboid;
 use crate::ellipsoid::Ellipsoid;
 use crate::instance::Instance;
-use crate::lanes::{LANES, Places, Rays, Vectors, groups, in_all, lanes};
+use crate::lanes::{LANES, Places, Rays, Vectors, groups, in_lane, lanes};
 use crate::mesh::Mesh;
 use crate::mesh::tests::{directions, sphere};
 use crate::objects::{Object, Objects, Side, Surface};
@@ -77,7 +77,7 @@ fn same(four: f32x4, lane: usize, one: f32) -> bool {
 }
 
 fn has_same_surface(surfaces: &Surfaces, lane: usize, alone: &Surface) -> bool {
-    surfaces.objects.as_array()[lane] == in_all(alone.object).as_array()[lane]
+    surfaces.objects.as_array()[lane] == in_lane(alone.object)
         && surfaces.places.point.lane(lane) == alone.point
         && surfaces.places.normal.lane(lane) == alone.normal
         && surfaces.direction.lane(lane) == alone.direction
@@ -145,7 +145,7 @@ fn lines_side_by_side_are_as_deep_as_each_alone() {
                     assert!(same(chords.depth_m, lane, chord.depth_m), "line {k}, {lane}");
                     assert_eq!(matches!(chord.exit, ChordEnd::Inside), chords.inside >> lane & 1 == 1);
                     if let ChordEnd::Surface { object, point, normal } = chord.exit {
-                        assert_eq!(chords.objects.as_array()[lane], in_all(object).as_array()[lane]);
+                        assert_eq!(chords.objects.as_array()[lane], in_lane(object));
                         assert_eq!((chords.exits.point.lane(lane), chords.exits.normal.lane(lane)), (point, normal));
                     }
                 }
