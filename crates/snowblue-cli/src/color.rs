@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_color::{Colorimeter, exposure};
+use snowblue_color::{Colorimeter, exposure, exposure::AutoExposure};
 use snowblue_render::FalseColor;
 use snowblue_render::scene::Exposure;
 use snowblue_transport::ordinates;
@@ -108,7 +108,9 @@ impl Color {
     fn exposed(&self, rows: Vec<Colored>) -> Vec<Vec<Cell>> {
         let factor = match self.exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => exposure::automatic(rows.iter().map(|row| row.light), 1.0, AUTO_LEVEL),
+            Exposure::Auto => {
+                AutoExposure { fraction: 1.0, level: AUTO_LEVEL }.factor(rows.iter().map(|row| row.light))
+            }
         };
         rows.into_iter().map(|row| row.row(factor)).collect()
     }

@@ -1,7 +1,6 @@
 //! `snowblue match`: snow whose transmitted light has a wanted colour.
 
 use clap::Args;
-use snowblue_color::difference::exposed;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::DatabaseError;
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
@@ -134,7 +133,7 @@ impl Match {
             Cell::Word(within_reach.to_owned()),
             found.light.y.into(),
             (target.y / found.light.y).log2().into(),
-            hex(exposed(found.light, target.y)),
+            hex(found.light.with_luminance(target.y)),
             hex(found.light),
         ]
     }

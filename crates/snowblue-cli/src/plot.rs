@@ -306,7 +306,7 @@ fn wavelength_colour(wavelength_nm: f64) -> String {
     const DARKEST_AND_LIGHTEST_NM: (f64, f64) = (390.0, 740.0);
     const BRIGHTEST: f64 = 0.3;
     let visible = (DARKEST_AND_LIGHTEST_NM.0..=DARKEST_AND_LIGHTEST_NM.1).contains(&wavelength_nm);
-    match Observer::Cie1931.matching(wavelength_nm) {
+    match Observer::Cie1931.color_matching(wavelength_nm) {
         Ok(xyz) if visible => {
             // No screen shows these: what it lacks is cut off, since a line should be as colourful as can be.
             let LinearRgb { r, g, b } = LinearRgb::from_xyz(xyz);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use snowblue_color::sampling::{Interpolation, resample};
+use snowblue_color::sampling::{Interpolation, SampledSpectrum};
 
 use crate::colored;
 use crate::failure::Failure;
@@ -128,7 +128,8 @@ impl Curve {
             return Ok(Self { wavelengths_nm: own_nm, values, ..self });
         }
         let onto_nm = colored::wavelengths_nm("31");
-        let resampled = resample(&self.wavelengths_nm, &self.values, &onto_nm, Interpolation::Linear);
+        let spectrum = SampledSpectrum { wavelengths_nm: &self.wavelengths_nm, values: &self.values };
+        let resampled = spectrum.resample(&onto_nm, Interpolation::Linear);
         Ok(Self { values: resampled.map_err(|error| error.to_string())?, wavelengths_nm: onto_nm, ..self })
     }
 }

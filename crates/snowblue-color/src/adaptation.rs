@@ -1,37 +1,48 @@
-//! Chromatic adaptation: the light under which an eye has got used to one white, as it would look under another.
+//! Chromatic adaptation: the tristimulus values that look the same under another white.
 //!
-//! Bradford's transform, a scaling of sharpened cone responses (ρ, γ, β) = M XYZ by the ratio of the whites
-//! (K. M. Lam 1985, *Metamerism and colour constancy*, University of Bradford; in its linear form in ICC.1:2022, annex E,
-//! and R. W. G. Hunt & M. R. Pointer 2011, *Measuring Colour*, 4th edition).
+//! The Bradford transform scales sharpened cone responses (ρ, γ, β) = M XYZ by the ratio of the whites (K. M. Lam 1985,
+//! *Metamerism and colour constancy*, University of Bradford; in its linear form in ICC.1:2022, annex E, and R. W. G.
+//! Hunt & M. R. Pointer 2011, *Measuring Colour*, 4th edition).
 
 use crate::matrix::{Matrix, inverse, product};
 use crate::xyz::Xyz;
 
-const SHARPENED: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
-const FROM_SHARPENED: Matrix = inverse(SHARPENED);
+const XYZ_TO_SHARPENED: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
+const SHARPENED_TO_XYZ: Matrix = inverse(XYZ_TO_SHARPENED);
 
-impl Xyz {
-    /// What looks beside the white `to` as these tristimulus values do beside the white `from`.
-    ///
-    /// Nothing in this crate does it unasked. White becomes white:
-    /// ```
-    /// # use snowblue_color::{RgbSpace, Rgb};
-    /// let (screen, film) = (RgbSpace::Srgb.white(), RgbSpace::AcesCg.white());
-    /// assert!(RgbSpace::AcesCg.from_xyz(screen).b > 1.05);
-    /// let Rgb { r, g, b } = RgbSpace::AcesCg.from_xyz(screen.adapted(screen, film));
-    /// assert!([r, g, b].iter().all(|channel| (channel - 1.0).abs() < 1e-12));
-    /// ```
+/// A change of white. This crate applies none on its own.
+///
+/// White becomes white:
+/// ```
+/// # use snowblue_color::{ChromaticAdaptation, Rgb, RgbSpace};
+/// let (screen, film) = (RgbSpace::Srgb.white(), RgbSpace::AcesCg.white());
+/// assert!(RgbSpace::AcesCg.from_xyz(screen).b > 1.05);
+/// let adaptation = ChromaticAdaptation { from_white: screen, to_white: film };
+/// let Rgb { r, g, b } = RgbSpace::AcesCg.from_xyz(adaptation.apply(screen));
+/// assert!([r, g, b].iter().all(|channel| (channel - 1.0).abs() < 1e-12));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChromaticAdaptation {
+    /// White of the given colours.
+    pub from_white: Xyz,
+    /// White of the adapted colours.
+    pub to_white: Xyz,
+}
+
+impl ChromaticAdaptation {
+    /// Tristimulus values that look under `to_white` as `xyz` looks under `from_white`.
     ///
     /// # Panics
-    /// If the eye cannot be used to `from`: one of its cone responses is not above 0, which no light of all colours has.
+    /// If a cone response of `from_white` is not above 0. Every broadband light has positive responses.
     #[must_use]
-    pub fn adapted(self, from: Xyz, to: Xyz) -> Xyz {
-        let [mut cones, from_cones, to_cones] = [self, from, to].map(|Xyz { x, y, z }| product(SHARPENED, [x, y, z]));
-        assert!(from_cones.iter().all(|response| *response > 0.0), "{from:?} is no white");
+    pub fn apply(self, xyz: Xyz) -> Xyz {
+        let [mut cones, from_cones, to_cones] =
+            [xyz, self.from_white, self.to_white].map(|Xyz { x, y, z }| product(XYZ_TO_SHARPENED, [x, y, z]));
+        assert!(from_cones.iter().all(|response| *response > 0.0), "{:?} is no white", self.from_white);
         for ((response, to), from) in cones.iter_mut().zip(to_cones).zip(from_cones) {
             *response *= to / from;
         }
-        let [x, y, z] = product(FROM_SHARPENED, cones);
+        let [x, y, z] = product(SHARPENED_TO_XYZ, cones);
         Xyz { x, y, z }
     }
 }

@@ -1,53 +1,53 @@
-//! CIEDE2000: a colour difference closer to the eye's than ΔE*ab, above all among vivid colours and blues.
+//! CIEDE2000: a colour difference that is perceptually more uniform than ΔE*ab, mainly for saturated colours and blues.
 //!
-//! G. Sharma, W. Wu & E. N. Dalal 2005, *The CIEDE2000 color-difference formula: implementation notes, supplementary test
-//! data, and mathematical observations*, Color Res. Appl. 30, 21, doi:10.1002/col.20070, equations 2–22;
-//! ISO/CIE 11664-6:2022. The parametric factors k_L, k_C and k_H are 1.
+//! G. Sharma, W. Wu & E. N. Dalal 2005, *The CIEDE2000 color-difference formula: implementation notes, supplementary
+//! test data, and mathematical observations*, Color Res. Appl. 30, 21, doi:10.1002/col.20070, equations 2–22; ISO/CIE
+//! 11664-6:2022. The parametric factors k_L, k_C and k_H are 1.
 
 use crate::lab::Lab;
 
-/// 25⁷, the chroma above which a* is no longer stretched.
-const TURNING_CHROMA_7: f64 = 6_103_515_625.0;
+/// 25⁷. The scaling of a* fades out above a chroma of 25.
+const CHROMA_25_7: f64 = 6_103_515_625.0;
 
 impl Lab {
-    /// Colour difference ΔE₀₀ of 2000, with k_L = k_C = k_H = 1: the same from either colour.
+    /// CIEDE2000 colour difference ΔE₀₀ with k_L = k_C = k_H = 1. Symmetric in both colours.
     ///
-    /// The eye forgives vivid colours more:
+    /// The same step in b* counts less between saturated colours:
     /// ```
     /// # use snowblue_color::Lab;
-    /// let step = |b| Lab { l: 50.0, a: 0.0, b }.delta_e_2000(Lab { l: 50.0, a: 0.0, b: b + 3.0 });
-    /// assert!(step(0.0) > 2.0 && step(-80.0) < 1.0);
+    /// let difference = |b| Lab { l: 50.0, a: 0.0, b }.delta_e_2000(Lab { l: 50.0, a: 0.0, b: b + 3.0 });
+    /// assert!(difference(0.0) > 2.0 && difference(-80.0) < 1.0);
     /// ```
     pub fn delta_e_2000(self, other: Lab) -> f64 {
         let mean_chroma = 0.5 * (self.chroma() + other.chroma());
-        let stretch = 1.0 + 0.5 * (1.0 - saturating(mean_chroma).sqrt());
-        let [first, second] = [self, other].map(|lab| Lab { a: stretch * lab.a, ..lab });
+        let a_scale = 1.0 + 0.5 * (1.0 - chroma_ratio(mean_chroma).sqrt());
+        let [first, second] = [self, other].map(|lab| Lab { a: a_scale * lab.a, ..lab });
         let (chroma_1, chroma_2) = (first.chroma(), second.chroma());
         let (hue_1, hue_2) = (first.hue_deg(), second.hue_deg());
         let grey = chroma_1 * chroma_2 <= 0.0;
 
-        let turn = if grey { 0.0 } else { shortest_turn_deg(hue_1, hue_2) };
+        let hue_angle = if grey { 0.0 } else { hue_difference_deg(hue_1, hue_2) };
         let lightness_step = second.l - first.l;
         let chroma_step = chroma_2 - chroma_1;
-        let hue_step = 2.0 * (chroma_1 * chroma_2).sqrt() * (0.5 * turn).to_radians().sin();
+        let hue_step = 2.0 * (chroma_1 * chroma_2).sqrt() * (0.5 * hue_angle).to_radians().sin();
 
         let chroma = 0.5 * (chroma_1 + chroma_2);
         let hue = if grey { hue_1 + hue_2 } else { mean_hue_deg(hue_1, hue_2) };
-        let from_middle_2 = (0.5 * (first.l + second.l) - 50.0).powi(2);
-        let lightness_term = lightness_step / (1.0 + 0.015 * from_middle_2 / (20.0 + from_middle_2).sqrt());
+        let offset_2 = (0.5 * (first.l + second.l) - 50.0).powi(2);
+        let lightness_term = lightness_step / (1.0 + 0.015 * offset_2 / (20.0 + offset_2).sqrt());
         let chroma_term = chroma_step / (1.0 + 0.045 * chroma);
         let hue_term = hue_step / (1.0 + 0.015 * chroma * hue_weight(hue));
-        let blue_turn_deg = 60.0 * (-((hue - 275.0) / 25.0).powi(2)).exp();
-        let rotation = -2.0 * saturating(chroma).sqrt() * blue_turn_deg.to_radians().sin();
+        let rotation_deg = 60.0 * (-((hue - 275.0) / 25.0).powi(2)).exp();
+        let rotation = -2.0 * chroma_ratio(chroma).sqrt() * rotation_deg.to_radians().sin();
         let square = lightness_term.powi(2) + chroma_term.powi(2) + hue_term.powi(2);
         (square + rotation * chroma_term * hue_term).sqrt()
     }
 }
 
 /// C⁷/(C⁷ + 25⁷).
-fn saturating(chroma: f64) -> f64 {
+fn chroma_ratio(chroma: f64) -> f64 {
     let power = chroma.powi(7);
-    power / (power + TURNING_CHROMA_7)
+    power / (power + CHROMA_25_7)
 }
 
 /// T of equation 15.
@@ -57,15 +57,16 @@ fn hue_weight(hue_deg: f64) -> f64 {
         - 0.20 * cos(4.0 * hue_deg - 63.0)
 }
 
-fn shortest_turn_deg(from: f64, to: f64) -> f64 {
+/// Signed difference of two hue angles, from −180° to 180°.
+fn hue_difference_deg(from: f64, to: f64) -> f64 {
     match to - from {
-        turn if turn > 180.0 => turn - 360.0,
-        turn if turn < -180.0 => turn + 360.0,
-        turn => turn,
+        difference if difference > 180.0 => difference - 360.0,
+        difference if difference < -180.0 => difference + 360.0,
+        difference => difference,
     }
 }
 
-/// The hue half-way on the shorter arc.
+/// Mean hue on the shorter arc.
 fn mean_hue_deg(first: f64, second: f64) -> f64 {
     let sum = first + second;
     match (first - second).abs() > 180.0 {

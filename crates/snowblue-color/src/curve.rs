@@ -1,4 +1,4 @@
-//! A tabulated function of wavelength, with straight lines between the entries.
+//! A tabulated function of wavelength, interpolated linearly.
 
 use std::ops::RangeInclusive;
 
@@ -10,12 +10,12 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// At least two values, at as many increasing wavelengths.
+    /// Requires at least two values, at as many increasing wavelengths.
     pub(crate) fn new(wavelengths_nm: Vec<f64>, values: Vec<f64>) -> Curve {
         Curve { wavelengths_nm, values }
     }
 
-    /// The value at a wavelength, none outside the table.
+    /// The value at a wavelength, `None` outside the table.
     pub(crate) fn at(&self, wavelength_nm: f64) -> Option<f64> {
         if !self.range_nm().contains(&wavelength_nm) {
             return None;
@@ -34,18 +34,18 @@ impl Curve {
     }
 }
 
-/// Reads one curve per column from CSV with the given header, of which the first column is the wavelength in nm.
+/// Parses CSV with the given header: the wavelength in nm, then one column per curve.
 ///
 /// # Panics
-/// If the header differs, a row has too few or too many fields, a field is not a finite number from 0 up, the
-/// wavelengths are not evenly spaced and increasing, or there are fewer than two rows. The tables are part of this
-/// crate, and its tests read them all, so no user meets this.
+/// If the header differs, a row has another number of fields, a field is negative or not finite, the wavelengths are
+/// not increasing in even steps, or there are fewer than two rows. All tables are part of this crate and parsed in its
+/// tests.
 pub(crate) fn parse<const COLUMNS: usize>(csv: &str, header: &str) -> [Curve; COLUMNS] {
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some(header), "unexpected header");
     assert_eq!(header.split(',').count(), COLUMNS + 1, "unexpected number of columns in the header");
     let rows: Vec<Vec<f64>> = lines.map(|line| parse_row(line, COLUMNS + 1)).collect();
-    assert!(rows.len() >= 2, "a curve needs two rows, but there are {}", rows.len());
+    assert!(rows.len() >= 2, "a curve needs at least 2 rows, but there are {}", rows.len());
     let step_nm = rows[1][0] - rows[0][0];
     assert!(step_nm > 0.0, "wavelengths must increase, but the first step is {step_nm} nm");
     for pair in rows.windows(2) {
@@ -70,7 +70,7 @@ fn parse_row(line: &str, fields: usize) -> Vec<f64> {
 
 #[cfg(test)]
 impl Curve {
-    /// How many entries the table has.
+    /// Number of entries.
     pub(crate) fn count(&self) -> usize {
         self.values.len()
     }
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_are_met_exactly_and_joined_by_straight_lines() {
+    fn entries_are_exact_and_interpolated_linearly() {
         let [a, b] = parse_two("400,1,0\n410,3,0.5\n420,0,0.1\n");
         assert_eq!([400.0, 410.0, 420.0].map(|nm| a.at(nm)), [Some(1.0), Some(3.0), Some(0.0)]);
         assert_eq!([405.0, 415.0].map(|nm| a.at(nm)), [Some(2.0), Some(1.5)]);
@@ -95,38 +95,38 @@ mod tests {
     }
 
     #[test]
-    fn there_is_no_value_outside() {
+    fn values_outside_the_table_are_none() {
         let [a, _] = parse_two("400,1,0\n410,3,0.5\n");
         assert_eq!([399.999, 410.001, f64::NAN, f64::INFINITY].map(|nm| a.at(nm)), [None; 4]);
     }
 
     #[test]
     #[should_panic(expected = "unexpected header")]
-    fn another_header_is_refused() {
+    fn another_header_panics() {
         let _: [Curve; 2] = parse("wavelength_um,a,b\n400,1,0\n410,3,0\n", HEADER);
     }
 
     #[test]
     #[should_panic(expected = "unexpected number of fields in row `410,3`")]
-    fn a_short_row_is_refused() {
+    fn a_short_row_panics() {
         parse_two("400,1,0\n410,3\n");
     }
 
     #[test]
     #[should_panic(expected = "`x` in row `410,3,x`")]
-    fn a_word_is_refused() {
+    fn a_word_panics() {
         parse_two("400,1,0\n410,3,x\n");
     }
 
     #[test]
     #[should_panic(expected = "row `410,3,-1` is not finite and ≥ 0")]
-    fn a_negative_value_is_refused() {
+    fn a_negative_value_panics() {
         parse_two("400,1,0\n410,3,-1\n");
     }
 
     #[test]
     #[should_panic(expected = "the step from 410 to 425 nm is not 10 nm")]
-    fn an_uneven_step_is_refused() {
+    fn an_uneven_step_panics() {
         parse_two("400,1,0\n410,3,0\n425,3,0\n");
     }
 }

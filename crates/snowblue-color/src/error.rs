@@ -1,12 +1,12 @@
-//! What can be wrong with the input of this room.
+//! Errors of this crate.
 
-/// Why a colour cannot be computed from what was given.
+/// Why a colour cannot be computed from the input.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ColorError {
     /// No illuminant has this name.
     #[error("illuminant is `{name}`, but must be one of {known}")]
     UnknownIlluminant {
-        /// The name as it was written.
+        /// The given name.
         name: String,
         /// All names, separated by commas.
         known: String,
@@ -14,10 +14,10 @@ pub enum ColorError {
     /// No observer has this name.
     #[error("observer is `{name}`, but must be 1931 (or 2, for 2°) or 1964 (or 10, for 10°)")]
     UnknownObserver {
-        /// The name as it was written.
+        /// The given name.
         name: String,
     },
-    /// A wavelength lies where a table has no values.
+    /// A wavelength lies outside a table.
     #[error("wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm for {table}")]
     OutsideTable {
         /// The wavelength in nm.
@@ -29,26 +29,26 @@ pub enum ColorError {
         /// The illuminant, the observer or the spectrum.
         table: String,
     },
-    /// A list of wavelengths stands still or goes back.
+    /// The wavelengths do not increase.
     #[error("wavelengths must increase, but {wavelength_nm} nm follows {previous_nm} nm")]
     NotIncreasing {
         /// The wavelength in nm that is too small.
         wavelength_nm: f64,
-        /// The one before it in nm.
+        /// The previous wavelength in nm.
         previous_nm: f64,
     },
-    /// A spectrum has too few values or uneven steps for Sprague's curves.
+    /// A spectrum has too few values or uneven steps for Sprague interpolation.
     #[error(
-        "Sprague's interpolation needs 6 values or more in even steps, but there are {count} values, of which the first \
-         two lie {step_nm} nm apart"
+        "Sprague interpolation needs at least 6 values in even steps, but there are {count} values, and the first two \
+         are {step_nm} nm apart"
     )]
-    NoSprague {
-        /// How many values there are.
+    SpragueNeedsEvenSteps {
+        /// Number of values.
         count: usize,
         /// The first step in nm.
         step_nm: f64,
     },
-    /// The light excites fewer than three kinds of the observer's receptors, so there is no white to compare with.
+    /// The bare light has a zero tristimulus value, so there is no reference white.
     #[error(
         "the bare light has X = {x}, Y = {y}, Z = {z} (relative) on {count} wavelengths, but each must be above 0: \
          include blue, green and red wavelengths that the light contains"
@@ -60,13 +60,13 @@ pub enum ColorError {
         y: f64,
         /// Z of the bare light, in the same unit.
         z: f64,
-        /// How many wavelengths were given.
+        /// Number of wavelengths.
         count: usize,
     },
-    /// Not an 8-bit colour as it is written in HTML.
+    /// Not a hexadecimal colour as in HTML.
     #[error("colour is `{text}`, but must be `#` and six hexadecimal digits, such as #8fb8de")]
-    NotHex {
-        /// The text as it was written.
+    InvalidHex {
+        /// The given text.
         text: String,
     },
 }

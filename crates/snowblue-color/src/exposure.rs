@@ -1,8 +1,8 @@
-//! How much light a picture takes: factors on linear light before it is shown.
+//! Exposure: factors applied to linear light before display.
 
 use crate::rgb::LinearRgb;
 
-/// The factor of an exposure in stops, each of which doubles the light.
+/// Factor of an exposure in stops. Each stop doubles the light.
 ///
 /// ```
 /// # use snowblue_color::exposure;
@@ -12,32 +12,43 @@ pub fn factor(stops: f64) -> f64 {
     stops.exp2()
 }
 
-/// The factor that brings the brightest of some lights to a level, with 1 the brightest that a screen can show.
+/// Automatic exposure: a quantile of the pixels is brought to a level, where 1 is the brightest displayable value.
 ///
-/// A `share` of the lights, 0–1, stays below the `level`: 1 means that the brightest of all comes to it, 0.99 that the
-/// percent above may be glaring. Each light counts by its brightest channel, after mapping into the gamut, rather than by its
-/// luminance: a screen's blue has only 7 % of the luminance of white, and blue light set by luminance would be too
-/// bright to be blue. If what is brought to the level is black, or there are no lights, the factor is 1.
+/// A pixel counts by its brightest channel after gamut mapping rather than by its luminance: a screen's blue has only
+/// 7 % of the luminance of white, and blue light exposed by luminance would be too bright to be blue.
 ///
 /// ```
-/// # use snowblue_color::{LinearRgb, exposure};
+/// # use snowblue_color::{LinearRgb, exposure::AutoExposure};
 /// let dim_blue = LinearRgb { r: 0.0, g: 0.01, b: 0.03 };
-/// assert!((exposure::automatic([dim_blue], 1.0, 0.9) - 0.9 / 0.03).abs() < 1e-12);
+/// let exposure = AutoExposure { fraction: 1.0, level: 0.9 };
+/// assert!((exposure.factor([dim_blue]) - 0.9 / 0.03).abs() < 1e-12);
 /// ```
-pub fn automatic(lights: impl IntoIterator<Item = LinearRgb>, share: f64, level: f64) -> f64 {
-    let mut brightest: Vec<f64> = lights.into_iter().map(greatest_channel).collect();
-    let Some(last) = brightest.len().checked_sub(1) else {
-        return 1.0;
-    };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-    let place = ((share * brightest.len() as f64) as usize).min(last);
-    let (_, &mut found, _) = brightest.select_nth_unstable_by(place, f64::total_cmp);
-    if found > 0.0 { level / found } else { 1.0 }
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AutoExposure {
+    /// Fraction of the pixels, 0–1, that stays below the level. With 1 the brightest pixel reaches it; with 0.99 one
+    /// percent of the pixels may exceed it.
+    pub fraction: f64,
+    /// Level that this quantile is brought to.
+    pub level: f64,
 }
 
-fn greatest_channel(light: LinearRgb) -> f64 {
-    let shown = light.into_gamut();
-    shown.r.max(shown.g).max(shown.b)
+impl AutoExposure {
+    /// Exposure factor for some pixels; 1 if there are none or the quantile is black.
+    pub fn factor(self, pixels: impl IntoIterator<Item = LinearRgb>) -> f64 {
+        let mut brightest: Vec<f64> = pixels.into_iter().map(brightest_channel).collect();
+        let Some(last) = brightest.len().checked_sub(1) else {
+            return 1.0;
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a length")]
+        let rank = ((self.fraction * brightest.len() as f64) as usize).min(last);
+        let (_, &mut quantile, _) = brightest.select_nth_unstable_by(rank, f64::total_cmp);
+        if quantile > 0.0 { self.level / quantile } else { 1.0 }
+    }
+}
+
+fn brightest_channel(pixel: LinearRgb) -> f64 {
+    let mapped = pixel.into_gamut();
+    mapped.r.max(mapped.g).max(mapped.b)
 }
 
 #[cfg(test)]
@@ -48,16 +59,20 @@ mod tests {
         LinearRgb { r: level, g: level, b: level }
     }
 
-    #[test]
-    fn a_share_stays_below_the_level() {
-        let lights = || (0..200).rev().map(|level| grey(f64::from(level)));
-        assert!((automatic(lights(), 0.99, 0.9) - 0.9 / 198.0).abs() < 1e-9);
-        assert!((automatic(lights(), 1.0, 0.8) - 0.8 / 199.0).abs() < 1e-9);
+    fn auto(fraction: f64, level: f64, pixels: impl IntoIterator<Item = LinearRgb>) -> f64 {
+        AutoExposure { fraction, level }.factor(pixels)
     }
 
     #[test]
-    fn darkness_stays_as_it_is() {
-        assert!((automatic([], 1.0, 0.9) - 1.0).abs() < 1e-15);
-        assert!((automatic([grey(0.0), grey(0.0)], 0.99, 0.9) - 1.0).abs() < 1e-15);
+    fn the_fraction_stays_below_the_level() {
+        let pixels = || (0..200).rev().map(|level| grey(f64::from(level)));
+        assert!((auto(0.99, 0.9, pixels()) - 0.9 / 198.0).abs() < 1e-9);
+        assert!((auto(1.0, 0.8, pixels()) - 0.8 / 199.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_black_or_empty_image_is_unchanged() {
+        assert!((auto(1.0, 0.9, []) - 1.0).abs() < 1e-15);
+        assert!((auto(0.99, 0.9, [grey(0.0), grey(0.0)]) - 1.0).abs() < 1e-15);
     }
 }

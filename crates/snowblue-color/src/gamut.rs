@@ -1,57 +1,59 @@
-//! Colours that a screen cannot show become the nearest ones of the same luminance that it can.
+//! Gamut mapping: replaces colours outside the sRGB gamut by near ones of the same luminance.
 //!
-//! The colours of one luminance that a screen can show are a convex polygon in linear RGB. Of its border a colour gets
-//! the point with the least weighted difference in Oklab, (C − C₀)² + (4 H)², where C and H are the parts of (a, b) along
-//! and across the hue of the colour, and C₀ is its chroma. To clip to the least difference, with chroma counting least, is
-//! the way of N. Katoh & M. Ito 1996, *Gamut mapping for computer generated images (II)*, Proc. 4th Color Imaging
-//! Conference, 126, doi:10.2352/CIC.1996.4.1.art00034, in CIELAB. Other than there, the luminance is held, since that is
-//! what was computed, and the weight is our own choice. CSS Color Module Level 4, section 13, goes another way: it
-//! reduces chroma at constant hue and lightness of Oklab, up to a clip that is close enough.
+//! The displayable colours of one luminance form a convex polygon in linear RGB. A colour outside is mapped to the
+//! point of the polygon's boundary with the least weighted difference in Oklab, (C − C₀)² + (4 H)², where C and H are
+//! the components of (a, b) along and across the hue of the colour, and C₀ is its chroma. Clipping to the least
+//! difference with a low weight for chroma follows N. Katoh & M. Ito 1996, *Gamut mapping for computer generated images
+//! (II)*, Proc. 4th Color Imaging Conference, 126, doi:10.2352/CIC.1996.4.1.art00034, who work in CIELAB. Unlike there,
+//! the luminance is kept, since that is the computed quantity, and the weight is our choice. CSS Color Module Level 4,
+//! section 13, differs: it reduces chroma at constant Oklab hue and lightness until a clip is close enough.
 //!
-//! The search is of the kind of Gauss and Newton: it starts on the straight way to grey, takes Oklab as linear about the
-//! best place so far, and goes to the nearest point of the polygon, which is exact on straight edges. The nearest point
-//! of a convex set moves continuously, and so does the outcome after a fixed number of steps.
+//! The search is a Gauss–Newton iteration. It starts where the straight line to grey enters the gamut, linearises Oklab
+//! around the current estimate, and moves to the nearest point of the polygon, which is exact on straight edges. The
+//! nearest point of a convex set is a continuous function of the colour, and so is the result of a fixed number of
+//! steps.
 //!
-//! **Why hue may turn.** Beside the blue primary the border runs nearly along a line of constant hue. Who holds the hue
-//! exactly has to jump there: a light just outside of `#0000ff` would lose half of its chroma. Weight 4 turns the hue of
-//! daylight through 1–100 cm of snow by at most 5° in Oklab and 6° in IPT, against 8° and 14° on the straight way to grey,
-//! and spreads no neighbouring lights by more than a factor of 10 (`tests/gamut.rs`).
+//! **Why the hue may shift.** Next to the blue primary the gamut boundary runs nearly along a line of constant hue. A
+//! mapping with exact hue is discontinuous there: a light just outside `#0000ff` would lose half of its chroma. With
+//! weight 4 the hue of daylight through 1–100 cm of snow shifts by at most 5° in Oklab and 6° in IPT, compared to 8°
+//! and 14° on the straight line to grey, and the distance of neighbouring lights grows by at most a factor of 10
+//! (`tests/gamut.rs`).
 
 use crate::matrix::{Matrix, Vector, compose, dot, multiply, product, transpose};
 use crate::oklab::{ROOTS_TO_LAB, XYZ_TO_CONES};
 use crate::rgb::{LinearRgb, RgbSpace, rgb_to_xyz};
 
-/// Luminances of the primaries at 1, which sum to 1.
-const PRIMARIES: Vector = rgb_to_xyz(RgbSpace::Srgb)[1];
-/// From the luminances that a colour has in red, green and blue to the responses of the cones.
-const TO_CONES: Matrix = transpose(SLOPES_OF_CONES);
-/// How the responses of the cones grow with the luminance in red (first row), green and blue.
-const SLOPES_OF_CONES: Matrix = slopes_of_cones();
+/// Luminances of the primaries, which sum to 1.
+const PRIMARY_LUMINANCES: Vector = rgb_to_xyz(RgbSpace::Srgb)[1];
+/// From the luminances of the red, green and blue components of a colour to cone responses.
+const COMPONENTS_TO_CONES: Matrix = transpose(CONE_SLOPES);
+/// Derivatives of the cone responses by the luminance of the red component (first row), of green and of blue.
+const CONE_SLOPES: Matrix = cone_slopes();
 
-/// How many times a turn of hue counts as much as an equal loss of chroma. More keeps hues better and spreads neighbours
-/// more: 2 turns the light of deep snow by 9° and spreads lights by a factor of 3, 10 turns it by 1° and spreads by 30.
+/// Weight of a hue shift relative to an equal loss of chroma. A larger weight preserves hue better, but separates
+/// neighbours more: 2 shifts the hue of deep snow by 9° and separates lights by a factor of 3, 10 shifts it by 1° and
+/// separates by 30.
 const HUE_WEIGHT: f64 = 4.0;
 
-/// A third step changes the chroma of snow's light by less than 1 %.
+/// Number of Gauss–Newton steps. A third step changes the chroma of light through snow by less than 1 %.
 const STEPS: usize = 2;
 
 impl LinearRgb {
-    /// The nearest colour without negative channels, of the same luminance and nearly the same hue.
+    /// The nearest colour without negative channels, with the same luminance and nearly the same hue.
     ///
-    /// A colour without a negative channel stays as it is, also one above 1, which is a matter of exposure; a light
-    /// that is stronger by a factor becomes a colour that is stronger by this factor. A colour without positive
-    /// luminance, which no light has, becomes black.
+    /// Colours without a negative channel do not change, even with channels above 1, which are a matter of exposure.
+    /// Scaling the input scales the result. A colour without positive luminance becomes black; no light has one.
     ///
-    /// Deep water and snow are too blue for a screen:
+    /// The blue of deep water and snow is outside the sRGB gamut:
     /// ```
     /// # use snowblue_color::{LinearRgb, Oklab, Xyz};
     /// let deep_blue = LinearRgb::from_xyz(Xyz { x: 0.0011, y: 0.00105, z: 0.00494 });
     /// assert!(deep_blue.r < 0.0);
-    /// let shown = deep_blue.into_gamut();
-    /// assert!(shown.r >= 0.0 && shown.g >= 0.0 && shown.b > shown.g);
-    /// assert!((shown.luminance() / deep_blue.luminance() - 1.0).abs() < 1e-12);
+    /// let mapped = deep_blue.into_gamut();
+    /// assert!(mapped.r >= 0.0 && mapped.g >= 0.0 && mapped.b > mapped.g);
+    /// assert!((mapped.luminance() / deep_blue.luminance() - 1.0).abs() < 1e-12);
     /// let hue_deg = |colour: LinearRgb| Oklab::from_xyz(colour.xyz()).hue_deg();
-    /// assert!((hue_deg(shown) - hue_deg(deep_blue)).abs() < 3.0);
+    /// assert!((hue_deg(mapped) - hue_deg(deep_blue)).abs() < 3.0);
     /// ```
     #[must_use]
     pub fn into_gamut(self) -> LinearRgb {
@@ -62,15 +64,14 @@ impl LinearRgb {
         if luminance <= 0.0 {
             return LinearRgb::default();
         }
-        mapped(self, luminance, f64::INFINITY)
+        map_to_gamut(self, luminance, f64::INFINITY)
     }
 
-    /// The nearest colour that a screen can show, all channels in 0–1, of the same luminance and nearly the same hue.
+    /// The nearest displayable colour, with all channels in 0–1, the same luminance and nearly the same hue.
     ///
-    /// What a screen can show stays as it is. Light of luminance 1 and more becomes white, light without positive
-    /// luminance black.
+    /// Displayable colours do not change. Luminance 1 and above becomes white, a luminance of 0 and below black.
     ///
-    /// A screen has no blue as light as half of its white, so that bright blue light turns pale:
+    /// No displayable blue is half as bright as white, so bright blue light becomes pale:
     /// ```
     /// # use snowblue_color::LinearRgb;
     /// let blue = LinearRgb { r: 0.0, g: 0.2, b: 0.5 }.displayable();
@@ -79,8 +80,8 @@ impl LinearRgb {
     /// ```
     #[must_use]
     pub fn displayable(self) -> LinearRgb {
-        let shown = |channel: f64| (0.0..=1.0).contains(&channel);
-        if shown(self.r) && shown(self.g) && shown(self.b) {
+        let in_range = |channel: f64| (0.0..=1.0).contains(&channel);
+        if in_range(self.r) && in_range(self.g) && in_range(self.b) {
             return self;
         }
         let luminance = self.luminance();
@@ -90,45 +91,45 @@ impl LinearRgb {
         if luminance >= 1.0 {
             return LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
         }
-        let LinearRgb { r, g, b } = mapped(self, luminance, 1.0 / luminance);
+        let LinearRgb { r, g, b } = map_to_gamut(self, luminance, 1.0 / luminance);
         // Rounding may leave a channel just above 1.
         LinearRgb { r: r.min(1.0), g: g.min(1.0), b: b.min(1.0) }
     }
 }
 
-/// The nearest colour that has no channel below 0 or above `greatest` times its luminance.
-fn mapped(colour: LinearRgb, luminance: f64, greatest: f64) -> LinearRgb {
-    // The search is about chromaticity: at luminance 1, dim light cannot underflow.
-    let parts = multiply([colour.r, colour.g, colour.b], PRIMARIES).map(|part| part / luminance);
-    let shown = nearest(parts, PRIMARIES.map(|primary| primary * greatest));
-    let [r, g, b] = [0, 1, 2].map(|primary| shown[primary] / PRIMARIES[primary]);
+/// The nearest colour with channels from 0 to `greatest` times its luminance.
+fn map_to_gamut(colour: LinearRgb, luminance: f64, greatest: f64) -> LinearRgb {
+    // The search runs at luminance 1, so that dim light does not underflow.
+    let components =
+        multiply([colour.r, colour.g, colour.b], PRIMARY_LUMINANCES).map(|component| component / luminance);
+    let mapped = nearest_in_gamut(components, PRIMARY_LUMINANCES.map(|primary| primary * greatest));
+    let [r, g, b] = [0, 1, 2].map(|channel| mapped[channel] / PRIMARY_LUMINANCES[channel]);
     LinearRgb { r, g, b } * luminance
 }
 
-/// The nearest colour that can be shown to a colour that cannot, as luminances in red, green and blue, which sum to 1
-/// and lie from 0 to `tops`.
-fn nearest(colour: Vector, tops: Vector) -> Vector {
-    let wanted = roots(colour);
-    let weights = chroma_and_hue(wanted);
-    let mut shown = straight(colour, tops);
+/// Maps a colour outside the gamut. Colours are luminances of their red, green and blue components, which sum to 1;
+/// inside the gamut they lie between 0 and `limits`.
+fn nearest_in_gamut(colour: Vector, limits: Vector) -> Vector {
+    let wanted = cone_roots(colour);
+    let weights = chroma_and_hue_weights(wanted);
+    let mut mapped = desaturated(colour, limits);
     for _ in 0..STEPS {
-        let here = roots(shown);
-        let root_slopes = here.map(|root| 1.0 / (3.0 * root * root));
-        let slopes = weights.map(|row| product(SLOPES_OF_CONES, multiply(row, root_slopes)));
-        let target =
-            [0, 1].map(|part| dot(weights[part], wanted) - dot(weights[part], here) + dot(slopes[part], shown));
-        shown = nearest_on_border(slopes, target, tops);
+        let roots = cone_roots(mapped);
+        let root_slopes = roots.map(|root| 1.0 / (3.0 * root * root));
+        let slopes = weights.map(|row| product(CONE_SLOPES, multiply(row, root_slopes)));
+        let target = [0, 1].map(|row| dot(weights[row], wanted) - dot(weights[row], roots) + dot(slopes[row], mapped));
+        mapped = nearest_on_boundary(slopes, target, limits);
     }
-    shown
+    mapped
 }
 
-/// Cube roots of the cones' responses, above 0 for all that a screen can show.
-fn roots(colour: Vector) -> Vector {
-    product(TO_CONES, colour).map(f64::cbrt)
+/// Cube roots of the cone responses, which are positive inside the gamut.
+fn cone_roots(colour: Vector) -> Vector {
+    product(COMPONENTS_TO_CONES, colour).map(f64::cbrt)
 }
 
-/// From cube roots to the parts of (a, b) along and across the hue of a colour, weighted.
-fn chroma_and_hue(roots: Vector) -> [Vector; 2] {
+/// Weights of the cube roots in the chroma of a colour (first row) and in the weighted hue shift from it (second row).
+fn chroma_and_hue_weights(roots: Vector) -> [Vector; 2] {
     let [_, to_a, to_b] = ROOTS_TO_LAB;
     let (a, b) = (dot(to_a, roots), dot(to_b, roots));
     let chroma = a.hypot(b);
@@ -137,49 +138,52 @@ fn chroma_and_hue(roots: Vector) -> [Vector; 2] {
     [sum(cos, sin), sum(-HUE_WEIGHT * sin, HUE_WEIGHT * cos)]
 }
 
-/// Where the straight way from a colour to grey enters what can be shown.
-fn straight(colour: Vector, tops: Vector) -> Vector {
-    let mut share: f64 = 1.0;
-    for ((part, grey), top) in colour.into_iter().zip(PRIMARIES).zip(tops) {
-        if part < 0.0 {
-            share = share.min(grey / (grey - part));
-        } else if part > top {
-            share = share.min((top - grey) / (part - grey));
+/// The point where the straight line from a colour to grey enters the gamut.
+fn desaturated(colour: Vector, limits: Vector) -> Vector {
+    let mut fraction: f64 = 1.0;
+    for ((component, grey), limit) in colour.into_iter().zip(PRIMARY_LUMINANCES).zip(limits) {
+        if component < 0.0 {
+            fraction = fraction.min(grey / (grey - component));
+        } else if component > limit {
+            fraction = fraction.min((limit - grey) / (component - grey));
         }
     }
-    // Rounding may leave a part just below 0.
-    [0, 1, 2].map(|part| (PRIMARIES[part] + share * (colour[part] - PRIMARIES[part])).max(0.0))
+    // Rounding may leave a component just below 0.
+    [0, 1, 2].map(|channel| {
+        let grey = PRIMARY_LUMINANCES[channel];
+        (grey + fraction * (colour[channel] - grey)).max(0.0)
+    })
 }
 
-/// The point x of the border with the least distance of (slopes · x) to `target`.
-fn nearest_on_border(slopes: [Vector; 2], target: [f64; 2], tops: Vector) -> Vector {
-    let mut best = (f64::INFINITY, [0.0; 3]);
-    for (fixed, level) in [(0, 0.0), (1, 0.0), (2, 0.0), (0, tops[0]), (1, tops[1]), (2, tops[2])] {
-        // Along an edge one part stays, a second runs, and the third is the rest of the luminance.
-        let (running, resting) = ((fixed + 1) % 3, (fixed + 2) % 3);
+/// The point x of the gamut boundary that minimises the distance of (slopes · x) to `target`.
+fn nearest_on_boundary(slopes: [Vector; 2], target: [f64; 2], limits: Vector) -> Vector {
+    let mut least_distance = f64::INFINITY;
+    let mut nearest = [0.0; 3];
+    for (fixed, level) in [(0, 0.0), (1, 0.0), (2, 0.0), (0, limits[0]), (1, limits[1]), (2, limits[2])] {
+        // On an edge of the polygon one component is fixed, one varies, and the third is the remaining luminance.
+        let (varying, remaining) = ((fixed + 1) % 3, (fixed + 2) % 3);
         let rest = 1.0 - level;
-        let (from, to) = ((rest - tops[resting]).max(0.0), rest.min(tops[running]));
+        let (from, to) = ((rest - limits[remaining]).max(0.0), rest.min(limits[varying]));
         if from > to {
             continue;
         }
-        let off = [0, 1].map(|row| target[row] - slopes[row][fixed] * level - slopes[row][resting] * rest);
-        let step = slopes.map(|slope| slope[running] - slope[resting]);
-        let along = (off[0] * step[0] + off[1] * step[1]) / (step[0] * step[0] + step[1] * step[1]);
+        let offset = [0, 1].map(|row| target[row] - slopes[row][fixed] * level - slopes[row][remaining] * rest);
+        let step = slopes.map(|slope| slope[varying] - slope[remaining]);
+        let along = (offset[0] * step[0] + offset[1] * step[1]) / (step[0] * step[0] + step[1] * step[1]);
         let along = along.clamp(from, to);
-        let left = [off[0] - along * step[0], off[1] - along * step[1]];
-        let distance = left[0] * left[0] + left[1] * left[1];
-        if distance < best.0 {
-            let mut point = [0.0; 3];
-            (point[fixed], point[running], point[resting]) = (level, along, rest - along);
-            best = (distance, point);
+        let residual = [offset[0] - along * step[0], offset[1] - along * step[1]];
+        let distance = residual[0] * residual[0] + residual[1] * residual[1];
+        if distance < least_distance {
+            least_distance = distance;
+            (nearest[fixed], nearest[varying], nearest[remaining]) = (level, along, rest - along);
         }
     }
-    best.1
+    nearest
 }
 
-const fn slopes_of_cones() -> Matrix {
+const fn cone_slopes() -> Matrix {
     let [red, green, blue] = transpose(compose(XYZ_TO_CONES, rgb_to_xyz(RgbSpace::Srgb)));
-    let [of_red, of_green, of_blue] = PRIMARIES;
+    let [of_red, of_green, of_blue] = PRIMARY_LUMINANCES;
     [multiply(red, [1.0 / of_red; 3]), multiply(green, [1.0 / of_green; 3]), multiply(blue, [1.0 / of_blue; 3])]
 }
 
@@ -192,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_screen_can_show_stays() {
+    fn displayable_colours_do_not_change() {
         for colour in [rgb(0.0, 0.0, 0.0), rgb(1.0, 1.0, 1.0), rgb(0.0, 0.5, 1.0), rgb(0.2, 0.3, 0.1)] {
             assert_eq!(colour.into_gamut(), colour);
             assert_eq!(colour.displayable(), colour);
@@ -202,19 +206,19 @@ mod tests {
     }
 
     #[test]
-    fn no_light_is_black_and_glare_is_white() {
+    fn zero_luminance_becomes_black_and_high_luminance_white() {
         for colour in [rgb(-1.0, 0.0, 0.1), rgb(-1e-300, 0.0, 0.0)] {
             assert_eq!(colour.into_gamut(), LinearRgb::default());
             assert_eq!(colour.displayable(), LinearRgb::default());
         }
         assert_eq!(rgb(1.0, 1.2, 9.0).displayable(), rgb(1.0, 1.0, 1.0));
-        // Luminance without lightness in Oklab: no light has it.
+        // Positive luminance with negative cone responses. No light has them.
         let LinearRgb { r, g, b } = rgb(1.0, 0.1, -9.0).into_gamut();
         assert!(r >= 0.0 && g >= 0.0 && b >= 0.0, "{r} {g} {b}");
     }
 
     #[test]
-    fn exposure_does_not_change_the_colour() {
+    fn mapping_commutes_with_exposure() {
         let dim = rgb(-0.003, 0.002, 0.009);
         let bright = rgb(-0.3, 0.2, 0.9);
         let (dim, bright) = (dim.into_gamut(), bright.into_gamut());

@@ -1,4 +1,4 @@
-//! Standard lights: relative spectral power, tabulated by the CIE.
+//! Standard illuminants: relative spectral power, tabulated by the CIE.
 //!
 //! CIE 015:2018, *Colorimetry*, doi:10.25039/TR.015.2018; the files and their ranges are listed in `data/SOURCES.md`.
 
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use crate::curve::{self, Curve};
 use crate::error::ColorError;
 
-/// The name that users write, and the table.
+/// CIE name and table of each illuminant.
 static ENTRIES: [(&str, &str); 48] = [
     ("E", include_str!("../data/illuminant_e.csv")),
     ("A", include_str!("../data/illuminant_a.csv")),
@@ -62,7 +62,7 @@ static ENTRIES: [(&str, &str); 48] = [
     ("LED-V2", include_str!("../data/illuminant_led_v2.csv")),
 ];
 
-/// One curve per entry, in the same order.
+/// Parsed curves, in the order of `ENTRIES`.
 static CURVES: LazyLock<Vec<Curve>> = LazyLock::new(|| {
     let parse = |(_, csv): &(&str, &str)| {
         let [curve] = curve::parse(csv, "wavelength_nm,relative_power");
@@ -71,12 +71,12 @@ static CURVES: LazyLock<Vec<Curve>> = LazyLock::new(|| {
     ENTRIES.iter().map(parse).collect()
 });
 
-/// A standard light. It is found by its CIE name, in capitals or not:
+/// A standard illuminant. Parses from its CIE name, case-insensitively:
 ///
 /// ```
 /// # use snowblue_color::Illuminant;
 /// let lamp: Illuminant = "A".parse()?;
-/// // An incandescent lamp shines ten times as strongly in the red as in the blue.
+/// // An incandescent lamp emits ten times as much red as blue light.
 /// assert!(lamp.relative_power(700.0)? > 10.0 * lamp.relative_power(400.0)?);
 /// # Ok::<(), snowblue_color::ColorError>(())
 /// ```
@@ -90,12 +90,12 @@ impl Illuminant {
     pub const E: Illuminant = Illuminant { index: 0 };
     /// An incandescent lamp at 2856 K.
     pub const A: Illuminant = Illuminant { index: 1 };
-    /// Daylight towards the horizon, about 5000 K; the light of printing.
+    /// Horizon daylight, about 5000 K; the white of print.
     pub const D50: Illuminant = Illuminant { index: 3 };
     /// Noon daylight, about 6500 K; the white of sRGB.
     pub const D65: Illuminant = Illuminant { index: 5 };
 
-    /// Every light there is.
+    /// All illuminants.
     pub fn all() -> impl Iterator<Item = Illuminant> {
         (0..ENTRIES.len()).map(|index| Illuminant { index })
     }
@@ -105,10 +105,10 @@ impl Illuminant {
         ENTRIES[self.index].0
     }
 
-    /// Spectral power, in a unit of the light's own.
+    /// Relative spectral power, in an arbitrary unit that differs between illuminants.
     ///
     /// # Errors
-    /// Outside the table ([`range_nm`](Self::range_nm)).
+    /// If the wavelength lies outside the table ([`range_nm`](Self::range_nm)).
     pub fn relative_power(self, wavelength_nm: f64) -> Result<f64, ColorError> {
         let range_nm = self.range_nm();
         CURVES[self.index].at(wavelength_nm).ok_or_else(|| ColorError::OutsideTable {
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_table_has_its_printed_size() {
+    fn tables_have_their_published_size() {
         for illuminant in Illuminant::all() {
             let (first_nm, last_nm, count) = match illuminant.name() {
                 "E" => (360.0, 830.0, 95),
@@ -168,7 +168,7 @@ mod tests {
 
     /// Values printed in CIE 015:2018.
     #[test]
-    fn tables_keep_printed_values() {
+    fn tables_contain_published_values() {
         let printed = [
             ("D65", 300.0, 0.0341),
             ("D65", 560.0, 100.0),
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_found_in_any_case() {
+    fn names_are_case_insensitive() {
         for illuminant in Illuminant::all() {
             assert_eq!(illuminant.name().to_lowercase().parse(), Ok(illuminant));
         }
@@ -205,14 +205,14 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_is_told_the_known_ones() {
+    fn the_error_for_an_unknown_name_lists_all_names() {
         let message = "D66".parse::<Illuminant>().unwrap_err().to_string();
         assert!(message.starts_with("illuminant is `D66`, but must be one of E, A, C, D50, "), "{message}");
         assert!(message.ends_with("LED-V1, LED-V2"), "{message}");
     }
 
     #[test]
-    fn a_wavelength_outside_is_refused() {
+    fn a_wavelength_outside_the_table_is_rejected() {
         let message = Illuminant::D65.relative_power(781.0).unwrap_err().to_string();
         assert_eq!(message, "wavelength is 781 nm, but must lie in 300–780 nm for illuminant D65");
     }

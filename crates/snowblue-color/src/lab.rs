@@ -1,4 +1,4 @@
-//! CIELAB 1976: distances in it are roughly what the eye perceives.
+//! CIELAB 1976: a colour space in which distances are roughly perceptual.
 //!
 //! L* = 116 f(Y/Yₙ) − 16, a* = 500 (f(X/Xₙ) − f(Y/Yₙ)), b* = 200 (f(Y/Yₙ) − f(Z/Zₙ)), with f the cube root above
 //! (6/29)³ and its tangent below (CIE 015:2018; ISO/CIE 11664-4:2019).
@@ -17,9 +17,9 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// The colour that tristimulus values have for an eye adapted to `white`.
+    /// The colour of tristimulus values for an observer adapted to `white`.
     ///
-    /// What reflects 18.4 % of the light looks half as light as white:
+    /// A surface that reflects 18.4 % of the light has half the lightness of white:
     /// ```
     /// # use snowblue_color::{Lab, Xyz};
     /// let white = Xyz { x: 0.95, y: 1.0, z: 1.09 };
@@ -27,43 +27,43 @@ impl Lab {
     /// ```
     ///
     /// # Panics
-    /// If X, Y or Z of `white` is not above 0; a [`Colorimeter`](crate::Colorimeter) has no such white.
+    /// If X, Y or Z of `white` is not above 0. The white of a [`Colorimeter`](crate::Colorimeter) never panics.
     pub fn from_xyz(xyz: Xyz, white: Xyz) -> Lab {
         assert!(white.x > 0.0 && white.y > 0.0 && white.z > 0.0, "{white:?} is no white");
         let (x, y, z) = (compress(xyz.x / white.x), compress(xyz.y / white.y), compress(xyz.z / white.z));
         Lab { l: 116.0 * y - 16.0, a: 500.0 * (x - y), b: 200.0 * (y - z) }
     }
 
-    /// The tristimulus values that look like this to an eye adapted to `white`: the inverse of [`from_xyz`](Self::from_xyz).
+    /// The tristimulus values of this colour under `white`: the inverse of [`from_xyz`](Self::from_xyz).
     pub fn xyz(self, white: Xyz) -> Xyz {
         let y = (self.l + 16.0) / 116.0;
         let (x, z) = (y + self.a / 500.0, y - self.b / 200.0);
         Xyz { x: white.x * expand(x), y: white.y * expand(y), z: white.z * expand(z) }
     }
 
-    /// Chroma C*ab, how far the colour is from grey: what is vivid has much of it.
+    /// Chroma C*ab, the distance from grey. Saturated colours have a high chroma.
     pub fn chroma(self) -> f64 {
         self.a.hypot(self.b)
     }
 
-    /// Hue angle h_ab in degrees, from 0 to below 360: 0 red, 90 yellow, 180 green, 270 blue. Grey has none and gives 0.
+    /// Hue angle h_ab in degrees, in [0, 360): 0 red, 90 yellow, 180 green, 270 blue. 0 for grey.
     pub fn hue_deg(self) -> f64 {
         let hue = self.b.atan2(self.a).to_degrees().rem_euclid(360.0);
-        // What lies less than half a rounding step below 0 would be rounded to 360.
+        // `rem_euclid` rounds tiny negative angles to 360.
         if hue < 360.0 { hue } else { 0.0 }
     }
 
-    /// Colour difference ΔE*ab of 1976, the distance of two colours; about 2.3 is just noticeable (Mahy, Van Eycken &
+    /// CIE 1976 colour difference ΔE*ab, the Euclidean distance. About 2.3 is just noticeable (Mahy, Van Eycken &
     /// Oosterlinck 1994, Color Res. Appl. 19, 105).
     pub fn delta_e_1976(self, other: Lab) -> f64 {
         (self.l - other.l).hypot(self.a - other.a).hypot(self.b - other.b)
     }
 }
 
-/// Where f turns from a line into the cube root.
+/// Cube root of the ratio at which f changes from linear to the cube root.
 const DELTA: f64 = 6.0 / 29.0;
 
-/// f: the cube root, straightened near 0.
+/// f: the cube root, linear near 0.
 fn compress(ratio: f64) -> f64 {
     if ratio > DELTA * DELTA * DELTA { ratio.cbrt() } else { ratio / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
@@ -80,7 +80,7 @@ mod tests {
     const WHITE: Xyz = Xyz { x: 0.9, y: 1.0, z: 1.2 };
 
     #[test]
-    fn white_and_black_are_the_ends_of_the_lightness() {
+    fn black_has_lightness_0_and_white_100() {
         assert_eq!(Lab::from_xyz(WHITE, WHITE), Lab { l: 100.0, a: 0.0, b: 0.0 });
         let black = Lab::from_xyz(Xyz::default(), WHITE);
         assert!(black.l.abs() < 1e-13 && black.a.abs() < 1e-13 && black.b.abs() < 1e-13, "{black:?}");
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_two_branches_meet_smoothly() {
+    fn the_two_branches_join_smoothly() {
         let joint: f64 = 216.0 / 24389.0;
         let slope = |from: f64, to: f64| (compress(to) - compress(from)) / (to - from);
         assert!((compress(joint * (1.0 + 1e-12)) - compress(joint * (1.0 - 1e-12))).abs() < 1e-12);
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back_is_the_same_colour() {
+    fn lab_round_trips() {
         for xyz in [Xyz { x: 0.2, y: 0.3, z: 0.9 }, Xyz { x: 0.002, y: 0.001, z: 0.007 }, Xyz::default()] {
             let back = Lab::from_xyz(xyz, WHITE).xyz(WHITE);
             let differences = [back.x - xyz.x, back.y - xyz.y, back.z - xyz.z];
@@ -111,13 +111,13 @@ mod tests {
     }
 
     #[test]
-    fn chroma_and_hue_are_polar() {
+    fn chroma_and_hue_are_polar_coordinates() {
         let blue = Lab { l: 50.0, a: 3.0, b: -4.0 };
         assert!((blue.chroma() - 5.0).abs() < 1e-15);
         assert!((blue.hue_deg() - 306.869_897_645_844).abs() < 1e-12);
         assert!((Lab { a: -1.0, b: 0.0, ..blue }.hue_deg() - 180.0).abs() < 1e-12);
         assert!(Lab { a: 0.0, b: 0.0, ..blue }.hue_deg().abs() < 1e-12);
-        assert!(Lab { a: 1.0, b: -1e-20, ..blue }.hue_deg().abs() < 1e-12, "just below 0 is not 360");
+        assert!(Lab { a: 1.0, b: -1e-20, ..blue }.hue_deg().abs() < 1e-12, "an angle just below 0 must not become 360");
     }
 
     #[test]
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "is no white")]
-    fn a_dark_white_is_a_defect() {
+    fn a_white_without_blue_panics() {
         Lab::from_xyz(WHITE, Xyz { z: 0.0, ..WHITE });
     }
 }

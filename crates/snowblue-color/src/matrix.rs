@@ -1,15 +1,16 @@
-//! Matrices of three rows, multiplied and inverted when the program is compiled.
+//! 3×3 matrices whose products and inverses are evaluated at compile time.
 
-/// A row or a column.
+/// A row or column vector.
 pub(crate) type Vector = [f64; 3];
-/// Three rows.
+/// Three rows of a matrix.
 pub(crate) type Matrix = [Vector; 3];
 
+/// Product of a matrix and a column vector.
 pub(crate) const fn product(matrix: Matrix, vector: Vector) -> Vector {
     [dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector)]
 }
 
-/// The matrix that applies `right` first.
+/// Matrix product `left` · `right`, which applies `right` first.
 pub(crate) const fn compose(left: Matrix, right: Matrix) -> Matrix {
     let columns = transpose(right);
     transpose([product(left, columns[0]), product(left, columns[1]), product(left, columns[2])])
@@ -19,12 +20,12 @@ pub(crate) const fn transpose([a, b, c]: Matrix) -> Matrix {
     [[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]]
 }
 
-/// Component by component.
+/// Component-wise product.
 pub(crate) const fn multiply(left: Vector, right: Vector) -> Vector {
     [left[0] * right[0], left[1] * right[1], left[2] * right[2]]
 }
 
-/// Its columns are the cross products of the rows, over the determinant.
+/// Inverse: the columns are cross products of the rows divided by the determinant.
 pub(crate) const fn inverse([first, second, third]: Matrix) -> Matrix {
     let [a, b, c] = [cross(second, third), cross(third, first), cross(first, second)];
     let scale = 1.0 / dot(first, a);
@@ -48,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_matrix_and_its_inverse_leave_a_vector_as_it_is() {
+    fn a_matrix_times_its_inverse_is_the_identity() {
         let matrix = [[2.0, 1.0, 0.5], [-1.0, 3.0, 0.0], [0.25, -2.0, 4.0]];
         let both = compose(inverse(matrix), matrix);
         for (found, expected) in product(both, [1.0, -2.0, 3.0]).into_iter().zip([1.0, -2.0, 3.0]) {

@@ -1,4 +1,4 @@
-//! Standard eyes: colour-matching functions, tabulated by the CIE.
+//! Standard observers: colour-matching functions, tabulated by the CIE.
 //!
 //! CIE 015:2018, *Colorimetry*, doi:10.25039/TR.015.2018.
 
@@ -16,7 +16,7 @@ static CIE_1931: LazyLock<[Curve; 3]> =
 static CIE_1964: LazyLock<[Curve; 3]> =
     LazyLock::new(|| curve::parse(include_str!("../data/cmf_1964_10deg_1nm.csv"), HEADER));
 
-/// A standard eye. It is written as its year, and read as its year or its field of view in degrees:
+/// A CIE standard observer. Formats as its year, and parses from its year or its field of view in degrees:
 ///
 /// ```
 /// # use snowblue_color::Observer;
@@ -26,32 +26,32 @@ static CIE_1964: LazyLock<[Curve; 3]> =
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Observer {
-    /// The CIE 1931 observer, for fields of view of 1–4°; sRGB and CIE 1931 chromaticities are defined by it.
+    /// The CIE 1931 2° observer, for fields of view of 1–4°. It defines sRGB and CIE 1931 chromaticities.
     #[default]
     Cie1931,
-    /// The CIE 1964 observer, for fields of view above 4°: a wall of snow rather than a spot of it. Screens and RGB
-    /// spaces are not defined by it.
+    /// The CIE 1964 10° observer, for fields of view above 4°, such as a wall of snow. RGB spaces are not defined for
+    /// it.
     Cie1964,
 }
 
 impl Observer {
-    /// Every observer there is.
+    /// All observers.
     pub const ALL: [Observer; 2] = [Observer::Cie1931, Observer::Cie1964];
 
     /// Colour-matching functions x̄, ȳ, z̄: tristimulus values of one unit of power at one wavelength.
     ///
-    /// The eye is most sensitive to yellowish green:
+    /// Vision is most sensitive to yellowish green:
     /// ```
     /// # use snowblue_color::Observer;
-    /// let sensitivity = |wavelength_nm| Observer::Cie1931.matching(wavelength_nm).map(|matching| matching.y);
+    /// let sensitivity = |wavelength_nm| Observer::Cie1931.color_matching(wavelength_nm).map(|matching| matching.y);
     /// assert!(sensitivity(555.0)? > 20.0 * sensitivity(450.0)?);
     /// assert!(sensitivity(555.0)? > 200.0 * sensitivity(700.0)?);
     /// # Ok::<(), snowblue_color::ColorError>(())
     /// ```
     ///
     /// # Errors
-    /// Outside the table, 360–830 nm.
-    pub fn matching(self, wavelength_nm: f64) -> Result<Xyz, ColorError> {
+    /// If the wavelength lies outside 360–830 nm.
+    pub fn color_matching(self, wavelength_nm: f64) -> Result<Xyz, ColorError> {
         let [x_bar, y_bar, z_bar] = self.curves();
         match (x_bar.at(wavelength_nm), y_bar.at(wavelength_nm), z_bar.at(wavelength_nm)) {
             (Some(x), Some(y), Some(z)) => Ok(Xyz { x, y, z }),
@@ -64,7 +64,7 @@ impl Observer {
         }
     }
 
-    /// The name in full.
+    /// The full name, such as `CIE 1931 2°`.
     pub fn name(self) -> &'static str {
         match self {
             Observer::Cie1931 => "CIE 1931 2°",
@@ -107,13 +107,13 @@ mod tests {
 
     /// Rows as printed in CIE 015:2018 and in Wyszecki & Stiles 2000, *Color Science*, table I(3.3.1).
     #[test]
-    fn table_keeps_printed_values() {
+    fn tables_contain_published_values() {
         for curve in Observer::ALL.into_iter().flat_map(Observer::curves) {
             assert_eq!(curve.count(), 471);
             assert_eq!(curve.range_nm(), 360.0..=830.0);
         }
         let wide = Xyz { x: 0.370_702, y: 0.089_456, z: 1.994_8 };
-        assert_eq!(Observer::Cie1964.matching(450.0), Ok(wide));
+        assert_eq!(Observer::Cie1964.color_matching(450.0), Ok(wide));
         let printed = [
             (360.0, Xyz { x: 0.0001299, y: 0.000003917, z: 0.0006061 }),
             (450.0, Xyz { x: 0.3362, y: 0.038, z: 1.77211 }),
@@ -121,18 +121,18 @@ mod tests {
             (830.0, Xyz { x: 0.000001251141, y: 0.00000045181, z: 0.0 }),
         ];
         for (wavelength_nm, matching) in printed {
-            assert_eq!(Observer::Cie1931.matching(wavelength_nm), Ok(matching));
+            assert_eq!(Observer::Cie1931.color_matching(wavelength_nm), Ok(matching));
         }
     }
 
-    /// The three functions were scaled to the same area, so that the light of equal power is white.
+    /// The three functions are scaled to equal areas, so that equal power is white.
     #[test]
     fn areas_are_equal() {
         for (observer, luminous) in [(Observer::Cie1931, 106.857), (Observer::Cie1964, 116.662)] {
-            let matching = (360..=830).map(|nm| observer.matching(f64::from(nm)).unwrap());
+            let matching = (360..=830).map(|nm| observer.color_matching(f64::from(nm)).unwrap());
             let area = matching.fold(Xyz::default(), |sum, matching| sum + matching);
             assert!((area.y - luminous).abs() < 1e-3, "{area:?}");
-            // The published functions are rounded: their areas differ by 3 parts in 10⁴.
+            // The published functions are rounded: their areas differ by 3e-4.
             assert!((area.x / area.y - 1.0).abs() < 4e-4 && (area.z / area.y - 1.0).abs() < 4e-4, "{area:?}");
         }
     }
@@ -148,8 +148,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wavelength_outside_is_refused() {
-        let message = Observer::Cie1931.matching(359.5).unwrap_err().to_string();
+    fn a_wavelength_outside_the_table_is_rejected() {
+        let message = Observer::Cie1931.color_matching(359.5).unwrap_err().to_string();
         assert_eq!(message, "wavelength is 359.5 nm, but must lie in 360–830 nm for the CIE 1931 2° observer");
     }
 }

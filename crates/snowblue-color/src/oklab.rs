@@ -1,38 +1,38 @@
-//! Oklab: a space whose lines of constant hue look constant, also in the blue.
+//! Oklab: a colour space in which lines of constant hue also look constant for blues.
 //!
 //! (l, m, s) = M₁ XYZ, (L, a, b) = M₂ (∛l, ∛m, ∛s) (B. Ottosson 2020, *A perceptual color space for image processing*,
-//! <https://bottosson.github.io/posts/oklab/>). In linear RGB a blue that is mixed with white turns purple (the Abney
-//! effect), and in CIELAB too; M₁ and M₂ were fitted so that here it does not.
+//! <https://bottosson.github.io/posts/oklab/>). In linear RGB and in CIELAB, mixing blue with white shifts it towards
+//! purple (the Abney effect); M₁ and M₂ were fitted to avoid this.
 //!
-//! The rows of the printed M₁ are scaled by less than 5·10⁻⁴, so that the white of sRGB is L = 1, a = b = 0 up to
+//! The rows of the published M₁ are scaled by less than 5·10⁻⁴, so that the white of sRGB has L = 1, a = b = 0 up to
 //! the rounding of M₂, 10⁻⁷.
 
 use crate::matrix::{Matrix, inverse, multiply, product};
 use crate::rgb::RgbSpace;
 use crate::xyz::Xyz;
 
-const PRINTED_XYZ_TO_CONES: Matrix = [
+const PUBLISHED_XYZ_TO_CONES: Matrix = [
     [0.818_933_010_1, 0.361_866_742_4, -0.128_859_713_7],
     [0.032_984_543_6, 0.929_311_871_5, 0.036_145_638_7],
     [0.048_200_301_8, 0.264_366_269_1, 0.633_851_707_0],
 ];
-/// From the cube roots of (l, m, s) to L, a and b.
+/// From the cube roots of (l, m, s) to (L, a, b).
 pub(crate) const ROOTS_TO_LAB: Matrix = [
     [0.210_454_255_3, 0.793_617_785_0, -0.004_072_046_8],
     [1.977_998_495_1, -2.428_592_205_0, 0.450_593_709_9],
     [0.025_904_037_1, 0.782_771_766_2, -0.808_675_766_0],
 ];
-/// From XYZ to (l, m, s), 1 each for the white of sRGB.
+/// From XYZ to (l, m, s), which is (1, 1, 1) for the white of sRGB.
 pub(crate) const XYZ_TO_CONES: Matrix = xyz_to_cones();
 const CONES_TO_XYZ: Matrix = inverse(XYZ_TO_CONES);
 const LAB_TO_ROOTS: Matrix = inverse(ROOTS_TO_LAB);
 
-/// A colour as it looks beside the white of a screen, D65.
+/// A colour relative to the white of a screen, D65.
 ///
-/// Light that is stronger by a factor k moves by ∛k away from black: hue and the ratio of chroma to lightness stay.
+/// Scaling light by k scales L, a and b by ∛k, so hue and the ratio of chroma to lightness do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oklab {
-    /// Lightness L: 0 black, 1 the screen's white.
+    /// Lightness L: 0 is black, 1 is the white of sRGB.
     pub l: f64,
     /// a: green (below 0) to red.
     pub a: f64,
@@ -41,26 +41,26 @@ pub struct Oklab {
 }
 
 impl Oklab {
-    /// The colour that tristimulus values of the 2° observer have for an eye adapted to D65.
+    /// The colour of tristimulus values of the 2° observer, adapted to D65.
     pub fn from_xyz(xyz: Xyz) -> Oklab {
         let roots = product(XYZ_TO_CONES, [xyz.x, xyz.y, xyz.z]).map(f64::cbrt);
         let [l, a, b] = product(ROOTS_TO_LAB, roots);
         Oklab { l, a, b }
     }
 
-    /// The tristimulus values, with Y = 1 for the screen's white.
+    /// The tristimulus values, with Y = 1 for the white of sRGB.
     pub fn xyz(self) -> Xyz {
         let cones = product(LAB_TO_ROOTS, [self.l, self.a, self.b]).map(|root| root * root * root);
         let [x, y, z] = product(CONES_TO_XYZ, cones);
         Xyz { x, y, z }
     }
 
-    /// How far the colour is from grey.
+    /// Chroma, the distance from grey.
     pub fn chroma(self) -> f64 {
         self.a.hypot(self.b)
     }
 
-    /// Hue as an angle in degrees, 0–360: about 30 red, 110 yellow, 140 green, 265 blue. Grey has none: any may come.
+    /// Hue angle in degrees, 0–360: about 30 red, 110 yellow, 140 green, 265 blue. Arbitrary for grey.
     pub fn hue_deg(self) -> f64 {
         self.b.atan2(self.a).to_degrees().rem_euclid(360.0)
     }
@@ -68,7 +68,7 @@ impl Oklab {
 
 const fn xyz_to_cones() -> Matrix {
     let white = RgbSpace::Srgb.white();
-    let [l, m, s] = product(PRINTED_XYZ_TO_CONES, [white.x, white.y, white.z]);
-    let [row_l, row_m, row_s] = PRINTED_XYZ_TO_CONES;
+    let [l, m, s] = product(PUBLISHED_XYZ_TO_CONES, [white.x, white.y, white.z]);
+    let [row_l, row_m, row_s] = PUBLISHED_XYZ_TO_CONES;
     [multiply(row_l, [1.0 / l; 3]), multiply(row_m, [1.0 / m; 3]), multiply(row_s, [1.0 / s; 3])]
 }

@@ -1,35 +1,46 @@
 //! Linear RGB: light as a mixture of three primaries.
 //!
-//! The matrices are not the standards', which are rounded, but follow from the primaries and the white: with the
-//! primaries' (x, y, z)/y as the columns of P, white W = P s fixes the scales s, and XYZ = P diag(s) RGB
+//! The matrices are derived from the primaries and the white, since those printed in the standards are rounded. With
+//! (x, y, z)/y of the primaries as the columns of P, the white W = P s determines the scales s, and XYZ = P diag(s) RGB
 //! (SMPTE RP 177:1993).
 
 use std::fmt;
 use std::ops::Mul;
 
 use crate::matrix::{self, Matrix, Vector, inverse, multiply, product};
-use crate::srgb;
+use crate::transfer;
 use crate::xyz::{Chromaticity, Xyz};
 
-/// D65 as sRGB and Rec. 2020 define it.
+/// D65 as defined by sRGB and Rec. 2020.
 const D65: Chromaticity = Chromaticity { x: 0.3127, y: 0.3290 };
 
-/// A set of primaries and its white.
+/// An RGB space: three primaries and a white.
 ///
-/// No conversion adapts the eye: light keeps its tristimulus values, and D65 in [`RgbSpace::AcesCg`], whose white is
-/// about D60, is not 1, 1, 1 but a little blue. Where a program expects the white of a scene at 1, 1, 1, adapt the
-/// tristimulus values first ([`Xyz::adapted`]).
+/// Conversions do not adapt to the white: D65 in [`RgbSpace::AcesCg`], whose white is about D60, is slightly blue
+/// rather than 1, 1, 1. To map the white of a scene to 1, 1, 1, apply a
+/// [`ChromaticAdaptation`](crate::adaptation::ChromaticAdaptation) to the tristimulus values first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RgbSpace {
-    /// sRGB, the primaries of Rec. 709 with D65 (IEC 61966-2-1:1999, ITU-R BT.709-6).
+    /// sRGB: primaries of Rec. 709, white D65 (IEC 61966-2-1:1999, ITU-R BT.709-6).
     Srgb,
-    /// Wide-gamut television with D65 (ITU-R BT.2020-2).
+    /// Rec. 2020, wide-gamut television: white D65 (ITU-R BT.2020-2).
     Rec2020,
-    /// The space in which films are rendered: primaries AP1, white about D60 (Academy S-2014-004).
+    /// ACEScg, a working space for film rendering: primaries AP1, white about D60 (Academy S-2014-004).
     AcesCg,
 }
 
-/// Amounts of the three primaries of an [`RgbSpace`]; they mean nothing without it.
+/// Chromaticities of the primaries of an [`RgbSpace`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Primaries {
+    /// Red.
+    pub red: Chromaticity,
+    /// Green.
+    pub green: Chromaticity,
+    /// Blue.
+    pub blue: Chromaticity,
+}
+
+/// Linear amounts of the three primaries of an [`RgbSpace`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rgb {
     /// Red.
@@ -40,7 +51,7 @@ pub struct Rgb {
     pub b: f64,
 }
 
-/// Linear sRGB: proportional to the light of a screen's three primaries; 1, 1, 1 is its white.
+/// Linear sRGB: proportional to the light of a screen's three primaries. 1, 1, 1 is white.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LinearRgb {
     /// Red.
@@ -52,34 +63,34 @@ pub struct LinearRgb {
 }
 
 impl RgbSpace {
-    /// Every space there is.
+    /// All spaces.
     pub const ALL: [RgbSpace; 3] = [RgbSpace::Srgb, RgbSpace::Rec2020, RgbSpace::AcesCg];
 
-    /// Chromaticities of red, green and blue, in this order.
-    pub const fn primaries(self) -> (Chromaticity, Chromaticity, Chromaticity) {
+    /// Chromaticities of the primaries.
+    pub const fn primaries(self) -> Primaries {
         const fn at(x: f64, y: f64) -> Chromaticity {
             Chromaticity { x, y }
         }
         match self {
-            RgbSpace::Srgb => (at(0.64, 0.33), at(0.30, 0.60), at(0.15, 0.06)),
-            RgbSpace::Rec2020 => (at(0.708, 0.292), at(0.170, 0.797), at(0.131, 0.046)),
-            RgbSpace::AcesCg => (at(0.713, 0.293), at(0.165, 0.830), at(0.128, 0.044)),
+            RgbSpace::Srgb => Primaries { red: at(0.64, 0.33), green: at(0.30, 0.60), blue: at(0.15, 0.06) },
+            RgbSpace::Rec2020 => Primaries { red: at(0.708, 0.292), green: at(0.170, 0.797), blue: at(0.131, 0.046) },
+            RgbSpace::AcesCg => Primaries { red: at(0.713, 0.293), green: at(0.165, 0.830), blue: at(0.128, 0.044) },
         }
     }
 
-    /// The white, 1, 1, 1, with luminance 1.
+    /// The white, RGB = 1, 1, 1, with luminance 1.
     pub const fn white(self) -> Xyz {
         let chromaticity = match self {
             RgbSpace::Srgb | RgbSpace::Rec2020 => D65,
             RgbSpace::AcesCg => Chromaticity { x: 0.32168, y: 0.33767 },
         };
-        let [x, y, z] = of_luminance_1(chromaticity);
+        let [x, y, z] = at_unit_luminance(chromaticity);
         Xyz { x, y, z }
     }
 
-    /// The mixture of primaries with these tristimulus values; amounts below 0 lie outside the gamut.
+    /// Converts from tristimulus values. Negative amounts are outside the gamut.
     ///
-    /// The blue of the deepest snow is too vivid for a screen, but not for wide-gamut television:
+    /// The blue below half a metre of snow is outside the sRGB gamut, but inside that of Rec. 2020:
     /// ```
     /// # use snowblue_color::{RgbSpace, Xyz};
     /// let below_half_a_metre = Xyz { x: 0.091, y: 0.1, z: 0.355 };
@@ -91,23 +102,17 @@ impl RgbSpace {
         Rgb { r, g, b }
     }
 
-    /// The tristimulus values of a mixture of these primaries.
+    /// Converts to tristimulus values.
     pub fn xyz(self, Rgb { r, g, b }: Rgb) -> Xyz {
         let [x, y, z] = product(RGB_TO_XYZ[self as usize], [r, g, b]);
         Xyz { x, y, z }
     }
 
-    /// Code value of one channel, 0–1, from its linear amount, 0–1.
-    ///
-    /// By IEC 61966-2-1 for sRGB and by the camera's curve of ITU-R BT.2020-2 (table 4, unrounded constants) for
-    /// Rec. 2020. ACEScg is stored linear.
+    /// Code value of one channel, 0–1, from its linear amount, 0–1. ACEScg is stored linear.
     pub fn encode_channel(self, linear: f64) -> f64 {
-        const ALPHA: f64 = 1.099_296_826_809_44;
-        const BETA: f64 = 0.018_053_968_510_807;
         match self {
-            RgbSpace::Srgb => srgb::encode_channel(linear),
-            RgbSpace::Rec2020 if linear < BETA => 4.5 * linear,
-            RgbSpace::Rec2020 => ALPHA * linear.powf(0.45) - (ALPHA - 1.0),
+            RgbSpace::Srgb => transfer::encode_srgb(linear),
+            RgbSpace::Rec2020 => transfer::encode_rec2020(linear),
             RgbSpace::AcesCg => linear,
         }
     }
@@ -124,24 +129,24 @@ impl fmt::Display for RgbSpace {
 }
 
 impl LinearRgb {
-    /// The mixture of primaries with these tristimulus values; channels below 0 lie outside the gamut.
+    /// Converts from tristimulus values. Negative channels are outside the gamut.
     pub fn from_xyz(xyz: Xyz) -> LinearRgb {
         let Rgb { r, g, b } = RgbSpace::Srgb.from_xyz(xyz);
         LinearRgb { r, g, b }
     }
 
-    /// The tristimulus values.
+    /// Converts to tristimulus values.
     pub fn xyz(self) -> Xyz {
         RgbSpace::Srgb.xyz(Rgb { r: self.r, g: self.g, b: self.b })
     }
 
-    /// Luminance Y, 1 for the screen's white.
+    /// Luminance Y; 1 for white.
     pub fn luminance(self) -> f64 {
         self.xyz().y
     }
 }
 
-/// Light made stronger by a factor.
+/// Scales the light by a factor.
 impl Mul<f64> for LinearRgb {
     type Output = LinearRgb;
 
@@ -150,15 +155,15 @@ impl Mul<f64> for LinearRgb {
     }
 }
 
-/// One matrix a space, in the order of [`RgbSpace::ALL`].
+/// Matrices in the order of [`RgbSpace::ALL`].
 static RGB_TO_XYZ: [Matrix; 3] =
     [rgb_to_xyz(RgbSpace::Srgb), rgb_to_xyz(RgbSpace::Rec2020), rgb_to_xyz(RgbSpace::AcesCg)];
 static XYZ_TO_RGB: [Matrix; 3] =
     [xyz_to_rgb(RgbSpace::Srgb), xyz_to_rgb(RgbSpace::Rec2020), xyz_to_rgb(RgbSpace::AcesCg)];
 
 pub(crate) const fn rgb_to_xyz(space: RgbSpace) -> Matrix {
-    let (red, green, blue) = space.primaries();
-    let [x, y, z] = matrix::transpose([of_luminance_1(red), of_luminance_1(green), of_luminance_1(blue)]);
+    let Primaries { red, green, blue } = space.primaries();
+    let [x, y, z] = matrix::transpose([at_unit_luminance(red), at_unit_luminance(green), at_unit_luminance(blue)]);
     let white = space.white();
     let scales = product(inverse([x, y, z]), [white.x, white.y, white.z]);
     [multiply(x, scales), multiply(y, scales), multiply(z, scales)]
@@ -169,7 +174,7 @@ pub(crate) const fn xyz_to_rgb(space: RgbSpace) -> Matrix {
 }
 
 /// (x, y, 1 − x − y)/y.
-const fn of_luminance_1(Chromaticity { x, y }: Chromaticity) -> Vector {
+const fn at_unit_luminance(Chromaticity { x, y }: Chromaticity) -> Vector {
     [x / y, 1.0, (1.0 - x - y) / y]
 }
 
@@ -184,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back_is_the_same_colour() {
+    fn rgb_round_trips() {
         for space in RgbSpace::ALL {
             let back = space.from_xyz(space.xyz(Rgb { r: 0.1, g: -0.2, b: 3.0 }));
             let differences = [back.r - 0.1, back.g + 0.2, back.b - 3.0];
@@ -193,9 +198,9 @@ mod tests {
     }
 
     #[test]
-    fn white_and_primaries_are_themselves() {
+    fn white_and_primaries_have_their_chromaticities() {
         for space in RgbSpace::ALL {
-            let (red, green, blue) = space.primaries();
+            let Primaries { red, green, blue } = space.primaries();
             assert_chromaticity(space.xyz(Rgb { r: 0.5, g: 0.0, b: 0.0 }), red);
             assert_chromaticity(space.xyz(Rgb { r: 0.0, g: 0.5, b: 0.0 }), green);
             assert_chromaticity(space.xyz(Rgb { r: 0.0, g: 0.0, b: 0.5 }), blue);
@@ -206,23 +211,18 @@ mod tests {
     }
 
     #[test]
-    fn linear_rgb_is_that_of_a_screen() {
+    fn linear_rgb_is_srgb() {
         let colour = Xyz { x: 0.3, y: 0.2, z: 0.4 };
         let Rgb { r, g, b } = RgbSpace::Srgb.from_xyz(colour);
         assert_eq!(LinearRgb::from_xyz(colour), LinearRgb { r, g, b });
         assert!((LinearRgb { r, g, b }.luminance() - 0.2).abs() < 1e-15);
     }
 
-    /// BT.2020-2 chooses α and β so that both branches meet, with one slope.
     #[test]
-    fn codes_run_from_0_to_1_without_a_step() {
+    fn black_and_white_encode_to_0_and_1() {
         for space in RgbSpace::ALL {
             assert!(space.encode_channel(0.0).abs() < 1e-15);
             assert!((space.encode_channel(1.0) - 1.0).abs() < 1e-14);
         }
-        let joint = 0.018_053_968_510_807;
-        let code = |linear: f64| RgbSpace::Rec2020.encode_channel(linear);
-        assert!((code(joint) - 4.5 * joint).abs() < 1e-14);
-        assert!(((code(joint + 1e-6) - code(joint)) / 1e-6 - 4.5).abs() < 1e-3);
     }
 }

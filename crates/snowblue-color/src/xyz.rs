@@ -1,21 +1,21 @@
-//! Tristimulus values: how strongly light excites a standard eye.
+//! Tristimulus values: the response of a standard observer to light.
 //!
 //! x = X/(X + Y + Z), y = Y/(X + Y + Z) (CIE 015:2018).
 
 use std::ops::{Add, Mul};
 
-/// Tristimulus values, relative: Y, the luminance, is 1 for the light that serves as white.
+/// Relative tristimulus values. The reference white has luminance Y = 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Xyz {
-    /// X, mainly the long waves.
+    /// X, mainly long wavelengths.
     pub x: f64,
     /// Y, the luminance.
     pub y: f64,
-    /// Z, the short waves.
+    /// Z, short wavelengths.
     pub z: f64,
 }
 
-/// Hue and saturation without luminance, as the coordinates of the CIE 1931 diagram.
+/// Hue and saturation without luminance: coordinates in the chromaticity diagram.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chromaticity {
     /// x = X/(X + Y + Z).
@@ -24,17 +24,17 @@ pub struct Chromaticity {
     pub y: f64,
 }
 
-/// xyY: hue and saturation, and the luminance beside them.
+/// xyY: chromaticity and luminance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Xyy {
-    /// x and y.
+    /// Chromaticity x, y.
     pub chromaticity: Chromaticity,
-    /// Y, relative.
+    /// Relative luminance Y.
     pub luminance: f64,
 }
 
 impl Xyy {
-    /// The tristimulus values. No light has y = 0 beside a luminance: it gives infinity or NaN.
+    /// The tristimulus values. Infinite or NaN if y = 0.
     pub fn xyz(self) -> Xyz {
         let Chromaticity { x, y } = self.chromaticity;
         let scale = self.luminance / y;
@@ -43,14 +43,14 @@ impl Xyy {
 }
 
 impl Xyz {
-    /// Chromaticity and luminance. Darkness has no chromaticity: it gives NaN.
+    /// Chromaticity and luminance. The chromaticity of black is NaN.
     pub fn xyy(self) -> Xyy {
         Xyy { chromaticity: self.chromaticity(), luminance: self.y }
     }
 
-    /// The chromaticity. Darkness has none: it gives NaN.
+    /// The chromaticity. NaN for black.
     ///
-    /// Candlelight and lamps are yellower than daylight, they lie at a larger x:
+    /// Incandescent light is yellower than daylight, so its x is larger:
     /// ```
     /// # use snowblue_color::{Colorimeter, Illuminant, Observer};
     /// # let wavelengths_nm: Vec<f64> = (0..31).map(|step| 400.0 + 10.0 * f64::from(step)).collect();
@@ -65,9 +65,15 @@ impl Xyz {
         let sum = self.x + self.y + self.z;
         Chromaticity { x: self.x / sum, y: self.y / sum }
     }
+
+    /// The same chromaticity at another luminance. NaN for black.
+    #[must_use]
+    pub fn with_luminance(self, luminance: f64) -> Xyz {
+        self * (luminance / self.y)
+    }
 }
 
-/// Light added to light.
+/// Additive mixture of two lights.
 impl Add for Xyz {
     type Output = Xyz;
 
@@ -76,7 +82,7 @@ impl Add for Xyz {
     }
 }
 
-/// Light made stronger by a factor.
+/// Scales the light by a factor.
 impl Mul<f64> for Xyz {
     type Output = Xyz;
 
@@ -90,14 +96,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn xyy_keeps_the_light() {
+    fn xyy_round_trips() {
         let light = Xyz { x: 0.25, y: 0.5, z: 0.25 };
         assert_eq!(light.xyy().xyz(), light);
         assert!(Xyz::default().xyy().chromaticity.x.is_nan());
     }
 
     #[test]
-    fn chromaticity_does_not_depend_on_strength() {
+    fn chromaticity_does_not_depend_on_luminance() {
         let dim = Xyz { x: 0.25, y: 0.5, z: 0.25 };
         assert_eq!(dim.chromaticity(), Chromaticity { x: 0.25, y: 0.5 });
         assert_eq!((dim * 8.0).chromaticity(), dim.chromaticity());

@@ -1,5 +1,5 @@
-//! What becomes of colours that a screen cannot show: laws, how far neighbours are spread, and how far the hue turns for
-//! an eye that was asked when the method was made (Oklab) and for one that was not (IPT).
+//! Gamut mapping: invariants, continuity, and hue shifts in Oklab, which the method uses, and in IPT, which it does
+//! not.
 
 use snowblue_color::{LinearRgb, Observer, Oklab, RgbSpace, Xyz};
 
@@ -8,7 +8,7 @@ use snowblue_color::{LinearRgb, Observer, Oklab, RgbSpace, Xyz};
 const SNOW: &str = include_str!("data/light_through_snow.csv");
 
 /// Hue in degrees in IPT (Ebner & Fairchild 1998, *Development and testing of a color space (IPT) with improved hue
-/// uniformity*, Proc. IS&T 6th Color Imaging Conference, 8), which was made from other observers' hues than Oklab.
+/// uniformity*, Proc. IS&T 6th Color Imaging Conference, 8), which was fitted to other hue data than Oklab.
 fn ipt_hue_deg(Xyz { x, y, z }: Xyz) -> f64 {
     let response = |cone: f64| cone.signum() * cone.abs().powf(0.43);
     let l = response(0.4002 * x + 0.7075 * y - 0.0807 * z);
@@ -23,19 +23,19 @@ fn oklab_hue_deg(xyz: Xyz) -> f64 {
     Oklab::from_xyz(xyz).hue_deg()
 }
 
-fn turn_deg(from: f64, to: f64) -> f64 {
+fn hue_shift_deg(from: f64, to: f64) -> f64 {
     (to - from + 180.0).rem_euclid(360.0) - 180.0
 }
 
-/// Monochromatic light mixed with white, from dark to glaring.
+/// Monochromatic light mixed with white, from dark to very bright.
 fn real_lights() -> Vec<Xyz> {
     let white = RgbSpace::Srgb.white();
     let mut lights = Vec::new();
     for step in 0..=60 {
-        let spectral = Observer::Cie1931.matching(400.0 + 5.0 * f64::from(step)).expect("within the table");
+        let spectral = Observer::Cie1931.color_matching(400.0 + 5.0 * f64::from(step)).expect("within the table");
         for mixed in 1..=10 {
-            let share = f64::from(mixed) / 10.0;
-            let light = spectral * (share / spectral.y) + white * (1.0 - share);
+            let fraction = f64::from(mixed) / 10.0;
+            let light = spectral * (fraction / spectral.y) + white * (1.0 - fraction);
             lights.extend([0.001, 0.1, 0.3, 0.6, 0.95, 1.5].map(|luminance| light * luminance));
         }
     }
@@ -53,11 +53,11 @@ fn rgb(channels: [f64; 3]) -> LinearRgb {
 }
 
 fn at_luminance(light: Xyz, luminance: f64) -> LinearRgb {
-    LinearRgb::from_xyz(light * (luminance / light.y))
+    LinearRgb::from_xyz(light.with_luminance(luminance))
 }
 
 #[test]
-fn every_light_becomes_a_colour_of_the_screen_with_its_luminance() {
+fn every_light_becomes_displayable_with_its_luminance() {
     for light in real_lights() {
         let within = LinearRgb::from_xyz(light).into_gamut();
         assert!(within.r >= 0.0 && within.g >= 0.0 && within.b >= 0.0, "{light:?} {within:?}");
@@ -68,18 +68,18 @@ fn every_light_becomes_a_colour_of_the_screen_with_its_luminance() {
     }
 }
 
-/// Lights 5·10⁻⁵ to 0.05 outside of places on the border of the gamut, the primaries and what lies beside them among
-/// these. Where hue counts 4 times, what is nearest may be 4 times as far as the least distance.
+/// Lights 5·10⁻⁵ to 0.05 outside the gamut boundary, including at and near the primaries. With a hue weight of 4 the
+/// mapped colour may be 4 times as far away as the nearest one.
 #[test]
-fn a_light_just_outside_is_shown_beside_itself() {
+fn a_light_just_outside_the_gamut_moves_little() {
     let mut checked = 0;
     for channel in 0..3 {
-        for place in [
+        for position in [
             0.0, 1e-6, 1e-4, 0.001, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999,
             0.9999, 1.0,
         ] {
             let mut channels = [0.0; 3];
-            (channels[(channel + 1) % 3], channels[(channel + 2) % 3]) = (place, 1.0 - place);
+            (channels[(channel + 1) % 3], channels[(channel + 2) % 3]) = (position, 1.0 - position);
             let border = rgb(channels);
             for direction in
                 [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, -1.0, 0.0], [0.0, -1.0, -1.0]]
@@ -103,7 +103,7 @@ fn a_light_just_outside_is_shown_beside_itself() {
     assert!(checked > 400, "{checked}");
 }
 
-/// The greatest ratio of the distances of neighbours as shown and as they are, along a line of lights.
+/// The greatest ratio of distances between neighbours, after and before mapping, along a line of lights.
 fn greatest_spread(count: u32, light: impl Fn(f64) -> LinearRgb, show: impl Fn(LinearRgb) -> LinearRgb) -> f64 {
     let lights: Vec<LinearRgb> = (0..=count).map(|step| light(f64::from(step) / f64::from(count))).collect();
     let spread = |pair: &[LinearRgb]| {
@@ -112,19 +112,19 @@ fn greatest_spread(count: u32, light: impl Fn(f64) -> LinearRgb, show: impl Fn(L
     lights.windows(2).map(spread).fold(0.0, f64::max)
 }
 
-/// From grey through the border of the gamut to the spectral colours, and beside these. The limits are what the steps of
-/// the method give, rounded up: 2.3 up to half of the spectral purity, 9.4 at the spectral lights, by 466 nm. A jump of 0.1
+/// From grey across the gamut boundary to the spectral colours, and along these. The limits are the measured values,
+/// rounded up: 2.3 up to half of the spectral purity, 9.4 for spectral lights, near 466 nm. A discontinuity of 0.1
 /// would give 300 and more on lines of 4,000 steps.
 #[test]
-fn neighbours_are_shown_as_neighbours() {
+fn neighbours_stay_neighbours() {
     let white = RgbSpace::Srgb.white();
     let spectral = |wavelength_nm: f64| {
-        let matching = Observer::Cie1931.matching(wavelength_nm).expect("within the table");
+        let matching = Observer::Cie1931.color_matching(wavelength_nm).expect("within the table");
         matching * matching.y.recip()
     };
     for luminance in [0.01, 0.05, 0.2, 0.7] {
-        let mixed = |wavelength_nm: f64, share: f64| {
-            at_luminance(spectral(wavelength_nm) * share + white * (1.0 - share), luminance)
+        let mixed = |wavelength_nm: f64, purity: f64| {
+            at_luminance(spectral(wavelength_nm) * purity + white * (1.0 - purity), luminance)
         };
         let check = |name: String, limit: f64, light: &dyn Fn(f64) -> LinearRgb| {
             let spreads = [
@@ -133,54 +133,65 @@ fn neighbours_are_shown_as_neighbours() {
             ];
             assert!(spreads.iter().all(|spread| *spread < limit), "{name}, Y = {luminance}: {spreads:?}");
         };
-        for share in [0.03, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0] {
-            check(format!("share {share}"), if share > 0.5 { 10.0 } else { 2.5 }, &|place| {
-                mixed(410.0 + 250.0 * place, share)
+        for purity in [0.03, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0] {
+            check(format!("purity {purity}"), if purity > 0.5 { 10.0 } else { 2.5 }, &|position| {
+                mixed(410.0 + 250.0 * position, purity)
             });
         }
         for wavelength_nm in [430.0, 450.0, 460.0, 465.0, 470.0, 475.0, 480.0, 520.0, 600.0, 650.0] {
-            check(format!("{wavelength_nm} nm"), 2.5, &|place| mixed(wavelength_nm, place));
+            check(format!("{wavelength_nm} nm"), 2.5, &|position| mixed(wavelength_nm, position));
         }
     }
 }
 
-/// How far hues turn in degrees, in Oklab and in IPT, and the share of the chroma over lightness that is kept.
-fn turned(light: Xyz) -> ([f64; 2], f64) {
-    let shown = LinearRgb::from_xyz(light).into_gamut().xyz();
-    let turns =
-        [turn_deg(oklab_hue_deg(light), oklab_hue_deg(shown)), turn_deg(ipt_hue_deg(light), ipt_hue_deg(shown))];
-    let vividness = |xyz: Xyz| {
+/// Hue shifts of the gamut mapping in degrees, and the fraction of chroma over lightness that it keeps.
+struct Mapping {
+    oklab_shift_deg: f64,
+    ipt_shift_deg: f64,
+    kept_saturation: f64,
+}
+
+fn map(light: Xyz) -> Mapping {
+    let mapped = LinearRgb::from_xyz(light).into_gamut().xyz();
+    let saturation = |xyz: Xyz| {
         let lab = Oklab::from_xyz(xyz);
         lab.chroma() / lab.l
     };
-    (turns, vividness(shown) / vividness(light))
+    Mapping {
+        oklab_shift_deg: hue_shift_deg(oklab_hue_deg(light), oklab_hue_deg(mapped)),
+        ipt_shift_deg: hue_shift_deg(ipt_hue_deg(light), ipt_hue_deg(mapped)),
+        kept_saturation: saturation(mapped) / saturation(light),
+    }
 }
 
-/// Limits in degrees: in Oklab the turn at the steepest place of the border, beside the blue primary, rounded up; in IPT
-/// the same up to the hue of this primary, 264° in Oklab, and past it, where the light is violet, by how much Oklab and IPT
-/// disagree. On the straight way to grey, light of the first kind turns by up to 8.3° and 5.0°.
+/// Limits in Oklab: the shift at the steepest point of the boundary, next to the blue primary, rounded up. In IPT: the
+/// same up to the hue of this primary, 264° in Oklab; for violet hues beyond, the disagreement of Oklab and IPT. On the
+/// straight line to grey, hues up to 264° shift by up to 8.3° and 5.0°.
 #[test]
-fn blues_of_deep_snow_keep_their_hue_to_the_eye() {
+fn blues_of_deep_snow_keep_their_perceived_hue() {
     let mut rows = 0;
     for row in SNOW.lines().skip(1) {
         let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().expect("a number")).collect();
         let light = Xyz { x: cells[2], y: cells[3], z: cells[4] };
-        let ([in_oklab, in_ipt], kept) = turned(light);
-        let limit = if oklab_hue_deg(light) < 264.0 { 4.0 } else { 6.0 };
-        assert!(in_oklab.abs() < 5.0 && in_ipt.abs() < limit, "{row}: {in_oklab} {in_ipt}");
-        // What has exactly the hue keeps as little as 0.55.
-        assert!(kept > 0.6, "{row}: {kept}");
+        let Mapping { oklab_shift_deg, ipt_shift_deg, kept_saturation } = map(light);
+        let ipt_limit_deg = if oklab_hue_deg(light) < 264.0 { 4.0 } else { 6.0 };
+        assert!(oklab_shift_deg.abs() < 5.0, "{row}: {oklab_shift_deg}");
+        assert!(ipt_shift_deg.abs() < ipt_limit_deg, "{row}: {ipt_shift_deg}");
+        // A mapping with exact hue keeps as little as 0.55.
+        assert!(kept_saturation > 0.6, "{row}: {kept_saturation}");
         rows += 1;
     }
     assert_eq!(rows, 60);
 }
 
-/// The worst is 465 nm, which is shown beside the blue primary: 11.0° in Oklab and 10.1° in IPT.
+/// The largest shift is that of 465 nm, which maps next to the blue primary: 11.0° in Oklab and 10.1° in IPT.
 #[test]
-fn monochromatic_violet_and_blue_turn_by_11_degrees_at_most() {
+fn monochromatic_violet_and_blue_shift_by_at_most_11_degrees() {
     for step in 0..=100 {
         let wavelength_nm = 400.0 + f64::from(step);
-        let ([in_oklab, in_ipt], _) = turned(Observer::Cie1931.matching(wavelength_nm).expect("within the table"));
-        assert!(in_oklab.abs() < 11.1 && in_ipt.abs() < 10.2, "{wavelength_nm} nm: {in_oklab} {in_ipt}");
+        let light = Observer::Cie1931.color_matching(wavelength_nm).expect("within the table");
+        let Mapping { oklab_shift_deg, ipt_shift_deg, .. } = map(light);
+        assert!(oklab_shift_deg.abs() < 11.1, "{wavelength_nm} nm: {oklab_shift_deg}");
+        assert!(ipt_shift_deg.abs() < 10.2, "{wavelength_nm} nm: {ipt_shift_deg}");
     }
 }

@@ -1,9 +1,13 @@
-//! Other people's numbers: printed white points, chromaticities and colours, and those of an independent program.
+//! Published white points, chromaticities and colours, and results of an independent program.
 //!
-//! `tests/data/` was written by `scripts/color_golden.py` with the Python package colour-science 0.4.7 (BSD-3-Clause).
+//! `scripts/color_golden.py` wrote the files in `tests/data/` with the Python package colour-science 0.4.7
+//! (BSD-3-Clause).
 
-use snowblue_color::sampling::{Interpolation, resample};
-use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, Oklab, Rgb, RgbSpace, Srgb8, Step, Xyz};
+use snowblue_color::sampling::{Interpolation, SampledSpectrum};
+use snowblue_color::{
+    ChromaticAdaptation, Colorimeter, Illuminant, Lab, LinearRgb, Observer, Oklab, Rgb, RgbSpace, Srgb8,
+    WavelengthStep, Xyz,
+};
 
 fn every(step_nm: f64, first_nm: f64, last_nm: f64) -> Vec<f64> {
     let wavelengths_nm = (0..).map(|index| first_nm + step_nm * f64::from(index));
@@ -33,7 +37,7 @@ fn assert_xyz(xyz: Xyz, expected: [f64; 3], tolerance: f64, context: &str) {
 }
 
 /// White points of ASTM E308-01 for the 2° observer, as quoted by B. Lindbloom, brucelindbloom.com ("Chromatic
-/// Adaptation"), with five decimals. Sums at 5 nm give them within 2 units of the last; D65 takes steps of 1 nm.
+/// Adaptation"), with five decimals. Sums at 5 nm agree within 2 units of the last digit; D65 needs 1 nm.
 #[test]
 fn white_points_of_astm_e308() {
     let printed = [
@@ -53,12 +57,12 @@ fn white_points_of_astm_e308() {
     }
     let d65 = [0.95047, 1.0, 1.08883];
     assert_xyz(white(Illuminant::D65, &every(1.0, 360.0, 780.0)), d65, 1e-5, "D65 at 1 nm");
-    // The coarser sum is 1.4e-4 too high in Z.
+    // Z of the 5 nm sum is 1.4e-4 too high.
     assert_xyz(white(Illuminant::D65, &every(5.0, 360.0, 780.0)), d65, 1.5e-4, "D65 at 5 nm");
 }
 
-/// The same for the 10° observer, as reprinted with the standard's tables. Sums at 5 nm give them within 4 units of the
-/// last decimal, but for D65, which takes steps of 1 nm.
+/// The same for the 10° observer, as reprinted with the standard's tables. Sums at 5 nm agree within 4 units of the
+/// last digit, except for D65, which needs 1 nm.
 #[test]
 fn white_points_of_astm_e308_for_10_degrees() {
     let printed = [
@@ -81,19 +85,19 @@ fn white_points_of_astm_e308_for_10_degrees() {
     assert_xyz(d65, [0.94811, 1.0, 1.07304], 1e-5, "D65 at 1 nm");
 }
 
-/// The colour-matching functions have equal areas by construction, up to 3.4e-4 by their rounding.
+/// The colour-matching functions have equal areas by construction, with a rounding error of 3.4e-4.
 #[test]
 fn equal_power_is_white() {
     assert_xyz(white(Illuminant::E, &every(1.0, 360.0, 830.0)), [1.0; 3], 3.4e-4, "1 nm");
     assert_xyz(white(Illuminant::E, &every(5.0, 360.0, 830.0)), [1.0; 3], 3.5e-4, "5 nm");
 }
 
-/// CIE 015:2018 prints the chromaticity of each light that it tabulates, mostly with four decimals: half a unit of the
-/// last digit is 5e-5, and FL3.13 is out by another 2e-6. A wrong line in a file would show.
+/// CIE 015:2018 prints the chromaticity of each illuminant, mostly with four decimals. Half a unit of the last digit is
+/// 5e-5; FL3.13 is off by another 2e-6. A wrong line in a file would exceed this.
 #[test]
 fn chromaticities_of_all_illuminants() {
     let published: Vec<_> = rows(include_str!("data/illuminant_chromaticities.csv")).collect();
-    // All for 2°; for 10° without FL1–FL12, of which ASTM E308 above holds three.
+    // 2°: all illuminants. 10°: all but FL1–FL12; the ASTM E308 test above covers three of these.
     assert_eq!(published.len(), 2 * Illuminant::all().count() - 12);
     for row in published {
         let illuminant: Illuminant = row[0].parse().unwrap();
@@ -119,7 +123,7 @@ fn spectral_locus() {
         (700.0, 0.7347, 0.2653),
     ];
     for (wavelength_nm, x, y) in printed {
-        let found = Observer::Cie1931.matching(wavelength_nm).unwrap().chromaticity();
+        let found = Observer::Cie1931.color_matching(wavelength_nm).unwrap().chromaticity();
         assert!((found.x - x).abs() < 6e-5 && (found.y - y).abs() < 6e-5, "{wavelength_nm} nm: {found:?}");
     }
 }
@@ -137,7 +141,7 @@ fn matrix_of_srgb() {
     }
 }
 
-/// CIELAB of the sRGB primaries for D65, as converters print them (B. Lindbloom, brucelindbloom.com, CIE calculator).
+/// CIELAB of the sRGB primaries for D65, as printed by converters (B. Lindbloom, brucelindbloom.com, CIE calculator).
 #[test]
 fn lab_of_the_srgb_primaries() {
     let white = "#ffffff".parse::<Srgb8>().unwrap().decode().xyz();
@@ -153,7 +157,7 @@ fn lab_of_the_srgb_primaries() {
     }
 }
 
-/// Four spectra under eight lights on 400–700 nm every 10 nm.
+/// Four spectra under eight illuminants, on 400–700 nm every 10 nm.
 #[test]
 fn colours_of_colour_science() {
     let spectra = include_str!("data/spectra.csv");
@@ -178,7 +182,7 @@ fn colours_of_colour_science() {
     }
 }
 
-/// Every light, observer and step, each with one of three spectra.
+/// Every illuminant, observer and step, each with one of three spectra.
 #[test]
 fn sums_of_colour_science() {
     let curve = |name: &str, nm: f64| match name {
@@ -190,7 +194,7 @@ fn sums_of_colour_science() {
     assert_eq!(expected_sums.len(), 48 * 2 * 3);
     for row in expected_sums {
         let illuminant: Illuminant = row[0].parse().unwrap();
-        let step = Step::ALL.into_iter().find(|step| step.nm().to_string() == row[2]).unwrap();
+        let step = WavelengthStep::ALL.into_iter().find(|step| step.nm().to_string() == row[2]).unwrap();
         let grid_nm = step.wavelengths_nm(illuminant);
         let colorimeter = Colorimeter::new(row[1].parse().unwrap(), illuminant, &grid_nm).unwrap();
         let values: Vec<f64> = grid_nm.iter().map(|nm| curve(row[3], *nm)).collect();
@@ -210,7 +214,7 @@ fn spaces_of_colour_science() {
         let wide = [RgbSpace::Rec2020, RgbSpace::AcesCg].map(|space| space.from_xyz(xyz));
         let lab = Lab::from_xyz(xyz, d65);
         let mut found: Vec<f64> = wide.into_iter().flat_map(|Rgb { r, g, b }| [r, g, b]).collect();
-        let adapted = xyz.adapted(d65, aces);
+        let adapted = ChromaticAdaptation { from_white: d65, to_white: aces }.apply(xyz);
         found.extend([adapted.x, adapted.y, adapted.z, lab.l, lab.a, lab.b]);
         found.push(before.map_or(0.0, |before| before.delta_e_2000(lab)));
         for (value, expected) in found.iter().zip(&expected[3..]) {
@@ -219,7 +223,7 @@ fn spaces_of_colour_science() {
         }
         let Oklab { l, a, b } = Oklab::from_xyz(xyz);
         for (value, expected) in [l, a, b].into_iter().zip(&expected[16..]) {
-            // Its rows of M₁ are scaled by up to 5e-4: a third of it in the roots, times up to 2.4 in a and b.
+            // Our rows of M₁ are scaled by up to 5e-4: a third of that in the cube roots, times up to 2.4 in a and b.
             assert!((value - expected).abs() < 4e-4, "{row:?}: {value}, expected {expected}");
         }
         before = Some(lab);
@@ -243,9 +247,10 @@ fn pairs_of_sharma_2005() {
 fn sprague_curves_of_colour_science() {
     let spectra: Vec<Vec<f64>> = rows(include_str!("data/spectra.csv")).map(|row| numbers(&row)).collect();
     let (known_nm, snow): (Vec<f64>, Vec<f64>) = spectra.iter().map(|row| (row[0], row[1])).unzip();
+    let spectrum = SampledSpectrum { wavelengths_nm: &known_nm, values: &snow };
     for row in rows(include_str!("data/sprague.csv")) {
         let expected = numbers(&row);
-        let found = resample(&known_nm, &snow, &expected[..1], Interpolation::Sprague).unwrap();
+        let found = spectrum.resample(&expected[..1], Interpolation::Sprague).unwrap();
         assert!((found[0] - expected[1]).abs() < 1e-12, "{row:?}: {found:?}");
     }
 }

@@ -11,7 +11,7 @@
 //! light is solved by discrete ordinates, with one tally of grains for all snows.
 
 use rayon::prelude::*;
-use snowblue_color::{Colorimeter, Difference, Lab, Xyz, difference::MIDDLE_GREY, difference::exposed};
+use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz, difference::MIDDLE_GREY};
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak};
 use snowblue_transport::sample::{GrainSize, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
@@ -96,7 +96,7 @@ pub struct Match {
     /// The light that comes through, with the bare light's Y = 1.
     pub light: Xyz,
     /// The difference of this light from the target.
-    pub difference: Difference,
+    pub difference: ColorDifference,
 }
 
 impl Match {
@@ -109,7 +109,7 @@ impl Match {
     /// How the target differs from this light, both at L* = 50: in a word, and by Δa* and Δb*.
     #[must_use]
     pub fn direction(&self, target: &Target) -> (&'static str, f64, f64) {
-        let lab = |color| Lab::from_xyz(exposed(color, MIDDLE_GREY), target.white);
+        let lab = |color: Xyz| Lab::from_xyz(color.with_luminance(MIDDLE_GREY), target.white);
         let (wanted, found) = (lab(target.color), lab(self.light));
         (direction(wanted, found), wanted.a - found.a, wanted.b - found.b)
     }
@@ -308,9 +308,9 @@ impl<'t> Search<'t> {
             let spectrum: Vec<f64> = by_wavelength.iter().map(|values| values[number]).collect();
             let light = self.target.colorimeter.xyz(&spectrum);
             let difference = if light.y >= LEAST_LUMINANCE {
-                Difference::between(light, self.target.color, self.target.white)
+                ColorDifference::between(light, self.target.color, self.target.white)
             } else {
-                Difference::INFINITE
+                ColorDifference::INFINITE
             };
             Match { sample: snow.sample, thickness_cm: *thickness_cm, light, difference }
         };

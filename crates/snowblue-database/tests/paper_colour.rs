@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use snowblue_color::difference::{MIDDLE_GREY, exposed};
-use snowblue_color::{Colorimeter, Difference, Illuminant, Lab, LinearRgb, Observer, Xyz};
+use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Lab, LinearRgb, Observer, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_alike};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
@@ -80,11 +80,12 @@ fn swatches_of_figures_5_to_8() {
         let ratio = |[darker, lighter]: &[Vec<Xyz>; 2]| lighter[number].y / darker[number].y;
         let ratios = [&facetness, &density, &thickness, &grain_size].map(ratio);
         assert!(ratios[0] > 1.4 && ratios.windows(2).all(|pair| pair[1] > 1.3 * pair[0]), "{angle_deg}°: {ratios:?}");
-        let differ = |[darker, lighter]: &[Vec<Xyz>; 2]| Difference::between(darker[number], lighter[number], white);
+        let differ =
+            |[darker, lighter]: &[Vec<Xyz>; 2]| ColorDifference::between(darker[number], lighter[number], white);
         let [by_facetness, by_density, by_thickness, by_size] =
             [&facetness, &density, &thickness, &grain_size].map(differ);
-        assert!(by_size.whole > by_density.whole && by_density.whole > by_facetness.whole);
-        assert_eq!(by_size.whole > by_thickness.whole, angle_deg < 70.0, "{angle_deg}°");
+        assert!(by_size.as_given > by_density.as_given && by_density.as_given > by_facetness.as_given);
+        assert_eq!(by_size.as_given > by_thickness.as_given, angle_deg < 70.0, "{angle_deg}°");
         assert!(by_thickness.at_middle_grey > by_size.at_middle_grey && by_size.at_middle_grey > 11.0);
     }
     for row in [grain_size, facetness, density, thickness].as_flattened() {
@@ -118,7 +119,7 @@ fn larger_grains_are_more_vivid_at_one_exposure() {
     }
     let (dim, light) = (shown_at(lights[2].y).map(Lab::chroma), shown_at(MIDDLE_GREY).map(Lab::chroma));
     assert!(ascends(dim) && !ascends(light), "{dim:?} {light:?}");
-    let [small, medium, large] = lights.map(|light| lab(exposed(light, MIDDLE_GREY)).chroma());
+    let [small, medium, large] = lights.map(|light| lab(light.with_luminance(MIDDLE_GREY)).chroma());
     assert!(small > medium && medium > large, "{small} {medium} {large}");
 }
 
@@ -155,13 +156,13 @@ fn three_samples_differ_visibly_from_31() {
         let illuminant: Illuminant = name.parse().unwrap();
         let few = Colorimeter::new(Observer::Cie1931, illuminant, &three_nm).unwrap();
         let (three, many) = (few.xyz(&at_three), eye.xyz(passed));
-        let found = Difference::between(three, many, eye.white());
+        let found = ColorDifference::between(three, many, eye.white());
         assert!(
-            found.whole > 2.0 * PERCEPTIBLE_DELTA_E && found.at_middle_grey > 2.0 * found.whole,
+            found.as_given > 2.0 * PERCEPTIBLE_DELTA_E && found.at_middle_grey > 2.0 * found.as_given,
             "{name}: {found:?}"
         );
         let own = |luminances: [f64; 2]| {
-            let lab = |light: Xyz, luminance: f64, white: Xyz| Lab::from_xyz(exposed(light, luminance), white);
+            let lab = |light: Xyz, luminance: f64, white: Xyz| Lab::from_xyz(light.with_luminance(luminance), white);
             lab(three, luminances[0], few.white()).delta_e_1976(lab(many, luminances[1], eye.white()))
         };
         let (dim, grey) = (own([three.y, many.y]), own([MIDDLE_GREY; 2]));

@@ -5,12 +5,12 @@
 //! surface is neutral in sRGB, whose white D65 is, and light of another colour keeps it. In false colour (see
 //! [`FalseColor`](crate::FalseColor)) Y = 1 is white light of 1 W m⁻² sr⁻¹ over the table's wavelengths.
 
-use snowblue_color::{LinearRgb, Xyz, exposure};
+use snowblue_color::{LinearRgb, Xyz, exposure, exposure::AutoExposure};
 
 use crate::scene::Exposure;
 
 /// Automatic exposure lets the brightest percent of pixels be glaring: lamps and highlights.
-const AUTO_SHARE: f64 = 0.99;
+const AUTO_FRACTION: f64 = 0.99;
 
 /// To where automatic exposure brings the brightest of the other pixels, with 1 the brightest that a screen can show.
 const AUTO_LEVEL: f64 = 0.9;
@@ -53,9 +53,8 @@ impl Film {
     pub fn display_factor(&self, exposure: Exposure) -> f64 {
         match exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => {
-                exposure::automatic(self.pixels.iter().copied().map(LinearRgb::from_xyz), AUTO_SHARE, AUTO_LEVEL)
-            }
+            Exposure::Auto => AutoExposure { fraction: AUTO_FRACTION, level: AUTO_LEVEL }
+                .factor(self.pixels.iter().copied().map(LinearRgb::from_xyz)),
         }
     }
 }

@@ -54,7 +54,7 @@ impl PngImage {
 
     /// Linear light of the pixels, the file's numbers being sRGB; grey is alike in all channels.
     pub(crate) fn linear(&self) -> Vec<[f32; 3]> {
-        self.pixels(|code| crate::ray::narrow(snowblue_color::srgb::decode_channel(f64::from(code))))
+        self.pixels(|code| crate::ray::narrow(snowblue_color::transfer::decode_srgb(f64::from(code))))
     }
 
     /// The pixels' first numbers as they are.

@@ -1,6 +1,7 @@
 //! Sheets of swatches: colours in rows and columns with their labels, flat or with the grey of snow over them.
 
-use snowblue_color::{LinearRgb, Srgb8, exposure};
+use snowblue_color::exposure::AutoExposure;
+use snowblue_color::{LinearRgb, Srgb8};
 
 use crate::lettering::Lettering;
 use crate::picture::Picture;
@@ -69,7 +70,7 @@ struct Layout {
 /// The greatest channel of all, colours being within the gamut, becomes 1/[`SnowTexture::BRIGHTEST`] = 0.8 of what a screen
 /// can show: a texture has room above it. One factor serves all colours, so that they compare; darkness stays as it is.
 pub fn automatic_exposure<'c>(colours: impl IntoIterator<Item = &'c LinearRgb>) -> f64 {
-    exposure::automatic(colours.into_iter().copied(), 1.0, 1.0 / SnowTexture::BRIGHTEST)
+    AutoExposure { fraction: 1.0, level: 1.0 / SnowTexture::BRIGHTEST }.factor(colours.into_iter().copied())
 }
 
 /// A swatch: a colour in linear light, flat or times a texture.

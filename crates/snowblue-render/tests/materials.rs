@@ -367,7 +367,7 @@ fn luminance_cd_m2(radiance: &Spectrum) -> f64 {
     let eye = snowblue_color::Observer::Cie1931;
     let samples = wavelengths_nm().into_iter().zip(radiance.0);
     // A band density is the quantity per nm times 310 nm.
-    samples.map(|(nm, sample)| 683.0 * eye.matching(nm).unwrap().y * f64::from(sample) / 310.0 * 10.0).sum()
+    samples.map(|(nm, sample)| 683.0 * eye.color_matching(nm).unwrap().y * f64::from(sample) / 310.0 * 10.0).sum()
 }
 
 #[test]

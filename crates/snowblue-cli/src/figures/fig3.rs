@@ -1,7 +1,7 @@
 //! The paper's Fig. 3: lamps, the transmittance of snow, and the colours that 3 and 31 samples make of them.
 
-use snowblue_color::difference::{MIDDLE_GREY, exposed};
-use snowblue_color::{Difference, Illuminant, Lab, Observer, Xyz};
+use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, Xyz};
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -31,7 +31,7 @@ struct Lamp {
     illuminant: Illuminant,
     lights: [Xyz; 2],
     white: Xyz,
-    difference: Difference,
+    difference: ColorDifference,
     /// ΔE*ab of both, each before the white of its own samples: as dim as they are, and exposed to middle grey.
     before_own_whites: [f64; 2],
 }
@@ -75,8 +75,8 @@ fn lamp(name: &str, curves: &[Vec<(f64, f64)>; 2]) -> Result<Lamp, Failure> {
         illuminant,
         lights: [few, many],
         white,
-        difference: Difference::between(few, many, white),
-        before_own_whites: [own(few, many), own(exposed(few, MIDDLE_GREY), exposed(many, MIDDLE_GREY))],
+        difference: ColorDifference::between(few, many, white),
+        before_own_whites: [own(few, many), own(few.with_luminance(MIDDLE_GREY), many.with_luminance(MIDDLE_GREY))],
     })
 }
 
@@ -88,7 +88,7 @@ fn spectrum(name: &str) -> Result<Vec<(f64, f64)>, Failure> {
     let (mut bright, mut even) = (0.0, 0.0);
     for &nm in &wavelengths_nm {
         let power = illuminant.relative_power(nm).map_err(Failure::work)?;
-        let eye = Observer::Cie1931.matching(nm).map_err(Failure::work)?.y;
+        let eye = Observer::Cie1931.color_matching(nm).map_err(Failure::work)?.y;
         (bright, even) = (bright + power * eye, even + eye);
         powers.push(power);
     }
@@ -118,7 +118,7 @@ fn table(lamps: &[Lamp]) -> Table {
             ]);
         }
         cells.extend(
-            [lamp.difference.whole, lamp.difference.at_middle_grey, lamp.difference.at_middle_grey_2000]
+            [lamp.difference.as_given, lamp.difference.at_middle_grey, lamp.difference.at_middle_grey_2000]
                 .into_iter()
                 .chain(lamp.before_own_whites)
                 .map(|value| format!("{value:.2}")),

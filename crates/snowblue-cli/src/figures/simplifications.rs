@@ -1,6 +1,6 @@
 //! What simpler models cost in the colour of the light through snow. The paper says that they spoil it.
 
-use snowblue_color::Difference;
+use snowblue_color::ColorDifference;
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::simplification::{Simplification, Simplifier};
@@ -21,7 +21,7 @@ const NOTICED: f64 = 2.3;
 
 /// What one simplification costs behind one slab.
 struct Cost {
-    difference: Difference,
+    difference: ColorDifference,
     /// Relative error of the transmittance at each of the compared wavelengths.
     errors: Vec<f64>,
 }
@@ -42,7 +42,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
             case.angle_deg.into(),
             THICKNESSES_CM[place].into(),
         ];
-        row.extend([difference.whole, difference.at_equal_luminance, difference.at_middle_grey].map(Cell::from));
+        row.extend([difference.as_given, difference.at_equal_luminance, difference.at_middle_grey].map(Cell::from));
         row.extend(errors.iter().map(|error| Cell::from(*error)));
         row
     };
@@ -92,7 +92,8 @@ fn cases() -> Result<Vec<Case>, Failure> {
             let cost = |thickness: usize| {
                 let case = thickness * ANGLES_DEG.len() + angle;
                 let (one, other) = (&simple[case], &exact[case]);
-                let difference = Difference::between(colorimeter.xyz(one), colorimeter.xyz(other), colorimeter.white());
+                let difference =
+                    ColorDifference::between(colorimeter.xyz(one), colorimeter.xyz(other), colorimeter.white());
                 let error = |nm: &f64| one[place_of(*nm)] / other[place_of(*nm)] - 1.0;
                 Cost { difference, errors: COMPARED_NM.iter().map(error).collect() }
             };
@@ -118,7 +119,7 @@ fn name(case: &Case) -> String {
 fn colours(cases: &[Case]) -> Table {
     let row = |case: &Case| {
         let mut cells = vec![name(case)];
-        cells.extend(case.costs.iter().map(|cost| format!("{:.2}", cost.difference.whole)));
+        cells.extend(case.costs.iter().map(|cost| format!("{:.2}", cost.difference.as_given)));
         cells.extend(case.costs.iter().map(|cost| format!("{:.2}", cost.difference.at_middle_grey)));
         cells
     };
@@ -143,7 +144,7 @@ fn draw(cases: &[Case]) -> String {
     let mut chart = Chart::new((980.0, height + 150.0), "What simplifications cost in the colour of transmitted light");
     let count = cases.len() as f64;
     let titles = ["ΔE*ab as it is", "ΔE*ab at middle grey"];
-    let quantities: [fn(&Difference) -> f64; 2] = [|one| one.whole, |one| one.at_middle_grey];
+    let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
     for (i, (title, quantity)) in titles.into_iter().zip(quantities).enumerate() {
         let left = 200.0 + 340.0 * i as f64;
         let area = Area { left, right: left + 310.0, top: 66.0, bottom: 66.0 + height };

@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use snowblue_color::{Difference, Lab, Xyz};
+use snowblue_color::{ColorDifference, Lab, Xyz};
 use snowblue_render::material::Material;
 use snowblue_render::material::pca_snow::PathMode;
 use snowblue_render::scene::{Exposure, Integrator, Scene};
@@ -282,7 +282,7 @@ fn judged(truth: &Truth, found: &Timed) -> Verdict {
         square: truth.lit.iter().map(square).sum::<f64>() / truth.lit.len() as f64,
         energy: all.y / expected.y,
         delta_e: mean_delta_e([light, reference.clone()], &truth.lit, truth.white),
-        hue_delta_e: Difference::between(all, expected, truth.white).at_middle_grey_2000,
+        hue_delta_e: ColorDifference::between(all, expected, truth.white).at_middle_grey_2000,
         seconds: found.seconds,
     }
 }

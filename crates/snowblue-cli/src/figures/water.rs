@@ -1,8 +1,8 @@
 //! How much water in the pores changes the colour of the light that comes through: the first of the questions that the paper
 //! leaves to future work.
 
-use snowblue_color::difference::{MIDDLE_GREY, exposed};
-use snowblue_color::{Colorimeter, Difference, LinearRgb, Srgb8, Xyz};
+use snowblue_color::difference::MIDDLE_GREY;
+use snowblue_color::{ColorDifference, Colorimeter, LinearRgb, Srgb8, Xyz};
 use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, solve_alike};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -25,7 +25,7 @@ const LEAST: f64 = 0.002;
 struct Light {
     saturation: f64,
     xyz: Xyz,
-    from_dry: Difference,
+    from_dry: ColorDifference,
 }
 
 pub(super) fn figure() -> Result<Figure, Failure> {
@@ -33,12 +33,12 @@ pub(super) fn figure() -> Result<Figure, Failure> {
     let colorimeter = daylight(&wavelengths_nm)?;
     let lights = lights(wavelengths_nm, &colorimeter)?;
     let cells = |(thickness_cm, light): (f64, &Light)| {
-        let Difference { whole, at_equal_luminance, at_middle_grey, .. } = light.from_dry;
+        let ColorDifference { as_given, at_equal_luminance, at_middle_grey, .. } = light.from_dry;
         let mut row: Vec<Cell> =
-            [thickness_cm, light.saturation, light.xyz.y, whole, at_equal_luminance, at_middle_grey]
+            [thickness_cm, light.saturation, light.xyz.y, as_given, at_equal_luminance, at_middle_grey]
                 .map(Cell::from)
                 .to_vec();
-        row.extend([hex(light.xyz), hex(exposed(light.xyz, MIDDLE_GREY))].map(Cell::Word));
+        row.extend([hex(light.xyz), hex(light.xyz.with_luminance(MIDDLE_GREY))].map(Cell::Word));
         row
     };
     let columns = [
@@ -62,7 +62,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
         drawing: Drawing::Svg(draw(&lights)),
         numbers: numbers(&columns, rows.map(cells).collect()),
         tables: vec![
-            table("whole", "ΔE*ab of wet against dry snow, as it is", &lights, |one| one.whole),
+            table("whole", "ΔE*ab of wet against dry snow, as it is", &lights, |one| one.as_given),
             table("hue", "The same, both exposed to middle grey: hue and chroma", &lights, |one| one.at_middle_grey),
             brightness(&lights),
         ],
@@ -89,7 +89,7 @@ fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec
         let dry = xyz(&fluxes[0]);
         let light = |(saturation, of): (&f64, &Vec<Vec<Fluxes>>)| {
             let xyz = xyz(of);
-            Light { saturation: *saturation, xyz, from_dry: Difference::between(xyz, dry, colorimeter.white()) }
+            Light { saturation: *saturation, xyz, from_dry: ColorDifference::between(xyz, dry, colorimeter.white()) }
         };
         SATURATIONS.iter().zip(&fluxes).map(light).collect()
     };
@@ -102,7 +102,7 @@ fn hex(xyz: Xyz) -> String {
 
 const COLUMNS: [&str; 9] = ["cm", "1 %", "5 %", "7 %", "10 %", "20 %", "30 %", "50 %", "100 %"];
 
-fn table(name: &'static str, title: &str, lights: &[Vec<Light>], quantity: fn(&Difference) -> f64) -> Table {
+fn table(name: &'static str, title: &str, lights: &[Vec<Light>], quantity: fn(&ColorDifference) -> f64) -> Table {
     let row = |(thickness_cm, lights): (&f64, &Vec<Light>)| {
         let cells = SHOWN.iter().map(|place| format!("{:.2}", quantity(&lights[*place].from_dry)));
         std::iter::once(thickness_cm.to_string()).chain(cells).collect()
@@ -123,7 +123,7 @@ fn draw(lights: &[Vec<Light>]) -> String {
     let mut chart = Chart::new((900.0, 640.0), "Colour of the light through wet snow against dry snow");
     let (top, bottom) = (66.0, 340.0);
     let axes = || [Axis::logarithmic(0.01, 1.0), Axis::logarithmic(LEAST, 100.0)];
-    let quantities: [fn(&Difference) -> f64; 2] = [|one| one.whole, |one| one.at_middle_grey];
+    let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
     let names = ["ΔE*ab as it is", "ΔE*ab at middle grey"];
     for (i, (quantity, name)) in quantities.into_iter().zip(names).enumerate() {
         let left = 84.0 + 370.0 * i as f64;
@@ -146,7 +146,7 @@ fn draw(lights: &[Vec<Light>]) -> String {
 
 const JUST_NOTICED: Stroke = Stroke { colour: crate::plot::GREY, width: 1.4, dashes: "5 4" };
 
-fn curves(chart: &mut Chart, panel: &Panel, lights: &[Vec<Light>], quantity: fn(&Difference) -> f64) {
+fn curves(chart: &mut Chart, panel: &Panel, lights: &[Vec<Light>], quantity: fn(&ColorDifference) -> f64) {
     chart.line(panel, &[(0.01, NOTICED), (1.0, NOTICED)], JUST_NOTICED);
     for (i, lights) in lights.iter().enumerate() {
         let points: Vec<(f64, f64)> =
@@ -167,7 +167,7 @@ fn swatches(chart: &mut Chart, lights: &[Vec<Light>]) {
         chart.words((left - 12.0, y + 23.0), &format!("{thickness_cm} cm"), "end");
         for (column, place) in std::iter::once(0).chain(SHOWN).enumerate() {
             let x = left + SIZE.0 * column as f64;
-            chart.swatch((x, y), SIZE, &hex(exposed(lights[place].xyz, MIDDLE_GREY)));
+            chart.swatch((x, y), SIZE, &hex(lights[place].xyz.with_luminance(MIDDLE_GREY)));
             if row == 0 {
                 let name = if place == 0 { "dry".to_owned() } else { format!("{:.0} %", 100.0 * SATURATIONS[place]) };
                 chart.words((x + 0.5 * SIZE.0, y - 8.0), &name, "middle");

@@ -6,7 +6,7 @@
 //! falls between them: both colours are therefore compared before the one white of the full sum.
 
 use rayon::prelude::*;
-use snowblue_color::{Colorimeter, Difference, Illuminant, Observer, Xyz};
+use snowblue_color::{ColorDifference, Colorimeter, Illuminant, Observer, Xyz};
 
 use super::PERCEPTIBLE_DELTA_E;
 use crate::DatabaseError;
@@ -56,8 +56,8 @@ pub fn sample_costs(
         let whole = colorimeter.xyz(curve);
         let logarithms: Vec<f64> = curve.iter().map(|value| value.ln()).collect();
         let differ = |sum: &FewSamples| {
-            let found = Difference::between(sum.xyz(curve, &logarithms), whole, white);
-            [found.whole, found.at_middle_grey]
+            let found = ColorDifference::between(sum.xyz(curve, &logarithms), whole, white);
+            [found.as_given, found.at_middle_grey]
         };
         sums.iter().map(|sum| sum.as_ref().map_or(unknown, differ)).collect()
     };

@@ -79,7 +79,7 @@ impl LampSpectrum {
 pub(crate) fn lumens_of_luminance_one() -> f64 {
     /// Luminous efficacy of light of 540 THz (BIPM 2019, "The International System of Units", section 2.3.1).
     const LUMENS_PER_WATT: f64 = 683.0;
-    let eye = |nm| Observer::Cie1931.matching(nm).expect("the observer's table covers 400–700 nm").y;
+    let eye = |nm| Observer::Cie1931.color_matching(nm).expect("the observer's table covers 400–700 nm").y;
     LUMENS_PER_WATT * wavelengths_nm().map(eye).iter().sum::<f64>() / SAMPLES as f64
 }
 
