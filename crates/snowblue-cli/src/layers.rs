@@ -23,10 +23,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Deserialize;
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
+use snowblue_transport::sample::SnowType;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
-use snowblue_transport::snow_type::SnowType;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 use toml::Spanned;
 

@@ -7,12 +7,12 @@ use serde::Deserialize;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
 use snowblue_render::FalseColor;
 use snowblue_transport::TransportError;
-use snowblue_transport::ice::IceTable;
-use snowblue_transport::impurity::{Impurities, Substance};
+use snowblue_transport::optics::IceTable;
+use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
+use snowblue_transport::sample::SnowType;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
-use snowblue_transport::snow_type::SnowType;
 
 use crate::failure::{Failure, Outcome};
 use crate::parse::{self, SizeWords, Wavelengths};

@@ -8,11 +8,11 @@ use snowblue_render::portion::Window;
 use snowblue_render::scene::Exposure;
 use snowblue_render::scene_file::GREATEST_STOPS;
 use snowblue_render::{Channels, FalseColor};
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
 use snowblue_transport::ordinates::Streams;
+use snowblue_transport::sample::SnowType;
 use snowblue_transport::sample::TruncatedNormal;
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::snow_type::SnowType;
 
 /// A grain size as it was written; the measure is another option.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,8 @@
 //! `snowblue slab`: a bare Henyey–Greenstein slab, to check the solver.
 
 use clap::Args;
-use snowblue_transport::ordinates::{self, HomogeneousMedium, Scattering};
+use snowblue_transport::Scattering;
+use snowblue_transport::ordinates::{self, HomogeneousMedium};
 
 use crate::failure::{Failure, Outcome};
 use crate::options::OutputOptions;
@@ -50,7 +51,7 @@ impl Slab {
             }
         }
         let scattering = Scattering::henyey_greenstein(self.one_minus_omega, self.g, self.streams);
-        scattering.check(self.streams).map_err(Failure::input)?;
+        HomogeneousMedium::check(&scattering, self.streams).map_err(Failure::input)?;
         let medium = HomogeneousMedium::new(&scattering, self.streams);
         let fluxes = medium.fluxes(self.tau, &[medium.beam(self.mu0)])[0];
         let report = Report {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use snowblue_transport::alternatives::alternatives;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
+use snowblue_transport::sample::alternatives;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};

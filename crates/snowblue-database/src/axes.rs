@@ -1,6 +1,6 @@
 //! The axes of a table: what snow, how thick, under what light, at which wavelengths.
 
-use snowblue_transport::ice::IceTable;
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
@@ -302,7 +302,7 @@ fn steps(first: u32, last: u32, step: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use snowblue_transport::impurity::Substance;
+    use snowblue_transport::optics::Substance;
 
     fn wet_and_sooty() -> Axes {
         Axes {

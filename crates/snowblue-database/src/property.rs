@@ -1,6 +1,6 @@
 //! What snow may differ in beside grain size, facetness and density: further axes of a table.
 
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
 use snowblue_transport::sample::SnowSample;
 
 /// A property of snow that a table may have an axis of.

@@ -1,6 +1,6 @@
 //! Snow by the values that a table has axes of.
 
-use snowblue_transport::ice::IceTable;
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 
 use crate::{DatabaseError, Property};

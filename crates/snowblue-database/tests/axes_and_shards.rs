@@ -6,7 +6,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, Engine, FillOptions};
 use snowblue_database::shard::{self, Part, Shard};
 use snowblue_database::{Axes, CompressedTable, Property, Space, Table};
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::slab::Slab;
 
@@ -49,7 +49,7 @@ fn values_stand_at_their_places() {
     let per_sample = axes.curves_per_sample() * axes.wavelengths_nm.len();
     for number in (0..axes.samples()).step_by(7) {
         let slab = Slab {
-            sample: axes.sample(number, snowblue_transport::ice::IceTable::default()).unwrap(),
+            sample: axes.sample(number, snowblue_transport::optics::IceTable::default()).unwrap(),
             thicknesses_cm: axes.thicknesses_cm.clone(),
             incidences: axes.incidences(),
             wavelengths_nm: axes.wavelengths_nm.clone(),

@@ -9,7 +9,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::shard::{self, Part};
 use snowblue_database::{Axes, CompressedTable, Property, Space, Table};
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
 
 fn axes() -> Axes {
     Axes {

@@ -10,7 +10,7 @@ use snowblue_database::fidelity::off_grid::{OffGrid, off_grid};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::lookup::Between;
 use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::Substance;
 
 const SNOW: TableSample = TableSample::new(300.0, 0.3, 300.0);
 

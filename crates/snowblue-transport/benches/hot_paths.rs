@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a bench may panic")]
 
 use divan::{Bencher, black_box, counter::ItemsCount};
+use snowblue_transport::Scattering;
+use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::{HomogeneousMedium, Scattering};
+use snowblue_transport::ordinates::HomogeneousMedium;
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{SizeMeasure, SnowSample};
-use snowblue_transport::scatter::Grain;
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 

@@ -39,48 +39,35 @@
 //!
 //! **Out of scope.** Where radiance goes (only fluxes are computed), and colour.
 
-pub mod error;
+mod error;
 
-pub mod fresnel;
-pub mod ice;
-pub mod impurity;
-mod spectral_table;
-pub mod water;
-
+pub mod quadrature;
 pub mod rng;
 
-pub mod sample;
-pub mod snow_type;
-
-pub mod alternatives;
+pub mod optics;
 
 pub mod grain;
-pub mod microsurface;
-pub mod scatter;
 
-mod constituents;
-mod index_nodes;
-mod medium;
-mod population;
-mod tally;
-
-mod least_squares;
+pub mod sample;
 
 pub mod slab;
 pub mod stack;
 
-pub mod sunlight;
+pub mod medium;
 
 pub mod monte_carlo;
 pub mod ordinates;
-mod rays;
 
 pub mod inversion;
 pub mod measured;
 pub mod simplification;
-mod two_stream;
+pub mod sunlight;
 
 pub use error::TransportError;
-pub use medium::{Demand, GrainOptics, GrainTallies, Medium, convex_extinction_per_m};
-pub use population::Population;
-pub use tally::TallyPlan;
+pub use medium::{
+    Demand, GrainOptics, GrainTallies, Medium, Population, Scattering, TallyPlan, convex_extinction_per_m,
+};
+pub use optics::{Ice, IceTable, Impurities, Substance};
+pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
+pub use slab::{Estimate, Incidence, Radiometry, Slab};
+pub use stack::{DepthFluxes, Layer, Stack, StackRadiometry};

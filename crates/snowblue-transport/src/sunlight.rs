@@ -17,8 +17,8 @@
 use std::sync::LazyLock;
 
 use crate::TransportError;
+use crate::optics::SpectralTable;
 use crate::slab::{Estimate, Incidence, Radiometry};
-use crate::spectral_table::SpectralTable;
 
 /// What the spectrum is called.
 pub const SPECTRUM: &str = "ASTM G173-03 global on a plane tilted by 37°, air mass 1.5";

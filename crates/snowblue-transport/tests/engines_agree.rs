@@ -5,8 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use snowblue_transport::ice::IceTable;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};

@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
+use snowblue_transport::Scattering;
+use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::{self, Fluxes, HomogeneousMedium, Light, OrdinatesOptions, Scattering};
+use snowblue_transport::ordinates::{self, Fluxes, HomogeneousMedium, Light, OrdinatesOptions};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
-use snowblue_transport::scatter::Grain;
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
 
 const NORMAL: Incidence = Incidence::Beam { angle_deg: 0.0 };
@@ -358,7 +359,7 @@ proptest! {
             one_minus_albedo: 10_f64.powf(exponent),
             moments: (0..=streams).map(|l| moment(l).clamp(-1.0, 1.0)).collect(),
         };
-        if medium.check(streams).is_ok() {
+        if HomogeneousMedium::check(&medium, streams).is_ok() {
             let solved = HomogeneousMedium::new(&medium, streams);
             let lambertian = solved.fluxes(10_f64.powf(depth_exponent), &[Light::Lambertian])[0];
             prop_assert!(lambertian.reflectance >= -1e-10 && lambertian.transmittance >= -1e-10, "{lambertian:?}");

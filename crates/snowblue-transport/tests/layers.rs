@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
+use snowblue_transport::Scattering;
 use snowblue_transport::ordinates::{
-    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, OrdinatesOptions, Scattering, Streams,
+    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, OrdinatesOptions, Streams,
 };
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};

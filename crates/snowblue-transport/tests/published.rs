@@ -1,6 +1,7 @@
 //! Others' numbers, with their place.
 
-use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, LayeredMedium, Scattering};
+use snowblue_transport::Scattering;
+use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, LayeredMedium};
 use snowblue_transport::slab::Incidence;
 
 /// A Henyey–Greenstein slab under a beam.

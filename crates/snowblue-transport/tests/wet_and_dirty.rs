@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use snowblue_transport::impurity::{Impurities, Substance};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
+use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::ordinates::{self, OrdinatesOptions, Streams};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};

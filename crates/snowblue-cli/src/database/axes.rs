@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 use snowblue_database::{Axes, Property};
-use snowblue_transport::ice::IceTable;
-use snowblue_transport::impurity::Substance;
+use snowblue_transport::optics::IceTable;
+use snowblue_transport::optics::Substance;
 use snowblue_transport::slab::Incidence;
 use toml::Spanned;
 

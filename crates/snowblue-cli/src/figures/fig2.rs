@@ -4,10 +4,10 @@
 use std::f64::consts::TAU;
 
 use glam::DVec2;
-use snowblue_transport::fresnel::fresnel;
-use snowblue_transport::ice::Ice;
+use snowblue_transport::grain::ROUGHNESS_PER_FACETNESS;
+use snowblue_transport::optics::Ice;
+use snowblue_transport::optics::fresnel;
 use snowblue_transport::rng::Stream;
-use snowblue_transport::scatter::ROUGHNESS_PER_FACETNESS;
 
 use super::{Drawing, Figure, numbers};
 use crate::failure::Failure;

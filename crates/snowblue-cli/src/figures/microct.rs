@@ -1,7 +1,7 @@
 //! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and what the difference would do.
 
-use snowblue_transport::ice::Ice;
 use snowblue_transport::measured::{Tomogram, mean_and_deviation, straight_line, tomograms};
+use snowblue_transport::optics::Ice;
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
-use snowblue_transport::ice::IceTable;
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::{HomogeneousMedium, Peak, Streams};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::slab::Incidence;

@@ -10,7 +10,7 @@ mod ordinates;
 
 use std::time::Duration;
 
-use snowblue_transport::ice::IceTable;
+use snowblue_transport::optics::IceTable;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::SnowSample;
 

@@ -16,12 +16,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::options::{MonteCarloOptions, cos_incidence};
 use super::walk::{Absorption, Paths, Scatterers, turn};
-use super::{MonteCarloOptions, cos_incidence};
-use crate::constituents::Constituents;
-use crate::ice::Ice;
-use crate::index_nodes::IndexNodes;
-use crate::population::hit_size_m;
+use crate::medium::{Constituents, hit_size_m};
+use crate::optics::{Ice, IndexNodes};
 use crate::rng::Stream;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, Slab};

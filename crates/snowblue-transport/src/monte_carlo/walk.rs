@@ -1,7 +1,6 @@
 //! One ray's way through a slab: free flights between what turns light, until it leaves.
 
-use crate::constituents::Constituents;
-use crate::population::{HitSizes, Population, hit_size_m};
+use crate::medium::{Constituents, HitSizes, Population, hit_size_m};
 use crate::rng::{Stream, unit_circle};
 use crate::sample::SnowSample;
 

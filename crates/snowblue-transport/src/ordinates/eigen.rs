@@ -18,8 +18,8 @@ use std::sync::OnceLock;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::phase::Scaled;
-use super::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
+use super::delta_m::Scaled;
+use crate::quadrature::{MOST_NODES, Quadrature, legendre_polynomials};
 
 /// The modes of a medium on a quadrature; columns belong to modes.
 pub(crate) struct Modes {
@@ -56,11 +56,6 @@ impl Modes {
         let differences = lower.tr_solve_lower_triangular(&right)?;
         Some(Self { rates, sums, differences })
     }
-}
-
-/// Whether `streams` ordinates can carry a medium.
-pub(crate) fn resolves(medium: &Scaled, streams: usize) -> bool {
-    Modes::new(medium, Quadrature::half_range(streams / 2)).is_some()
 }
 
 /// √((2l + 1) w_i) P_l(μ_i) on a half-range rule of N nodes, a column for each l below 2N; computed once and kept.

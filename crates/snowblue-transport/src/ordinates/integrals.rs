@@ -1,6 +1,6 @@
 //! Scalar functions of optical depth that stay exact where they are tiny or degenerate.
 
-use super::quadrature::Quadrature;
+use crate::quadrature::Quadrature;
 
 /// tanh(x)/x, which is 1 at 0.
 pub(super) fn tanh_over_argument(x: f64) -> f64 {

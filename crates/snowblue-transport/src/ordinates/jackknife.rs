@@ -1,8 +1,8 @@
 //! The error that a grain tally leaves in anything computed from it: the jackknife (Quenouille 1956,
 //! doi:10.1093/biomet/43.3-4.353).
 
+use crate::medium::BATCHES;
 use crate::slab::Estimate;
-use crate::tally::BATCHES;
 
 /// An answer from all batches of a tally, and from all but each one.
 pub(super) struct Jackknife<T> {

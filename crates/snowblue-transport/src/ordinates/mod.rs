@@ -5,24 +5,21 @@
 //! Cholesky factorisations and every angle a sum over the modes. Layers of several media over a ground are piled up
 //! ([`LayeredMedium`]) by the adding method.
 
+mod delta_m;
 mod eigen;
+mod fluxes;
+mod homogeneous;
 mod integrals;
 mod jackknife;
-mod phase;
-mod quadrature;
-mod slab;
+mod layered;
 mod solve;
 mod solve_alike;
 mod solve_stack;
-mod stack;
 mod streams;
 
-pub use phase::Scattering;
-pub use quadrature::Quadrature;
-pub(crate) use quadrature::legendre_polynomials;
-pub use slab::{Direction, Fluxes, HomogeneousMedium, Light};
+pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};
+pub use layered::{FaceFluxes, LayeredMedium};
 pub use solve::{OrdinatesOptions, solve};
 pub use solve_alike::{solve_alike, solve_each};
 pub use solve_stack::solve_stack;
-pub use stack::{FaceFluxes, LayeredMedium};
 pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, Streams, check_streams};

@@ -5,10 +5,8 @@ use rayon::prelude::*;
 use super::jackknife::Jackknife;
 use super::streams::{Peak, Streams};
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies};
-use crate::population::Population;
+use crate::medium::{Demand, GrainTallies, Population, TallyPlan};
 use crate::slab::{Incidence, Radiometry, Slab};
-use crate::tally::TallyPlan;
 
 /// How the engine works.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +28,7 @@ impl OrdinatesOptions {
 
 impl Default for OrdinatesOptions {
     fn default() -> Self {
-        Self { streams: Streams::default(), tally_rays: crate::tally::DEFAULT_RAYS, seed: 1 }
+        Self { streams: Streams::default(), tally_rays: crate::medium::DEFAULT_RAYS, seed: 1 }
     }
 }
 

@@ -3,12 +3,11 @@
 
 use rayon::prelude::*;
 
-use super::slab::Fluxes;
+use super::homogeneous::Fluxes;
 use super::solve::OrdinatesOptions;
 use super::streams::Peak;
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies};
-use crate::population::Population;
+use crate::medium::{Demand, GrainTallies, Population};
 use crate::sample::SnowSample;
 use crate::slab::Slab;
 

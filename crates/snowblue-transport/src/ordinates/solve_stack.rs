@@ -5,15 +5,14 @@
 
 use rayon::prelude::*;
 
+use super::homogeneous::HomogeneousMedium;
 use super::integrals::third_exponential_integral;
 use super::jackknife::Jackknife;
-use super::slab::HomogeneousMedium;
+use super::layered::{FaceFluxes, LayeredMedium};
 use super::solve::OrdinatesOptions;
-use super::stack::{FaceFluxes, LayeredMedium};
 use super::streams::{Peak, Streams};
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies, Medium};
-use crate::population::Population;
+use crate::medium::{Demand, GrainTallies, Medium, Population};
 use crate::sample::SnowSample;
 use crate::slab::{Incidence, Radiometry};
 use crate::stack::{DepthFluxes, Layer, Stack, StackRadiometry};

@@ -35,9 +35,9 @@
 
 use std::fmt;
 
-use super::quadrature::MOST_NODES;
 use crate::TransportError;
-use crate::impurity::Substance;
+use crate::optics::impurity::Substance;
+use crate::quadrature::MOST_NODES;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
 

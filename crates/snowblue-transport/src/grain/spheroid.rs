@@ -8,9 +8,20 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::microsurface::renormalized;
+use super::microsurface::renormalized;
 use crate::rng::{Stream, unit_circle};
-use crate::sample::SizeMeasure;
+
+/// What a grain size measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SizeMeasure {
+    /// The greatest extension, as in the International Classification for Seasonal Snow (Fierz et al. 2009).
+    #[default]
+    GreatestExtension,
+    /// Diameter of the sphere of equal volume.
+    VolumeDiameter,
+    /// Diameter of the sphere of equal volume per surface, 6 V/S.
+    OpticalDiameter,
+}
 
 /// A prolate spheroid about the z axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +45,7 @@ impl Spheroid {
     /// The grain of sphericity `sphericity` and size 1 by the given measure.
     ///
     /// ```
-    /// # use snowblue_transport::{grain::Spheroid, sample::SizeMeasure};
+    /// # use snowblue_transport::grain::{SizeMeasure, Spheroid};
     /// // A ball's volume is 4/3 π r³, its surface 4 π r².
     /// let ball = Spheroid::of_unit_size(1.0, SizeMeasure::GreatestExtension);
     /// assert!((ball.volume() - std::f64::consts::PI / 6.0).abs() < 1e-15);

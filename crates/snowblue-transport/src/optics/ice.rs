@@ -8,8 +8,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use super::spectral_table::SpectralTable;
 use crate::TransportError;
-use crate::spectral_table::SpectralTable;
 
 /// Wavelengths of the model, in nm: beyond 2500 nm ice is too black for rays.
 const MODEL_RANGE_NM: (f64, f64) = (300.0, 2500.0);
@@ -44,12 +44,12 @@ pub struct Ice {
 }
 
 static WARREN_BRANDT_2008: LazyLock<SpectralTable> =
-    LazyLock::new(|| SpectralTable::new(include_str!("../data/warren_brandt_2008.csv")));
+    LazyLock::new(|| SpectralTable::new(include_str!("../../data/warren_brandt_2008.csv")));
 
 /// Picard 2016 and, as its last row, the join.
 static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
     let join = format!("{PICARD_JOIN_NM},{}", absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
-    SpectralTable::new(&[include_str!("../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
+    SpectralTable::new(&[include_str!("../../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
 });
 
 impl Ice {
@@ -105,7 +105,7 @@ impl Ice {
     ///
     /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
     /// ```
-    /// # use snowblue_transport::ice::Ice;
+    /// # use snowblue_transport::optics::Ice;
     /// let ice = Ice::warren_brandt_2008();
     /// assert!(ice.absorption_per_m(700.0) > 150.0 * ice.absorption_per_m(450.0));
     /// ```

@@ -11,9 +11,10 @@
 
 use rayon::prelude::*;
 
-use crate::index_nodes::{IndexNodes, lagrange};
-use crate::ordinates::{Quadrature, Scattering, legendre_polynomials};
-use crate::population::Population;
+use super::population::Population;
+use super::scattering::Scattering;
+use crate::optics::{IndexNodes, lagrange};
+use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::rng::Stream;
 use crate::sample::GrainSize;
 

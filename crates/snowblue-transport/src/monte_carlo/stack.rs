@@ -4,12 +4,11 @@
 //! Free flights in optical depth do not know of layers; only the grains that are met do. A ray that reaches the ground is
 //! sent back with the chance of its albedo, and counts as often as it arrives.
 
+use super::options::{MonteCarloOptions, check_rays, cos_incidence};
+use super::rays::sum_over_rays;
 use super::walk::{Absorption, Paths, Scatterers, turn};
-use super::{MonteCarloOptions, check_rays, cos_incidence};
 use crate::TransportError;
-use crate::constituents::Constituents;
-use crate::population::hit_size_m;
-use crate::rays::sum_over_rays;
+use crate::medium::{Constituents, hit_size_m};
 use crate::rng::Stream;
 use crate::slab::Radiometry;
 use crate::stack::{Layer, Stack};

@@ -1,9 +1,8 @@
 //! Grains as light meets them: drawn in proportion to their projected area.
 
-use crate::grain::Spheroid;
+use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Spheroid};
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNormal};
-use crate::scatter::{Grain, ROUGHNESS_PER_FACETNESS};
 
 /// The laws of shape and facetness of the grains that light hits. Sizes do not change directions and stand apart.
 #[derive(Debug, Clone)]

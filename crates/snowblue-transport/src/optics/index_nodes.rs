@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use crate::ice::Ice;
+use super::ice::Ice;
 
 /// Nodes lie no further apart than this on average; three then serve 400–700 nm.
 const STEP: f64 = 0.006_25;

@@ -32,7 +32,7 @@ pub(crate) fn delta_eddington(medium: &Medium, thickness_cm: f64, mu: f64) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ordinates::Scattering;
+    use crate::medium::Scattering;
 
     fn medium(one_minus_albedo: f64, g: f64) -> Medium {
         Medium { extinction_per_m: 100.0, scattering: Scattering::henyey_greenstein(one_minus_albedo, g, 2) }

@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use crate::TransportError;
-use crate::ice::Ice;
-use crate::medium::{Demand, GrainTallies, Medium};
-use crate::ordinates::{OrdinatesOptions, Peak, Scattering, Streams};
-use crate::population::Population;
+use crate::medium::{Demand, GrainTallies, Medium, Population, Scattering};
+use crate::optics::ice::Ice;
+use crate::ordinates::{OrdinatesOptions, Peak, Streams};
 use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use crate::slab::{Incidence, Slab};
-use crate::two_stream::delta_eddington;
+
+mod two_stream;
+use two_stream::delta_eddington;
 
 /// The wavelength whose index serves all in a model without dispersion, in nm.
 const ONE_INDEX_NM: f64 = 550.0;

@@ -6,17 +6,17 @@
 
 use std::sync::LazyLock;
 
+use super::spectral_table::SpectralTable;
 use crate::TransportError;
-use crate::spectral_table::SpectralTable;
 
 /// First and last wavelength of both tables, in nm.
 pub const RANGE_NM: (f64, f64) = (300.0, 1400.0);
 
 static ABSORPTION: LazyLock<SpectralTable> =
-    LazyLock::new(|| SpectralTable::new(include_str!("../data/water_absorption_wopp_v3.csv")));
+    LazyLock::new(|| SpectralTable::new(include_str!("../../data/water_absorption_wopp_v3.csv")));
 
 static INDEX: LazyLock<SpectralTable> =
-    LazyLock::new(|| SpectralTable::new(include_str!("../data/water_index_daimon_2007.csv")));
+    LazyLock::new(|| SpectralTable::new(include_str!("../../data/water_index_daimon_2007.csv")));
 
 /// Checks that both tables reach `wavelength_nm`: 300–1400 nm.
 ///
@@ -39,7 +39,7 @@ pub fn index(wavelength_nm: f64) -> f64 {
 ///
 /// Water absorbs a fifth more than ice in the red, and three times as much in the blue:
 /// ```
-/// # use snowblue_transport::{ice::Ice, water};
+/// # use snowblue_transport::optics::{Ice, water};
 /// let over_ice = |nm| water::absorption_per_m(nm) / Ice::warren_brandt_2008().absorption_per_m(nm);
 /// assert!((over_ice(700.0) - 1.2).abs() < 0.1 && over_ice(450.0) > 3.0);
 /// ```

@@ -16,12 +16,11 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
+use super::options::{check_rays, cos_incidence};
+use super::rays::{estimate, trace_in_order};
 use super::walk::{Absorption, Paths, Scatterers};
-use super::{check_rays, cos_incidence};
 use crate::TransportError;
-use crate::constituents::Constituents;
-use crate::population::hit_size_m;
-use crate::rays::{estimate, trace_in_order};
+use crate::medium::{Constituents, hit_size_m};
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Slab};
 

@@ -25,8 +25,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::homogeneous::{HomogeneousMedium, solver};
 use super::integrals::{exponential_integrals, hyperbolic_integrals, rate_over_sinh};
-use super::slab::{HomogeneousMedium, solver};
 use crate::slab::Incidence;
 
 /// Fluxes through a horizontal face over the flux that falls on the top, direct and diffuse.

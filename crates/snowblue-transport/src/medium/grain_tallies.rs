@@ -4,79 +4,13 @@
 //! Each constituent j adds κ_j to the extinction; what is scattered is averaged with the weights κ_j ω_j, and 1 − ω is
 //! carried as the sum of what is absorbed, never as a difference.
 
-use crate::constituents::Constituents;
-use crate::ice::{self, Ice, IceTable};
-use crate::ordinates::{Fluxes, HomogeneousMedium, Light, MOST_STREAMS, Peak, Scattering, Streams};
-use crate::population::Population;
+use super::constituents::{Constituents, Grains};
+use super::grain_optics::GrainOptics;
+use super::population::Population;
+use super::scattering::{Medium, Scattering};
+use super::tally::{Tally, TallyPlan};
+use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
-use crate::slab::Incidence;
-use crate::tally::{Tally, TallyPlan};
-
-/// A homogeneous medium at one wavelength.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Medium {
-    /// Extinction coefficient κ, in 1/m.
-    pub extinction_per_m: f64,
-    /// Single scattering per unit of optical depth.
-    pub scattering: Scattering,
-}
-
-impl Medium {
-    /// Fluxes of slabs of this medium over nothing that reflects: for each thickness, then each incidence.
-    #[must_use]
-    pub fn fluxes(
-        &self,
-        thicknesses_cm: &[f64],
-        incidences: &[Incidence],
-        (streams, peak): (Streams, Peak),
-    ) -> Vec<Fluxes> {
-        let nothing = Fluxes { reflectance: 0.0, transmittance: 0.0, direct: 0.0 };
-        let mut filled = vec![nothing; thicknesses_cm.len() * incidences.len()];
-        for (streams, places) in streams.groups(incidences, peak) {
-            let modes = HomogeneousMedium::new(&self.scattering, streams);
-            let lights: Vec<Light> = places.iter().map(|place| modes.light(&incidences[*place])).collect();
-            for (row, thickness_cm) in filled.chunks_exact_mut(incidences.len()).zip(thicknesses_cm) {
-                let optical_depth = self.extinction_per_m * thickness_cm * 0.01;
-                for (place, fluxes) in places.iter().zip(modes.fluxes(optical_depth, &lights)) {
-                    row[*place] = fluxes;
-                }
-            }
-        }
-        filled
-    }
-}
-
-/// What snow of a density and a surface area further has to tell of itself: three numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GrainOptics {
-    /// Extinction coefficient over that of convex grains, ρ SSA/4.
-    pub extinction_ratio: f64,
-    /// B: mean ice path per hit over the mean chord 4V/S of convex grains.
-    pub path_enhancement: f64,
-    /// Asymmetry parameter of refraction and reflection, without diffraction.
-    pub asymmetry: f64,
-}
-
-/// Extinction coefficient of convex grains in random orientation, κ = ρ SSA/4, in 1/m.
-#[must_use]
-pub fn convex_extinction_per_m(density_kg_m3: f64, surface_area_m2_kg: f64) -> f64 {
-    0.25 * density_kg_m3 * surface_area_m2_kg
-}
-
-impl GrainOptics {
-    /// The medium that snow with these properties is for light that ice absorbs with γ = `absorption_per_m`: a metre of snow
-    /// absorbs γ B φ, and what it scatters goes by Henyey & Greenstein's law.
-    #[must_use]
-    pub fn medium(&self, density_kg_m3: f64, surface_area_m2_kg: f64, absorption_per_m: f64) -> Medium {
-        let extinction_per_m = self.extinction_ratio * convex_extinction_per_m(density_kg_m3, surface_area_m2_kg);
-        let ice_fraction = density_kg_m3 / ice::density_kg_m3(0.0);
-        let one_minus_albedo = absorption_per_m * self.path_enhancement * ice_fraction / extinction_per_m;
-        Medium {
-            extinction_per_m,
-            scattering: Scattering::henyey_greenstein(one_minus_albedo, self.asymmetry, MOST_STREAMS),
-        }
-    }
-}
 
 /// What all the snow has in common that one pair of tallies serves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,7 +59,7 @@ impl GrainTallies {
         let sample = SnowSample { ice: demand.ice, water_saturation: saturation, ..SnowSample::default() };
         let met: Vec<Constituents> =
             demand.wavelengths_nm.iter().map(|wavelength_nm| Constituents::new(&sample, *wavelength_nm)).collect();
-        let tally = |grains: &dyn Fn(&Constituents) -> crate::constituents::Grains| {
+        let tally = |grains: &dyn Fn(&Constituents) -> Grains| {
             let indices = || met.iter().map(|met| grains(met).relative_index);
             let range = (indices().fold(f64::INFINITY, f64::min), indices().fold(f64::NEG_INFINITY, f64::max));
             let strongest = met.iter().map(|met| grains(met).absorption_per_m).fold(0.0, f64::max);
@@ -160,7 +94,7 @@ impl GrainTallies {
         for particle in &met.particles {
             parts.push((particle.scattering_per_m, Scattering::henyey_greenstein(0.0, particle.asymmetry, degree)));
         }
-        mix(&parts, met.pore_absorption_per_m)
+        Medium::mix(&parts, met.pore_absorption_per_m)
     }
 
     /// Asymmetry parameter and path enhancement B of a sample's grains in air at a wavelength, while absorption is weak:
@@ -181,42 +115,5 @@ impl GrainTallies {
     /// those of ice at any wavelength; the index lies among those of the demand.
     pub(crate) fn in_air(&self, size: &GrainSize, index: f64, absorption_per_m: f64) -> Scattering {
         self.in_air.scattering(size, (index, absorption_per_m), None)
-    }
-}
-
-/// A medium of several scatterers, each with its extinction coefficient, and of something that only absorbs.
-fn mix(parts: &[(f64, Scattering)], absorption_per_m: f64) -> Medium {
-    let (mut extinction_per_m, mut absorbed_per_m, mut scattered_per_m) = (absorption_per_m, absorption_per_m, 0.0);
-    let mut moments = vec![0.0; parts[0].1.moments.len()];
-    for (part_per_m, scattering) in parts {
-        let kept_per_m = part_per_m * (1.0 - scattering.one_minus_albedo);
-        extinction_per_m += part_per_m;
-        absorbed_per_m += part_per_m * scattering.one_minus_albedo;
-        scattered_per_m += kept_per_m;
-        for (sum, moment) in moments.iter_mut().zip(&scattering.moments) {
-            *sum += kept_per_m * moment;
-        }
-    }
-    moments.iter_mut().for_each(|moment| *moment /= scattered_per_m);
-    // The mean of one is one.
-    moments[0] = 1.0;
-    let scattering = Scattering { one_minus_albedo: absorbed_per_m / extinction_per_m, moments };
-    Medium { extinction_per_m, scattering }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_mixture_keeps_what_is_absorbed_and_where_light_goes() {
-        let parts = [
-            (3.0, Scattering { one_minus_albedo: 0.1, moments: vec![1.0, 0.8, 0.6] }),
-            (1.0, Scattering { one_minus_albedo: 0.4, moments: vec![1.0, 0.2, 0.1] }),
-        ];
-        let Medium { extinction_per_m, scattering } = mix(&parts, 0.5);
-        assert!((extinction_per_m - 4.5).abs() < 1e-15);
-        assert!((scattering.one_minus_albedo - (0.3 + 0.4 + 0.5) / 4.5).abs() < 1e-15);
-        assert!((scattering.moments[1] - (2.7 * 0.8 + 0.6 * 0.2) / 3.3).abs() < 1e-15);
     }
 }

@@ -8,8 +8,8 @@
 //! The grain does not turn its size into anything: directions depend on shape, roughness and index alone, and the ice
 //! path is proportional to the size.
 
-use crate::grain::{Frame, Hit, Spheroid};
-use crate::microsurface::{Outcome, interact};
+use super::microsurface::{Outcome, interact};
+use super::spheroid::{Frame, Hit, Spheroid};
 use crate::rng::Stream;
 
 /// Roughness α of the microsurface per unit of facetness: α = .25 f. It puts f = .5 at the asymmetry of natural snow.
@@ -39,7 +39,7 @@ impl Grain {
     /// Scatters one ray of isotropic light off the grain.
     ///
     /// ```
-    /// # use snowblue_transport::{grain::Spheroid, rng::Stream, sample::SizeMeasure, scatter::Grain};
+    /// # use snowblue_transport::{grain::{Grain, SizeMeasure, Spheroid}, rng::Stream};
     /// // Grains that do not refract pass light straight on.
     /// let shape = Spheroid::of_unit_size(0.8, SizeMeasure::GreatestExtension);
     /// let grain = Grain { shape, roughness: 0.1, relative_index: 1.0 };

@@ -14,7 +14,7 @@ pub struct Fresnel {
 /// Reflection and refraction of light that arrives with `cos_incidence` at a medium of relative index n_t/n_i.
 ///
 /// ```
-/// # use snowblue_transport::fresnel::fresnel;
+/// # use snowblue_transport::optics::fresnel;
 /// // Ice in air reflects two hundredths of the light that falls on it straight on.
 /// assert!((fresnel(1.0, 1.31).reflectance - (0.31_f64 / 2.31).powi(2)).abs() < 1e-15);
 /// ```

@@ -3,8 +3,11 @@
 //! A grain size is measured in several ways, facetness and sphericity are seldom known well, and two published tables of
 //! ice disagree in the blue. Each alternative changes one of these and leaves the rest.
 
-use crate::ice::IceTable;
-use crate::sample::{FACETNESS_RANGE, SPHERICITY_RANGE, SizeMeasure, SnowSample, TruncatedNormal};
+use super::grain_size::GrainSize;
+use super::snow_sample::SnowSample;
+use super::truncated_normal::{FACETNESS_RANGE, SPHERICITY_RANGE, TruncatedNormal};
+use crate::grain::SizeMeasure;
+use crate::optics::ice::IceTable;
 
 /// How far facetness and sphericity are plausibly off.
 const FACETNESS_DOUBT: f64 = 0.2;
@@ -24,8 +27,7 @@ pub struct Alternative {
 /// At the ends of what is possible a law moves less than its name says, and keeps its width.
 ///
 /// ```
-/// use snowblue_transport::alternatives::alternatives;
-/// use snowblue_transport::sample::SnowSample;
+/// use snowblue_transport::sample::{SnowSample, alternatives};
 ///
 /// // What a grain size measures changes extinction by more than a third.
 /// let extinctions: Vec<f64> =
@@ -54,7 +56,7 @@ pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
         ("size measure optical-diameter", SizeMeasure::OpticalDiameter),
     ] {
         if measure != given.grain_size.measure {
-            let grain_size = crate::sample::GrainSize { measure, ..given.grain_size };
+            let grain_size = GrainSize { measure, ..given.grain_size };
             found.push(Alternative { name, sample: SnowSample { grain_size, ..*given } });
         }
     }

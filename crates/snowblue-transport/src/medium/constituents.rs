@@ -12,11 +12,11 @@
 //!
 //! The mean path through ice in Lambertian light remains 2hφ n_ice² however wet the snow is.
 //!
-//! **Particles** lie in the air of the pores, however wet the snow is. They are [`crate::impurity`]: ρ c E (1 − ω) joins what the pores absorb, ρ c E ω scatters.
+//! **Particles** lie in the air of the pores, however wet the snow is. They are [`crate::optics::impurity`]: ρ c E (1 − ω) joins what the pores absorb, ρ c E ω scatters.
 
-use crate::ice::Ice;
+use crate::optics::ice::Ice;
+use crate::optics::water;
 use crate::sample::SnowSample;
-use crate::water;
 
 /// What light of one wavelength meets in snow.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +91,7 @@ impl Constituents {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::impurity::{Impurities, Substance};
+    use crate::optics::impurity::{Impurities, Substance};
 
     /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb .024 per metre at 500 nm: 12,583 m²/kg · (1 − .3687) · 3·10⁻⁶.
     #[test]

@@ -17,12 +17,15 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::delta_m::Scaled;
 use super::eigen::{Modes, legendre_basis};
 use super::integrals::{
     exponential_integrals, hyperbolic_integrals, square_sech, tanh_over_argument, third_exponential_integral,
 };
-use super::phase::{Scaled, Scattering};
-use super::quadrature::{Quadrature, legendre_polynomials};
+use super::streams::check_streams;
+use crate::TransportError;
+use crate::medium::Scattering;
+use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::slab::Incidence;
 
 /// Fluxes over the incident flux on a horizontal plane.
@@ -84,10 +87,24 @@ struct Amplitudes {
 }
 
 impl HomogeneousMedium {
+    /// Checks that an albedo and moments are possible, and that `streams` ordinates can carry them: a peak that is far
+    /// narrower than they resolve, and not forward, leaves a discrete medium that creates light.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
+    pub fn check(medium: &Scattering, streams: usize) -> Result<(), TransportError> {
+        check_streams(streams)?;
+        TransportError::check("co-albedo", medium.one_minus_albedo, (0.0, 1.0), "")?;
+        TransportError::check("number of moments", medium.moments.len() as f64, (streams as f64 + 1.0, 1e9), "")?;
+        medium.moments.iter().try_for_each(|chi| TransportError::check("moment", *chi, (-1.0, 1.0), ""))?;
+        let modes = Modes::new(&medium.delta_m(streams), Quadrature::half_range(streams / 2));
+        modes.map(drop).ok_or(TransportError::Unresolved { streams })
+    }
+
     /// Solves the eigenproblem of `medium` on `streams` ordinates, an even number that counts both hemispheres.
     ///
     /// # Panics
-    /// If [`Scattering::check`] refuses the medium or the streams. Snow's own moments never are.
+    /// If [`HomogeneousMedium::check`] refuses the medium or the streams. Snow's own moments never are.
     #[must_use]
     pub fn new(medium: &Scattering, streams: usize) -> Self {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");

@@ -25,7 +25,7 @@ impl Quadrature {
     /// The rule with `order` nodes in (0, 1), computed once and kept.
     ///
     /// ```
-    /// # use snowblue_transport::ordinates::Quadrature;
+    /// # use snowblue_transport::quadrature::Quadrature;
     /// // Lambertian light carries half as much flux as it has radiance: ∫ μ dμ = 1/2.
     /// let rule = Quadrature::half_range(8);
     /// let flux: f64 = rule.cosines.iter().zip(&rule.weights).map(|(mu, w)| mu * w).sum();

@@ -8,8 +8,9 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::grain_size::GrainSize;
+use super::snow_sample::SnowSample;
 use crate::TransportError;
-use crate::sample::{GrainSize, SnowSample};
 
 /// A kind of snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +100,7 @@ impl SnowType {
     /// Dry and clean snow of this kind.
     ///
     /// ```
-    /// # use snowblue_transport::snow_type::SnowType;
+    /// # use snowblue_transport::sample::SnowType;
     /// // A centimetre of fresh snow holds less ice than one of firn, and cuts off more light.
     /// let (fresh, firn) = (SnowType::Fresh.sample()?, SnowType::Firn.sample()?);
     /// assert!(fresh.density_kg_m3 < 0.2 * firn.density_kg_m3 && fresh.extinction_per_m() > firn.extinction_per_m());

@@ -11,8 +11,8 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
+use super::spectral_table::SpectralTable;
 use crate::TransportError;
-use crate::spectral_table::SpectralTable;
 
 /// Mass fractions in ng/g: up to a hundredth of the snow.
 const MASS_FRACTION_RANGE_NG_G: (f64, f64) = (0.0, 1e7);
@@ -21,7 +21,7 @@ const MASS_FRACTION_RANGE_NG_G: (f64, f64) = (0.0, 1e7);
 pub const RANGE_NM: (f64, f64) = (305.0, 1495.0);
 
 static TABLE: LazyLock<SpectralTable> =
-    LazyLock::new(|| SpectralTable::new(include_str!("../data/impurities_biosnicar.csv")));
+    LazyLock::new(|| SpectralTable::new(include_str!("../../data/impurities_biosnicar.csv")));
 
 /// Units of the table's extinction in m²/kg: the algae's are m² per 10⁹ cells of 1 ng.
 const ALGAE_M2_KG: f64 = 1e3;
@@ -88,7 +88,7 @@ impl Substance {
     /// Optical properties at a wavelength, linear between the rows.
     ///
     /// ```
-    /// # use snowblue_transport::impurity::Substance;
+    /// # use snowblue_transport::optics::Substance;
     /// // Soot absorbs most of what it meets, desert dust scatters most of it.
     /// assert!(Substance::BlackCarbon.at(500.0).albedo < 0.4);
     /// assert!(Substance::SaharanDust.at(500.0).albedo > 0.8);

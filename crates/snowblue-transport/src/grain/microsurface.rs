@@ -78,7 +78,7 @@ fn walk(mut direction: DVec3, roughness: f64, mut step: Step, stream: &mut Strea
 
 /// Fresnel's choice at a facet: the new direction, and whether the light was refracted.
 ///
-/// The reflectance of [`crate::fresnel::fresnel`] is compared with a random number without the divisions.
+/// The reflectance of [`crate::optics::fresnel`] is compared with a random number without the divisions.
 #[inline]
 fn meet_facet(direction: DVec3, facet: DVec3, step: Step, stream: &mut Stream) -> (DVec3, bool) {
     let chance = stream.uniform();
@@ -116,7 +116,7 @@ fn visible_normal(stretched: DVec3, roughness: f64, stream: &mut Stream) -> DVec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fresnel::fresnel;
+    use crate::optics::fresnel;
 
     /// The choice without divisions is Fresnel's reflectance.
     #[test]

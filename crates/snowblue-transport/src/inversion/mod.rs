@@ -6,14 +6,15 @@
 
 use rayon::prelude::*;
 
+mod least_squares;
+
 use crate::TransportError;
-use crate::impurity::Substance;
-use crate::least_squares::{Minimum, Parameter, least_squares};
-use crate::medium::{Demand, GrainTallies};
+use crate::medium::{Demand, GrainTallies, Population};
+use crate::optics::impurity::Substance;
 use crate::ordinates::{Fluxes, OrdinatesOptions, Peak};
-use crate::population::Population;
 use crate::sample::{GrainSize, SizeMeasure, SnowSample};
 use crate::slab::{Incidence, check_thickness, check_wavelengths};
+use least_squares::{Minimum, Parameter, least_squares};
 
 const AREA_RANGE_M2_KG: (f64, f64) = (1.5, 200.0);
 const CARBON_RANGE_NG_G: (f64, f64) = (0.0, 1e5);

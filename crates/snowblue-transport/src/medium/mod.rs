@@ -1,0 +1,17 @@
+//! Snow as a medium: what light meets in it, and the extinction and single scattering that follow.
+
+mod constituents;
+mod grain_optics;
+mod grain_tallies;
+mod population;
+mod scattering;
+mod tally;
+
+pub(crate) use constituents::Constituents;
+pub use grain_optics::{GrainOptics, convex_extinction_per_m};
+pub use grain_tallies::{Demand, GrainTallies};
+pub use population::Population;
+pub(crate) use population::{HitSizes, hit_size_m};
+pub use scattering::{Medium, Scattering};
+pub use tally::TallyPlan;
+pub(crate) use tally::{BATCHES, DEFAULT_RAYS};

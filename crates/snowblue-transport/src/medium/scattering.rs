@@ -1,0 +1,76 @@
+//! A homogeneous medium: its extinction coefficient and its law of single scattering.
+//!
+//! The phase function is p(cos Θ) = Σ (2l + 1) χ_l P_l(cos Θ), so χ_0 = 1 and χ_1 = g.
+
+/// Optical properties of a medium per unit of optical depth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scattering {
+    /// 1 − ω, the chance that an extinction event absorbs. Snow's is as small as 3·10⁻⁸, so it is carried instead
+    /// of the albedo ω, which would lose it to rounding.
+    pub one_minus_albedo: f64,
+    /// Legendre moments χ_0 = 1, χ_1 = g, … of the phase function of the scattered light.
+    pub moments: Vec<f64>,
+}
+
+/// A homogeneous medium at one wavelength.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Medium {
+    /// Extinction coefficient κ, in 1/m.
+    pub extinction_per_m: f64,
+    /// Single scattering per unit of optical depth.
+    pub scattering: Scattering,
+}
+
+impl Scattering {
+    /// Henyey & Greenstein (1941): χ_l = g^l, with as many moments as `streams` needs.
+    #[must_use]
+    pub fn henyey_greenstein(one_minus_albedo: f64, g: f64, streams: usize) -> Self {
+        let moments = std::iter::successors(Some(1.0), |chi| Some(chi * g)).take(streams + 1).collect();
+        Self { one_minus_albedo, moments }
+    }
+
+    /// Asymmetry parameter g = χ_1, the mean cosine of the scattering angle.
+    #[must_use]
+    pub fn asymmetry(&self) -> f64 {
+        self.moments[1]
+    }
+}
+
+impl Medium {
+    /// A medium of several scatterers, each with its extinction coefficient, and of something that only absorbs.
+    pub(super) fn mix(parts: &[(f64, Scattering)], absorption_per_m: f64) -> Medium {
+        let (mut extinction_per_m, mut absorbed_per_m, mut scattered_per_m) = (absorption_per_m, absorption_per_m, 0.0);
+        let mut moments = vec![0.0; parts[0].1.moments.len()];
+        for (part_per_m, scattering) in parts {
+            let kept_per_m = part_per_m * (1.0 - scattering.one_minus_albedo);
+            extinction_per_m += part_per_m;
+            absorbed_per_m += part_per_m * scattering.one_minus_albedo;
+            scattered_per_m += kept_per_m;
+            for (sum, moment) in moments.iter_mut().zip(&scattering.moments) {
+                *sum += kept_per_m * moment;
+            }
+        }
+        moments.iter_mut().for_each(|moment| *moment /= scattered_per_m);
+        // The mean of one is one.
+        moments[0] = 1.0;
+        let scattering = Scattering { one_minus_albedo: absorbed_per_m / extinction_per_m, moments };
+        Medium { extinction_per_m, scattering }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mixture_keeps_what_is_absorbed_and_where_light_goes() {
+        let parts = [
+            (3.0, Scattering { one_minus_albedo: 0.1, moments: vec![1.0, 0.8, 0.6] }),
+            (1.0, Scattering { one_minus_albedo: 0.4, moments: vec![1.0, 0.2, 0.1] }),
+        ];
+        let Medium { extinction_per_m, scattering } = Medium::mix(&parts, 0.5);
+        assert!((extinction_per_m - 4.5).abs() < 1e-15);
+        assert!((scattering.one_minus_albedo - (0.3 + 0.4 + 0.5) / 4.5).abs() < 1e-15);
+        assert!((scattering.moments[1] - (2.7 * 0.8 + 0.6 * 0.2) / 3.3).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,66 @@
+//! Grain sizes of a snow sample.
+
+use crate::TransportError;
+use crate::grain::SizeMeasure;
+use crate::optics::ice;
+
+/// Half-width of the range that a mean grain size stands for, in µm (the paper's Table S1: 200–300 for 250).
+pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
+
+const SIZE_RANGE_UM: (f64, f64) = (20.0, 5000.0);
+/// Down to grains of the greatest size.
+const SURFACE_AREA_RANGE_M2_KG: (f64, f64) = (1.4, 300.0);
+
+/// Grain sizes, uniform in number over a range, in µm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrainSize {
+    /// Smallest grain, in µm.
+    pub min_um: f64,
+    /// Largest grain, in µm.
+    pub max_um: f64,
+    /// What the size measures.
+    pub measure: SizeMeasure,
+}
+
+impl GrainSize {
+    /// The range that a mean greatest extension stands for, mean ± 50 µm.
+    ///
+    /// # Errors
+    /// [`TransportError::MeanTooSmall`] if the range would start below 20 µm, [`TransportError::OutOfRange`] if it would
+    /// end above 5000 µm.
+    pub fn around(mean_um: f64) -> Result<Self, TransportError> {
+        let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
+        if min_um < SIZE_RANGE_UM.0 {
+            return Err(TransportError::MeanTooSmall { mean_um });
+        }
+        let size = Self { min_um, max_um, measure: SizeMeasure::default() };
+        size.check()?;
+        Ok(size)
+    }
+
+    /// Grains of one optical diameter that have a specific surface area SSA = S/(V ρ_ice), in m²/kg.
+    ///
+    /// # Errors
+    /// [`TransportError::OutOfRange`] for an area outside 1.4–300 m²/kg.
+    pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
+        TransportError::check("specific surface area", area_m2_kg, SURFACE_AREA_RANGE_M2_KG, " m²/kg")?;
+        let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
+        Ok(Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter })
+    }
+
+    /// ⟨s²⟩ in µm².
+    pub(crate) fn mean_square_um2(&self) -> f64 {
+        let (a, b) = (self.min_um, self.max_um);
+        (a * a + a * b + b * b) / 3.0
+    }
+
+    /// ⟨s³⟩ in µm³.
+    pub(crate) fn mean_cube_um3(&self) -> f64 {
+        let (a, b) = (self.min_um, self.max_um);
+        (a + b) * (a * a + b * b) / 4.0
+    }
+
+    pub(super) fn check(&self) -> Result<(), TransportError> {
+        TransportError::check_range("grain size", (self.min_um, self.max_um), SIZE_RANGE_UM, " µm")
+    }
+}

@@ -1,0 +1,150 @@
+//! Truncated normal distributions, for the sphericity and the facetness of grains.
+
+use crate::TransportError;
+use crate::quadrature::Quadrature;
+
+/// Standard deviation that a mean facetness stands for, and the half-width of its range (the paper's Table S1).
+pub const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
+const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
+
+pub(crate) const SPHERICITY_RANGE: (f64, f64) = (0.5, 1.0);
+pub(crate) const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
+const DEVIATION_RANGE: (f64, f64) = (0.0, 10.0);
+
+/// A normal distribution cut off outside a range; mean and deviation are those before truncation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruncatedNormal {
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+    /// Mean before truncation.
+    pub mean: f64,
+    /// Standard deviation before truncation; 0 is the mean alone.
+    pub standard_deviation: f64,
+}
+
+impl TruncatedNormal {
+    /// A single value.
+    #[must_use]
+    pub fn exactly(value: f64) -> Self {
+        Self { min: value, max: value, mean: value, standard_deviation: 0.0 }
+    }
+
+    /// The facetness that a mean alone stands for: mean ± .1 within 0–1, standard deviation .075.
+    #[must_use]
+    pub fn facetness_around(mean: f64) -> Self {
+        Self {
+            min: (mean - MEAN_FACETNESS_HALF_RANGE).max(FACETNESS_RANGE.0),
+            max: (mean + MEAN_FACETNESS_HALF_RANGE).min(FACETNESS_RANGE.1),
+            mean,
+            standard_deviation: MEAN_FACETNESS_DEVIATION,
+        }
+    }
+
+    /// The mean of `f` over the distribution weighted by `weight`, and the inverse of its cumulative distribution.
+    pub(crate) fn weighted(&self, weight: impl Fn(f64) -> f64) -> Quantiles {
+        let (low, high) = self.support();
+        Quantiles::new(low, high, |x| self.relative_density(x) * weight(x))
+    }
+
+    /// ⟨f⟩ over the distribution.
+    pub(crate) fn mean_of(&self, f: impl Fn(f64) -> f64) -> f64 {
+        let (low, high) = self.support();
+        if low >= high {
+            return f(low);
+        }
+        let rule = Quadrature::half_range(48);
+        let (mut sum, mut norm) = (0.0, 0.0);
+        for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
+            let x = low + node * (high - low);
+            let share = weight * self.relative_density(x);
+            sum += share * f(x);
+            norm += share;
+        }
+        sum / norm
+    }
+
+    /// The part of the range that holds all but 10⁻¹⁵ of the distribution.
+    fn support(&self) -> (f64, f64) {
+        let reach = 8.0 * self.standard_deviation;
+        (self.min.max(self.mean - reach), self.max.min(self.mean + reach))
+    }
+
+    fn relative_density(&self, x: f64) -> f64 {
+        (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
+    }
+
+    pub(super) fn check(
+        &self,
+        [quantity, deviation]: [&'static str; 2],
+        range: (f64, f64),
+    ) -> Result<(), TransportError> {
+        TransportError::check_range(quantity, (self.min, self.max), range, "")?;
+        TransportError::check(quantity, self.mean, (self.min, self.max), "")?;
+        TransportError::check(deviation, self.standard_deviation, DEVIATION_RANGE, "")
+    }
+}
+
+/// The inverse of a cumulative distribution at equal steps of probability, linear between them.
+#[derive(Debug, Clone)]
+pub(crate) struct Quantiles(Vec<f64>);
+
+impl Quantiles {
+    /// From a density that need not be normalised.
+    pub(crate) fn new(low: f64, high: f64, density: impl Fn(f64) -> f64) -> Self {
+        if low >= high {
+            return Self(vec![low]);
+        }
+        const CELLS: usize = 8192;
+        const STEPS: usize = 1024;
+        let at = |i: usize| low + (high - low) * i as f64 / CELLS as f64;
+        let mut cumulative = vec![0.0];
+        for i in 0..CELLS {
+            cumulative.push(cumulative[i] + 0.5 * (density(at(i)) + density(at(i + 1))));
+        }
+        let mut values = vec![low];
+        let mut cell = 0;
+        for step in 1..STEPS {
+            let target = cumulative[CELLS] * step as f64 / STEPS as f64;
+            while cumulative[cell + 1] < target {
+                cell += 1;
+            }
+            let inside = (target - cumulative[cell]) / (cumulative[cell + 1] - cumulative[cell]);
+            values.push(at(cell) + inside * (at(cell + 1) - at(cell)));
+        }
+        values.push(high);
+        Self(values)
+    }
+
+    /// The value below which the share `uniform` of the distribution lies.
+    #[inline]
+    pub(crate) fn at(&self, uniform: f64) -> f64 {
+        let last = self.0.len() - 1;
+        if last == 0 {
+            return self.0[0];
+        }
+        let place = uniform * last as f64;
+        // A probability in (0, 1) times 1024 fits any integer.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ place ≤ 1024")]
+        let cell = (place as usize).min(last - 1);
+        self.0[cell] + (place - cell as f64) * (self.0[cell + 1] - self.0[cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_and_means_agree() {
+        let law = TruncatedNormal { min: 0.7, max: 0.9, mean: 0.8, standard_deviation: 0.1 };
+        let quantiles = law.weighted(|x| x * x);
+        let count = 10_000;
+        let mean =
+            (0..count).map(|i| quantiles.at((f64::from(i) + 0.5) / f64::from(count))).sum::<f64>() / f64::from(count);
+        let expected = law.mean_of(|x| x.powi(3)) / law.mean_of(|x| x * x);
+        // Linear interpolation on 1024 steps of a smooth density.
+        assert!((mean - expected).abs() < 1e-7, "{mean} {expected}");
+    }
+}
