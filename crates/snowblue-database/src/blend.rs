@@ -14,11 +14,11 @@ use snowblue_transport::sample::SnowSample;
 use crate::pca::Components;
 use crate::{Axes, CompressedTable, DatabaseError, Property, TableSample, cubic};
 
-/// Samples of a table by their numbers, each with its weight, and how much thicker the snow seems in their density.
+/// Samples of a table by their numbers, each with its weight, and how much thickness_scale the snow seems in their density.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Blend {
     pub(crate) samples: Vec<(usize, f64)>,
-    pub(crate) thicker: f64,
+    pub(crate) thickness_scale: f64,
 }
 
 /// How finely two values on an axis are told apart, relative to them.
@@ -38,7 +38,7 @@ impl Blend {
             let place = place.ok_or_else(|| DatabaseError::OffGrid { quantity: name, value, known: known(), unit })?;
             number = number * values.len() + place;
         }
-        Ok(Self { samples: vec![(number, 1.0)], thicker: 1.0 })
+        Ok(Self { samples: vec![(number, 1.0)], thickness_scale: 1.0 })
     }
 
     /// The samples around this snow.
@@ -50,11 +50,11 @@ impl Blend {
         check_properties(axes, sample)?;
         SnowSample { density_kg_m3: sample.density_kg_m3, ..SnowSample::default() }.check()?;
         let dry = sample.property(Property::WaterSaturation) <= 0.0;
-        let mut blend = Self { samples: vec![(0, 1.0)], thicker: 1.0 };
+        let mut blend = Self { samples: vec![(0, 1.0)], thickness_scale: 1.0 };
         for (axis, (name, unit, values, value)) in places(axes, sample).into_iter().enumerate() {
             let weights = if axis == DENSITY_AXIS && dry {
                 let (place, known) = nearest(values, value);
-                blend.thicker = if same(known, value) { 1.0 } else { value / known };
+                blend.thickness_scale = if same(known, value) { 1.0 } else { value / known };
                 vec![(place, 1.0)]
             } else {
                 weights(values, value, coordinate(axes, axis)).ok_or_else(|| DatabaseError::OffAxis {

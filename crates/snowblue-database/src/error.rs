@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use snowblue_transport::TransportError;
 
-use crate::shard::Part;
-
 /// Why a table cannot be made, read or asked.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
@@ -102,13 +100,13 @@ pub enum DatabaseError {
     #[error("the singular value decomposition did not converge")]
     Decomposition,
     /// A part of a table that there is not.
-    #[error(
-        "part {part} is asked for, but parts count from 1, and {grains} kinds of grain make {grains} parts at the most"
-    )]
+    #[error("part is {number}/{of}, but parts count from 1, and {grains} kinds of grain make at most {grains} parts")]
     Part {
-        /// What was asked.
-        part: Part,
-        /// How many there can be.
+        /// The part that was requested.
+        number: usize,
+        /// The number of parts.
+        of: usize,
+        /// The largest number of parts.
         grains: usize,
     },
     /// Shards that are not those of one table.

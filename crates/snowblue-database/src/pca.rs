@@ -9,7 +9,7 @@ use faer::Mat;
 use crate::{Axes, DatabaseError, Quantity, Table};
 
 /// Most components that a compressed table keeps.
-pub const MOST_COMPONENTS: usize = 31;
+pub const MAX_COMPONENTS: usize = 31;
 
 /// Shares of light below this are one to the log space: beyond the reach of single precision, and of any use.
 pub const DARKEST: f64 = 1e-40;
@@ -130,7 +130,7 @@ impl Decomposition {
     /// # Errors
     /// [`DatabaseError::Components`] if there are not so many.
     pub fn keep(&self, table: &Table, quantity: Quantity, count: usize) -> Result<Components, DatabaseError> {
-        let most = self.basis.ncols().min(MOST_COMPONENTS);
+        let most = self.basis.ncols().min(MAX_COMPONENTS);
         if count == 0 || count > most {
             return Err(DatabaseError::Components { components: count, most });
         }

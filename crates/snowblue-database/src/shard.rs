@@ -67,7 +67,7 @@ impl Part {
     pub fn check(self, axes: &Axes) -> Result<(), DatabaseError> {
         let grains = axes.grains();
         let there = (1..=self.of).contains(&self.number) && self.of <= grains;
-        if there { Ok(()) } else { Err(DatabaseError::Part { part: self, grains }) }
+        if there { Ok(()) } else { Err(DatabaseError::Part { number: self.number, of: self.of, grains }) }
     }
 }
 

@@ -1,12 +1,12 @@
 //! Natural cubic splines over the thickness of snow, for several components at once.
 //!
-//! Between knots y is cubic with continuous second derivative, and that derivative is 0 at both ends (de Boor 2001,
-//! *A Practical Guide to Splines*, ch. IV). The spline is linear in the values at the knots, so that interpolating l'
-//! coefficients is the same as interpolating the spectra that they stand for.
+//! Between knots y is cubic with a continuous second derivative, which is 0 at both ends (de Boor 2001, *A Practical Guide
+//! to Splines*, ch. IV). The spline is linear in the values at the knots, so interpolating coefficients is the same as
+//! interpolating the spectra that they represent.
 
 use wide::f32x8;
 
-/// How much the values and second derivatives at two neighbouring knots count at some place.
+/// Weights of the values and second derivatives at two neighbouring knots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Piece {
     /// The knot below.
@@ -17,63 +17,81 @@ pub(crate) struct Piece {
     pub(crate) curvatures: [f32; 2],
 }
 
-/// Ascending knots to look places up between. Where there are so few, to compare with all is quicker than to search.
+/// Ascending knots with fast interval look-up. Comparing with every knot is faster than a search for so few knots.
 #[derive(Debug, Clone)]
 pub(crate) struct Knots {
-    ends: (f32, f32),
-    /// From each knot but the last to the next.
-    ways: Vec<Way>,
-    /// All knots but the first and the last, eight at a time, filled up with infinity.
+    first: f32,
+    last: f32,
+    /// The intervals between neighbouring knots.
+    intervals: Vec<Interval>,
+    /// All knots but the first and the last, eight at a time, padded with infinity.
     inner: Vec<f32x8>,
 }
 
-/// From one knot to the next.
+/// The interval between two neighbouring knots.
 #[derive(Debug, Clone, Copy)]
-struct Way {
+struct Interval {
     start: f32,
     width: f32,
-    per_width: f32,
+    inverse_width: f32,
+}
+
+/// A position between the knots.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Position {
+    /// The knot below.
+    pub(crate) knot: usize,
+    /// Distance from that knot to the next.
+    pub(crate) width: f32,
+    /// Fraction of that distance; above 1 or below 0 outside the knots.
+    pub(crate) fraction: f32,
 }
 
 impl Knots {
     pub(crate) fn new(knots: &[f64]) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "look-ups run in single precision")]
         let knots: Vec<f32> = knots.iter().map(|knot| *knot as f32).collect();
-        let way = |two: &[f32]| Way { start: two[0], width: two[1] - two[0], per_width: (two[1] - two[0]).recip() };
-        let ways: Vec<Way> = knots.windows(2).map(way).collect();
-        let inner: Vec<f32> = ways.iter().skip(1).map(|way| way.start).collect();
-        let eight =
+        let interval = |pair: &[f32]| {
+            let width = pair[1] - pair[0];
+            Interval { start: pair[0], width, inverse_width: width.recip() }
+        };
+        let intervals: Vec<Interval> = knots.windows(2).map(interval).collect();
+        let inner: Vec<f32> = intervals.iter().skip(1).map(|interval| interval.start).collect();
+        let padded =
             |some: &[f32]| f32x8::new(std::array::from_fn(|lane| some.get(lane).copied().unwrap_or(f32::INFINITY)));
-        Self { ends: (knots[0], knots[knots.len() - 1]), ways, inner: inner.chunks(8).map(eight).collect() }
+        let inner = inner.chunks(8).map(padded).collect();
+        Self { first: knots[0], last: knots[knots.len() - 1], intervals, inner }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.ways.len() + 1
+        self.intervals.len() + 1
     }
 
-    /// The first and the last.
-    pub(crate) fn ends(&self) -> (f32, f32) {
-        self.ends
+    pub(crate) fn first(&self) -> f32 {
+        self.first
     }
 
-    /// The knot below `x`, how far it is from there to the next, and which share of that way `x` has gone; the first and
-    /// the last way go on beyond the ends. There must be two knots or more.
+    pub(crate) fn last(&self) -> f32 {
+        self.last
+    }
+
+    /// The interval that contains `x`. The first and the last interval extend beyond the ends. Needs two knots or more.
     #[inline]
-    pub(crate) fn place(&self, x: f32) -> (usize, f32, f32) {
-        let everywhere = f32x8::splat(x);
-        let up_to = self.inner.iter().map(|eight| eight.simd_le(everywhere).to_bitmask().trailing_ones());
-        let below = up_to.sum::<u32>() as usize;
-        let way = &self.ways[below];
-        (below, way.width, (x - way.start) * way.per_width)
+    pub(crate) fn position(&self, x: f32) -> Position {
+        let x8 = f32x8::splat(x);
+        let knots_below = self.inner.iter().map(|eight| eight.simd_le(x8).to_bitmask().trailing_ones());
+        let knot = knots_below.sum::<u32>() as usize;
+        let interval = &self.intervals[knot];
+        Position { knot, width: interval.width, fraction: (x - interval.start) * interval.inverse_width }
     }
 }
 
 const SIXTH: f32 = 1.0 / 6.0;
 
-/// The piece that holds at `x`, at or above the first knot; beyond the last knot it goes on in a straight line.
+/// The weights at `x`, which is at or above the first knot. Beyond the last knot the spline continues as a straight line.
 #[inline]
 pub(crate) fn piece(knots: &Knots, x: f32) -> Piece {
-    let (knot, width, t) = knots.place(x);
+    let Position { knot, width, fraction: t } = knots.position(x);
     if t > 1.0 {
         let beyond = (t - 1.0) * width * width * SIXTH;
         return Piece { knot, values: [1.0 - t, t], curvatures: [beyond, 0.0] };
@@ -105,7 +123,7 @@ pub(crate) fn curvatures(knots: &[f64], values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn at(knots: &[f64], values: &[f64], x: f32) -> f32 {
+    fn evaluate(knots: &[f64], values: &[f64], x: f32) -> f32 {
         #[expect(clippy::cast_possible_truncation, reason = "a test in single precision")]
         let single = |v: &[f64]| v.iter().map(|v| *v as f32).collect::<Vec<_>>();
         let (second, y) = (single(&curvatures(knots, values)), single(values));
@@ -118,11 +136,11 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_its_own_spline() {
+    fn spline_through_a_line_is_the_line() {
         let knots: Vec<f64> = vec![0.0, 0.3, 1.1, 2.0];
         let line: Vec<f64> = knots.iter().map(|x| 1.0 - 2.0 * x).collect();
         for x in [0.0, 0.2, 0.7, 1.9, 2.0, 5.0_f32] {
-            assert!((at(&knots, &line, x) - (1.0 - 2.0 * x)).abs() < 1e-5, "a line, also beyond the end");
+            assert!((evaluate(&knots, &line, x) - (1.0 - 2.0 * x)).abs() < 1e-5, "not a line at {x}");
         }
     }
 
@@ -140,12 +158,12 @@ mod tests {
     }
 
     #[test]
-    fn passes_through_its_knots_without_a_step() {
+    fn spline_is_continuous_at_its_knots() {
         let (knots, values) = ([0.0, 1.0, 3.0, 4.0], [1.0, -2.0, 0.5, 3.0]);
         for (x, y) in [(0.0, 1.0), (1.0, -2.0), (3.0, 0.5), (4.0, 3.0_f32)] {
             for nudge in [-1e-5, 1e-5_f32] {
                 if x + nudge > 0.0 {
-                    assert!((at(&knots, &values, x + nudge) - y).abs() < 2e-4);
+                    assert!((evaluate(&knots, &values, x + nudge) - y).abs() < 2e-4);
                 }
             }
         }

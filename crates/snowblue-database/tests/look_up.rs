@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::off_grid::{OffGrid, off_grid};
 use snowblue_database::fill::{self, FillOptions};
-use snowblue_database::lookup::Between;
+use snowblue_database::lookup::SnowMix;
 use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
 use snowblue_transport::optics::Substance;
 
@@ -52,14 +52,14 @@ proptest! {
         let thickness_cm = logarithm.exp();
         let bell = |k: f32| (-((k - middle) / width).powi(2)).exp();
         let weights: Vec<[f32; 4]> = (0..31_u8).map(f32::from).map(|k| [bell(k), 1.0, k, 0.0]).collect();
-        let weighed = LOOKED_UP.weighed(&weights).unwrap();
+        let projected = LOOKED_UP.project(&weights).unwrap();
         let sums = |spectrum: [f32; 31]| {
             let sum = |c: usize| spectrum.iter().zip(&weights).map(|(value, weight)| value * weight[c]).sum::<f32>();
             [0, 1, 2, 3].map(sum)
         };
         let pairs = [
-            (weighed.transmittance(thickness_cm, angle_deg), sums(transmittance(&LOOKED_UP, thickness_cm, angle_deg))),
-            (weighed.reflectance(thickness_cm, angle_deg), sums(reflectance(&LOOKED_UP, thickness_cm, angle_deg))),
+            (projected.transmittance(thickness_cm, angle_deg), sums(transmittance(&LOOKED_UP, thickness_cm, angle_deg))),
+            (projected.reflectance(thickness_cm, angle_deg), sums(reflectance(&LOOKED_UP, thickness_cm, angle_deg))),
         ];
         for (looked_up, summed) in pairs {
             for (one, other) in looked_up.into_iter().zip(summed) {
@@ -68,8 +68,8 @@ proptest! {
                 prop_assert!((one - other).abs() <= 2e-4 * other, "{thickness_cm} cm, {angle_deg}°: {one} {other}");
             }
         }
-        prop_assert!((weighed.transmittance(0.0, angle_deg)[1] - 31.0).abs() < 1e-5);
-        prop_assert!(weighed.transmittance(thickness_cm, 90.0)[1] <= 0.0);
+        prop_assert!((projected.transmittance(0.0, angle_deg)[1] - 31.0).abs() < 1e-5);
+        prop_assert!(projected.transmittance(thickness_cm, 90.0)[1] <= 0.0);
     }
 
     /// More snow passes less, reflects no less, and gives back no more than it gets, at any angle and across all cells.
@@ -161,7 +161,7 @@ fn between_two_snows_logarithms_are_mixed() {
     let snow = |grain, density| PcaSnow::new(&COMPRESSED, &TableSample::new(grain, 0.3, density)).unwrap();
     let (first, second) = (snow(220.0, 230.0), snow(350.0, 320.0));
     for share in [0.0, 0.25, 1.0_f32] {
-        let mixed = Between::new(&first, &second, share);
+        let mixed = SnowMix::new(&first, &second, share);
         for (thickness_cm, angle_deg) in [(0.02, 10.0), (3.0, 0.0), (40.0, 75.0), (90.0, 88.0)] {
             let mut found = [[f32::NAN; 31]; 2];
             mixed.transmittance(thickness_cm, angle_deg, &mut found[0]);
@@ -179,7 +179,7 @@ fn between_two_snows_logarithms_are_mixed() {
         }
     }
     let mut none = [f32::NAN; 31];
-    Between::new(&first, &second, 0.5).transmittance(0.0, 30.0, &mut none);
+    SnowMix::new(&first, &second, 0.5).transmittance(0.0, 30.0, &mut none);
     assert!(none.iter().all(|value| (value - 1.0).abs() < 1e-6));
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Where light comes from such lamps alone and none goes from surface to surface, a point of even paint or snow has one colour
 //! for each lamp, times its irradiance. The colours of snow are looked up as such
-//! ([`WeighedSnow`](snowblue_database::lookup::WeighedSnow)), four numbers instead of 31 wavelengths. They are those of the long
+//! ([`ProjectedTable`](snowblue_database::lookup::ProjectedTable)), four numbers instead of 31 wavelengths. They are those of the long
 //! way to 2·10⁻⁴. Single wavelengths in false colour go the long way: small differences of such sums would tell them apart.
 //!
 //! Four samples of a pixel go side by side in the [`lanes`] of registers. Those that hit the same object are lit together.
@@ -10,7 +10,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use snowblue_database::PcaSnow;
-use snowblue_database::lookup::{Between, SUMS, WeighedSnow};
+use snowblue_database::lookup::{PROJECTIONS, ProjectedTable, SnowMix};
 use wide::{f32x4, i32x4};
 
 use crate::chord::Exit;
@@ -18,7 +18,7 @@ use crate::lanes::{LANES, Places, Rays, Which, groups, lanes};
 use crate::light::{Arrivals, Light, Source};
 use crate::material::Material;
 use crate::material::diffuse::Diffuse;
-use crate::material::pca_snow::{Emission, GREATEST_ANGLE_DEG, PathMode, PcaSnowMaterial, Reflection};
+use crate::material::pca_snow::{Emission, PathMode, PcaSnowMaterial, Reflection};
 use crate::objects::Side;
 use crate::probe::{Chords, Lines, Probe, Surfaces};
 use crate::retina::Colour;
@@ -41,7 +41,7 @@ pub(crate) struct DirectLight<'scene> {
 struct Lamp {
     source: Source,
     /// The colour of one unit at each wavelength of what is made of its light.
-    weights: [[f32; SUMS]; SAMPLES],
+    weights: [[f32; PROJECTIONS]; SAMPLES],
 }
 
 /// A material in the light of each lamp.
@@ -58,7 +58,7 @@ enum Finish<'scene> {
 struct LitSnow<'scene> {
     material: &'scene PcaSnowMaterial,
     curves: &'scene PcaSnow,
-    weighed: Vec<WeighedSnow>,
+    projected: Vec<ProjectedTable>,
     /// The colours that it reflects, if they are no matter of the table.
     constant: Option<Vec<Colour>>,
 }
@@ -67,7 +67,7 @@ struct LitSnow<'scene> {
 struct LitBy<'lit> {
     snow: &'lit LitSnow<'lit>,
     lamp: &'lit Lamp,
-    weighed: &'lit WeighedSnow,
+    projected: &'lit ProjectedTable,
 }
 
 /// Rays that hit the same object.
@@ -152,8 +152,8 @@ impl<'scene> DirectLight<'scene> {
     fn leave(&self, snow: &LitSnow, probe: &mut Probe, group: &Group, colours: &mut Colours) {
         let straight = snow.straight(probe, group);
         self.reflect(probe, group, colours, |lamp, arrivals, lit| snow.reflected(lamp, &straight, arrivals, lit));
-        for (lamp, weighed) in self.lamps.iter().zip(&snow.weighed) {
-            LitBy { snow, lamp, weighed }.add_through(probe, group, &straight, colours);
+        for (lamp, projected) in self.lamps.iter().zip(&snow.projected) {
+            LitBy { snow, lamp, projected }.add_through(probe, group, &straight, colours);
         }
     }
 }
@@ -174,11 +174,11 @@ impl LitSnow<'_> {
         if let Some(constant) = &self.constant {
             return [constant[lamp]; LANES];
         }
-        let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals));
+        let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals, self.curves.last_angle_deg()));
         let mut colours = [Colour::ZERO; LANES];
         for lane in lanes(lit) {
             let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
-            colours[lane] = Colour::from_array(self.weighed[lamp].reflectance(depth_cm, angle_deg));
+            colours[lane] = Colour::from_array(self.projected[lamp].reflectance(depth_cm, angle_deg));
         }
         colours
     }
@@ -215,7 +215,7 @@ impl LitBy<'_> {
         if self.snow.material.path == PathMode::Light {
             return Passages::NONE;
         }
-        Passages::through_exits(straight, &self.lamp.source, straight.found)
+        Passages::through_exits(straight, &self.lamp.source, straight.found, self.snow.curves.last_angle_deg())
     }
 
     /// The ways on the lines to the lamp, if the material takes them.
@@ -229,7 +229,8 @@ impl LitBy<'_> {
         let behind = !from.normal.dot(way.direction).simd_ge(f32x4::ZERO).to_bitmask();
         let lines = Lines { from, direction: way.direction, end_m: way.distance_m };
         let chords = probe.chords(group.object, &lines, material.exit, group.which & behind);
-        let mut passages = Passages::through_exits(&chords, source, chords.found & !chords.inside);
+        let mut passages =
+            Passages::through_exits(&chords, source, chords.found & !chords.inside, self.snow.curves.last_angle_deg());
         if chords.inside != 0 {
             passages.add_inside(&source.arrivals(&Places { normal: way.direction, ..from }, chords.inside));
         }
@@ -240,11 +241,11 @@ impl LitBy<'_> {
     #[inline]
     fn light(&self, passages: &Passages, lane: usize) -> Colour {
         let [depth_cm, angle_deg] = [passages.depth_cm, passages.angle_deg].map(|four| four.as_array()[lane]);
-        let transmittance = if depth_cm <= self.weighed.most_cm() {
-            Colour::from_array(self.weighed.transmittance(depth_cm, angle_deg))
+        let transmittance = if depth_cm <= self.projected.last_thickness_cm() {
+            Colour::from_array(self.projected.transmittance(depth_cm, angle_deg))
         } else {
             let mut spectrum = Spectrum::ZERO;
-            Between::only(self.snow.curves).transmittance(depth_cm, angle_deg, &mut spectrum.0);
+            SnowMix::single(self.snow.curves).transmittance(depth_cm, angle_deg, &mut spectrum.0);
             self.lamp.colour_of(&spectrum)
         };
         transmittance * (passages.irradiance_per_power.as_array()[lane] * FRAC_1_PI)
@@ -264,13 +265,13 @@ impl Passages {
 
     /// The ways along some paths whose exits face a lamp.
     #[inline]
-    fn through_exits(chords: &Chords, source: &Source, which: Which) -> Self {
+    fn through_exits(chords: &Chords, source: &Source, which: Which, last_angle_deg: f32) -> Self {
         let arrivals = source.arrivals(&chords.exits, which);
         Self {
             which: arrivals.which,
             inside: 0,
             depth_cm: chords.depth_cm(),
-            angle_deg: angle_deg(&arrivals),
+            angle_deg: angle_deg(&arrivals, last_angle_deg),
             irradiance_per_power: arrivals.irradiance_per_power,
             entries: chords.exits,
             objects: chords.objects,
@@ -300,9 +301,9 @@ impl Passages {
 /// The angles of incidence in degrees, at most the table's last. They have the bits of one program: a build with fused products
 /// rounds them otherwise.
 #[inline]
-fn angle_deg(arrivals: &Arrivals) -> f32x4 {
+fn angle_deg(arrivals: &Arrivals, last_angle_deg: f32) -> f32x4 {
     let angle = arrivals.cos_incidence.fast_min(f32x4::ONE).acos();
-    (angle * f32x4::splat(1.0_f32.to_degrees())).fast_min(f32x4::splat(GREATEST_ANGLE_DEG))
+    (angle * f32x4::splat(1.0_f32.to_degrees())).fast_min(f32x4::splat(last_angle_deg))
 }
 
 impl Lamp {
@@ -322,14 +323,14 @@ impl<'scene> Finish<'scene> {
             Material::PcaSnow(snow) if snow.emission == Emission::Relative => None,
             Material::PcaSnow(material) => {
                 let curves = material.curves.the_one()?;
-                let weighed = lamps.iter().map(|lamp| curves.weighed(&lamp.weights)).collect::<Option<_>>()?;
+                let projected = lamps.iter().map(|lamp| curves.project(&lamp.weights)).collect::<Option<_>>()?;
                 let constant = match material.reflection {
                     Reflection::Table => None,
                     Reflection::Constant(share) => {
                         Some(lamps.iter().map(|lamp| lamp.colour_of(&Spectrum::constant(share))).collect())
                     }
                 };
-                Some(Self::Snow(LitSnow { material, curves, weighed, constant }))
+                Some(Self::Snow(LitSnow { material, curves, projected, constant }))
             }
         }
     }

@@ -118,7 +118,7 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
                 }
             }
         }
-        // Straight lines between the nodes of logarithms of colours; `weighed` in snowblue-database bounds them.
+        // Straight lines between the nodes of logarithms of colours; `lookup::projected` in snowblue-database bounds them.
         assert!(lit > 1000 && worst < 2e-4, "{case}: {lit} lit, {worst}");
     }
 }

@@ -7,7 +7,7 @@ pub mod sampling;
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 
-use crate::pca::{Components, Decomposition, MOST_COMPONENTS};
+use crate::pca::{Components, Decomposition, MAX_COMPONENTS};
 use crate::{DatabaseError, Quantity, Space, Table};
 
 /// Below this ΔE*ab an average observer sees no difference (the paper, after Kravchenko et al. 2017).
@@ -74,8 +74,7 @@ pub fn fewest(table: &Table, space: Space, criteria: &Criteria) -> Result<usize,
         vec![None]
     };
     let mut failing = Quantity::Transmittance;
-    let most =
-        decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MOST_COMPONENTS);
+    let most = decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MAX_COMPONENTS);
     // Errors need not fall with every component, so that both quantities are judged at each number.
     'counts: for count in 1..=most {
         for (quantity, decomposition) in &decompositions {

@@ -17,7 +17,7 @@ use netcdf3::{DataSet, FileReader};
 
 use crate::axes::is_axis;
 use crate::fill;
-use crate::pca::{Components, MOST_COMPONENTS};
+use crate::pca::{Components, MAX_COMPONENTS};
 use crate::shard::{Part, Shard};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, Table};
 
@@ -177,8 +177,8 @@ fn read_components(
     quantity: Quantity,
 ) -> Result<Components, DatabaseError> {
     let count = reader.data_set().dim_size(COMPONENT).unwrap_or(0);
-    if count == 0 || count > MOST_COMPONENTS {
-        return Err(wrong(path, &format!("has {count} components, but must have 1–{MOST_COMPONENTS}")));
+    if count == 0 || count > MAX_COMPONENTS {
+        return Err(wrong(path, &format!("has {count} components, but must have 1–{MAX_COMPONENTS}")));
     }
     let name = |part: &str| format!("{}_{part}", quantity.name());
     let singular = reader.data_set().dim_size(SINGULAR).unwrap_or(0);

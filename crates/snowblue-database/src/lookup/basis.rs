@@ -1,16 +1,24 @@
-//! From coefficients to a spectrum: C' V'ᵀ, and out of log space.
+//! From coefficients to a spectrum: C' V'ᵀ, followed by the exponential in log space.
 
-use crate::pca::{Components, MOST_COMPONENTS};
+use crate::pca::{Components, MAX_COMPONENTS};
 
-/// Room for the coefficients of any table, for one number more, and for whole registers.
-pub type Lanes = [f32; LANES];
-/// How many numbers that are.
-pub(super) const LANES: usize = MOST_COMPONENTS + 1;
+/// Coefficients of any table in whole registers; unused entries are 0.
+pub type PaddedCoefficients = [f32; PADDED_COMPONENTS];
 
-/// Wavelengths that are rebuilt together: four registers of plain SSE2, whose sums do not wait for one another.
+/// Length of [`PaddedCoefficients`]: the most components of a table and one entry for a factor's logarithm.
+pub const PADDED_COMPONENTS: usize = MAX_COMPONENTS + 1;
+
+/// Wavelengths that are rebuilt together: four SSE2 registers with independent sums.
 const BLOCK: usize = 16;
 
-/// V', some wavelengths at a time, and for each of these blocks the components; beyond the last wavelength it is 0.
+/// A scale of a spectrum, in two parts that multiply.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scale {
+    pub(super) factor: f32,
+    pub(super) log2: f32,
+}
+
+/// V' in blocks of wavelengths: [block][component][wavelength], zero beyond the last wavelength.
 #[derive(Debug, Clone)]
 pub(super) struct Basis {
     count: usize,
@@ -35,24 +43,24 @@ impl Basis {
 
     /// Σ c v at each wavelength.
     #[inline]
-    pub(super) fn linear(&self, coefficients: &Lanes, spectrum: &mut [f32]) {
+    pub(super) fn linear(&self, coefficients: &PaddedCoefficients, spectrum: &mut [f32]) {
         self.rebuild(coefficients, 0.0, spectrum, |sum| sum);
     }
 
-    /// `factor` 2^(`first` + Σ c v) at each wavelength.
+    /// `scale.factor` 2^(`scale.log2` + Σ c v) at each wavelength.
     #[inline]
-    pub(super) fn powers_of_two(&self, coefficients: &Lanes, (first, factor): (f32, f32), spectrum: &mut [f32]) {
-        self.rebuild(coefficients, first, spectrum, |sum| factor * power_of_two(sum));
+    pub(super) fn powers_of_two(&self, coefficients: &PaddedCoefficients, scale: Scale, spectrum: &mut [f32]) {
+        self.rebuild(coefficients, scale.log2, spectrum, |sum| scale.factor * power_of_two(sum));
     }
 
-    /// 2^Σ c v at each wavelength, but 1 at the most: what passes is a share of what comes.
+    /// 2^Σ c v at each wavelength, at most 1: transmittance does not exceed 1.
     #[inline]
-    pub(super) fn shares(&self, coefficients: &Lanes, spectrum: &mut [f32]) {
+    pub(super) fn transmittance(&self, coefficients: &PaddedCoefficients, spectrum: &mut [f32]) {
         self.rebuild(coefficients, 0.0, spectrum, |sum| power_of_two(if sum < 0.0 { sum } else { 0.0 }));
     }
 
     #[inline(always)]
-    fn rebuild(&self, coefficients: &Lanes, first: f32, spectrum: &mut [f32], leave: impl Fn(f32) -> f32) {
+    fn rebuild(&self, coefficients: &PaddedCoefficients, first: f32, spectrum: &mut [f32], leave: impl Fn(f32) -> f32) {
         let sums = |shapes: &[[f32; BLOCK]]| {
             let mut sums = [first; BLOCK];
             for (coefficient, shape) in coefficients.iter().zip(shapes) {
@@ -81,19 +89,19 @@ pub(super) fn four_powers_of_two(mut four: [f32; 4]) -> [f32; 4] {
     four
 }
 
-/// 2^x within 2·10⁻⁷ of itself for x < 127; 0 below the normal numbers of single precision, 10⁻³⁸.
+/// 2^x for x < 127, with a relative error of 2·10⁻⁷; 0 below the normal range of single precision, 10⁻³⁸.
 ///
-/// A whole power goes into the exponent's bits, the rest, within ± ½, into a polynomial: the series of e^(x ln 2) with
-/// its last terms changed so that the error is even.
+/// The integer part goes into the exponent bits. The rest, within ± ½, goes through a polynomial: the series of
+/// e^(x ln 2) with its last terms adjusted for a uniform error.
 #[inline(always)]
 fn power_of_two(x: f32) -> f32 {
-    /// Added to a number below 2²², this leaves its nearest whole number in the last bits.
+    /// Adding this to a number below 2²² leaves its nearest integer in the last bits.
     const ROUNDING: f32 = 12_582_912.0;
-    /// Bits of 1, an exponent of 0.
+    /// Bits of 1.0, whose exponent is 0.
     const ONE: u32 = 0x3F80_0000;
-    const LEAST: f32 = -127.0;
-    // Not f32::max, which would look for NaN.
-    let x = if x > LEAST { x } else { LEAST };
+    const MIN: f32 = -127.0;
+    // Faster than f32::max, which handles NaN.
+    let x = if x > MIN { x } else { MIN };
     let rounded = x + ROUNDING;
     let rest = x - (rounded - ROUNDING);
     let [a, b, c, d, e] = POLYNOMIAL;
@@ -101,8 +109,8 @@ fn power_of_two(x: f32) -> f32 {
     power * f32::from_bits((rounded.to_bits() << 23).wrapping_add(ONE))
 }
 
-/// 2^x − 1 over ± ½, by powers of x from the first.
-#[expect(clippy::approx_constant, reason = "the first is near ln 2, but not it: the series is cut off")]
+/// Coefficients of 2^x − 1 over ± ½, from the first power of x.
+#[expect(clippy::approx_constant, reason = "near ln 2, but adjusted for the truncated series")]
 const POLYNOMIAL: [f32; 5] = [0.693_147, 0.240_222_42, 0.055_507_336, 0.009_671_513, 0.001_326_472_7];
 
 #[expect(clippy::cast_possible_truncation, reason = "look-ups run in single precision")]
@@ -114,9 +122,8 @@ fn scaled(value: f32, scale: f64) -> f32 {
 mod tests {
     use super::*;
 
-    /// Every power in its range, against double precision.
     #[test]
-    fn powers_of_two_are_near_and_end_in_nothing() {
+    fn powers_of_two_are_accurate_and_underflow_to_zero() {
         let mut x = -125.9_f32;
         while x < 20.0 {
             let exact = f64::from(x).exp2();
@@ -124,8 +131,8 @@ mod tests {
             x += 0.000_37;
         }
         assert!(power_of_two(0.0).to_bits() == 1.0_f32.to_bits());
-        for nothing in [-127.0, -1e4, f32::NEG_INFINITY, f32::NAN] {
-            assert!(power_of_two(nothing).to_bits() == 0, "{nothing}");
+        for tiny in [-127.0, -1e4, f32::NEG_INFINITY, f32::NAN] {
+            assert!(power_of_two(tiny).to_bits() == 0, "{tiny}");
         }
     }
 }

@@ -29,12 +29,12 @@
 //! the table's rounding: a thousandth from 1 mm of snow on.
 //!
 //! Simplified: light leaves alike in all directions; light from other surfaces does not come through from behind;
-//! angles of 89–90° count as 89°, the table's last.
+//! angles from the table's last to 90° count as the last.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
-use snowblue_database::lookup::Between;
+use snowblue_database::lookup::SnowMix;
 
 use crate::chord::{Chord, ChordEnd, Exit, Line};
 use crate::light::{Arrival, Beam, Light, Place, Techniques};
@@ -44,9 +44,6 @@ use crate::objects::{Objects, Surface};
 use crate::probe::Probe;
 use crate::sampling::Sampler;
 use crate::spectrum::Spectrum;
-
-/// The greatest angle of incidence in the table, in degrees.
-pub const GREATEST_ANGLE_DEG: f32 = 89.0;
 
 /// Which straight path stands for all paths of light through the snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -105,7 +102,7 @@ pub struct PcaSnowMaterial {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SnowHit<'hit> {
     material: &'hit PcaSnowMaterial,
-    curves: Between<'hit>,
+    curves: SnowMix<'hit>,
     surface: &'hit Surface,
 }
 
@@ -192,7 +189,8 @@ impl SnowHit<'_> {
         match self.material.reflection {
             Reflection::Table => {
                 let mut reflectance = Spectrum::ZERO;
-                self.curves.reflectance(depth_cm, angle_deg(cos_incidence), &mut reflectance.0);
+                let angle_deg = self.curves.look_up_angle_deg(cos_incidence);
+                self.curves.reflectance(depth_cm, angle_deg, &mut reflectance.0);
                 reflectance
             }
             Reflection::Constant(share) => Spectrum::constant(share),
@@ -226,7 +224,7 @@ impl SnowHit<'_> {
     /// L = T E / π.
     fn light(&self, beam: &Beam, passage: &Passage) -> Spectrum {
         let mut transmittance = Spectrum::ZERO;
-        let angle_deg = angle_deg(passage.arrival.cos_incidence);
+        let angle_deg = self.curves.look_up_angle_deg(passage.arrival.cos_incidence);
         self.curves.transmittance(passage.depth_cm, angle_deg, &mut transmittance.0);
         transmittance * beam.power * (passage.arrival.irradiance_per_power * FRAC_1_PI)
     }
@@ -277,9 +275,4 @@ impl SnowHit<'_> {
 /// The depth of a path in cm, the table's unit.
 fn depth_cm(chord: &Chord) -> f32 {
     100.0 * chord.depth_m
-}
-
-/// The angle of a cosine above 0, at most the table's last.
-fn angle_deg(cos_incidence: f32) -> f32 {
-    cos_incidence.min(1.0).acos().to_degrees().min(GREATEST_ANGLE_DEG)
 }

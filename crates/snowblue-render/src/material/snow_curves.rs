@@ -6,7 +6,7 @@
 //! hit the logarithms of the two neighbours are mixed. The steps are then halved once more.
 
 use snowblue_database::PcaSnow;
-use snowblue_database::lookup::Between;
+use snowblue_database::lookup::SnowMix;
 
 use crate::objects::{Objects, Surface};
 use crate::shape::Shape;
@@ -117,9 +117,9 @@ impl SnowCurves {
 
     /// The snow at a hit.
     #[inline]
-    pub(crate) fn at(&self, objects: &Objects, surface: &Surface) -> Between<'_> {
+    pub(crate) fn at(&self, objects: &Objects, surface: &Surface) -> SnowMix<'_> {
         match &self.mask {
-            None => Between::only(&self.steps[0]),
+            None => SnowMix::single(&self.steps[0]),
             Some(mask) => between(&self.steps, mask.at(objects, surface)),
         }
     }
@@ -127,16 +127,16 @@ impl SnowCurves {
 
 /// The mixture of the two steps around a mask's value, which rounding may have taken out of 0 to 1.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the steps")]
-fn between(steps: &[PcaSnow], mask: f32) -> Between<'_> {
+fn between(steps: &[PcaSnow], mask: f32) -> SnowMix<'_> {
     let last = steps.len() - 1;
     let place = mask.clamp(0.0, 1.0) * last as f32;
     let step = (place as usize).min(last - 1);
-    Between::new(&steps[step], &steps[step + 1], place - step as f32)
+    SnowMix::new(&steps[step], &steps[step + 1], place - step as f32)
 }
 
 /// Whether snow is, but for the tolerance, the mixture of two others in halves.
 fn is_mixture(first: &PcaSnow, second: &PcaSnow, middle: &PcaSnow) -> bool {
-    let (mixture, middle) = (Between::new(first, second, 0.5), Between::only(middle));
+    let (mixture, middle) = (SnowMix::new(first, second, 0.5), SnowMix::single(middle));
     COMPARED.iter().all(|&(thickness_cm, angle_deg)| {
         let [mut mixed, mut own] = [Spectrum::ZERO; 2];
         let near = |mixed: &Spectrum, own: &Spectrum| {

@@ -1,0 +1,275 @@
+//! The curves of one snow sample, ready for look-up.
+
+use std::f64::consts::LOG2_E;
+
+use super::basis::{Basis, PADDED_COMPONENTS, PaddedCoefficients, Scale};
+use super::resampled_grid::{OFFSET_CM, ResampledGrid};
+use super::spline_grid::SplineGrid;
+use crate::blend::Blend;
+use crate::pca::{Components, single};
+use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space, TableSample};
+
+/// Thickness from which transmittance is 0 in the paper's scheme, in cm.
+pub const PAPER_BLACK_THICKNESS_CM: f32 = 100.0;
+/// Largest angle of incidence in the paper's scheme, in degrees; 89–90° count as 89°.
+pub const PAPER_LAST_ANGLE_DEG: f32 = 89.0;
+/// Angle of incidence from which on light does not reach a surface, in degrees.
+pub const HORIZON_DEG: f32 = 90.0;
+
+/// The curves of one snow sample, ready for look-up.
+#[derive(Debug, Clone)]
+pub struct PcaSnow {
+    wavelengths_nm: Vec<f64>,
+    /// The table's last angle.
+    table_last_angle_deg: f32,
+    /// The largest angle of a look-up.
+    last_angle_deg: f32,
+    pub(super) last_thickness_cm: f32,
+    /// Thickness at the table's density over thickness of this snow.
+    pub(super) thickness_scale: f32,
+    pub(super) count: usize,
+    pub(super) transmittance_basis: Basis,
+    pub(super) reflectance_basis: Basis,
+    pub(super) curves: Curves,
+}
+
+/// Coefficients over thickness and angle, for either interpolation.
+#[derive(Debug, Clone)]
+pub(super) enum Curves {
+    Paper { transmittance: SplineGrid, reflectance: SplineGrid },
+    Log { transmittance: ResampledGrid, reflectance: ResampledGrid },
+}
+
+/// Components of a quantity, and the coefficients of one sample: [angle][thickness][component].
+struct SampleCoefficients<'table> {
+    components: &'table Components,
+    values: Vec<f64>,
+}
+
+/// A knot beside the table's: its thickness, and its value of every component.
+struct EndKnot {
+    thickness_cm: f64,
+    values: Vec<f64>,
+}
+
+impl PcaSnow {
+    /// Extracts the curves of one sample from a table. A table in linear space has the samples of its grid only, a table in
+    /// log space any sample within its axes.
+    ///
+    /// # Errors
+    /// [`DatabaseError::OffGrid`] or [`DatabaseError::OffAxis`] if a property of the sample is beyond the table,
+    /// [`DatabaseError::NoAxis`] if the table has no axis of it.
+    pub fn new(table: &CompressedTable, sample: &TableSample) -> Result<Self, DatabaseError> {
+        let axes = &table.axes;
+        if axes.angles_deg.is_empty() {
+            return Err(DatabaseError::AxisRange { name: "angle", what: "an angle, since look-ups need a beam" });
+        }
+        let blend = match table.space {
+            Space::Linear => Blend::on_grid(axes, sample)?,
+            Space::Log => Blend::between(axes, sample)?,
+        };
+        let coefficients = |quantity: Quantity| {
+            let components = table.components(quantity);
+            SampleCoefficients { components, values: blend.coefficients(table, components) }
+        };
+        let (transmittance, reflectance) = (coefficients(Quantity::Transmittance), coefficients(Quantity::Reflectance));
+        let (curves, scale) = match table.space {
+            Space::Linear => {
+                let (transmittance, reflectance) =
+                    (paper_transmittance(axes, &transmittance), paper_reflectance(axes, &reflectance));
+                (Curves::Paper { transmittance, reflectance }, 1.0)
+            }
+            Space::Log => {
+                let (transmittance, reflectance) =
+                    (log_transmittance(axes, &transmittance), log_reflectance(axes, &reflectance));
+                (Curves::Log { transmittance, reflectance }, LOG2_E)
+            }
+        };
+        let last = |values: &[f64]| single(values[values.len() - 1]);
+        let table_last_angle_deg = last(&axes.angles_deg);
+        Ok(Self {
+            wavelengths_nm: axes.wavelengths_nm.clone(),
+            table_last_angle_deg,
+            last_angle_deg: match table.space {
+                Space::Linear => PAPER_LAST_ANGLE_DEG,
+                Space::Log => table_last_angle_deg,
+            },
+            last_thickness_cm: last(&axes.thicknesses_cm),
+            thickness_scale: single(blend.thickness_scale),
+            count: table.transmittance.count,
+            transmittance_basis: Basis::new(&table.transmittance, scale),
+            reflectance_basis: Basis::new(&table.reflectance, scale),
+            curves,
+        })
+    }
+
+    /// Wavelengths of the spectra, in nm.
+    #[must_use]
+    pub fn wavelengths_nm(&self) -> &[f64] {
+        &self.wavelengths_nm
+    }
+
+    /// Largest angle of incidence that look-ups resolve, in degrees. Light between it and 90° is looked up at this angle.
+    ///
+    /// It is the table's last angle in log space, and [`PAPER_LAST_ANGLE_DEG`] in the paper's scheme.
+    #[must_use]
+    #[inline]
+    pub const fn last_angle_deg(&self) -> f32 {
+        self.last_angle_deg
+    }
+
+    /// Angle of incidence to look up, in degrees, for the cosine of an angle of incidence: its arc cosine, at most
+    /// [`last_angle_deg`](Self::last_angle_deg).
+    #[must_use]
+    #[inline]
+    pub fn look_up_angle_deg(&self, cos_incidence: f32) -> f32 {
+        cos_incidence.min(1.0).acos().to_degrees().min(self.last_angle_deg)
+    }
+
+    /// Writes the spectral transmittance of `thickness_cm` for light at `angle_deg` from the normal into `spectrum`.
+    ///
+    /// # Panics
+    /// If the length of `spectrum` is not the number of wavelengths.
+    pub fn transmittance(&self, thickness_cm: f32, angle_deg: f32, spectrum: &mut [f32]) {
+        self.check_length(spectrum);
+        let mut coefficients = [0.0; PADDED_COMPONENTS];
+        if thickness_cm <= 0.0 {
+            return spectrum.fill(if angle_deg < HORIZON_DEG { 1.0 } else { 0.0 });
+        }
+        match &self.curves {
+            Curves::Paper { transmittance, .. } => {
+                if thickness_cm > PAPER_BLACK_THICKNESS_CM || angle_deg > self.table_last_angle_deg {
+                    return spectrum.fill(0.0);
+                }
+                transmittance.coefficients(thickness_cm, angle_deg, &mut coefficients);
+                self.transmittance_basis.linear(&coefficients, spectrum);
+            }
+            Curves::Log { transmittance, .. } => {
+                if angle_deg >= HORIZON_DEG {
+                    return spectrum.fill(0.0);
+                }
+                transmittance.coefficients(self.thickness_scale * thickness_cm, angle_deg, &mut coefficients);
+                self.transmittance_basis.transmittance(&coefficients, spectrum);
+            }
+        }
+    }
+
+    /// Writes the spectral reflectance of `thickness_cm` for light at `angle_deg` from the normal into `spectrum`.
+    ///
+    /// # Panics
+    /// If the length of `spectrum` is not the number of wavelengths.
+    pub fn reflectance(&self, thickness_cm: f32, angle_deg: f32, spectrum: &mut [f32]) {
+        self.check_length(spectrum);
+        if thickness_cm <= 0.0 || angle_deg >= HORIZON_DEG {
+            return spectrum.fill(0.0);
+        }
+        let mut coefficients = [0.0; PADDED_COMPONENTS];
+        match &self.curves {
+            Curves::Paper { reflectance, .. } => {
+                let thickness_cm = thickness_cm.clamp(reflectance.first_knot(), reflectance.last_knot());
+                reflectance.coefficients(thickness_cm, angle_deg, &mut coefficients);
+                self.reflectance_basis.linear(&coefficients, spectrum);
+            }
+            Curves::Log { reflectance, .. } => {
+                let thickness_cm = self.equivalent_thickness_cm(thickness_cm);
+                reflectance.coefficients(thickness_cm, angle_deg, &mut coefficients);
+                let scale = Scale { factor: thickness_cm / (thickness_cm + OFFSET_CM), log2: coefficients[self.count] };
+                self.reflectance_basis.powers_of_two(&coefficients, scale, spectrum);
+            }
+        }
+    }
+
+    /// Writes the coefficients of transmittance on the table's basis, for thicknesses above 0 cm and angles within the
+    /// table: a look-up without its spectrum.
+    #[inline]
+    pub fn transmittance_coefficients(&self, thickness_cm: f32, angle_deg: f32, coefficients: &mut PaddedCoefficients) {
+        match &self.curves {
+            Curves::Paper { transmittance, .. } => transmittance.coefficients(thickness_cm, angle_deg, coefficients),
+            Curves::Log { transmittance, .. } => {
+                transmittance.coefficients(self.thickness_scale * thickness_cm, angle_deg, coefficients);
+            }
+        }
+    }
+
+    /// Thickness at the table's density with the reflectance of this snow.
+    pub(super) fn equivalent_thickness_cm(&self, thickness_cm: f32) -> f32 {
+        (self.thickness_scale * thickness_cm).min(self.last_thickness_cm)
+    }
+
+    pub(super) fn check_length(&self, spectrum: &[f32]) {
+        assert_eq!(spectrum.len(), self.wavelengths_nm.len(), "the spectrum needs one value per wavelength");
+    }
+}
+
+/// Splines through T = 1 at 0 cm and, if the table ends before 100 cm, through T = 0 there.
+fn paper_transmittance(axes: &Axes, sample: &SampleCoefficients) -> SplineGrid {
+    let count = sample.components.count;
+    let white: Vec<f64> = (0..count)
+        .map(|c| sample.components.basis.iter().skip(c).step_by(count).map(|v| f64::from(*v)).sum())
+        .collect();
+    let black_cm = f64::from(PAPER_BLACK_THICKNESS_CM);
+    let last_cm = axes.thicknesses_cm[axes.thicknesses_cm.len() - 1];
+    let before = EndKnot { thickness_cm: 0.0, values: white };
+    let after = (last_cm < black_cm).then(|| EndKnot { thickness_cm: black_cm, values: vec![0.0; count] });
+    splines(axes, &sample.values, Some(before), after)
+}
+
+/// Splines through R = 0 at 0 cm.
+fn paper_reflectance(axes: &Axes, sample: &SampleCoefficients) -> SplineGrid {
+    let before = EndKnot { thickness_cm: 0.0, values: vec![0.0; sample.components.count] };
+    splines(axes, &sample.values, Some(before), None)
+}
+
+/// Splines of ln T through ln T = 0 at 0 cm, resampled.
+fn log_transmittance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid {
+    let components = sample.components;
+    let before = EndKnot { thickness_cm: 0.0, values: vec![0.0; components.count] };
+    let splines = splines(axes, &sample.values, Some(before), None);
+    let last_cm = splines.last_knot();
+    // Where noise makes the last interval of some wavelength rise, its extrapolation would grow with the thickness.
+    let decays = |angle: usize| {
+        let [last, beyond] = [last_cm, last_cm + 1.0].map(|h| splines.at_angle(angle, h));
+        let slope =
+            |shape: &[f32]| shape.iter().zip(last.iter().zip(beyond)).map(|(v, (a, b))| v * (b - a)).sum::<f32>();
+        components.basis.chunks_exact(components.count).all(|shape| slope(shape) <= 0.0)
+    };
+    let decays: Vec<bool> = (0..axes.angles_deg.len()).map(decays).collect();
+    let at = |angle: usize, thickness_cm: f32| {
+        splines.at_angle(angle, if decays[angle] { thickness_cm } else { thickness_cm.min(last_cm) })
+    };
+    ResampledGrid::new(&axes.angles_deg, last_cm, components.count, at)
+}
+
+/// Splines of ln R over ln h, resampled without the factor h/(h + 2⁻⁶ cm), which is proportional to the thickness of thin
+/// layers as R is, so that the rest varies slowly. One more coefficient holds the base-2 logarithm of that factor's inverse
+/// at the nodes, so that it is interpolated as the others are.
+fn log_reflectance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid {
+    let count = sample.components.count;
+    let log_axes = Axes { thicknesses_cm: axes.thicknesses_cm.iter().map(|h| h.ln()).collect(), ..axes.clone() };
+    let splines = splines(&log_axes, &sample.values, None, None);
+    let ends = &axes.thicknesses_cm;
+    let (first_cm, last_cm) = (single(ends[0]), single(ends[ends.len() - 1]));
+    let (first, last) = (splines.first_knot(), splines.last_knot());
+    let at = |angle: usize, thickness_cm: f32| {
+        let mut coefficients = splines.at_angle(angle, thickness_cm.ln().clamp(first, last));
+        // Below the first knot R is proportional to the thickness.
+        coefficients[count] = ((thickness_cm + OFFSET_CM) / thickness_cm.max(first_cm)).log2();
+        coefficients
+    };
+    ResampledGrid::new(&axes.angles_deg, last_cm, count + 1, at)
+}
+
+/// Splines through the table's knots and the end knots.
+fn splines(axes: &Axes, coefficients: &[f64], before: Option<EndKnot>, after: Option<EndKnot>) -> SplineGrid {
+    let (mut knots, mut values) = (axes.thicknesses_cm.clone(), Vec::new());
+    if let Some(before) = &before {
+        knots.insert(0, before.thickness_cm);
+    }
+    knots.extend(after.iter().map(|after| after.thickness_cm));
+    for at_angle in coefficients.chunks_exact(coefficients.len() / axes.angles_deg.len()) {
+        values.extend(before.iter().flat_map(|before| &before.values));
+        values.extend(at_angle);
+        values.extend(after.iter().flat_map(|after| &after.values));
+    }
+    SplineGrid::new(&axes.angles_deg, &knots, &values)
+}
