@@ -1,20 +1,20 @@
-//! Mean and variance in one pass, without cancellation (Welford 1962, Technometrics 4, 419).
+//! Mean and variance in one pass without cancellation (Welford 1962, Technometrics 4, 419).
 
-/// Running mean and variance of the samples seen so far.
+/// Running mean and variance.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moments {
     count: u64,
     mean: f64,
-    squares: f64,
+    sum_of_squares: f64,
 }
 
 impl Moments {
     /// Adds a sample.
     pub fn push(&mut self, sample: f64) {
         self.count += 1;
-        let before = sample - self.mean;
-        self.mean += before / self.count as f64;
-        self.squares += before * (sample - self.mean);
+        let deviation = sample - self.mean;
+        self.mean += deviation / self.count as f64;
+        self.sum_of_squares += deviation * (sample - self.mean);
     }
 
     /// Number of samples.
@@ -22,17 +22,17 @@ impl Moments {
         self.count
     }
 
-    /// Mean of the samples; 0 without any.
+    /// Mean of the samples; 0 without samples.
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// Unbiased variance of the samples' population; NaN from less than two samples.
+    /// Unbiased estimate of the population variance; NaN for fewer than two samples.
     pub fn variance(&self) -> f64 {
-        self.squares / (self.count as f64 - 1.0).max(0.0)
+        self.sum_of_squares / (self.count as f64 - 1.0).max(0.0)
     }
 
-    /// Standard error of the mean; NaN from less than two samples.
+    /// Standard error of the mean; NaN for fewer than two samples.
     pub fn standard_error(&self) -> f64 {
         (self.variance() / self.count as f64).sqrt()
     }
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_large_offset_does_not_disturb_the_variance() {
+    fn a_large_offset_does_not_change_the_variance() {
         let mut moments = Moments::default();
         assert!(moments.variance().is_nan() && moments.standard_error().is_nan());
         for sample in [4.0, 7.0, 13.0, 16.0] {

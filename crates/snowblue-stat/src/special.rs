@@ -3,7 +3,8 @@
 
 use std::f64::consts::TAU;
 
-/// Q(a, x) = Γ(a, x)/Γ(a) for a > 0, x ≥ 0: one minus the series 8.7.1, or the even form of the fraction 8.9.2.
+/// Q(a, x) = Γ(a, x)/Γ(a) for a > 0, x ≥ 0: one minus the series 8.7.1, or the even part of the continued fraction
+/// 8.9.2.
 pub(crate) fn upper_gamma_ratio(a: f64, x: f64) -> f64 {
     if x.is_infinite() {
         return 0.0;
@@ -21,7 +22,8 @@ pub(crate) fn upper_gamma_ratio(a: f64, x: f64) -> f64 {
     1.0 - front * sum
 }
 
-/// Iₓ(a, b) for a, b > 0 and x = 1 − y: by 8.17.4 on the side where the fraction 8.17.22 converges fast.
+/// Iₓ(a, b) for a, b > 0 and x = 1 − y: the continued fraction 8.17.22, after the reflection 8.17.4 where that
+/// converges faster.
 pub(crate) fn beta_ratio(a: f64, b: f64, x: f64, y: f64) -> f64 {
     let swap = x > (a + 1.0) / (a + b + 2.0);
     let (a, b, x, y) = if swap { (b, a, y, x) } else { (a, b, x, y) };
@@ -35,7 +37,7 @@ pub(crate) fn beta_ratio(a: f64, b: f64, x: f64, y: f64) -> f64 {
     if swap { 1.0 - ratio } else { ratio }
 }
 
-/// ln Γ(x) for x > 0: Stirling's series 5.11.1 from 10 up, the recurrence 5.5.1 below.
+/// ln Γ(x) for x > 0: Stirling's series 5.11.1 for x ≥ 10, with the recurrence 5.5.1 below.
 fn ln_gamma(x: f64) -> f64 {
     let (mut shifted, mut product) = (x, 1.0);
     while shifted < 10.0 {
