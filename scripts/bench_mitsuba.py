@@ -128,17 +128,17 @@ def block(options, snowblue, folder):
         return lambda: snowblue("render", BLOCK, "--max-bounces", 0, *size, "-o", place, *more)
 
     spectra, colours = f"Mitsuba, 31 wavelengths, path {options.path}", f"Mitsuba, colours, path {options.path}"
-    same, easiest = f"snowblue, path {options.path}", "snowblue, path easiest"
+    same, brightest = f"snowblue, path {options.path}", "snowblue, path brightest"
     actions = {spectra: mitsuba(spectra, Spectra(table, weights)), colours: mitsuba(colours, Colours(table, weights))}
     actions[same] = ours("same", "--path", options.path)
-    actions[easiest] = ours("easiest", "--path", "easiest")
+    actions[brightest] = ours("brightest", "--path", "brightest")
     medians = medians_s(actions, options.repeats)
     ours("two", "--path", options.path, "--database", folder / "snow.nc")()
     shown = snow_pixels(scene, snow, options.size)
     for name in (spectra, colours):
         compare(name, pictures[name], linear(folder / "two.exr"), {"snow": shown, "floor": ~shown})
     print(f"\n{options.size}×{options.size}, {options.samples} samples, direct light, {options.threads} threads")
-    tell(medians, [(spectra, same), (colours, same), (spectra, easiest)])
+    tell(medians, [(spectra, same), (colours, same), (spectra, brightest)])
     if options.pictures:
         options.pictures.mkdir(parents=True, exist_ok=True)
         side_by_side = np.hstack([pictures[spectra], linear(folder / "same.exr")]) * 2 ** document["film"]["exposure"]

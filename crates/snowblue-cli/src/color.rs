@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use snowblue_color::{Colorimeter, exposure, exposure::AutoExposure};
 use snowblue_render::FalseColor;
-use snowblue_render::scene::Exposure;
+use snowblue_render::film::exposure::Exposure;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 

@@ -22,7 +22,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
-use snowblue_render::{image_file, swatch};
+use snowblue_render::film::image_file;
+use snowblue_render::swatch;
 use snowblue_transport::ordinates::OrdinatesOptions;
 
 use crate::failure::{Failure, Outcome};

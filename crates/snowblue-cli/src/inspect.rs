@@ -1,7 +1,7 @@
 //! `snowblue render --check`: what the objects of a scene are like, before any light is traced.
 
 use snowblue_render::Scene;
-use snowblue_render::inspection::{Inspection, inspect};
+use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
 
 use crate::failure::{Failure, Outcome};
 use crate::options::OutputOptions;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, Shard};
-use snowblue_render::scene::Exposure;
+use snowblue_render::film::exposure::Exposure;
 
 use crate::database::Compression;
 use crate::failure::{Failure, Outcome};

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use snowblue_render::Sums;
-use snowblue_render::picture_file::{Kept, Part};
-use snowblue_render::scene::Exposure;
+use snowblue_render::FilmAccumulator;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::part_file::{Kept, Part};
 
 use crate::failure::{Failure, Outcome};
 use crate::picture::{Kind, PictureFile, samples_in_words};
@@ -27,7 +27,7 @@ pub(crate) fn merge_pictures(
     };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
-    let mut sums = Sums::empty(first.size, first.channels, first.wavelengths_nm, &window);
+    let mut sums = FilmAccumulator::empty(first.size, first.channels, first.wavelengths_nm, &window);
     for (path, part) in paths.iter().zip(&parts) {
         sums.add(&part.read(path).map_err(Failure::input)?);
     }

@@ -4,10 +4,10 @@ use std::ops::Range;
 use std::time::Duration;
 
 use snowblue_color::{Illuminant, Observer, Srgb8};
-use snowblue_render::portion::Window;
-use snowblue_render::scene::Exposure;
-use snowblue_render::scene_file::GREATEST_STOPS;
-use snowblue_render::{Channels, FalseColor};
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::sample_block::Window;
+use snowblue_render::scene::file::GREATEST_STOPS;
+use snowblue_render::{Aovs, FalseColor};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::SnowType;
@@ -208,8 +208,8 @@ pub(crate) fn window(words: &str) -> Result<Window, String> {
 }
 
 /// Channels of a picture by name.
-pub(crate) fn channels(words: &str) -> Result<Channels, String> {
-    words.parse().map_err(|name: String| format!("'{name}' is none of {}", Channels::NAMES.join(", ")))
+pub(crate) fn channels(words: &str) -> Result<Aovs, String> {
+    words.parse().map_err(|name: String| format!("'{name}' is none of {}", Aovs::NAMES.join(", ")))
 }
 
 /// A time in minutes.

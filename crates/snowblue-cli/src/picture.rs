@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use snowblue_render::Sums;
-use snowblue_render::image_file::write_png;
-use snowblue_render::picture_file::{self, Kept};
+use snowblue_render::FilmAccumulator;
+use snowblue_render::film::image_file::write_png;
+use snowblue_render::film::part_file::{self, Kept};
 
 use crate::failure::{Failure, Outcome};
 use crate::report::check_place;
@@ -47,7 +47,7 @@ impl PictureFile {
     }
 
     /// Writes the picture with what made it; `more` says what its origin does not know.
-    pub(crate) fn write(&self, sums: &Sums, kept: Kept, more: &[(&str, String)]) -> Outcome {
+    pub(crate) fn write(&self, sums: &FilmAccumulator, kept: Kept, more: &[(&str, String)]) -> Outcome {
         let Kept { origin, exposure } = kept;
         let mut notes = vec![("Software", format!("snowblue {}", origin.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
@@ -60,14 +60,14 @@ impl PictureFile {
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.kind {
             Kind::Png => write_png(&sums.film(), exposure, &notes, &self.path),
-            Kind::Exr => picture_file::write(sums, self.keeps_sums.then_some(kept), &notes, &self.path),
+            Kind::Exr => part_file::write(sums, self.keeps_sums.then_some(kept), &notes, &self.path),
         }
         .map_err(Failure::work)
     }
 }
 
 /// How many samples the pixels have: one number, or the fewest and the most.
-pub(crate) fn samples_in_words(sums: &Sums) -> String {
+pub(crate) fn samples_in_words(sums: &FilmAccumulator) -> String {
     let (fewest, most) = sums.samples_per_pixel();
     if fewest == most { most.to_string() } else { format!("{fewest}–{most}") }
 }

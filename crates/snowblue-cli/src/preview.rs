@@ -5,7 +5,7 @@ use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
 use snowblue_color::LinearRgb;
-use snowblue_render::Sums;
+use snowblue_render::FilmAccumulator;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::failure::Failure;
@@ -49,7 +49,7 @@ impl Preview {
     }
 
     /// Shows the picture as it is now, in linear sRGB.
-    pub(crate) fn show(&mut self, sums: &Sums) -> io::Result<()> {
+    pub(crate) fn show(&mut self, sums: &FilmAccumulator) -> io::Result<()> {
         let (width, height) = sums.size();
         if !std::mem::replace(&mut self.is_created, true) {
             self.client.send(PacketCreateImage {

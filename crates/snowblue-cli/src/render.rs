@@ -4,15 +4,16 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use snowblue_database::CompressedTable;
 use snowblue_database::file::{self, AnyTable};
-use snowblue_render::material::pca_snow::PathMode;
-use snowblue_render::origin::Origin;
-use snowblue_render::portion::Window;
-use snowblue_render::scene::{Exposure, Integrator};
-use snowblue_render::scene_file::Overrides;
-use snowblue_render::{Channels, FalseColor, Portion, Scene, render};
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::provenance::Provenance;
+use snowblue_render::film::sample_block::Window;
+use snowblue_render::scene::IntegratorKind;
+use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::material::pca_snow::PathMode;
+use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, render};
 
 use crate::failure::{Failure, Outcome};
 use crate::inspect;
@@ -57,12 +58,14 @@ pub(crate) struct Render {
     /// Compressed table to look snow up in [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
-    /// How light finds its way through snow, instead of the scene's
-    #[arg(long, value_name = "NAME", value_enum)]
-    integrator: Option<IntegratorWord>,
-    /// Way through all snow of the scene, instead of the scene's
-    #[arg(long, value_name = "MODE", value_enum)]
-    path: Option<PathWord>,
+    /// Integrator, instead of the scene's: pcasnow (a slab's curves along one straight line) or reference (volumetric path
+    /// tracing from grain to grain, the ground truth, slow)
+    #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
+    integrator: Option<IntegratorKind>,
+    /// Path mode of all snow in the scene, instead of the scene's: brightest, normal (straight in), light (towards the light)
+    /// or view (on along the viewing ray, as in the paper)
+    #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
+    path: Option<PathMode>,
     /// Width in pixels, instead of the scene's
     #[arg(long, value_name = "N")]
     width: Option<u32>,
@@ -97,7 +100,7 @@ pub(crate) struct Render {
     /// What an .exr tells of its pixels, by commas: rgb, spectrum (31 channels, W/(m² sr nm)), variance (of the mean), normal,
     /// albedo, thickness (m), angle (degrees)
     #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::channels)]
-    channels: Channels,
+    channels: Aovs,
     /// Keep in an .exr what 'snowblue merge' and --resume go on from; parts of pictures keep it anyway
     #[arg(long)]
     keep_sums: bool,
@@ -110,26 +113,6 @@ pub(crate) struct Render {
     /// Show the picture in the viewer tev while it grows [127.0.0.1:14158 if none is given]
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV)]
     tev: Option<String>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum IntegratorWord {
-    /// By the curves of a slab, along one straight line
-    Path,
-    /// From grain to grain: true on average, and slow; for small pictures
-    Reference,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PathWord {
-    /// Of the next two the one that lets the brighter light through
-    Easiest,
-    /// Straight in from the surface
-    Normal,
-    /// Towards the light
-    Light,
-    /// On along the viewing ray, as in the paper
-    View,
 }
 
 impl Render {
@@ -163,7 +146,7 @@ impl Render {
         for (is_given, option) in [
             (self.resume, "--resume"),
             (self.keep_sums, "--keep-sums"),
-            (self.channels != Channels::default(), "--channels"),
+            (self.channels != Aovs::default(), "--channels"),
         ] {
             if is_given {
                 file.needs_exr(option)?;
@@ -173,13 +156,13 @@ impl Render {
     }
 
     /// The pixels and samples that are asked for.
-    fn target(&self, scene: &Scene) -> Result<Portion, Failure> {
+    fn target(&self, scene: &Scene) -> Result<SampleBlock, Failure> {
         let mut target = render::whole(scene);
         if let Some(samples) = &self.spp_range {
             target.samples = samples.clone();
         }
         if let Some(crop) = &self.crop {
-            let Portion { columns, rows, .. } = &target;
+            let SampleBlock { columns, rows, .. } = &target;
             if crop.columns.end > columns.end || crop.rows.end > rows.end {
                 let (x, y) = (crop.columns.end, crop.rows.end);
                 return Err(Failure::Input(format!(
@@ -193,13 +176,10 @@ impl Render {
     }
 
     /// The scene, and what it was made from.
-    fn load(&self) -> Result<(Scene, Origin), Failure> {
+    fn load(&self) -> Result<(Scene, Provenance), Failure> {
         let overrides = Overrides {
-            integrator: self.integrator.map(|word| match word {
-                IntegratorWord::Path => Integrator::Path,
-                IntegratorWord::Reference => Integrator::Reference,
-            }),
-            path: self.path.map(PathWord::mode),
+            integrator: self.integrator,
+            path: self.path,
             width: self.width,
             height: self.height,
             exposure: self.exposure,
@@ -223,18 +203,21 @@ impl Render {
             },
         };
         let scene = Scene::load(&self.scene, table, &overrides).map_err(Failure::input)?;
-        let origin = Origin::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
+        let origin = Provenance::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
         Ok((scene, origin))
     }
 }
 
-impl PathWord {
-    fn mode(self) -> PathMode {
-        match self {
-            Self::Easiest => PathMode::Easiest,
-            Self::Normal => PathMode::Normal,
-            Self::Light => PathMode::Light,
-            Self::View => PathMode::View,
-        }
-    }
+/// Parses one of a few named values.
+fn named<T: Copy>(text: &str, values: &[T], name: impl Fn(T) -> &'static str) -> Result<T, String> {
+    let names = || values.iter().map(|value| name(*value)).collect::<Vec<_>>().join(", ");
+    values.iter().copied().find(|value| name(*value) == text).ok_or_else(|| format!("must be one of {}", names()))
+}
+
+fn parse_integrator(text: &str) -> Result<IntegratorKind, String> {
+    named(text, &IntegratorKind::ALL, IntegratorKind::name)
+}
+
+fn parse_path_mode(text: &str) -> Result<PathMode, String> {
+    named(text, &PathMode::ALL, PathMode::name)
 }

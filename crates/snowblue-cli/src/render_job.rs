@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use snowblue_render::origin::Origin;
-use snowblue_render::picture_file::{Kept, Part};
-use snowblue_render::probe::Statistics;
+use snowblue_render::film::part_file::{Kept, Part};
+use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::{Watch, render_missing};
-use snowblue_render::{Channels, Portion, Scene, Sums};
+use snowblue_render::scene::queries::Statistics;
+use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
 use crate::failure::{Failure, Outcome};
 use crate::interrupt;
@@ -22,9 +22,9 @@ const PREVIEW_EVERY: Duration = Duration::from_secs(1);
 /// A picture to be made.
 pub(crate) struct RenderJob<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) origin: Origin,
-    pub(crate) channels: Channels,
-    pub(crate) target: Portion,
+    pub(crate) origin: Provenance,
+    pub(crate) channels: Aovs,
+    pub(crate) target: SampleBlock,
     pub(crate) file: PictureFile,
     /// What is noted in the picture beside its origin.
     pub(crate) notes: Vec<(&'static str, String)>,
@@ -39,7 +39,7 @@ impl RenderJob<'_> {
     pub(crate) fn run(mut self, resume: bool) -> Outcome {
         let mut sums = match resume.then(|| self.begun()).transpose()?.flatten() {
             Some(sums) => sums.widened(&self.target.window()),
-            None => Sums::new(self.scene, self.channels, &self.target.window()),
+            None => FilmAccumulator::new(self.scene, self.channels, &self.target.window()),
         };
         if self.is_finished(&sums) {
             self.say(&format!("{}: all of these samples are in it already\n", self.file.path.display()));
@@ -58,7 +58,7 @@ impl RenderJob<'_> {
     }
 
     /// What a file of the output's name holds, if there is one.
-    fn begun(&self) -> Result<Option<Sums>, Failure> {
+    fn begun(&self) -> Result<Option<FilmAccumulator>, Failure> {
         let path = &self.file.path;
         if !path.exists() {
             return Ok(None);
@@ -75,13 +75,13 @@ impl RenderJob<'_> {
     }
 
     /// Adds samples until none is missing or an interrupt; checkpoints and previews are pauses.
-    fn fill(&mut self, sums: &mut Sums, bar: &Progress) -> Result<Statistics, Failure> {
+    fn fill(&mut self, sums: &mut FilmAccumulator, bar: &Progress) -> Result<Statistics, Failure> {
         let all = self.target.count();
         let mut statistics = Statistics::default();
         let mut next_checkpoint = self.checkpoint.map(|every| Instant::now() + every);
         let mut first = true;
         loop {
-            let missing: u64 = sums.coverage().missing_from(&self.target).iter().map(Portion::count).sum();
+            let missing: u64 = sums.coverage().missing_from(&self.target).iter().map(SampleBlock::count).sum();
             if missing == 0 || interrupt::asked() {
                 return Ok(statistics);
             }
@@ -115,13 +115,13 @@ impl RenderJob<'_> {
     }
 
     /// Writes the picture; an unfinished one keeps its sums, lest its samples be lost.
-    fn write(&self, sums: &Sums) -> Outcome {
+    fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
         file.write(sums, Kept { origin: &self.origin, exposure: self.scene.film.exposure }, &self.notes)
     }
 
-    fn is_finished(&self, sums: &Sums) -> bool {
+    fn is_finished(&self, sums: &FilmAccumulator) -> bool {
         sums.coverage().missing_from(&self.target).is_empty()
     }
 
@@ -139,7 +139,7 @@ impl RenderJob<'_> {
         }
     }
 
-    fn how_to_go_on(&self, sums: &Sums) -> String {
+    fn how_to_go_on(&self, sums: &FilmAccumulator) -> String {
         let (path, samples) = (self.file.path.display(), samples_in_words(sums));
         let asked = self.target.samples.end - self.target.samples.start;
         let next = match self.file.needs_exr("--resume") {

@@ -58,7 +58,7 @@ fn the_papers_table_and_sketches_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let (place, _) = make(folder.path(), "table1,fig2,fig4");
     let read = |name: &str| std::fs::read_to_string(place.join(name)).unwrap();
-    for (name, word) in [("table1", "Thickness"), ("fig2", "light in ice"), ("fig4", "easiest")] {
+    for (name, word) in [("table1", "Thickness"), ("fig2", "light in ice"), ("fig4", "brightest")] {
         assert!(words(&read(&format!("{name}.svg"))).iter().any(|one| one == word), "{name}: {word}");
     }
     // Every value of Table 1 is in ours: 9 + 5 + 5 + 11 + 10 + 31.
@@ -68,13 +68,13 @@ fn the_papers_table_and_sketches_are_drawn() {
     assert!(read("table1_values.csv").lines().any(|line| line.starts_with("Curves,24750,")));
     let ways = read("fig2.csv");
     assert!(ways.contains(",ice\n") && ways.lines().last().unwrap().starts_with("3,"));
-    // The easiest path is as bright as the brighter of the normal one and that towards the light.
+    // The brightest path is as bright as the brighter of the normal one and that towards the light.
     let paths = read("fig4.csv");
     let brightness = |name: &str| -> f64 {
         paths.lines().find(|line| line.starts_with(name)).unwrap().rsplit(',').next().unwrap().parse().unwrap()
     };
     let brighter = brightness("normal,").max(brightness("light,"));
-    assert!(brighter > 0.0 && (brightness("easiest,") / brighter - 1.0).abs() < 1e-9, "{paths}");
+    assert!(brighter > 0.0 && (brightness("brightest,") / brighter - 1.0).abs() < 1e-9, "{paths}");
 
     let page = read("index.html");
     let links = ["href=\"", "src=\""].into_iter().flat_map(|mark| page.split(mark).skip(1));

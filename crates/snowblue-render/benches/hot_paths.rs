@@ -8,11 +8,11 @@ use std::path::Path;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DAffine3, Vec3, Vec3A};
-use snowblue_render::instance::Instance;
-use snowblue_render::mesh::Mesh;
-use snowblue_render::placement::Placement;
-use snowblue_render::ray::Ray;
-use snowblue_render::triangles::Triangles;
+use snowblue_render::geometry::instance::Instance;
+use snowblue_render::geometry::mesh::Mesh;
+use snowblue_render::geometry::placement::Placement;
+use snowblue_render::geometry::ray::Ray;
+use snowblue_render::geometry::triangles::Triangles;
 use snowblue_render::{Overrides, Scene, render};
 
 fn main() {

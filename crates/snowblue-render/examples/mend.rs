@@ -8,10 +8,10 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use snowblue_render::mending::mend;
-use snowblue_render::mesh_file::read_triangles;
-use snowblue_render::topology::Topology;
-use snowblue_render::triangles::Triangles;
+use snowblue_render::geometry::triangles::Triangles;
+use snowblue_render::mesh_files::read_triangles;
+use snowblue_render::mesh_tools::mending::mend;
+use snowblue_render::mesh_tools::topology::Topology;
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();

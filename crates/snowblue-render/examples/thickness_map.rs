@@ -10,12 +10,12 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use glam::Vec3A;
-use snowblue_render::bounds::Bounds;
-use snowblue_render::instance::Instance;
-use snowblue_render::mesh::Mesh;
-use snowblue_render::mesh_file::read_triangles;
-use snowblue_render::placement::Placement;
-use snowblue_render::ray::{Crossing, Ray};
+use snowblue_render::geometry::bounds::Bounds;
+use snowblue_render::geometry::instance::Instance;
+use snowblue_render::geometry::mesh::Mesh;
+use snowblue_render::geometry::placement::Placement;
+use snowblue_render::geometry::ray::{Crossing, Ray};
+use snowblue_render::mesh_files::read_triangles;
 
 /// Most lines along a side of the grid.
 const GREATEST_SIDE: u16 = 10_000;

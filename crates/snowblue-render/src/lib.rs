@@ -25,88 +25,38 @@
 //! **Out of scope.** Building tables (`snowblue-database`); names of files, options and progress bars (the faces).
 
 pub mod error;
-
+pub mod sampling;
 pub mod spectrum;
-mod spectrum_file;
 
-mod png_image;
+pub mod geometry;
 
-pub mod bounds;
-mod hierarchy;
-mod lanes;
-mod pencil;
-pub mod ray;
-mod triangle;
+pub(crate) mod bvh;
 
-pub mod camera;
-pub mod mending;
-pub mod topology;
-pub mod triangles;
+pub mod images;
 
-pub mod cuboid;
-pub mod ellipsoid;
-pub mod instance;
-pub mod mesh;
-pub mod placement;
-pub mod plane;
-pub mod shape;
+pub mod mesh_files;
 
-mod relief;
+pub mod shapes;
 
-pub mod drift;
-pub mod height_field;
-pub mod igloo;
-pub mod mesh_file;
+pub mod mesh_tools;
 
-mod body;
-pub mod chord;
-pub mod objects;
-pub mod probe;
-pub mod surface_texture;
-
-pub mod light;
-pub mod material;
-
-mod retina;
+pub mod film;
 
 pub mod scene;
-pub mod scene_file;
 
-pub mod sampling;
+mod integrators;
 
-pub mod inspection;
-
-mod direct;
-mod path;
-mod reference;
-mod tracer;
-
-pub mod channels;
-pub mod film;
-pub mod portion;
-pub mod sums;
-
-mod pixel_sums;
-
-mod first_hit;
 pub mod render;
 
-pub mod picture;
-
-pub mod lettering;
 pub mod swatch;
-pub mod texture;
 
-pub mod image_file;
-pub mod origin;
-pub mod picture_file;
-
-pub use channels::Channels;
 pub use error::RenderError;
 pub use film::Film;
-pub use portion::Portion;
+pub use film::accumulator::FilmAccumulator;
+pub use film::aov::Aovs;
+pub use film::exposure::Exposure;
+pub use film::sample_block::SampleBlock;
+pub use film::sensor::FalseColor;
 pub use render::{Progress, Rendering, render};
-pub use retina::FalseColor;
 pub use scene::Scene;
-pub use scene_file::Overrides;
-pub use sums::Sums;
+pub use scene::file::Overrides;

@@ -1,6 +1,6 @@
 //! A scene rendered: rows in parallel, a few samples of all pixels at a time.
 //!
-//! A sample depends on the scene, its pixel and its number alone, and [`Sums`] do not depend on the order in which samples
+//! A sample depends on the scene, its pixel and its number alone, and [`FilmAccumulator`] do not depend on the order in which samples
 //! come. So a picture has the same bits on any number of threads, in one go or in many, from one file or from parts.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,19 +8,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use wide::f32x4;
 
-use crate::channels::Channels;
-use crate::direct::DirectLight;
 use crate::film::Film;
-use crate::first_hit::add_first_hit;
-use crate::lanes::{LANES, Rays, Which, first_lanes, lanes};
-use crate::pixel_sums::PixelSums;
-use crate::portion::Portion;
-use crate::probe::{Probe, Statistics};
+use crate::film::accumulator::FilmAccumulator;
+use crate::film::aov::Aovs;
+use crate::film::pixel_accumulator::PixelAccumulator;
+use crate::film::sample_block::SampleBlock;
+use crate::geometry::lanes::{LANES, LaneMask, RayPacket4, first_lanes, lanes};
+use crate::integrators::Integrator;
+use crate::integrators::direct::DirectLight;
+use crate::integrators::first_hit::add_first_hit;
 use crate::sampling::{PixelPattern, Sampler};
-use crate::scene::{Integrator, Scene};
+use crate::scene::queries::{SceneQueries, Statistics};
+use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
-use crate::sums::Sums;
-use crate::tracer::Tracer;
 
 /// Samples of a pass over the pixels, all together, where that is not too few or too many of each pixel.
 const PASS: u64 = 1 << 20;
@@ -60,14 +60,18 @@ pub struct Rendering {
 /// `progress` is called after each row of each pass, from any of the threads; rows are not finished in order.
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
     let whole = whole(scene);
-    let mut sums = Sums::new(scene, Channels::default(), &whole.window());
+    let mut sums = FilmAccumulator::new(scene, Aovs::default(), &whole.window());
     let statistics = render_missing(scene, &whole, &mut sums, Watch { progress, stop: &|| false });
     Rendering { film: sums.film(), statistics }
 }
 
 /// All pixels of a scene's picture, with all its samples.
-pub fn whole(scene: &Scene) -> Portion {
-    Portion { columns: 0..scene.film.width, rows: 0..scene.film.height, samples: 0..scene.integrator.samples_per_pixel }
+pub fn whole(scene: &Scene) -> SampleBlock {
+    SampleBlock {
+        columns: 0..scene.film.width,
+        rows: 0..scene.film.height,
+        samples: 0..scene.integrator.samples_per_pixel,
+    }
 }
 
 /// Adds those samples of a portion of the picture that are not in the sums yet, on the threads of the current rayon pool,
@@ -76,9 +80,9 @@ pub fn whole(scene: &Scene) -> Portion {
 /// # Panics
 ///
 /// When the sums have no room for the portion.
-pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: Watch) -> Statistics {
+pub fn render_missing(scene: &Scene, target: &SampleBlock, sums: &mut FilmAccumulator, watch: Watch) -> Statistics {
     let missing = sums.coverage().missing_from(target);
-    let samples = missing.iter().map(Portion::count).sum();
+    let samples = missing.iter().map(SampleBlock::count).sum();
     let (done, mut statistics) = (AtomicU64::new(0), Statistics::default());
     let progress = |count| {
         let samples_done = done.fetch_add(count, Ordering::Relaxed) + count;
@@ -86,9 +90,9 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
     };
     let direct = if sums.channels().spectrum { None } else { DirectLight::of(scene) };
     let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
-    let per_pass = match scene.integrator.integrator {
-        Integrator::Reference => PASS_PER_PIXEL.0,
-        Integrator::Path => {
+    let per_pass = match scene.integrator.kind {
+        IntegratorKind::Reference => PASS_PER_PIXEL.0,
+        IntegratorKind::PcaSnow => {
             let (fewest, most) = PASS_PER_PIXEL;
             (PASS / pixels.max(1)).clamp(fewest, most).next_multiple_of(LANES as u64)
         }
@@ -97,8 +101,8 @@ pub fn render_missing(scene: &Scene, target: &Portion, sums: &mut Sums, watch: W
     let mut start = missing.iter().map(|portion| portion.samples.start).min().unwrap_or(target.samples.end);
     while start < target.samples.end && !(watch.stop)() {
         let end = pass_end(start, per_pass);
-        let pass = Portion { samples: start..end, ..target.clone() };
-        let parts: Vec<Portion> = missing.iter().filter_map(|portion| portion.overlap(&pass)).collect();
+        let pass = SampleBlock { samples: start..end, ..target.clone() };
+        let parts: Vec<SampleBlock> = missing.iter().filter_map(|portion| portion.overlap(&pass)).collect();
         statistics = statistics.plus(render_pass(
             (scene, direct.as_ref()),
             &parts,
@@ -123,8 +127,8 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
 /// Adds the samples of some portions to the sums, row by row, and notes which rows were done.
 fn render_pass(
     (scene, direct): (&Scene, Option<&DirectLight>),
-    parts: &[Portion],
-    sums: &mut Sums,
+    parts: &[SampleBlock],
+    sums: &mut FilmAccumulator,
     watch: Watch,
 ) -> Statistics {
     let (window, channels) = (sums.window().clone(), sums.channels());
@@ -133,7 +137,7 @@ fn render_pass(
         .par_chunks_mut(row_length)
         .zip(window.rows.clone())
         .map(|(row_sums, row)| {
-            let here: Vec<&Portion> = parts.iter().filter(|part| part.rows.contains(&row)).collect();
+            let here: Vec<&SampleBlock> = parts.iter().filter(|part| part.rows.contains(&row)).collect();
             if here.is_empty() || (watch.stop)() {
                 return None;
             }
@@ -149,7 +153,7 @@ fn render_pass(
     for (statistics, row) in finished.iter().zip(window.rows) {
         if statistics.is_some() {
             let here = parts.iter().filter(|part| part.rows.contains(&row));
-            here.for_each(|part| sums.note(Portion { rows: row..row + 1, ..part.clone() }));
+            here.for_each(|part| sums.note(SampleBlock { rows: row..row + 1, ..part.clone() }));
         }
     }
     finished.into_iter().flatten().fold(Statistics::default(), Statistics::plus)
@@ -158,29 +162,29 @@ fn render_pass(
 /// Renders pixels of one row.
 struct RowRenderer<'scene> {
     scene: &'scene Scene,
-    tracer: Tracer<'scene>,
+    tracer: Integrator<'scene>,
     /// The short way for light, if colours are all that is asked for.
     direct: Option<&'scene DirectLight<'scene>>,
     /// Asks for what is seen first; it is no part of the path of light, and does not count.
-    beside: Option<Probe<'scene>>,
-    pixel: PixelSums,
-    channels: Channels,
+    beside: Option<SceneQueries<'scene>>,
+    pixel: PixelAccumulator,
+    channels: Aovs,
 }
 
 impl<'scene> RowRenderer<'scene> {
-    fn new(scene: &'scene Scene, direct: Option<&'scene DirectLight<'scene>>, channels: Channels) -> Self {
+    fn new(scene: &'scene Scene, direct: Option<&'scene DirectLight<'scene>>, channels: Aovs) -> Self {
         Self {
             scene,
-            tracer: Tracer::new(scene),
+            tracer: Integrator::new(scene),
             direct,
-            beside: channels.has_features().then(|| Probe::new(&scene.objects)),
-            pixel: PixelSums::new(channels),
+            beside: channels.has_features().then(|| SceneQueries::new(&scene.objects)),
+            pixel: PixelAccumulator::new(channels),
             channels,
         }
     }
 
     /// Adds a portion's samples of the pixels of a row to the sums of that row, which begin with a column.
-    fn render(&mut self, row: u32, part: &Portion, first_column: u32, row_sums: &mut [i128]) {
+    fn render(&mut self, row: u32, part: &SampleBlock, first_column: u32, row_sums: &mut [i128]) {
         let planes = self.channels.sums().len();
         let start = (part.columns.start - first_column) as usize * planes;
         let pattern = PixelPattern::new(self.scene.integrator.seed, part.samples.clone());
@@ -196,7 +200,7 @@ impl<'scene> RowRenderer<'scene> {
 
     /// Adds four samples of a pixel, or as many as there are, from the first of them on.
     #[inline]
-    fn add(&mut self, pixel: &Pixel, first: u32, rays: &Rays, which: Which) {
+    fn add(&mut self, pixel: &Pixel, first: u32, rays: &RayPacket4, which: LaneMask) {
         if let Some(direct) = self.direct {
             let (colours, found) = self.tracer.colours(direct, rays, which);
             // What is dark adds nothing.
@@ -204,7 +208,7 @@ impl<'scene> RowRenderer<'scene> {
         } else {
             for (sample, lane) in (first..).zip(lanes(which)) {
                 let radiance = self.tracer.radiance(&rays.lane(lane), &mut pixel.sampler(sample));
-                self.pixel.add(&self.scene.retina, &radiance);
+                self.pixel.add(&self.scene.sensor, &radiance);
             }
         }
         if let Some(probe) = &mut self.beside {
@@ -221,7 +225,7 @@ impl<'scene> RowRenderer<'scene> {
 
 /// The mean radiance that arrives at one pixel, in W m⁻² sr⁻¹ as a band density: the same samples as in the picture.
 pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
-    let (mut tracer, mut sum) = (Tracer::new(scene), Spectrum::ZERO);
+    let (mut tracer, mut sum) = (Integrator::new(scene), Spectrum::ZERO);
     let samples = scene.integrator.samples_per_pixel;
     let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, column, row);
@@ -247,7 +251,7 @@ impl<'scene> Pixel<'scene> {
 
     /// The camera rays of a sample and of the next three, evenly over the area of the pixel (a box filter).
     #[inline]
-    fn rays(&self, sample: u32) -> Rays {
+    fn rays(&self, sample: u32) -> RayPacket4 {
         let (width, height) = (self.scene.film.width, self.scene.film.height);
         let [across, down] = self.pattern.places(self.shift, sample);
         let at = |place, first: u32, size: u32| (f32x4::splat(first as f32) + place) / f32x4::splat(size as f32);

@@ -10,7 +10,7 @@ use glam::Vec3A;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 use wide::{f32x4, i32x4};
 
-use crate::lanes::LANES;
+use crate::geometry::lanes::LANES;
 
 /// The length of one scrambled sequence; a longer run goes on with a new scramble.
 const SEQUENCE_LENGTH: u32 = 1 << 16;

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
 use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law};
-use snowblue_render::ray::Ray;
+use snowblue_render::geometry::ray::Ray;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 
@@ -147,8 +147,8 @@ fn open_meshes_are_counted_and_closed_ones_are_not() {
             lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &[("box.ply", boxes(&corners, sides))]);
         (scene.film.width, scene.film.height) = (40, 40);
         scene.integrator.samples_per_pixel = 4;
-        scene.camera = snowblue_render::camera::PinholeCamera::new(
-            &snowblue_render::camera::View {
+        scene.camera = snowblue_render::scene::camera::PinholeCamera::new(
+            &snowblue_render::scene::camera::View {
                 position: Vec3A::new(1.0, -3.0, 1.0),
                 look_at: Vec3A::ZERO,
                 up: Vec3A::Z,
@@ -180,7 +180,7 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
     for k in 0..40 {
         let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
         assert_eq!(scene.objects.first_hit(&ray).unwrap().object, k);
-        assert!(scene.objects.blocked(&ray, 5.0) && !scene.objects.blocked(&ray, 4.7));
+        assert!(scene.objects.any_hit(&ray, 5.0) && !scene.objects.any_hit(&ray, 4.7));
     }
 }
 
@@ -193,7 +193,7 @@ fn two_walls_in_a_mesh_are_two_boxes() {
         (DVec3::new(-1.0, 0.2, -1.0), DVec3::new(1.0, 0.4, 1.0)),
     ];
     let light = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
-    for path in ["normal", "light", "easiest"] {
+    for path in ["normal", "light", "brightest"] {
         let keys = format!("path = \"{path}\"\nreflectance = 0\n");
         let mesh = format!("{SNOW}{keys}\n[[object]]\nmesh = \"walls.ply\"\nmaterial = \"snow\"\n{light}");
         let mut one = scene(&mesh, &simple_law(), &[("walls.ply", boxes(&walls, 6))]);

@@ -9,11 +9,11 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3, Vec3A};
 use snow::{SNOW, directions, estimate, extinction_per_cm, lamp, scene, seen, simple_law};
 use snowblue_color::LinearRgb;
-use snowblue_render::camera::{PinholeCamera, View};
 use snowblue_render::film::Film;
-use snowblue_render::image_file::write_exr;
+use snowblue_render::film::image_file::write_exr;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::camera::{PinholeCamera, View};
 use snowblue_stat::{Moments, sidak_level};
 
 /// Spheres about the origin, each an octahedron whose sides are cut `steps` times and blown up, as a PLY file.

@@ -17,11 +17,11 @@ use exr::prelude::{
 use glam::Vec3A;
 use snow::{SNOW, law_of_grains, scene};
 use snowblue_color::{LinearRgb, Xyz};
-use snowblue_render::camera::{PinholeCamera, View};
 use snowblue_render::film::Film;
-use snowblue_render::image_file::write_exr;
+use snowblue_render::film::image_file::write_exr;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::camera::{PinholeCamera, View};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
 const WIDTH: u32 = 32;

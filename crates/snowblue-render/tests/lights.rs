@@ -10,9 +10,10 @@ use glam::Vec3A;
 use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
-use snowblue_render::image_file::write_exr;
-use snowblue_render::light::{LampSpectrum, Light};
+use snowblue_render::film::image_file::write_exr;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::light::Light;
+use snowblue_render::spectrum::lamp::LampSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
 /// Thickness of the slab, in cm.
@@ -72,7 +73,7 @@ fn diffuse_transmittance(k: usize, length_cm: impl Fn(f64) -> f64) -> f64 {
 fn a_slab_under_a_uniform_sky_lets_through_its_diffuse_transmittance() {
     let (eye, target) = (Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2));
     let cos_view = 1.0 / 5f64.sqrt();
-    for (path, seen_along) in [("normal", 1.0), ("easiest", 1.0), ("view", cos_view)] {
+    for (path, seen_along) in [("normal", 1.0), ("brightest", 1.0), ("view", cos_view)] {
         let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM / seen_along));
         let mut scene = slab(&format!("path = \"{path}\""), &sky("E"));
         assert_agrees(&repeated(&mut scene, eye, target, 256), expected, 1e-4, path);
@@ -104,7 +105,7 @@ fn a_white_image_is_a_uniform_sky_of_daylight() {
     write_exr(&Film::new(16, 8, vec![white; 128]), &[], &path).unwrap();
     let image = format!("[environment]\nimage = \"{}\"\nscale = 2\n", path.display());
     let shape = LampSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
-    for (path, samples) in [("normal", 256), ("easiest", 256)] {
+    for (path, samples) in [("normal", 256), ("brightest", 256)] {
         let mut scene = slab(&format!("path = \"{path}\""), &image);
         let expected = [0, 15, 30].map(|k| 2.0 * diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
         let found = repeated(&mut scene, Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2), samples);
@@ -133,7 +134,7 @@ fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
 #[test]
 fn a_wide_slab_of_snow_returns_no_more_than_the_sky_gives() {
     let text = format!(
-        "{SNOW}path = \"easiest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\nmaterial = \"snow\"\n{}",
+        "{SNOW}path = \"brightest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\nmaterial = \"snow\"\n{}",
         sky("E")
     );
     let mut scene = scene(&text, &simple_law(), &[]);
@@ -153,7 +154,7 @@ fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
     for (path, lamp, area_m2) in [
         ("normal", ball.to_owned(), PI * 1.6e-5),
         ("light", ball.to_owned(), PI * 1.6e-5),
-        ("easiest", ball.to_owned(), PI * 1.6e-5),
+        ("brightest", ball.to_owned(), PI * 1.6e-5),
         ("normal", panel("[0.3, 0.2, 0.0]"), 4e-5),
         ("light", panel("[0.3, 0.2, 0.2]"), 4e-5),
     ] {
@@ -166,7 +167,7 @@ fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
             let ratio = moment.mean() / f64::from(single.0[k]);
             // Seen from one point a ball is its middle but for squares of 4 mm over 92 cm. On lines to the ball its near
             // side is up to R nearer to both ends, and r²/r² changes by up to 2 R (1/92 cm − 1/110 cm) = 1.5e-3. What
-            // only one of the two exits sees, turned by δ about the ball, `easiest` takes as well: (1 − cos δ)/2 = 2e-3.
+            // only one of the two exits sees, turned by δ about the ball, `brightest` takes as well: (1 − cos δ)/2 = 2e-3.
             let most = match path {
                 "normal" => 1e-4,
                 "light" => 1.5e-3,
@@ -180,7 +181,7 @@ fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
 #[test]
 fn a_distant_lamp_lights_by_the_cosine() {
     let sun = "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, 0.8]\nirradiance_w_m2 = 3\nilluminant = \"E\"\n";
-    for path in ["normal", "easiest"] {
+    for path in ["normal", "brightest"] {
         let light =
             seen(&mut slab(&format!("path = \"{path}\""), sun), Vec3A::new(0.0, 1.0, 2.0), Vec3A::new(0.0, 0.0, 0.2));
         let angle_deg = 0.8f64.acos().to_degrees();
@@ -210,7 +211,7 @@ fn lamps_are_seen_unless_they_are_not_to_be() {
 fn a_lamp_half_buried_in_snow_is_bright_but_bounded() {
     let lamp = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.2]\nradius = 0.05\nilluminant = \"E\"\n\
         radiance_w_m2_sr = 1\nvisible = false\n";
-    for path in ["light", "easiest"] {
+    for path in ["light", "brightest"] {
         let mut scene = slab(&format!("path = \"{path}\""), lamp);
         for target in [Vec3A::new(0.0, 0.0, 0.0), Vec3A::new(0.2, 0.1, 0.0), Vec3A::new(0.06, 0.0, 0.2)] {
             let eye = target + Vec3A::new(0.3, 0.2, if target.z > 0.1 { 2.0 } else { -2.0 });
@@ -256,7 +257,7 @@ fn a_panel_within_snow_shines_no_brighter_through_it() {
             "[[light]]\ntype = \"rectangle\"\nposition = [0, 0, {depth_m}]\nlook_at = [0, 0, -1]\nup = [0, 1, 0]\n\
              size = [0.3, 0.3]\nilluminant = \"E\"\nradiance_w_m2_sr = 1\nvisible = false\n"
         );
-        let mut scene = slab("path = \"easiest\"", &lamp);
+        let mut scene = slab("path = \"brightest\"", &lamp);
         for moment in repeated(&mut scene, Vec3A::new(0.1, 0.1, -1.0), Vec3A::ZERO, 256) {
             assert!(moment.mean() < 1.0 + 4.0 * moment.standard_error(), "{depth_m} m: {moment:?}");
         }

@@ -13,7 +13,7 @@ use snow::{SAMPLE, seen, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
 use snowblue_render::scene::Scene;
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::scene::file::Overrides;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// A scene's folder with its files.

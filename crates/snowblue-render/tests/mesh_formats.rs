@@ -9,12 +9,12 @@ use std::path::Path;
 
 use glam::{DAffine3, Vec2, Vec3, Vec3A};
 use snow::{SNOW, directions, simple_law};
-use snowblue_render::mesh_file::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
-use snowblue_render::mesh_file::read_triangles;
-use snowblue_render::ray::Ray;
+use snowblue_render::geometry::ray::Ray;
+use snowblue_render::geometry::triangles::Triangles;
+use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
+use snowblue_render::mesh_files::read_triangles;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene_file::Overrides;
-use snowblue_render::triangles::Triangles;
+use snowblue_render::scene::file::Overrides;
 
 /// An octahedron with bulges: vertices with texture coordinates, outwards triangles.
 fn stone() -> Triangles {

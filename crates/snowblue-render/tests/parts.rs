@@ -12,19 +12,19 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use snow::{SNOW, real, scene, simple_law};
 use snowblue_color::LinearRgb;
-use snowblue_render::channels::Channels;
 use snowblue_render::film::Film;
-use snowblue_render::image_file::write_exr;
-use snowblue_render::origin::Origin;
-use snowblue_render::picture_file::{self, Kept, Part};
+use snowblue_render::film::aov::Aovs;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::image_file::write_exr;
+use snowblue_render::film::part_file::{self, Kept, Part};
+use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::{Watch, render, render_missing, whole};
-use snowblue_render::scene::{Exposure, Scene};
-use snowblue_render::{Overrides, Portion, Sums};
+use snowblue_render::scene::Scene;
+use snowblue_render::{FilmAccumulator, Overrides, SampleBlock};
 
-const ALL: Channels =
-    Channels { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true };
+const ALL: Aovs = Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true };
 
-const TEXT: &str = "path = \"easiest\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+const TEXT: &str = "path = \"brightest\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nposition = [-1, 0, 0]\nmaterial = \"snow\"\n\
     [[object]]\nshape = \"sphere\"\nradius = 1.2\nposition = [1.5, 0, 0]\nmaterial = \"grey\"\n\
     [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
@@ -47,20 +47,20 @@ fn lit_directly() -> Scene {
     scene
 }
 
-fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> Portion {
-    Portion { columns, rows, samples }
+fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
+    SampleBlock { columns, rows, samples }
 }
 
 const GO_ON: Watch = Watch { progress: &|_| {}, stop: &|| false };
 
-fn sums_of(scene: &Scene, channels: Channels, portion: &Portion) -> Sums {
-    let mut sums = Sums::new(scene, channels, &portion.window());
+fn sums_of(scene: &Scene, channels: Aovs, portion: &SampleBlock) -> FilmAccumulator {
+    let mut sums = FilmAccumulator::new(scene, channels, &portion.window());
     render_missing(scene, portion, &mut sums, GO_ON);
     sums
 }
 
-fn added(scene: &Scene, channels: Channels, parts: &[Portion]) -> Sums {
-    let mut sums = Sums::new(scene, channels, &whole(scene).window());
+fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulator {
+    let mut sums = FilmAccumulator::new(scene, channels, &whole(scene).window());
     parts.iter().for_each(|part| sums.add(&sums_of(scene, channels, part)));
     sums
 }
@@ -68,21 +68,21 @@ fn added(scene: &Scene, channels: Channels, parts: &[Portion]) -> Sums {
 #[test]
 fn ranges_tiles_and_both_make_the_same_picture() {
     for scene in [pictured(), lit_directly()] {
-        let at_once = sums_of(&scene, Channels::default(), &whole(&scene));
+        let at_once = sums_of(&scene, Aovs::default(), &whole(&scene));
         assert!(at_once.film() == render(&scene, &|_| {}).film);
         let (all_columns, all_rows) = (0..23, 0..17);
         let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
         let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
             .map(|(columns, rows)| portion(columns, rows, 0..37));
-        let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| Portion { samples, ..tile.clone() }));
+        let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| SampleBlock { samples, ..tile.clone() }));
         for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
-            assert!(added(&scene, Channels::default(), &parts) == at_once, "{parts:?}");
+            assert!(added(&scene, Aovs::default(), &parts) == at_once, "{parts:?}");
         }
         let pixel = portion(17..18, 5..6, 0..37);
         let place = 5 * 23 + 17;
-        assert_eq!(sums_of(&scene, Channels::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
+        assert_eq!(sums_of(&scene, Aovs::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
         // A picture of fewer samples is another.
-        assert!(sums_of(&scene, Channels::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
+        assert!(sums_of(&scene, Aovs::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
     }
 }
 
@@ -99,10 +99,10 @@ fn all_channels_are_the_same_in_parts_and_leave_the_colours_alone() {
 fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
     let scene = pictured();
     let target = whole(&scene);
-    let at_once = sums_of(&scene, Channels::default(), &target);
+    let at_once = sums_of(&scene, Aovs::default(), &target);
     for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut sums = Sums::new(&scene, Channels::default(), &target.window());
+        let mut sums = FilmAccumulator::new(&scene, Aovs::default(), &target.window());
         let mut goes = 0;
         while !sums.coverage().missing_from(&target).is_empty() {
             let asked = AtomicU32::new(0);
@@ -128,11 +128,11 @@ fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
     shown.collect()
 }
 
-fn origin_of(scene: &Scene) -> Origin {
+fn origin_of(scene: &Scene) -> Provenance {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, TEXT).unwrap();
-    Origin::of(scene, &path, &simple_law(), &Overrides::default()).unwrap()
+    Provenance::of(scene, &path, &simple_law(), &Overrides::default()).unwrap()
 }
 
 #[test]
@@ -141,17 +141,17 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
     let origin = origin_of(&scene);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.exr");
-    for channels in [Channels::default(), ALL] {
+    for channels in [Aovs::default(), ALL] {
         let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
         render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, GO_ON);
         let kept = Kept { origin: &origin, exposure: Exposure::Stops(-1.2) };
-        picture_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
+        part_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
         let part = Part::open(&path).unwrap();
         assert_eq!((&part.origin, part.channels, part.size), (&origin, channels, (23, 17)));
         assert_eq!((&part.coverage, part.exposure), (sums.coverage(), kept.exposure));
         let back = part.read(&path).unwrap();
         assert!(back == sums);
-        let grown = |sums: Sums| {
+        let grown = |sums: FilmAccumulator| {
             let mut sums = sums.widened(&whole(&scene).window());
             render_missing(&scene, &whole(&scene), &mut sums, GO_ON);
             sums
@@ -159,7 +159,7 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
         assert!(grown(back) == grown(sums));
     }
     // Without sums a file is a picture only.
-    picture_file::write(&sums_of(&scene, Channels::default(), &whole(&scene)), None, &[], &path).unwrap();
+    part_file::write(&sums_of(&scene, Aovs::default(), &whole(&scene)), None, &[], &path).unwrap();
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R"]);
     assert!(Part::open(&path).unwrap_err().to_string().ends_with("no sums to go on from (render with --keep-sums)"));
     write_exr(&Film::new(1, 1, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
@@ -174,7 +174,7 @@ fn channels_tell_what_they_are_named_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
     let sums = sums_of(&scene, ALL, &whole(&scene));
-    picture_file::write(&sums, None, &[], &path).unwrap();
+    part_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);
     // The camera is at (0, −9, 0): the block's front, towards −y, is on the left of the picture.
@@ -206,7 +206,7 @@ fn channels_tell_what_they_are_named_for() {
 #[test]
 fn variances_are_those_of_many_pictures() {
     let mut scene = pictured();
-    let channels = Channels { variance: true, ..Channels::default() };
+    let channels = Aovs { variance: true, ..Aovs::default() };
     let (pictures, samples) = (64u32, 16);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("variance.exr");
@@ -227,7 +227,7 @@ fn variances_are_those_of_many_pictures() {
     for seed in 0..told_by {
         scene.integrator.seed = 5000 + seed;
         let sums = sums_of(&scene, channels, &portion(0..23, 0..17, 0..64));
-        picture_file::write(&sums, None, &[], &path).unwrap();
+        part_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
         told.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(told_by));
     }

@@ -12,7 +12,7 @@ use snow::{Estimate, SNOW, estimate, scene, seen, simple_law};
 use snowblue_database::CompressedTable;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::scene::file::Overrides;
 use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack};
 use snowblue_transport::rng::Stream;

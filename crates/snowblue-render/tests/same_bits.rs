@@ -10,13 +10,13 @@ use std::sync::Mutex;
 use glam::Vec3A;
 use snow::{SNOW, load, real, scene, simple_law};
 use snowblue_color::LinearRgb;
-use snowblue_render::Channels;
-use snowblue_render::camera::{PinholeCamera, View};
+use snowblue_render::Aovs;
 use snowblue_render::film::Film;
-use snowblue_render::image_file::write_exr;
+use snowblue_render::film::accumulator::FilmAccumulator;
+use snowblue_render::film::image_file::write_exr;
 use snowblue_render::render::{self, Progress, Rendering, Watch, pixel_radiance, render, render_missing};
 use snowblue_render::scene::Scene;
-use snowblue_render::sums::Sums;
+use snowblue_render::scene::camera::{PinholeCamera, View};
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
@@ -83,7 +83,7 @@ fn pebbles() -> String {
 #[test]
 fn the_short_way_and_the_long_way_give_the_same_colours() {
     let everything = format!("{BLOCK}{MORE}{LAMPS}");
-    let paths = ["view", "normal", "light", "easiest"].map(|path| (format!("path = \"{path}\"\n"), BLOCK.to_owned()));
+    let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\"\n"), BLOCK.to_owned()));
     let cases = paths.into_iter().chain([
         (String::new(), everything.clone()),
         ("exit = \"first\"\n".to_owned(), everything.clone()),
@@ -105,7 +105,7 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
         scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
         let short = render(&scene, &|_| {});
         let target = render::whole(&scene);
-        let mut sums = Sums::new(&scene, Channels { spectrum: true, ..Channels::default() }, &target.window());
+        let mut sums = FilmAccumulator::new(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
         let long = render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
         assert_eq!(short.statistics, long, "{case}");
         let (mut lit, mut worst) = (0, 0.0_f64);
@@ -167,7 +167,7 @@ fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads(
         "radiance_w_m2_sr = 1\nilluminant = \"D75\"\n".to_owned(),
         format!("image = \"{}\"\nrotation_deg = 30\n", image.display()),
     ];
-    for (sky, path) in skies.iter().flat_map(|sky| ["easiest", "normal", "light", "view"].map(|path| (sky, path))) {
+    for (sky, path) in skies.iter().flat_map(|sky| ["brightest", "normal", "light", "view"].map(|path| (sky, path))) {
         let text = format!(
             "{SNOW}path = \"{path}\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
              [[object]]\nshape = \"box\"\nsize = [1, 0.3, 1]\nposition = [-0.6, 0, 0.5]\nmaterial = \"snow\"\nbody = \"one\"\n\

@@ -5,9 +5,10 @@
 mod snow;
 
 use snow::simple_law;
-use snowblue_render::material::pca_snow::PathMode;
-use snowblue_render::scene::{Exposure, Scene};
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::material::pca_snow::PathMode;
 
 const SCENE: &str = r#"[camera]
 position = [1, -2, 0.5]
@@ -92,7 +93,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             "density_kg_m3 = 300",
             "density_kg_m3 = 300\npath = \"shortest\"",
             11,
-            "must be one of easiest, normal, light, view",
+            "must be one of brightest, normal, light, view",
         ),
         (
             "density_kg_m3 = 300",
@@ -241,8 +242,8 @@ fn overrides_replace_and_are_checked() {
     assert_eq!((scene.film.width, scene.film.height), (7, 1080));
     assert_eq!(scene.film.exposure, Exposure::Stops(2.0));
     let snow = scene.materials.iter().find_map(|material| match material {
-        snowblue_render::material::Material::PcaSnow(snow) => Some(snow),
-        snowblue_render::material::Material::Diffuse(_) => None,
+        snowblue_render::scene::material::Material::PcaSnow(snow) => Some(snow),
+        snowblue_render::scene::material::Material::Diffuse(_) => None,
     });
     assert_eq!(snow.unwrap().path, PathMode::View);
     let none = Overrides { samples_per_pixel: Some(0), ..Overrides::default() };

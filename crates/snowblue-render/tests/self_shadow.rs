@@ -7,7 +7,7 @@ mod snow;
 
 use glam::Vec3A;
 use snow::{directions, scene, simple_law};
-use snowblue_render::ray::{Ray, off_surface};
+use snowblue_render::geometry::ray::{Ray, off_surface};
 use snowblue_render::sampling::cosine_direction;
 
 /// A PLY file of the cube from −1 to 1.
@@ -49,7 +49,7 @@ fn rays_off_convex_bodies_leave_them() {
                 // Nearly upright, between, and nearly along the surface.
                 for (u, v) in [(0.05, 0.1), (0.5, 0.5), (0.99, 0.7), (0.9999, 0.3)] {
                     let off = Ray { origin, direction: cosine_direction(hit.normal, u, v) };
-                    assert!(!objects.blocked(&off, f32::INFINITY), "{shape} at {position:?} turned {turn:?}: line {k}");
+                    assert!(!objects.any_hit(&off, f32::INFINITY), "{shape} at {position:?} turned {turn:?}: line {k}");
                 }
             }
             assert!(hits > 1000, "{shape} at {position:?}: {hits} hits");

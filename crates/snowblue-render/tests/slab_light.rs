@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec3, Vec3A};
 use snow::{Estimate, SNOW, estimate, extinction_per_cm, scene, simple_law};
-use snowblue_render::light::LampSpectrum;
+use snowblue_render::spectrum::lamp::LampSpectrum;
 use snowblue_stat::sidak_level;
 
 /// Thickness of the slab, which stands on the plane z = 0, in m.
@@ -49,7 +49,7 @@ const CASES: [Case; 6] = [
     Case {
         name: "distant",
         light: "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, 0.8]\nirradiance_w_m2 = 3\n",
-        paths: &["normal", "view", "easiest"],
+        paths: &["normal", "view", "brightest"],
         transmitted: |_, share| from_patch(DVec3::new(-0.6, 0.0, -0.8), share),
         power: 3.0,
     },
@@ -64,7 +64,7 @@ const CASES: [Case; 6] = [
         // So far away that on the line to the lamp the depth grows faster than the distance to the lamp falls.
         name: "far ball",
         light: "[[light]]\ntype = \"sphere\"\nposition = [4, 3, -30]\nradius = 3\nradiance_w_m2_sr = 20\n",
-        paths: &["normal", "view", "easiest"],
+        paths: &["normal", "view", "brightest"],
         transmitted: |exit, share| from_ball(exit, DVec3::new(4.0, 3.0, -30.0), 3.0, share),
         power: 20.0,
     },
@@ -79,7 +79,7 @@ const CASES: [Case; 6] = [
     Case {
         name: "sky",
         light: "[environment]\nradiance_w_m2_sr = 1\n",
-        paths: &["normal", "view", "easiest"],
+        paths: &["normal", "view", "brightest"],
         transmitted: |_, share| {
             let steps = 20_000;
             let term = |step: i32| {

@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::Vec3A;
 use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law};
 use snowblue_database::PcaSnow;
-use snowblue_render::light::PointLight;
+use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 
 /// Single precision, through a distance, a cosine and its arc, a look-up and an exponential: some ten roundings, of
@@ -72,16 +72,16 @@ fn a_slab_lets_through_t_e_over_pi_from_every_direction() {
 }
 
 #[test]
-fn easiest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
+fn brightest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
     let table = real();
-    let mut easiest = scene(&slab(0.3, ""), &table, &[]);
+    let mut brightest = scene(&slab(0.3, ""), &table, &[]);
     let mut normal = scene(&slab(0.3, "path = \"normal\""), &table, &[]);
-    for scene in [&mut easiest, &mut normal] {
+    for scene in [&mut brightest, &mut normal] {
         lamp(scene).position = Vec3A::new(3.0, 0.0, -40.0);
     }
     for x in [-3.0, 0.0, 1.0] {
         let (eye, target) = (Vec3A::new(0.5, 0.5, 3.0), Vec3A::new(x, 0.2, 0.3));
-        assert_eq!(seen(&mut easiest, eye, target), seen(&mut normal, eye, target));
+        assert_eq!(seen(&mut brightest, eye, target), seen(&mut normal, eye, target));
     }
 }
 
@@ -89,7 +89,7 @@ fn easiest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
 fn light_from_the_front_is_reflected_by_the_depth_behind() {
     let table = real();
     let curves = curves(&table);
-    for path in ["normal", "light", "easiest"] {
+    for path in ["normal", "light", "brightest"] {
         let mut scene = scene(&slab(0.04, &format!("path = \"{path}\"")), &table, &[]);
         lamp(&mut scene).position.z = 1.0;
         for (x, y) in [(0.0, 0.0), (1.5, -0.3), (-6.0, 2.0)] {
@@ -129,7 +129,7 @@ fn what_a_slab_reflects_and_lets_through_is_no_more_than_it_gets() {
 #[test]
 fn a_light_inside_the_snow_shines_out_with_the_square_of_the_distance() {
     let table = simple_law();
-    for path in ["light", "easiest"] {
+    for path in ["light", "brightest"] {
         let mut scene = scene(&slab(0.5, &format!("path = \"{path}\"")), &table, &[]);
         lamp(&mut scene).position = Vec3A::new(0.0, 0.0, 0.2);
         for x in [0.0f32, 0.2, 0.6] {

@@ -61,7 +61,7 @@ pub(super) fn figure() -> Result<Figure, Failure> {
                the depth d to the exit Xₜ, where the light stands at θ from the outward normal nₜ; grain size, facetness, \
                density, d and θ give the transmitted spectrum. Right: four rules for that path, computed for one point of this \
                drift (400 µm, .3, 300 kg/m³), seen from above. The path along the view may end where no light falls; the normal \
-               path is exact for a slab; the easiest takes the brighter of the normal path and the one towards the light."
+               path is exact for a slab; the brightest takes the brighter of the normal path and the one towards the light."
             .to_owned(),
         paper: "Sketches a block of snow with primary rays r₁ and r₂, secondary rays, the depth d and the angle θ: its \
                 Algorithm 1 follows the view. This is not a copy of that drawing; the other three paths are ours."
@@ -105,12 +105,12 @@ fn passages() -> Result<Vec<Passage>, Failure> {
     let view = along("view", "on along the ray", entry - CAMERA_ABOVE_CM);
     let normal = along("normal", "straight in", -outward(DRIFT_CM[0], DRIFT_CM[1]));
     let light = along("light", "towards the light", LIGHT_CM - entry);
-    let easiest = if normal.brightness >= light.brightness {
-        along("easiest", "the brighter: normal", -outward(DRIFT_CM[0], DRIFT_CM[1]))
+    let brightest = if normal.brightness >= light.brightness {
+        along("brightest", "the brighter: normal", -outward(DRIFT_CM[0], DRIFT_CM[1]))
     } else {
-        along("easiest", "the brighter: light", LIGHT_CM - entry)
+        along("brightest", "the brighter: light", LIGHT_CM - entry)
     };
-    Ok(vec![view, normal, light, easiest])
+    Ok(vec![view, normal, light, brightest])
 }
 
 fn passage(

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use snowblue_render::image_file;
-use snowblue_render::scene::{Exposure, Scene};
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::image_file;
+use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::Overrides;
 use snowblue_render::{Film, render};
 
 use super::{Drawing, Figure, Rendered, numbers};

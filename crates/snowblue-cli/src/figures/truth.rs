@@ -8,10 +8,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use snowblue_color::{ColorDifference, Lab, Xyz};
-use snowblue_render::material::Material;
-use snowblue_render::material::pca_snow::PathMode;
-use snowblue_render::scene::{Exposure, Integrator, Scene};
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::material::Material;
+use snowblue_render::scene::material::pca_snow::PathMode;
+use snowblue_render::scene::{IntegratorKind, Scene};
 use snowblue_render::{Film, render};
 
 use super::truth_picture::drawn;
@@ -34,7 +35,7 @@ pub(super) const MODES: [(&str, PathMode); 4] = [
     ("view", PathMode::View),
     ("normal", PathMode::Normal),
     ("light", PathMode::Light),
-    ("easiest", PathMode::Easiest),
+    ("brightest", PathMode::Brightest),
 ];
 
 /// Parts of a block that is seen straight on: columns of pixels, and the rows of them all.
@@ -112,7 +113,7 @@ pub(super) fn figure(times: u32) -> Result<Figure, Failure> {
     }
     Ok(Figure {
         title: "PCASnow against light that walks",
-        ours: "Of each scene, above: the reference, then view, normal, light and easiest, all at the reference's exposure. Below: \
+        ours: "Of each scene, above: the reference, then view, normal, light and brightest, all at the reference's exposure. Below: \
                their luminance over the reference's in cells of 4×4 pixels; first, on the same scale, two standard errors of the reference's noise. Grains of 400 µm, facetness .3, 300 kg/m³, a point of D65."
             .to_owned(),
         paper: "Judges its pictures by eye, and its curves by those of its model; no picture of light that walks in a block.".to_owned(),
@@ -164,7 +165,7 @@ fn cases(times: u32) -> Vec<Case> {
 
 fn load(case: &Case) -> Result<Scene, Failure> {
     let overrides = Overrides {
-        integrator: Some(Integrator::Reference),
+        integrator: Some(IntegratorKind::Reference),
         width: Some(SIDE),
         height: Some(SIDE),
         samples_per_pixel: Some(case.samples),
@@ -181,7 +182,7 @@ fn timed(scene: &Scene) -> Timed {
 }
 
 fn quick(scene: &mut Scene, mode: PathMode) -> Timed {
-    scene.integrator.integrator = Integrator::Path;
+    scene.integrator.kind = IntegratorKind::PcaSnow;
     scene.integrator.samples_per_pixel = QUICK_SAMPLES;
     for material in &mut scene.materials {
         if let Material::PcaSnow(snow) = material {
@@ -357,6 +358,6 @@ fn place_rows(case: &Case, truth: &Truth, films: &[Timed]) -> Vec<Vec<String>> {
 }
 
 fn places_table(rows: Vec<Vec<String>>) -> Table {
-    let columns = ["Block", "Part", "Noise of the reference", "view", "normal", "light", "easiest"];
+    let columns = ["Block", "Part", "Noise of the reference", "view", "normal", "light", "brightest"];
     Table::new("places", "Luminance over the reference's, straight on", &columns, rows)
 }

@@ -1,10 +1,10 @@
 //! How the ways through snow and the reference are shown side by side.
 
 use snowblue_color::{LinearRgb, Srgb8};
-use snowblue_render::image_file;
-use snowblue_render::lettering::Lettering;
-use snowblue_render::picture::Picture;
-use snowblue_render::scene::Exposure;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::image_file;
+use snowblue_render::images::raster::RasterImage;
+use snowblue_render::swatch::lettering::Lettering;
 
 use super::truth::{MODES, SIDE, Timed, Truth, cell_of, cells, film};
 use crate::failure::Failure;
@@ -31,13 +31,13 @@ const DARK: Srgb8 = Srgb8 { r: 120, g: 120, b: 120 };
 pub(super) fn drawn(truth: &Truth, films: &[Timed]) -> Result<Vec<u8>, Failure> {
     let exposure = Exposure::Stops(film(&truth.mean.pixels).display_factor(Exposure::Auto).log2());
     let (width, height) = (5 * (SHOWN + GAP) + SCALE, HEAD + 2 * SHOWN + GAP);
-    let mut page = Picture::plain(width, height, PAPER);
+    let mut page = RasterImage::plain(width, height, PAPER);
     let mut column = |number: u32, title: &str, pixels: &Timed, below: &dyn Fn(usize) -> Srgb8| {
         let (left, lower) = (number * (SHOWN + GAP), HEAD + SHOWN + GAP);
         words(&mut page, (left, HEAD - 10), title, number == 0);
         page.lay(&enlarged(&image_file::picture(&film(&pixels.pixels), exposure)), (left, HEAD));
         let compared = (0..(SIDE * SIDE) as usize).map(below).collect();
-        page.lay(&enlarged(&Picture::new(SIDE, SIDE, compared)), (left, lower));
+        page.lay(&enlarged(&RasterImage::new(SIDE, SIDE, compared)), (left, lower));
     };
     let shown = |ratios: &[f64], pixel: usize| {
         let cell = cell_of(pixel);
@@ -57,10 +57,10 @@ pub(super) fn drawn(truth: &Truth, films: &[Timed]) -> Result<Vec<u8>, Failure> 
 }
 
 /// The colours of ratios, with numbers beside them.
-fn scale(page: &mut Picture, (left, top): (u32, u32)) {
+fn scale(page: &mut RasterImage, (left, top): (u32, u32)) {
     let stops = |y: u32| FULL_STOPS * (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(SHOWN));
     let pixels = (0..SHOWN).flat_map(|y| [colour(stops(y).exp2()); BAR as usize]).collect();
-    page.lay(&Picture::new(BAR, SHOWN, pixels), (left, top));
+    page.lay(&RasterImage::new(BAR, SHOWN, pixels), (left, top));
     for (ratio, label) in MARKS {
         let place = 0.5 * (1.0 - ratio.log2() / FULL_STOPS) * f64::from(SHOWN);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the page")]
@@ -70,16 +70,16 @@ fn scale(page: &mut Picture, (left, top): (u32, u32)) {
     words(page, (left, top - 8), "over reference", false);
 }
 
-fn words(page: &mut Picture, (left, baseline): (u32, u32), words: &str, bold: bool) {
+fn words(page: &mut RasterImage, (left, baseline): (u32, u32), words: &str, bold: bool) {
     let style = Lettering { size_px: if bold { 15.0 } else { 14.0 }, bold, colour: INK };
     style.draw(page, (left as f32, baseline as f32), words);
 }
 
 /// A picture with each pixel as a square.
-fn enlarged(picture: &Picture) -> Picture {
+fn enlarged(picture: &RasterImage) -> RasterImage {
     let place = |x: u32, y: u32| (y / ZOOM * SIDE + x / ZOOM) as usize;
     let pixels = (0..SHOWN).flat_map(|y| (0..SHOWN).map(move |x| (x, y)));
-    Picture::new(SHOWN, SHOWN, pixels.map(|(x, y)| picture.pixels()[place(x, y)]).collect())
+    RasterImage::new(SHOWN, SHOWN, pixels.map(|(x, y)| picture.pixels()[place(x, y)]).collect())
 }
 
 /// Ratios as colours: blue below one, red above.

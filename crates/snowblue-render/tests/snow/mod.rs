@@ -9,11 +9,11 @@ use std::path::Path;
 use glam::Vec3A;
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
-use snowblue_render::camera::{PinholeCamera, View};
-use snowblue_render::light::{Light, PointLight};
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene_file::Overrides;
+use snowblue_render::scene::camera::{PinholeCamera, View};
+use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_stat::{Moments, t_p_value};
 

@@ -1,0 +1,4 @@
+//! Bounding volume hierarchies.
+
+pub(crate) mod bvh8;
+pub(crate) mod pencil;

@@ -1,0 +1,126 @@
+//! Rays, where they meet surfaces, and how a new ray leaves a surface without hitting it again.
+
+use glam::Vec3A;
+use wide::bytemuck::cast;
+use wide::{f32x4, i32x4};
+
+/// A half-line: origin in metres and unit direction.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray {
+    /// Where it starts, in m.
+    pub origin: Vec3A,
+    /// Where it goes, a unit vector.
+    pub direction: Vec3A,
+}
+
+impl Ray {
+    /// The point `distance_m` along the ray.
+    #[inline]
+    pub fn at(&self, distance_m: f32) -> Vec3A {
+        self.origin + self.direction * distance_m
+    }
+}
+
+/// A hit on a shape's surface.
+#[derive(Debug, Clone, Copy)]
+pub struct ShapeHit {
+    /// Distance along the ray, in m.
+    pub distance_m: f32,
+    /// The point on the surface.
+    pub point: Vec3A,
+    /// Unit normal, of either sense.
+    pub normal: Vec3A,
+    /// Where on a mesh that is.
+    pub place: MeshLocation,
+}
+
+/// A place on a mesh; on other shapes it says nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeshLocation {
+    /// Number of the triangle in its file.
+    pub triangle: u32,
+    /// Barycentric weights of the triangle's corners.
+    pub weights: [f32; 3],
+}
+
+impl ShapeHit {
+    /// A hit on a shape without triangles.
+    pub(crate) fn plain(distance_m: f32, point: Vec3A, normal: Vec3A) -> Self {
+        Self { distance_m, point, normal, place: MeshLocation::default() }
+    }
+}
+
+/// A place where a line goes through a shape's surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Crossing {
+    /// Distance along the line from the ray's origin, in m; negative behind it.
+    pub distance_m: f32,
+    /// Normal, of either sense and any length.
+    pub normal: Vec3A,
+    /// Index of the object whose surface it is; 0 where a shape was asked by itself.
+    pub object: u32,
+}
+
+impl Crossing {
+    /// A crossing of a shape that was asked by itself.
+    pub(crate) fn new(distance_m: f32, normal: Vec3A) -> Self {
+        Self { distance_m, normal, object: 0 }
+    }
+}
+
+/// A double brought to the precision of ray tracing.
+#[expect(clippy::cast_possible_truncation, reason = "to round is what it is for")]
+#[inline]
+pub(crate) fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+/// A surface point moved off its surface towards `normal`, so that a ray from there cannot meet the same surface.
+///
+/// A computed hit point lies a few rounding errors above or below its surface. Wächter & Binder (2019, "A fast and
+/// robust method for avoiding self-intersection", Ray Tracing Gems, chapter 6, doi:10.1007/978-1-4842-4427-2_6) move
+/// each coordinate by up to 256 units in its last place along the normal: 15 µm where coordinates are about 1 m.
+/// Within 1/32 m of the coordinate origin, where such units become tiny, the step is 1/65536 m · n, again 15 µm.
+///
+/// The surface's own coordinates may be greater, where a wide mesh passes by the coordinate origin: `reach_m` is the greatest
+/// coordinate of all of it, in m, and another 2⁻²⁰ of that covers a few of its roundings, 0.5 mm for a field 1 km across.
+pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
+    let [point, normal] =
+        [point + normal * (REACH_SHARE * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
+    let [x, y, z, _] = stepped(point, normal).to_array();
+    Vec3A::new(x, y, z)
+}
+
+/// What of the greatest coordinate of a surface its points are moved by.
+pub(crate) const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
+
+/// Four coordinates moved.
+#[inline]
+pub(crate) fn stepped(coordinate: f32x4, normal: f32x4) -> f32x4 {
+    const NEAR_ORIGIN_M: f32x4 = f32x4::splat(1.0 / 32.0);
+    const NEAR_STEP_M: f32x4 = f32x4::splat(1.0 / 65536.0);
+    const STEP_ULP: f32x4 = f32x4::splat(256.0);
+    let even = coordinate + NEAR_STEP_M * normal;
+    let ulps = (STEP_ULP * normal).fast_trunc_int();
+    // Away from zero the bits of a float count upwards, on both sides of it. All ones are -1: a number's bits turned over less
+    // that are its negative.
+    let below: i32x4 = cast(coordinate.simd_lt(f32x4::ZERO));
+    let stepped: f32x4 = cast(cast::<_, i32x4>(coordinate) + ((ulps ^ below) - below));
+    coordinate.abs().simd_lt(NEAR_ORIGIN_M).bitselect(even, stepped)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_step_goes_along_the_normal_and_is_some_micrometres() {
+        for point in [Vec3A::new(1.0, -1.5, 0.01), Vec3A::new(-0.7, 0.0, 3.0)] {
+            for normal in [Vec3A::X, Vec3A::NEG_Y, Vec3A::Z, Vec3A::new(0.6, 0.0, -0.8)] {
+                let step = off_surface(point, normal, 3.0) - point;
+                assert!(step.dot(normal) > 5e-6, "{step}");
+                assert!(step.length() < 1e-4, "{step}");
+            }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Images in memory, and PNG files as input.
+
+pub(crate) mod png_image;
+pub mod raster;

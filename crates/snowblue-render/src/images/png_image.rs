@@ -1,0 +1,124 @@
+//! Pictures from PNG files as plain numbers: textures, masks and heights.
+
+use std::io::{BufRead, BufReader, Seek};
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Transformations};
+
+use crate::error::RenderError;
+
+/// A picture as its file has it, 1 being the greatest code; transparency is left out.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PngImage {
+    /// Pixels from left to right.
+    pub(crate) width: usize,
+    /// Pixels from top to bottom.
+    pub(crate) height: usize,
+    /// Numbers of a pixel: 1 of a grey picture, else 3.
+    pub(crate) channels: usize,
+    /// Row by row from the top.
+    pub(crate) values: Vec<f32>,
+}
+
+impl PngImage {
+    /// Reads a PNG file.
+    pub(crate) fn open(path: &Path) -> Result<Self, RenderError> {
+        let file = std::fs::File::open(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        Self::read(BufReader::new(file)).map_err(|reason| RenderError::ReadImage { path: path.into(), reason })
+    }
+
+    /// Reads a PNG of any kind; palettes become colours.
+    pub(crate) fn read(png: impl BufRead + Seek) -> Result<Self, String> {
+        let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
+        let mut decoder = png::Decoder::new(png);
+        decoder.set_transformations(Transformations::EXPAND);
+        let mut reader = decoder.read_info().map_err(malformed)?;
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the picture is too large")?];
+        let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
+        bytes.truncate(frame.buffer_size());
+        let codes: Vec<f32> = if frame.bit_depth == BitDepth::Sixteen {
+            let (pairs, _) = bytes.as_chunks::<2>();
+            pairs.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0).collect()
+        } else {
+            bytes.iter().map(|&byte| f32::from(byte) / 255.0).collect()
+        };
+        let (stored, channels) = match frame.color_type {
+            ColorType::Grayscale => (1, 1),
+            ColorType::GrayscaleAlpha => (2, 1),
+            ColorType::Rgb | ColorType::Indexed => (3, 3),
+            ColorType::Rgba => (4, 3),
+        };
+        let values = codes.chunks_exact(stored).flat_map(|pixel| &pixel[..channels]).copied().collect();
+        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values })
+    }
+
+    /// Linear light of the pixels, the file's numbers being sRGB; grey is alike in all channels.
+    pub(crate) fn linear(&self) -> Vec<[f32; 3]> {
+        self.pixels(|code| crate::geometry::ray::narrow(snowblue_color::transfer::decode_srgb(f64::from(code))))
+    }
+
+    /// The pixels' first numbers as they are.
+    pub(crate) fn plain(&self) -> Vec<[f32; 3]> {
+        self.pixels(|code| code)
+    }
+
+    fn pixels(&self, decode: impl Fn(f32) -> f32) -> Vec<[f32; 3]> {
+        let last = self.channels - 1;
+        self.values
+            .chunks_exact(self.channels)
+            .map(|pixel| [0, last.min(1), last].map(|at| decode(pixel[at])))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Cursor<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if let Some(palette) = palette {
+            encoder.set_palette(palette);
+        }
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        Cursor::new(bytes)
+    }
+
+    #[test]
+    fn every_kind_of_picture_becomes_numbers() {
+        let shade = 0x80 as f32 / 255.0;
+        for (file, channels, expected) in [
+            (png(ColorType::Grayscale, BitDepth::Eight, None, &[0, 0x80]), 1, vec![0.0, shade]),
+            (png(ColorType::Grayscale, BitDepth::One, None, &[0b0100_0000]), 1, vec![0.0, 1.0]),
+            (png(ColorType::GrayscaleAlpha, BitDepth::Eight, None, &[0x80, 7, 255, 9]), 1, vec![shade, 1.0]),
+            (
+                png(ColorType::Rgba, BitDepth::Eight, None, &[255, 0, 0x80, 1, 0, 0, 0, 1]),
+                3,
+                vec![1.0, 0.0, shade, 0.0, 0.0, 0.0],
+            ),
+            (
+                png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 255, 255, 0, 0]), &[0b1000_0000]),
+                3,
+                vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            ),
+        ] {
+            let picture = PngImage::read(file).unwrap();
+            assert_eq!((picture.width, picture.height, picture.channels), (2, 1, channels));
+            assert_eq!(picture.values, expected);
+        }
+        let deep = PngImage::read(png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
+        assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
+    }
+
+    #[test]
+    fn srgb_codes_become_light() {
+        // Code 188 of 255 is half the light (IEC 61966-2-1).
+        let picture = PngImage::read(png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
+        assert!((picture.linear()[0][2] - 0.5).abs() < 0.003 && (picture.linear()[1][0] - 1.0).abs() < 1e-6);
+        assert!((picture.plain()[0][1] - 188.0 / 255.0).abs() < 1e-6);
+    }
+}

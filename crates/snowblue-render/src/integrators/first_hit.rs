@@ -1,0 +1,78 @@
+//! What a sample's camera ray hits first, for channels beside the colour: the surface, and the snow behind it.
+//!
+//! It is asked anew, beside the path of light, so that pictures without such channels pay nothing for them.
+
+use snowblue_color::LinearRgb;
+
+use crate::film::aov::{Aov, Aovs};
+use crate::film::pixel_accumulator::PixelAccumulator;
+use crate::geometry::chord::{ChordEnd, Line};
+use crate::geometry::ray::{Ray, narrow};
+use crate::scene::Scene;
+use crate::scene::light::Light;
+use crate::scene::material::Material;
+use crate::scene::material::pca_snow::PathMode;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::SceneQueries;
+use crate::spectrum::Spectrum;
+
+/// Adds what a camera ray hits first to the features of its pixel.
+pub(crate) fn add_first_hit(
+    scene: &Scene,
+    probe: &mut SceneQueries,
+    ray: &Ray,
+    pixel: &mut PixelAccumulator,
+    channels: Aovs,
+) {
+    let Some(surface) = probe.camera_hit(ray) else { return };
+    pixel.add_feature(Aov::Normal, surface.normal.to_array());
+    let behind = match &scene.materials[surface.material] {
+        Material::PcaSnow(_) if channels.thickness || channels.angle || channels.albedo => {
+            behind(scene, probe, &surface)
+        }
+        _ => None,
+    };
+    if channels.albedo {
+        let depth_m = behind.map_or(0.0, |behind| behind.depth_m);
+        let LinearRgb { r, g, b } = scene.sensor.surface_colour(&reflectance(scene, probe, &surface, depth_m));
+        pixel.add_feature(Aov::Albedo, [r, g, b].map(narrow));
+    }
+    if let Some(Behind { depth_m, angle_deg }) = behind {
+        pixel.add_feature(Aov::Thickness, [depth_m, 0.0, 0.0]);
+        if let Some(angle_deg) = angle_deg {
+            pixel.add_feature(Aov::Angle, [angle_deg, 0.0, 0.0]);
+        }
+    }
+}
+
+/// The snow behind a point that is seen.
+#[derive(Debug, Clone, Copy)]
+struct Behind {
+    depth_m: f32,
+    /// Between the normal where the path comes out and the first light; above 90° the exit lies in its own shade.
+    angle_deg: Option<f32>,
+}
+
+/// The path through snow that does not depend on the lights: along the view in that mode, else straight in.
+fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction) -> Option<Behind> {
+    let Material::PcaSnow(snow) = &scene.materials[surface.material] else { return None };
+    let direction = if snow.path == PathMode::View { surface.direction } else { -surface.normal };
+    let SurfaceInteraction { object, point, normal, .. } = *surface;
+    let chord = probe.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, snow.exit)?;
+    let angle_deg = match (chord.exit, scene.lights.first().and_then(Light::relative_from_middle)) {
+        (ChordEnd::Surface { point, normal, .. }, Some(beam)) => {
+            let cos = normal.dot(beam.origin.way(point).direction);
+            Some(cos.clamp(-1.0, 1.0).acos().to_degrees())
+        }
+        _ => None,
+    };
+    Some(Behind { depth_m: chord.depth_m, angle_deg })
+}
+
+/// Reflectance of what is seen; of snow for light that comes straight from above.
+fn reflectance(scene: &Scene, probe: &SceneQueries, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
+    match &scene.materials[surface.material] {
+        Material::Diffuse(diffuse) => diffuse.reflectance(probe.objects(), surface),
+        Material::PcaSnow(snow) => snow.hit(probe.objects(), surface).reflectance(100.0 * depth_m, 1.0),
+    }
+}

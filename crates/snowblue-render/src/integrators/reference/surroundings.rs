@@ -1,0 +1,212 @@
+//! What lies around a path of light: the faces of the snow that it is in, what else stands there, and how much of all
+//! that is between it and a lamp.
+
+use glam::Vec3A;
+
+use crate::geometry::body::pair_up;
+use crate::geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
+use crate::scene::Scene;
+use crate::scene::light::LightOrigin;
+use crate::scene::material::Material;
+use crate::scene::objects::{Object, Objects, SurfaceInteraction};
+use crate::scene::queries::Statistics;
+use crate::spectrum::Spectrum;
+use snowblue_transport::monte_carlo::Lengths;
+
+/// Faces of different solids no farther apart than this are in touch, in m: as parts of one body are.
+const TOUCH_M: f32 = 1e-5;
+
+/// Objects of a scene as light in snow meets them.
+#[derive(Debug)]
+pub(super) struct Surroundings<'scene> {
+    scene: &'scene Scene,
+    /// One object of each body of snow, with its material.
+    bodies: Vec<(usize, usize)>,
+    /// Objects that are not snow.
+    solids: Vec<usize>,
+    /// For each object of snow, the solids that may lie in it or touch it.
+    neighbours: Vec<Vec<usize>>,
+    crossings: Vec<Crossing>,
+    pub(super) statistics: Statistics,
+}
+
+/// How a flight in snow ends.
+pub(super) enum Leg {
+    /// At a grain, after a length in m.
+    Flown(f32),
+    /// Out of the snow, after a length in m, with a point just outside.
+    Out { length_m: f32, origin: Vec3A },
+    /// On a solid, after a length in m.
+    Met(SurfaceInteraction, f32),
+}
+
+impl Leg {
+    pub(super) fn length_m(&self) -> f32 {
+        match self {
+            Self::Flown(length_m) | Self::Out { length_m, .. } | Self::Met(_, length_m) => *length_m,
+        }
+    }
+}
+
+impl<'scene> Surroundings<'scene> {
+    pub(super) fn new(scene: &'scene Scene) -> Self {
+        let list = scene.objects.list();
+        let is_snow = |object: &Object| matches!(scene.materials[object.material], Material::PcaSnow(_));
+        let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
+        let is_first = |index: usize| {
+            let body = &list[index].body;
+            body.is_none() || list.iter().position(|other| other.body == *body) == Some(index)
+        };
+        let bodies = (0..list.len()).filter(|&index| is_snow(&list[index]) && is_first(index));
+        let near = |index: usize| {
+            let bounds = list[index].shape.bounds();
+            let near = |solid: &usize| match (bounds, list[*solid].shape.bounds()) {
+                (Some(one), Some(other)) => {
+                    (one.low - TOUCH_M).cmple(other.high).all() && (other.low - TOUCH_M).cmple(one.high).all()
+                }
+                _ => true,
+            };
+            if is_snow(&list[index]) { solids.iter().copied().filter(near).collect() } else { Vec::new() }
+        };
+        Self {
+            scene,
+            bodies: bodies.map(|index| (index, list[index].material)).collect(),
+            neighbours: (0..list.len()).map(near).collect(),
+            solids,
+            crossings: Vec::with_capacity(16),
+            statistics: Statistics::default(),
+        }
+    }
+
+    fn objects(&self) -> &'scene Objects {
+        &self.scene.objects
+    }
+
+    /// What a ray outside of snow hits first.
+    pub(super) fn first_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.statistics.indirect_rays += 1;
+        self.objects().first_hit(ray)
+    }
+
+    /// Puts a ray that hits an object from outside to where it is inside; how far it is from there to the other side, in
+    /// m, and the way out.
+    ///
+    /// All crossings of the whole line are taken, so that nothing hangs on whether a rounded point lies a hair inside.
+    pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Leg> {
+        self.cross(surface_object, ray, f32::INFINITY);
+        let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
+        let (start_m, stop) = (pair[0].distance_m.max(0.0), pair[1]);
+        ray.origin = ray.at(start_m);
+        Some(self.out(ray, stop.distance_m - start_m, stop.normal, stop.object as usize))
+    }
+
+    /// Flies through an object's snow, so far or as far as it reaches; `known` is the way out where it is known.
+    pub(super) fn leg(&mut self, object: usize, ray: &Ray, flight_m: f32, known: Option<Leg>) -> Leg {
+        let leg = match known {
+            Some(leg) if leg.length_m() < flight_m => leg,
+            Some(_) => Leg::Flown(flight_m),
+            None => self.fly(object, ray, flight_m),
+        };
+        let list = self.objects().list();
+        let touching_m = leg.length_m() + TOUCH_M;
+        let mut nearest: Option<(usize, ShapeHit)> = None;
+        for &solid in &self.neighbours[object] {
+            let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
+            nearest = list[solid].shape.first_hit(ray, limit_m).map(|hit| (solid, hit)).or(nearest);
+        }
+        let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(leg, Leg::Flown(m) if m <= hit.distance_m)) else {
+            return leg;
+        };
+        let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
+        let (material, direction) = (list[solid].material, ray.direction);
+        let surface =
+            SurfaceInteraction { object: solid, material, point: hit.point, normal, direction, place: hit.place };
+        Leg::Met(surface, hit.distance_m)
+    }
+
+    /// The same, were there nothing but the snow.
+    #[inline]
+    fn fly(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Leg {
+        let one = &self.objects().list()[object];
+        if one.body.is_none() {
+            return match one.shape.first_hit(ray, flight_m) {
+                None => Leg::Flown(flight_m),
+                Some(hit) => self.out(ray, hit.distance_m, hit.normal, object),
+            };
+        }
+        self.cross(object, ray, flight_m);
+        let around = |pair: &&[Crossing]| pair[0].distance_m <= TOUCH_M && pair[1].distance_m > 0.0;
+        match self.crossings.chunks_exact(2).find(around).map(|pair| pair[1]) {
+            Some(stop) if stop.distance_m > flight_m => Leg::Flown(flight_m),
+            Some(stop) => self.out(ray, stop.distance_m, stop.normal, stop.object as usize),
+            None => Leg::Out { length_m: 0.0, origin: ray.origin },
+        }
+    }
+
+    /// Out through a face.
+    fn out(&self, ray: &Ray, length_m: f32, normal: Vec3A, object: usize) -> Leg {
+        let normal = normal.normalize();
+        let outward = if normal.dot(ray.direction) < 0.0 { -normal } else { normal };
+        let origin = off_surface(ray.at(length_m), outward, self.objects().reach_m(object));
+        Leg::Out { length_m, origin }
+    }
+
+    /// Whether light to a lamp is still in an object's snow after a flight: told by its nearest face alone, which is quicker
+    /// than all that a line to the lamp crosses. Of a body of parts nothing is told.
+    #[inline]
+    pub(super) fn stays(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
+        let (one, way) = (&self.objects().list()[object], origin.way(from));
+        let ray = Ray { origin: from, direction: way.direction };
+        one.body.is_none() && flight_m < way.distance_m && !one.shape.occludes(&ray, flight_m)
+    }
+
+    /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
+    /// with the probability e^{−κd}, decided by `chance`, less what the pores absorb.
+    pub(super) fn passed(&mut self, from: Vec3A, origin: &LightOrigin, node: usize, chance: f64) -> Option<Spectrum> {
+        let way = origin.way(from);
+        let ray = Ray { origin: from, direction: way.direction };
+        self.statistics.shadow_rays += 1;
+        let mut depth = 0.0;
+        for index in 0..self.bodies.len() {
+            let (object, material) = self.bodies[index];
+            if let Some(volume) = &self.scene.volumes[material] {
+                depth += volume.nodes()[node].extinction_per_m() * self.snow_m(object, &ray, way.distance_m);
+            }
+            // No chance is below 2⁻⁵⁴ = e^{−37.4}: deep in snow there is no exponential to work out.
+            if depth > 38.0 || chance > (-depth).exp() {
+                return None;
+            }
+        }
+        let list = self.objects().list();
+        if self.solids.iter().any(|&solid| list[solid].shape.occludes(&ray, way.distance_m)) {
+            return None;
+        }
+        let mut passed = Spectrum::ONE;
+        for index in 0..self.bodies.len() {
+            let (object, material) = self.bodies[index];
+            if let Some(volume) = &self.scene.volumes[material] {
+                let pores_m = self.snow_m(object, &ray, way.distance_m);
+                let mut left = Spectrum::ZERO;
+                volume.left(&Lengths { pores_m, ..Lengths::default() }, 0.0, &mut left.0);
+                passed *= left;
+            }
+        }
+        Some(passed)
+    }
+
+    /// How far a ray runs through a body of snow within `limit_m`, in m.
+    #[inline]
+    fn snow_m(&mut self, object: usize, ray: &Ray, limit_m: f32) -> f64 {
+        self.cross(object, ray, limit_m);
+        let part = |pair: &[Crossing]| (pair[1].distance_m.min(limit_m) - pair[0].distance_m.max(0.0)).max(0.0);
+        self.crossings.chunks_exact(2).map(|pair| f64::from(part(pair))).sum()
+    }
+
+    /// The parts of a line within a body, in pairs of crossings, in order.
+    fn cross(&mut self, object: usize, ray: &Ray, limit_m: f32) {
+        self.statistics.depth_lines += 1;
+        let odd = self.objects().crossings(object, ray, limit_m, &mut self.crossings);
+        self.statistics.odd_depth_lines += u64::from(odd);
+        pair_up(&mut self.crossings, 0);
+    }
+}

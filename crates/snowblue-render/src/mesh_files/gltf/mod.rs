@@ -1,0 +1,265 @@
+//! glTF 2.0 and GLB files (Khronos Group 2021, "glTF 2.0 specification", ISO/IEC 12113:2022): nodes with their
+//! transforms, meshes, materials by name, cameras, and lights by the extension KHR_lights_punctual.
+//!
+//! Read of a mesh are triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and the
+//! attributes of one number whose names begin with an underscore; of a material its base colour, which may be a PNG. Left
+//! out are points and lines, skins, morph targets, and all that makes a surface shine.
+
+mod accessor;
+mod paint;
+mod punctual;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3};
+use gltf::accessor::Dimensions;
+use gltf::mesh::Mode;
+use gltf::{Gltf, Node, Primitive, Semantic};
+
+use crate::error::RenderError;
+use crate::geometry::ray::narrow;
+use crate::geometry::triangles::Triangles;
+
+use accessor::numbers;
+
+pub use paint::GltfMaterial;
+pub use punctual::{LightKind, PunctualLight};
+
+/// Takes the axes of glTF, y upwards and z towards the viewer, to those of a scene, z upwards and y away.
+pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+
+/// A glTF with its buffers.
+#[derive(Debug)]
+pub struct GltfFile {
+    path: std::path::PathBuf,
+    gltf: Gltf,
+    buffers: Vec<Vec<u8>>,
+}
+
+/// A node in its place.
+#[derive(Debug, Clone)]
+pub struct PlacedNode<'file> {
+    /// The node in the file.
+    node: Node<'file>,
+    /// From its coordinates to where the root was put.
+    pub to_root: DAffine3,
+    /// Whether it, or a node that it hangs from, has the name that was asked for.
+    named: bool,
+}
+
+impl PlacedNode<'_> {
+    /// Its name, or its mesh's, or its number in the file.
+    pub fn name(&self) -> String {
+        let mesh_name = self.node.mesh().and_then(|mesh| mesh.name().map(str::to_owned));
+        self.node.name().map(str::to_owned).or(mesh_name).unwrap_or_else(|| format!("node {}", self.node.index()))
+    }
+
+    /// Number of its mesh in the file, if it has one.
+    pub fn mesh(&self) -> Option<usize> {
+        self.node.mesh().map(|mesh| mesh.index())
+    }
+}
+
+impl GltfFile {
+    /// Reads a `.gltf` or `.glb` file and the buffers that it names.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be read, or is cut short or malformed.
+    pub fn open(path: &Path) -> Result<Self, RenderError> {
+        let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+        let mut gltf = Gltf::from_slice(&bytes).map_err(|error| {
+            let message = error.to_string();
+            wrong(format!("not a readable glTF file: {}", message.split_whitespace().collect::<Vec<_>>().join(" ")))
+        })?;
+        let blob = gltf.blob.take();
+        let buffers =
+            gltf.buffers().map(|buffer| read_buffer(path, &buffer, blob.as_deref())).collect::<Result<_, _>>()?;
+        Ok(Self { path: path.into(), gltf, buffers })
+    }
+
+    /// The nodes of the file's scene, each after the one that it hangs from, with the root placed by `root`.
+    ///
+    /// # Errors
+    ///
+    /// When the file has no scene, or a node of it hangs from two others, as in a ring.
+    pub fn nodes(&self, root: DAffine3) -> Result<Vec<PlacedNode<'_>>, RenderError> {
+        self.nodes_named(root, None)
+    }
+
+    fn nodes_named(&self, root: DAffine3, name: Option<&str>) -> Result<Vec<PlacedNode<'_>>, RenderError> {
+        let scene = self.gltf.default_scene().or_else(|| self.gltf.scenes().next());
+        let scene = scene.ok_or_else(|| self.wrong("the file has no scene".into()))?;
+        let mut nodes = Vec::new();
+        let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
+        pending.reverse();
+        let mut placed = vec![false; self.gltf.nodes().len()];
+        while let Some((node, parent, named)) = pending.pop() {
+            let index = node.index();
+            if std::mem::replace(&mut placed[index], true) {
+                return Err(self.wrong(format!("node {index} hangs from two nodes")));
+            }
+            let own = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
+            let to_root = parent * DAffine3::from_mat4(own);
+            let mesh_named = node.mesh().is_some_and(|mesh| name.is_some() && mesh.name() == name);
+            let named = named || mesh_named || (name.is_some() && node.name() == name);
+            let children: Vec<_> = node.children().collect();
+            pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
+            nodes.push(PlacedNode { node, to_root, named });
+        }
+        Ok(nodes)
+    }
+
+    /// All triangles of the file in its own axes, or those of the nodes or meshes with a name and of what hangs below.
+    ///
+    /// # Errors
+    ///
+    /// When a mesh is malformed or nothing has that name.
+    pub fn all_triangles(&self, part: Option<&str>) -> Result<Triangles, RenderError> {
+        let mut triangles = Triangles::default();
+        let mut found = false;
+        for node in self.nodes_named(DAffine3::IDENTITY, part)?.iter().filter(|node| node.named) {
+            found = true;
+            for (_, surface) in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
+                triangles.append(&surface, &node.to_root).map_err(|reason| self.wrong(reason))?;
+            }
+        }
+        match part {
+            Some(part) if !found => Err(self.wrong(format!("no node or mesh of its scene is called \"{part}\""))),
+            _ => Ok(triangles),
+        }
+    }
+
+    /// The triangles of a mesh in its own coordinates, by the number of their material.
+    ///
+    /// # Errors
+    ///
+    /// When its data are malformed or missing.
+    pub fn surfaces(&self, mesh: usize) -> Result<Vec<(Option<usize>, Triangles)>, RenderError> {
+        let mut surfaces: Vec<(Option<usize>, Triangles)> = Vec::new();
+        for primitive in self.gltf.meshes().nth(mesh).into_iter().flat_map(|mesh| mesh.primitives()) {
+            let surface = self.primitive(&primitive).map_err(|reason| self.wrong(format!("mesh {mesh}: {reason}")))?;
+            let material = primitive.material().index();
+            match surfaces.iter_mut().find(|(other, _)| *other == material) {
+                Some((_, whole)) => {
+                    whole.append(&surface, &DAffine3::IDENTITY).map_err(|reason| self.wrong(reason))?;
+                }
+                None => surfaces.push((material, surface)),
+            }
+        }
+        surfaces.retain(|(_, surface)| !surface.corners.is_empty());
+        Ok(surfaces)
+    }
+
+    fn primitive(&self, primitive: &Primitive) -> Result<Triangles, String> {
+        let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
+        let places = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
+        let places = read(places, Dimensions::Vec3)?;
+        let positions: Vec<Vec3> =
+            places.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect();
+        if let Some(value) = positions.iter().flat_map(|place| place.to_array()).find(|value| !value.is_finite()) {
+            return Err(format!("a coordinate is {value}, but must be finite"));
+        }
+        let indices: Vec<u32> = match primitive.indices() {
+            Some(accessor) => read(accessor, Dimensions::Scalar)?.into_iter().map(whole).collect(),
+            None => (0..u32::try_from(positions.len()).map_err(|_| "there are too many vertices")?).collect(),
+        };
+        if let Some(index) = indices.iter().find(|&&index| index as usize >= positions.len()) {
+            return Err(format!("a triangle names vertex {index}, but there are {} (0 is the first)", positions.len()));
+        }
+        let uv = match primitive.get(&Semantic::TexCoords(0)) {
+            Some(accessor) => {
+                let values = read(accessor, Dimensions::Vec2)?;
+                // A glTF counts them from the upper left corner of the picture.
+                values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(1.0 - uv[1]))).collect()
+            }
+            None => Vec::new(),
+        };
+        let mut attributes = BTreeMap::new();
+        for (semantic, accessor) in primitive.attributes() {
+            match (semantic, accessor.dimensions()) {
+                (Semantic::Extras(name), Dimensions::Scalar) => {
+                    let values = read(accessor, Dimensions::Scalar)?.into_iter().map(narrow).collect();
+                    attributes.insert(format!("_{name}"), values);
+                }
+                (Semantic::Colors(0), kind @ (Dimensions::Vec3 | Dimensions::Vec4)) => {
+                    let values = read(accessor, kind)?;
+                    for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
+                        let channel = values.chunks_exact(kind.multiplicity()).map(|colour| narrow(colour[channel]));
+                        attributes.insert(name.to_owned(), channel.collect());
+                    }
+                }
+                _ => {}
+            }
+        }
+        let count = positions.len();
+        if (!uv.is_empty() && uv.len() != count) || attributes.values().any(|values: &Vec<f32>| values.len() != count) {
+            return Err("its attributes have different numbers of vertices".into());
+        }
+        Ok(Triangles { positions, corners: triangles(primitive.mode(), &indices), uv, attributes })
+    }
+
+    fn wrong(&self, reason: String) -> RenderError {
+        RenderError::Mesh { path: self.path.clone(), reason }
+    }
+}
+
+/// The corners of triangles from a list, a strip or a fan; points and lines have none.
+fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        Mode::Triangles => indices.chunks_exact(3).map(|corner| [corner[0], corner[1], corner[2]]).collect(),
+        Mode::TriangleStrip => {
+            let turned = |(number, corner): (usize, &[u32])| {
+                let (second, third) = if number % 2 == 0 { (1, 2) } else { (2, 1) };
+                [corner[0], corner[second], corner[third]]
+            };
+            indices.windows(3).enumerate().map(turned).collect()
+        }
+        Mode::TriangleFan => match indices {
+            [centre, rim @ ..] => rim.windows(2).map(|pair| [*centre, pair[0], pair[1]]).collect(),
+            [] => Vec::new(),
+        },
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "it was an unsigned integer of 32 bits at most"
+)]
+fn whole(index: f64) -> u32 {
+    index as u32
+}
+
+fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Result<Vec<u8>, RenderError> {
+    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+    let number = buffer.index();
+    let bytes = match buffer.source() {
+        gltf::buffer::Source::Bin => {
+            blob.map(<[u8]>::to_vec).ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
+        }
+        gltf::buffer::Source::Uri(uri) => read_uri(path, uri, &format!("buffer {number}"))?,
+    };
+    if bytes.len() < buffer.length() {
+        let (found, wanted) = (bytes.len(), buffer.length());
+        return Err(wrong(format!("buffer {number} has {found} bytes, but must have {wanted}: the file is cut short")));
+    }
+    Ok(bytes)
+}
+
+/// What stands in a URI, or in the file beside the glTF that it names.
+fn read_uri(path: &Path, uri: &str, what: &str) -> Result<Vec<u8>, RenderError> {
+    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason: format!("{what} {reason}") };
+    let Some(data) = uri.strip_prefix("data:") else {
+        let path = path.with_file_name(uri.replace("%20", " "));
+        return std::fs::read(&path).map_err(|source| RenderError::ReadFile { path, source });
+    };
+    let text = data.split_once(";base64,").map(|(_, text)| text);
+    let text = text.ok_or_else(|| wrong("is written in another way than base64".into()))?;
+    STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
+}

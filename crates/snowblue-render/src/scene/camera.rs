@@ -1,0 +1,86 @@
+//! A pinhole camera.
+
+use glam::Vec3A;
+use wide::f32x4;
+
+use crate::geometry::lanes::{RayPacket4, Vec3x4};
+use crate::geometry::ray::Ray;
+
+/// A camera that sees all distances sharply.
+#[derive(Debug, Clone, Copy)]
+pub struct PinholeCamera {
+    position: Vec3A,
+    forward: Vec3A,
+    /// From the middle of the image plane at distance 1 to its right edge, and to its upper edge.
+    right: Vec3A,
+    up: Vec3A,
+}
+
+/// Where a camera stands and looks.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// Where it stands, in m.
+    pub position: Vec3A,
+    /// The point in the middle of its picture, in m.
+    pub look_at: Vec3A,
+    /// The direction that points upwards in the picture, of any length.
+    pub up: Vec3A,
+    /// Angle between the upper and the lower edge of the picture, in degrees.
+    pub vertical_fov_deg: f32,
+}
+
+impl PinholeCamera {
+    /// A camera for pictures of a width-to-height ratio; none when it looks along its own up direction or nowhere.
+    pub fn new(view: &View, aspect: f32) -> Option<Self> {
+        let forward = (view.look_at - view.position).try_normalize()?;
+        let right = forward.cross(view.up.try_normalize()?);
+        let right = (right.length() > 1e-6).then(|| right.normalize())?;
+        let half_height = (0.5 * view.vertical_fov_deg.to_radians()).tan();
+        Some(Self {
+            position: view.position,
+            forward,
+            right: right * (half_height * aspect),
+            up: right.cross(forward) * half_height,
+        })
+    }
+
+    /// Where it stands, in m.
+    pub fn position(&self) -> Vec3A {
+        self.position
+    }
+
+    /// The ray through a point of the picture: (0, 0) is its upper left corner and (1, 1) its lower right.
+    pub fn ray(&self, across: f32, down: f32) -> Ray {
+        self.rays(f32x4::splat(across), f32x4::splat(down)).lane(0)
+    }
+
+    /// The same for four points.
+    #[inline]
+    pub(crate) fn rays(&self, across: f32x4, down: f32x4) -> RayPacket4 {
+        let [forward, right, up] = [self.forward, self.right, self.up].map(Vec3x4::splat);
+        let two = f32x4::splat(2.0);
+        let direction = forward + right * (two * across - f32x4::ONE) + up * (f32x4::ONE - two * down);
+        RayPacket4::new(Vec3x4::splat(self.position), direction.normalized())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VIEW: View = View { position: Vec3A::NEG_Y, look_at: Vec3A::ZERO, up: Vec3A::Z, vertical_fov_deg: 90.0 };
+
+    #[test]
+    fn the_picture_is_upright_and_not_mirrored() {
+        let camera = PinholeCamera::new(&VIEW, 2.0).unwrap();
+        assert!((camera.ray(0.5, 0.5).direction - Vec3A::Y).length() < 1e-6);
+        let top_right = camera.ray(1.0, 0.0).direction;
+        assert!((top_right - Vec3A::new(2.0, 1.0, 1.0).normalize()).length() < 1e-6);
+    }
+
+    #[test]
+    fn looking_along_up_is_no_view() {
+        assert!(PinholeCamera::new(&View { up: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
+        assert!(PinholeCamera::new(&View { look_at: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
+    }
+}

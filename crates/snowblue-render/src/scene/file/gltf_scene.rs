@@ -1,0 +1,170 @@
+//! A whole glTF as part of a scene: its meshes in their places, made of the materials that the scene file has under
+//! their names, and else of diffuse ones of the glTF's base colours; its camera; and its lights.
+//!
+//! A light's strength is in candela or lux. Its spectrum is daylight (D65) of its colour, scaled so that ȳ finds as many
+//! lumens in it, at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DAffine3;
+use snowblue_color::LinearRgb;
+
+use crate::error::RenderError;
+use crate::geometry::instance::Instance;
+use crate::geometry::mesh::Mesh;
+use crate::geometry::ray::narrow;
+use crate::geometry::shape::Shape;
+use crate::mesh_files::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
+use crate::scene::camera::View;
+use crate::scene::file::materials::{Named, Workshop};
+use crate::scene::file::placing::{check_reach, placement};
+use crate::scene::light::{DirectionalLight, Light, PointLight, SpotCone};
+use crate::scene::material::Material;
+use crate::scene::material::diffuse::Diffuse;
+use crate::scene::objects::Object;
+use crate::spectrum::Spectrum;
+use crate::spectrum::lamp::lumens_of_luminance_one;
+use crate::spectrum::upsampling::Upsampling;
+
+/// Greatest strength of a light, in cd or lx.
+const GREATEST_STRENGTH: f64 = 1e15;
+
+/// What a glTF adds to a scene.
+#[derive(Default)]
+pub(super) struct GltfScene {
+    pub(super) objects: Vec<Object>,
+    pub(super) view: Option<View>,
+    pub(super) lights: Vec<Light>,
+}
+
+/// Reads a glTF with y turned to z; materials that the scene has none for are added to `materials`.
+pub(super) fn read_gltf(
+    path: &Path,
+    materials: &mut Vec<Named>,
+    workshop: &Workshop,
+) -> Result<GltfScene, RenderError> {
+    let file = GltfFile::open(path)?;
+    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+    let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
+    let mut meshes = BTreeMap::new();
+    let mut objects = Vec::new();
+    let mut palette = Palette { file: &file, workshop, own: materials.len(), known: BTreeMap::new() };
+    for node in &nodes {
+        let Some(number) = node.mesh() else { continue };
+        let parts = match meshes.entry(number) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(fresh) => fresh.insert(centred_surfaces(&file, number)?),
+        };
+        for (material, mesh, map) in &*parts {
+            let name = node.name();
+            let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+            let instance = Instance::new(Arc::clone(mesh), placement);
+            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
+            let shape = Shape::Mesh(instance);
+            let material = palette.index(*material, materials)?;
+            let (material_name, made_of) = &materials[material];
+            let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
+            made_of.check(&shape).map_err(misfit)?;
+            objects.push(Object { name, shape, material, body: None });
+        }
+    }
+    let daylight = workshop.overrides.false_color.is_none();
+    let lights = file.lights(&nodes);
+    let lights = lights.iter().map(|light| shining(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
+    Ok(GltfScene { objects, view: file.view(&nodes), lights })
+}
+
+/// The number of a material, its mesh about its own middle, and the map that puts that back.
+type Part = (Option<usize>, Arc<Mesh>, DAffine3);
+
+fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderError> {
+    let centred = file.surfaces(mesh)?.into_iter().map(|(material, surface)| {
+        let (centred, map) = surface.centred();
+        (material, Arc::new(Mesh::new(centred)), map)
+    });
+    Ok(centred.collect())
+}
+
+/// The materials of a glTF as they become those of a scene.
+struct Palette<'file> {
+    file: &'file GltfFile,
+    workshop: &'file Workshop<'file>,
+    /// How many the scene file has.
+    own: usize,
+    /// Index in the scene by the number in the glTF, of those met so far.
+    known: BTreeMap<Option<usize>, usize>,
+}
+
+impl Palette<'_> {
+    /// Index of the scene's own material of that name, or of a new one.
+    fn index(&mut self, number: Option<usize>, materials: &mut Vec<Named>) -> Result<usize, RenderError> {
+        if let Some(&index) = self.known.get(&number) {
+            return Ok(index);
+        }
+        // A glTF's default material is white.
+        let material = number.and_then(|number| self.file.material(number));
+        let name = material.as_ref().and_then(|material| material.name.clone());
+        let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|(other, _)| other == name));
+        let index = match own {
+            Some(index) => index,
+            None => {
+                let diffuse = match &material {
+                    Some(material) => self.diffuse(material)?,
+                    None => self.workshop.even([1.0; 3]),
+                };
+                let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
+                materials.push((name, Material::Diffuse(diffuse)));
+                materials.len() - 1
+            }
+        };
+        self.known.insert(number, index);
+        Ok(index)
+    }
+
+    fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
+        let paint = self.file.paint(material)?;
+        Ok(paint.map_or_else(|| self.workshop.even(material.base_colour), |texture| self.workshop.painted(texture)))
+    }
+}
+
+/// A light of a glTF; without `daylight` it is alike at all wavelengths, for false colours.
+fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
+    let LinearRgb { r, g, b } = light.colour;
+    let luminance = light.colour.luminance();
+    let of = |strength: f64| {
+        let spectrum = Upsampling::daylight().spectrum([r, g, b].map(narrow));
+        let unit = if daylight { spectrum } else { Spectrum::constant(narrow(spectrum.mean())) };
+        unit * narrow(strength / lumens_of_luminance_one())
+    };
+    let strength = match light.kind {
+        LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
+        LightKind::Directional { illuminance_lx } => illuminance_lx,
+    };
+    if ![r, g, b, strength].iter().all(|value| (0.0..=GREATEST_STRENGTH).contains(value)) || luminance <= 0.0 {
+        let name = &light.name;
+        return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
+    }
+    let power = of(strength);
+    let relative = if daylight { of(1.0) * narrow(lumens_of_luminance_one() / luminance) } else { Spectrum::ONE };
+    let point = |cone: Option<SpotCone>| {
+        Light::Point(PointLight { position: light.position, intensity: power, relative, cone })
+    };
+    Ok(match light.kind {
+        LightKind::Point { .. } => point(None),
+        LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
+            if inner_cone_deg >= outer_cone_deg {
+                return Err(format!(
+                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be within its outer cone of {outer_cone_deg}°",
+                    light.name
+                ));
+            }
+            point(Some(SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg))))
+        }
+        LightKind::Directional { .. } => {
+            Light::Directional(DirectionalLight { to_light: -light.direction, irradiance: power, relative })
+        }
+    })
+}

@@ -1,0 +1,64 @@
+//! A sphere as a lamp, drawn by the cone of directions in which it is seen.
+//!
+//! From a distance d of its centre a sphere of radius R fills a cone of half-angle α, sin α = R/d, and directions in it are
+//! drawn alike: p(ω) = 1 / (2π (1 − cos α)). The point met follows without a difference of large numbers: with θ the
+//! angle at the viewer, its angle β at the centre has cos β = sin²θ / sin α + cos θ √(1 − sin²θ / sin²α) (Pharr, Jakob &
+//! Humphreys 2023, section 6.2.4).
+
+use std::f32::consts::TAU;
+
+use glam::Vec3A;
+
+use super::EmitterPoint;
+use crate::geometry::ray::Ray;
+
+/// A sphere that shines outwards, alike in all directions from everywhere on it.
+#[derive(Debug, Clone, Copy)]
+pub struct SphereLight {
+    /// Its centre, in m.
+    pub centre: Vec3A,
+    /// Its radius, in m.
+    pub radius_m: f32,
+}
+
+impl SphereLight {
+    /// sin² α and 1 − cos α of the cone in which it is seen; none from within.
+    fn cone(&self, point: Vec3A) -> Option<(f32, f32)> {
+        let sin_squared = self.radius_m * self.radius_m / point.distance_squared(self.centre);
+        (sin_squared < 1.0).then(|| (sin_squared, sin_squared / (1.0 + (1.0 - sin_squared).sqrt())))
+    }
+
+    /// A point seen from here, of evenly spread directions.
+    pub(super) fn draw(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
+        let (greatest, one_minus_cos) = self.cone(from)?;
+        let below_one = u * one_minus_cos;
+        let sin_squared = below_one * (2.0 - below_one);
+        let cos_centre =
+            sin_squared / greatest.sqrt() + (1.0 - below_one) * (1.0 - sin_squared / greatest).max(0.0).sqrt();
+        let towards = (from - self.centre).normalize();
+        let (side, ahead) = towards.any_orthonormal_pair();
+        let (sin_turn, cos_turn) = (TAU * v).sin_cos();
+        let sin_centre = (1.0 - cos_centre * cos_centre).max(0.0).sqrt();
+        let normal =
+            (side * (sin_centre * cos_turn) + ahead * (sin_centre * sin_turn) + towards * cos_centre).normalize();
+        Some(EmitterPoint { position: self.centre + normal * self.radius_m, normal })
+    }
+
+    /// Density of [`draw`](Self::draw) over directions, in 1/sr, within the cone.
+    pub(super) fn density_per_sr(&self, from: Vec3A) -> f32 {
+        self.cone(from).map_or(0.0, |(_, one_minus_cos)| (TAU * one_minus_cos).recip())
+    }
+
+    /// Where a ray meets it from outside, before `limit_m`.
+    pub(super) fn met(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
+        let way = self.centre - ray.origin;
+        let along = way.dot(ray.direction);
+        let aside_squared = (way - ray.direction * along).length_squared();
+        let half_squared = self.radius_m * self.radius_m - aside_squared;
+        let distance_m = along - half_squared.max(0.0).sqrt();
+        (half_squared > 0.0 && distance_m > 0.0 && distance_m < limit_m).then(|| {
+            let normal = (ray.at(distance_m) - self.centre).normalize();
+            EmitterPoint { position: self.centre + normal * self.radius_m, normal }
+        })
+    }
+}

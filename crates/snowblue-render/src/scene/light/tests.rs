@@ -1,0 +1,259 @@
+//! Draws against their densities, and irradiances against closed forms.
+
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins of a histogram")]
+
+use std::f64::consts::{PI, TAU};
+
+use snowblue_color::LinearRgb;
+use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
+
+use super::*;
+use crate::geometry::ray::{Ray, narrow};
+use crate::sampling::Sampler;
+
+/// Probability that any of these tests fails by chance is about this, for each test function.
+const LEVEL: f64 = 1e-3;
+
+/// Independent numbers: pixels have scrambles of their own.
+fn sampler(seed: u32, draw: u32) -> Sampler {
+    Sampler::new(seed, draw, 0)
+}
+
+fn numbers(seed: u32, draw: u32) -> [f32; 2] {
+    let [u, v, ..] = sampler(seed, draw).next_four();
+    [u, v]
+}
+
+fn place() -> SurfacePoint {
+    SurfacePoint { point: Vec3A::new(0.1, -0.2, 0.0), normal: Vec3A::new(0.36, 0.48, 0.8) }
+}
+
+fn ball() -> Light {
+    let shape = SphereLight { centre: Vec3A::new(0.4, 0.5, 0.9), radius_m: 0.6 };
+    Light::Sphere(DiffuseEmitter::new(shape, &LampSpectrum::EQUAL_ENERGY, 1.0))
+}
+
+fn panel() -> Light {
+    let shape = RectangleLight::new(&RectanglePlace {
+        centre: Vec3A::new(0.3, 0.4, 0.7),
+        look_at: Vec3A::new(0.2, 0.1, 0.0),
+        up: Vec3A::Z,
+        width_m: 1.6,
+        height_m: 0.7,
+    });
+    Light::Rectangle(DiffuseEmitter::new(shape.unwrap(), &LampSpectrum::EQUAL_ENERGY, 1.0))
+}
+
+/// A coarse sky with a dark half, bright spots and a seam.
+fn image() -> Light {
+    let value = |k: u32| if k % 8 > 5 { 0.0 } else { f64::from(k * 37 % 11) };
+    let pixels = (0..32).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
+    let panorama = Panorama { width: 8, height: 4, pixels };
+    Light::Image(Box::new(SkyImage::new(&panorama, 0.1, 70.0, true).unwrap()), true)
+}
+
+/// The density per sr of a technique in a direction from the place; 0 where the light is not there.
+fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
+    let ray = Ray { origin: place().point, direction };
+    let origin = match light {
+        Light::Sphere(lamp) => lamp.shape.met(&ray, f32::INFINITY).map(LightOrigin::EmitterPoint),
+        Light::Rectangle(lamp) => lamp.shape.met(&ray, f32::INFINITY).map(LightOrigin::EmitterPoint),
+        _ => Some(LightOrigin::Distant(direction)),
+    };
+    origin.map_or(0.0, |origin| {
+        f64::from(light.density(technique, &origin)) * f64::from(origin.own_per_solid_angle(ray.origin))
+    })
+}
+
+fn techniques() -> [(&'static str, Light, SamplingTechnique); 5] {
+    [
+        ("ball", ball(), SamplingTechnique::SolidAngle(place())),
+        ("panel", panel(), SamplingTechnique::SolidAngle(place())),
+        ("cosine", image(), SamplingTechnique::Cosine(place())),
+        ("hemisphere", image(), SamplingTechnique::Hemisphere(place())),
+        ("image", image(), SamplingTechnique::Brightness),
+    ]
+}
+
+#[test]
+fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
+    let lamp = PointLight::new(Vec3A::new(0.0, 0.0, 2.0), &LampSpectrum::EQUAL_ENERGY, 40.0);
+    assert!((lamp.intensity.mean() - 40.0).abs() < 1e-4);
+    let beam = Light::Point(lamp).single().unwrap();
+    let above = beam.arrival(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z }).unwrap();
+    assert!((above.irradiance_per_power - 0.25).abs() < 1e-6);
+    let aside = beam.arrival(&SurfacePoint { point: Vec3A::new(2.0, 0.0, 0.0), normal: Vec3A::Z }).unwrap();
+    assert!((aside.cos_incidence - 0.5f32.sqrt()).abs() < 1e-6);
+    assert!((aside.irradiance_per_power - 0.5f32.sqrt() / 8.0).abs() < 1e-6);
+    assert!(beam.arrival(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::NEG_Z }).is_none());
+}
+
+#[test]
+fn directions_are_drawn_with_their_density() {
+    const BINS: (usize, usize) = (12, 24);
+    const WITHIN: usize = 40;
+    const DRAWS: u32 = 100_000;
+    for (name, light, technique) in techniques() {
+        let mut expected = vec![0.0; BINS.0 * BINS.1];
+        let (down, around) = (BINS.0 * WITHIN, BINS.1 * WITHIN);
+        for (row, column) in (0..down).flat_map(|row| (0..around).map(move |column| (row, column))) {
+            let z = 1.0 - 2.0 * (row as f64 + 0.5) / down as f64;
+            let (sin, cos) = (TAU * (column as f64 + 0.5) / around as f64).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            let direction = Vec3A::new(narrow(radius * cos), narrow(radius * sin), narrow(z));
+            expected[row / WITHIN * BINS.1 + column / WITHIN] +=
+                density_per_sr(&light, &technique, direction) * 4.0 * PI / (down * around) as f64;
+        }
+        // The edge of a lamp goes through some 1,000 of 460,800 cells of 2.7e-5 sr, half in and half out by chance.
+        let total: f64 = expected.iter().sum();
+        assert!((total - 1.0).abs() < 3e-3, "{name}: the density adds up to {total}");
+        let mut found = vec![0u32; BINS.0 * BINS.1];
+        for draw in 0..DRAWS {
+            let origin = light.draw(&technique, numbers(5, draw)).unwrap();
+            let direction = origin.way(place().point).direction;
+            let turn = f64::from(direction.y).atan2(f64::from(direction.x)).rem_euclid(TAU) / TAU;
+            let row = ((0.5 - 0.5 * f64::from(direction.z)) * BINS.0 as f64) as usize;
+            let column = (turn * BINS.1 as f64) as usize;
+            found[row.min(BINS.0 - 1) * BINS.1 + column.min(BINS.1 - 1)] += 1;
+        }
+        let (mut chi_squared, mut bins, mut rare, mut rare_found) = (0.0, 0.0, 0.0, 0u32);
+        for (share, &count) in expected.iter().zip(&found) {
+            let mean = share * f64::from(DRAWS);
+            if mean < 20.0 {
+                (rare, rare_found) = (rare + mean, rare_found + count);
+                continue;
+            }
+            (chi_squared, bins) = (chi_squared + (f64::from(count) - mean).powi(2) / mean, bins + 1.0);
+        }
+        assert!(f64::from(rare_found) < rare + 6.0 * rare.sqrt() + 6.0, "{name}: {rare_found} for {rare}");
+        let p = chi_squared_p_value(chi_squared, bins - 1.0);
+        assert!(p > sidak_level(LEVEL, 5), "{name}: χ² = {chi_squared} in {bins} bins, p = {p}");
+    }
+}
+
+/// E of a plane under a sphere that is fully above it: π L sin²α cos θ.
+fn irradiance_of_ball(at: &SurfacePoint, centre: Vec3A, radius_m: f32) -> f64 {
+    let way = (centre - at.point).as_dvec3();
+    PI * f64::from(radius_m).powi(2) / way.length_squared() * way.normalize().dot(at.normal.as_dvec3())
+}
+
+/// E under a polygon above the plane (Lambert 1760): L/2 Σ Γ · n, Γ the angle of an edge along the normal of its plane.
+fn irradiance_of_polygon(at: &SurfacePoint, corners: [Vec3A; 4]) -> f64 {
+    let ways = corners.map(|corner| (corner - at.point).as_dvec3().normalize());
+    let edge = |k: usize| {
+        let (one, next) = (ways[k], ways[(k + 1) % 4]);
+        one.dot(next).acos() * one.cross(next).normalize().dot(at.normal.as_dvec3())
+    };
+    0.5 * (0..4).map(edge).sum::<f64>().abs()
+}
+
+#[test]
+fn each_way_and_both_together_meet_the_closed_forms() {
+    let at = SurfacePoint { point: Vec3A::new(0.1, -0.2, 0.0), normal: Vec3A::Z };
+    let sphere = SphereLight { centre: Vec3A::new(0.4, 0.5, 0.9), radius_m: 0.6 };
+    let place = RectanglePlace {
+        centre: Vec3A::new(0.3, 0.4, 0.7),
+        look_at: Vec3A::new(0.3, 0.4, 0.0),
+        up: Vec3A::Y,
+        width_m: 1.6,
+        height_m: 0.7,
+    };
+    let corners = [(-0.8, -0.35), (0.8, -0.35), (0.8, 0.35), (-0.8, 0.35)];
+    let corners = corners.map(|(x, y)| place.centre + Vec3A::new(x, y, 0.0));
+    let lamp = LampSpectrum::EQUAL_ENERGY;
+    let cases = [
+        (
+            Light::Sphere(DiffuseEmitter::new(sphere, &lamp, 1.0)),
+            irradiance_of_ball(&at, sphere.centre, sphere.radius_m),
+        ),
+        (
+            Light::Rectangle(DiffuseEmitter::new(RectangleLight::new(&place).unwrap(), &lamp, 1.0)),
+            irradiance_of_polygon(&at, corners),
+        ),
+    ];
+    for (light, expected) in cases {
+        let alone = [Some(SamplingTechnique::SolidAngle(at)), None, None];
+        let irradiance = |beam: Option<LightSample>| {
+            beam.and_then(|beam| Some(beam.arrival(&at)?.irradiance_per_power * beam.power.0[0])).unwrap_or(0.0)
+        };
+        let mut ways = [Moments::default(); 3];
+        for draw in 0..20_000 {
+            let [u, v] = numbers(7, draw);
+            let ray = Ray { origin: at.point, direction: cosine_direction(at.normal, u, v) };
+            let met = |from| f64::from(light.met(&ray, f32::INFINITY, from).map_or(0.0, |met| met.0[0])) * PI;
+            ways[0].push(f64::from(irradiance(light.beam(0, &alone, &mut sampler(8, draw)))));
+            ways[1].push(met(None));
+            ways[2].push(f64::from(irradiance(light.reflected_beam(&at, &mut sampler(8, draw)))) + met(Some(&at)));
+        }
+        for way in ways {
+            let p = z_p_value((way.mean() - expected) / way.standard_error());
+            assert!(p > sidak_level(LEVEL, 6), "{} ± {} for {expected}", way.mean(), way.standard_error());
+        }
+        assert!(ways[2].variance() < ways[1].variance(), "together they are better than the cosine alone");
+    }
+}
+
+#[test]
+fn a_small_far_rectangle_is_drawn_by_area_as_it_is_by_solid_angle() {
+    let shape = |distance_m: f32| {
+        let place = RectanglePlace {
+            centre: Vec3A::new(0.0, 0.0, distance_m),
+            look_at: Vec3A::ZERO,
+            up: Vec3A::Y,
+            width_m: 0.02,
+            height_m: 0.01,
+        };
+        RectangleLight::new(&place).unwrap()
+    };
+    // 2e-4 m² over r² = 4 m² and, below the limit of solid angles, over 4e6 m².
+    for distance_m in [2.0, 2000.0] {
+        let patch = shape(distance_m).draw(Vec3A::ZERO, [0.3, 0.6]).unwrap();
+        let area_m2_sr = LightOrigin::EmitterPoint(patch).own_per_solid_angle(Vec3A::ZERO);
+        let density = shape(distance_m).density_per_sr(Vec3A::ZERO, area_m2_sr);
+        let expected = distance_m * distance_m / 2e-4;
+        assert!((density / expected - 1.0).abs() < 1e-4, "{density} for {expected}");
+    }
+}
+
+#[test]
+fn the_sky_image_is_upright_and_seen_from_within() {
+    let mut pixels = vec![LinearRgb::default(); 32];
+    // Upper row but one, right of the middle.
+    pixels[8 + 5] = LinearRgb { r: 1.0, g: 1.0, b: 1.0 };
+    let panorama = Panorama { width: 8, height: 4, pixels };
+    let brightest = |rotation_deg: f32| {
+        let image = SkyImage::new(&panorama, 1.0, rotation_deg, false).unwrap();
+        let looks = (0..16).map(|k| {
+            let turn = narrow(TAU) * (k as f32 + 0.5) / 16.0;
+            Vec3A::new(turn.cos(), turn.sin(), 0.41).normalize()
+        });
+        looks.max_by(|a, b| image.radiance(*a).0[0].total_cmp(&image.radiance(*b).0[0])).unwrap()
+    };
+    let seen = brightest(0.0);
+    assert!(seen.y > 0.0 && seen.x > 0.0, "right of +y, seen from within, is +x: {seen}");
+    let turned = brightest(90.0);
+    assert!(turned.x < 0.0 && turned.y > 0.0, "a quarter turn brings +x to +y: {turned}");
+    // What single precision could not sum is refused.
+    let refused = SkyImage::new(&panorama, 2e12, 0.0, false).unwrap_err();
+    assert_eq!(refused, "pixel 5, 1 is 2.0e12 with its scale, but must be at most 1e12");
+}
+
+#[test]
+fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
+    let at = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
+    for gap_m in [1e-4, 1e-2, 1.0] {
+        let shape = SphereLight { centre: Vec3A::new(0.0, 0.0, 0.1 + gap_m), radius_m: 0.1 };
+        let light = Light::Sphere(DiffuseEmitter::new(shape, &LampSpectrum::EQUAL_ENERGY, 1.0));
+        let from = SurfacePoint { point: Vec3A::new(0.0, 0.0, -0.3), normal: Vec3A::Z };
+        let lines = [Some(SamplingTechnique::SolidAngle(from)), None, None];
+        let mut mean = Moments::default();
+        for draw in 0..4_000 {
+            let beam = light.beam(0, &lines, &mut sampler(3, draw)).unwrap();
+            let way = beam.origin.way(from.point).direction;
+            let exit = SurfacePoint { point: from.point + way * (0.3 / way.z), ..at };
+            mean.push(beam.arrival_on_line(&exit).map_or(0.0, |arrival| f64::from(arrival.irradiance_per_power)));
+        }
+        assert!(mean.mean() < PI, "{} at {gap_m} m", mean.mean());
+        assert!(mean.standard_error() < 0.02 * mean.mean(), "{mean:?}");
+    }
+}

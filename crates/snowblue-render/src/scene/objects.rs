@@ -1,0 +1,399 @@
+//! The things in a scene and the three questions asked of them: what does a ray hit first, is a light hidden, and
+//! how does a line run through one solid.
+//!
+//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are then one piece of snow.
+//! Each keeps its own material, and the depth counts in that of the object that is seen.
+
+use std::collections::BTreeMap;
+
+use glam::{Vec2, Vec3A};
+
+use crate::bvh::bvh8::{Bvh8, BvhRay};
+use crate::geometry::body::{pair_up, unite};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit};
+use crate::geometry::shape::Shape;
+use crate::geometry::texture_coordinates::TextureCoordinates;
+
+/// Up to this number objects are tried one by one; more get a hierarchy.
+const FEW_OBJECTS: usize = 6;
+
+/// A shape made of a material.
+#[derive(Debug)]
+pub struct Object {
+    /// What it is called in reports: its file or shape.
+    pub name: String,
+    /// Its surface.
+    pub shape: Shape,
+    /// Index of its material in the scene.
+    pub material: usize,
+    /// Objects of the same body are one solid; without a name, an object is its own body.
+    pub body: Option<String>,
+}
+
+/// What a ray hits first.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceInteraction {
+    /// Index of the object.
+    pub object: usize,
+    /// Index of its material.
+    pub material: usize,
+    /// The point hit.
+    pub point: Vec3A,
+    /// Unit normal on the side from which the ray came: the outward one, as long as rays stay out of solids.
+    pub normal: Vec3A,
+    /// Unit direction of the ray.
+    pub direction: Vec3A,
+    /// Where on the object's mesh the point is.
+    pub place: MeshLocation,
+}
+
+/// Which side of an object's surface is lit, by the object's index.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Side {
+    /// The outer one: everything can hide a light from it.
+    Outer(usize),
+    /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
+    Inner(usize),
+    /// The inner one, where nothing of its body lies ahead: on the line to the light, from where it leaves the body for good.
+    Last(usize),
+}
+
+impl Side {
+    /// Index of the object.
+    pub(crate) fn object(self) -> usize {
+        match self {
+            Self::Outer(object) | Self::Inner(object) | Self::Last(object) => object,
+        }
+    }
+}
+
+/// All objects of a scene.
+#[derive(Debug)]
+pub struct Objects {
+    objects: Vec<Object>,
+    /// The box around each, but for those without end.
+    bounds: Vec<Option<Bounds>>,
+    /// Index of each object's body.
+    bodies: Vec<usize>,
+    /// The objects of each body.
+    members: Vec<Vec<usize>>,
+    /// Objects without end: they have no box.
+    endless: Vec<usize>,
+    /// All others, with their boxes.
+    bounded: Vec<(usize, Bounds)>,
+    hierarchy: Option<Bvh8>,
+}
+
+impl Objects {
+    /// Gathers the objects, and builds the hierarchy over them if they are many.
+    pub fn new(objects: Vec<Object>) -> Self {
+        let (mut endless, mut bounded) = (Vec::new(), Vec::new());
+        let bounds: Vec<_> = objects.iter().map(|object| object.shape.bounds()).collect();
+        for (index, bounds) in bounds.iter().enumerate() {
+            match *bounds {
+                Some(bounds) => bounded.push((index, bounds)),
+                None => endless.push(index),
+            }
+        }
+        let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| {
+            let scene = bounded.iter().map(|(_, bounds)| bounds.greatest_coordinate()).fold(0.0, f32::max);
+            let padded: Vec<_> = bounded.iter().map(|(_, one)| one.padded(scene * 1e-5)).collect();
+            Bvh8::over(&padded)
+        });
+        let (bodies, members) = bodies(&objects);
+        Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
+    }
+
+    /// Makes lines through some points quick, as many as there is room for and as it pays.
+    pub(crate) fn expect_lines_through(&mut self, points: impl Iterator<Item = Vec3A>) {
+        /// Room for all lists together, in bytes.
+        const ROOM: usize = 1 << 26;
+        let mut room = ROOM;
+        for point in points {
+            for object in &mut self.objects {
+                if let Shape::Mesh(instance) = &mut object.shape {
+                    room -= instance.expect_lines_through(point, room);
+                }
+            }
+        }
+    }
+
+    /// The objects, in the order of the scene.
+    pub fn list(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The greatest coordinate of an object in the scene, in m, with which the rounding of its surface's points goes; 0 of an
+    /// endless one, whose points are as good as their own coordinates.
+    pub fn reach_m(&self, object: usize) -> f32 {
+        self.bounds[object].map_or(0.0, |bounds| bounds.greatest_coordinate())
+    }
+
+    /// Texture coordinates at a hit, where the object's mesh has them.
+    pub fn uv(&self, surface: &SurfaceInteraction) -> Option<Vec2> {
+        self.objects[surface.object].shape.mesh()?.uv(&surface.place)
+    }
+
+    /// Where in textures a hit lies; of a mesh that must have texture coordinates.
+    pub(crate) fn texture_place(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
+        match &self.objects[surface.object].shape {
+            Shape::Cuboid(cuboid) => cuboid.texture_place(surface.point, surface.normal),
+            Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_place(surface.point),
+            Shape::Plane(plane) => plane.texture_place(surface.point, surface.normal),
+            Shape::Mesh(instance) => {
+                TextureCoordinates::Pictures(instance.mesh().uv(&surface.place).unwrap_or_default())
+            }
+        }
+    }
+
+    /// A value that the object's mesh has at its vertices, at a hit, by its name in the mesh file.
+    pub fn attribute(&self, name: &str, surface: &SurfaceInteraction) -> Option<f32> {
+        self.objects[surface.object].shape.mesh()?.attribute(name, &surface.place)
+    }
+
+    /// What the ray hits first.
+    pub fn first_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        let mut nearest = f32::INFINITY;
+        let mut found: Option<(usize, ShapeHit)> = None;
+        self.visit(ray, f32::INFINITY, |index| {
+            let Some(hit) = self.objects[index].shape.first_hit(ray, nearest) else {
+                return f32::INFINITY;
+            };
+            nearest = hit.distance_m;
+            found = Some((index, hit));
+            nearest
+        });
+        let (object, hit) = found?;
+        let facing = hit.normal.dot(ray.direction) <= 0.0;
+        Some(SurfaceInteraction {
+            object,
+            material: self.objects[object].material,
+            point: hit.point,
+            normal: if facing { hit.normal } else { -hit.normal },
+            direction: ray.direction,
+            place: hit.place,
+        })
+    }
+
+    /// Whether anything lies on the ray nearer than `limit_m`.
+    pub fn any_hit(&self, ray: &Ray, limit_m: f32) -> bool {
+        self.occluded_by(ray, limit_m, |_| true)
+    }
+
+    /// Whether anything lies on a ray from one side of a surface, nearer than `limit_m`.
+    pub(crate) fn occluded(&self, ray: &Ray, limit_m: f32, side: Side) -> bool {
+        self.occluded_by(ray, limit_m, |index| self.can_occlude(index, side))
+    }
+
+    /// Whether an object can hide what is seen from one side of a surface.
+    #[inline]
+    pub(crate) fn can_occlude(&self, index: usize, side: Side) -> bool {
+        match side {
+            Side::Outer(_) => true,
+            Side::Inner(object) => index == object || self.bodies[index] != self.bodies[object],
+            Side::Last(object) => self.bodies[index] != self.bodies[object],
+        }
+    }
+
+    /// All objects, if they are few enough to be tried one by one.
+    #[inline]
+    pub(crate) fn few(&self) -> Option<impl Iterator<Item = usize>> {
+        let bounded = self.bounded.iter().map(|(index, _)| *index);
+        self.hierarchy.is_none().then(|| self.endless.iter().copied().chain(bounded))
+    }
+
+    #[inline]
+    fn occluded_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
+        let mut blocked = false;
+        self.visit(ray, limit_m, |index| {
+            blocked = blocked || (counts(index) && self.objects[index].shape.occludes(ray, limit_m));
+            // Nothing can lie nearer than behind the origin: this ends the search.
+            if blocked { f32::NEG_INFINITY } else { f32::INFINITY }
+        });
+        blocked
+    }
+
+    /// An object's shape, if that is all of its body and a line goes through it once at most.
+    #[inline]
+    pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
+        let shape = &self.objects[object].shape;
+        let alone = || self.members[self.bodies[object]].len() == 1;
+        (matches!(shape, Shape::Cuboid(_) | Shape::Ellipsoid(_)) && alone()).then_some(shape)
+    }
+
+    /// Collects every crossing of a line with the solid that an object is or belongs to, in no particular order; within
+    /// a body of several objects, the parts that lie farther on than `limit_m` or wholly behind are left out.
+    ///
+    /// Returns whether the line crossed an object's surface an odd number of times.
+    pub fn crossings(&self, object: usize, ray: &Ray, limit_m: f32, crossings: &mut Vec<Crossing>) -> bool {
+        crossings.clear();
+        let members = &self.members[self.bodies[object]];
+        if members.len() == 1 {
+            return self.cross_alone(object, ray, crossings);
+        }
+        let mut odd = false;
+        for &member in members {
+            if self.bounds[member].is_some_and(|bounds| bounds.span(ray, 0.0, limit_m).is_some()) {
+                let first = crossings.len();
+                self.add_crossings(member, ray, crossings);
+                odd |= pair_up(crossings, first);
+            }
+        }
+        unite(crossings);
+        odd
+    }
+
+    /// The crossings of a line with an object that is a body by itself, but for those in pairs behind the origin.
+    ///
+    /// From a place outside on, the crossings of a mesh pair up without those before it. Just behind the surface point that a
+    /// line comes from is mostly outside: then the number of crossings from there on is even, and half of the walk is spared.
+    fn cross_alone(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) -> bool {
+        /// How far behind the origin that is, as a share of the greatest coordinate: far more than rounding.
+        const BEHIND: f32 = 1.0 / 1024.0;
+        if let Shape::Mesh(instance) = &self.objects[object].shape {
+            instance.crossings_from(ray, -BEHIND * self.reach_m(object), crossings);
+            if crossings.len().is_multiple_of(2) {
+                name_crossings(object, crossings);
+                return false;
+            }
+            crossings.clear();
+        }
+        self.add_crossings(object, ray, crossings);
+        crossings.len() % 2 == 1
+    }
+
+    fn add_crossings(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) {
+        let first = crossings.len();
+        self.objects[object].shape.crossings(ray, crossings);
+        name_crossings(object, &mut crossings[first..]);
+    }
+
+    /// Whether a point lies within an object: lines from there in three directions all say so.
+    ///
+    /// An open surface, which has no inside, does not.
+    pub fn holds(&self, object: usize, point: Vec3A) -> bool {
+        let mut crossings = Vec::new();
+        [Vec3A::new(0.36, 0.48, 0.8), Vec3A::new(-0.8, 0.6, 0.0), Vec3A::new(0.48, -0.6, -0.64)].iter().all(
+            |&direction| {
+                crossings.clear();
+                self.objects[object].shape.crossings(&Ray { origin: point, direction }, &mut crossings);
+                let ahead = crossings.iter().filter(|crossing| crossing.distance_m > 0.0).count();
+                crossings.len() % 2 == 0 && ahead % 2 == 1
+            },
+        )
+    }
+
+    /// Calls `try_object` for objects whose box the ray meets; it returns the distance up to which to look on.
+    #[inline]
+    fn visit(&self, ray: &Ray, limit_m: f32, mut try_object: impl FnMut(usize) -> f32) {
+        let mut nearest = limit_m;
+        for &index in &self.endless {
+            nearest = nearest.min(try_object(index));
+        }
+        let Some(hierarchy) = &self.hierarchy else {
+            for (index, _) in &self.bounded {
+                nearest = nearest.min(try_object(*index));
+            }
+            return;
+        };
+        hierarchy.traverse_ordered(&BvhRay::new(ray, 0.0, nearest), |leaf| {
+            for thing in hierarchy.things(leaf) {
+                nearest = nearest.min(try_object(self.bounded[thing].0));
+            }
+            nearest
+        });
+    }
+}
+
+/// Tells whose crossings these are.
+#[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
+#[inline]
+pub(crate) fn name_crossings(object: usize, crossings: &mut [Crossing]) {
+    crossings.iter_mut().for_each(|crossing| crossing.object = object as u32);
+}
+
+/// The body of each object, and the objects of each body.
+fn bodies(objects: &[Object]) -> (Vec<usize>, Vec<Vec<usize>>) {
+    let mut named = BTreeMap::new();
+    let (mut bodies, mut members) = (Vec::with_capacity(objects.len()), Vec::<Vec<usize>>::new());
+    for (index, object) in objects.iter().enumerate() {
+        let fresh = members.len();
+        let body = object.body.as_ref().map_or(fresh, |name| *named.entry(name).or_insert(fresh));
+        if body == fresh {
+            members.push(Vec::new());
+        }
+        bodies.push(body);
+        members[body].push(index);
+    }
+    (bodies, members)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid::Cuboid;
+    use crate::geometry::plane::Plane;
+    use glam::Mat3A;
+
+    fn object(shape: Shape, material: usize) -> Object {
+        Object { name: String::new(), shape, material, body: None }
+    }
+
+    fn row(count: usize) -> Vec<Object> {
+        let cube =
+            |k: usize| Shape::Cuboid(Cuboid::new(Vec3A::new(2.0 * k as f32, 0.0, 0.0), Vec3A::ONE, Mat3A::IDENTITY));
+        (0..count).map(|k| object(cube(k), k)).collect()
+    }
+
+    #[test]
+    fn few_objects_and_many_answer_alike() {
+        for count in [3, 40] {
+            let objects = Objects::new(row(count));
+            let from_left = Ray { origin: Vec3A::new(-5.0, 0.1, 0.2), direction: Vec3A::X };
+            let hit = objects.first_hit(&from_left).unwrap();
+            assert_eq!((hit.object, hit.material), (0, 0));
+            assert!((hit.point.x + 0.5).abs() < 1e-6 && (hit.normal.x + 1.0).abs() < 1e-6);
+            let last = (count - 1) as f32;
+            let from_right = Ray { origin: Vec3A::new(2.0 * last + 5.0, 0.1, 0.2), direction: Vec3A::NEG_X };
+            assert_eq!(objects.first_hit(&from_right).unwrap().object, count - 1);
+            assert!(objects.any_hit(&from_left, 4.6) && !objects.any_hit(&from_left, 4.4));
+            let between = Ray { origin: Vec3A::new(1.0, -3.0, 0.0), direction: Vec3A::Y };
+            assert!(objects.first_hit(&between).is_none() && !objects.any_hit(&between, 99.0));
+        }
+    }
+
+    #[test]
+    fn a_plane_hides_and_is_hidden_among_few_and_many() {
+        for count in [3, 40] {
+            let mut all = row(count);
+            all.push(object(Shape::Plane(Plane::new(Vec3A::new(0.0, 0.0, -2.0), Mat3A::IDENTITY)), count));
+            let objects = Objects::new(all);
+            let down = |x: f32| Ray { origin: Vec3A::new(x, 0.1, 3.0), direction: Vec3A::NEG_Z };
+            assert_eq!(objects.first_hit(&down(0.2)).unwrap().object, 0);
+            assert_eq!(objects.first_hit(&down(1.0)).unwrap().object, count);
+            assert!(objects.any_hit(&down(1.0), 5.1) && !objects.any_hit(&down(1.0), 4.9));
+            let up = Ray { origin: Vec3A::new(0.2, 0.1, -4.0), direction: Vec3A::Z };
+            assert_eq!(objects.first_hit(&up).unwrap().object, count);
+        }
+    }
+
+    #[test]
+    fn objects_of_a_body_are_crossed_as_one_and_do_not_hide_each_other() {
+        let mut all = row(3);
+        for (object, body) in all.iter_mut().zip(["wall", "wall", "other"]) {
+            object.body = Some(body.to_owned());
+        }
+        let objects = Objects::new(all);
+        let ray = Ray { origin: Vec3A::new(-0.5, 0.1, 0.2), direction: Vec3A::X };
+        let mut crossings = Vec::new();
+        assert!(!objects.crossings(1, &ray, f32::INFINITY, &mut crossings));
+        let crossed: Vec<_> = crossings.iter().map(|crossing| crossing.object).collect();
+        assert_eq!(crossed, [0, 0, 1, 1]);
+        let beyond = Ray { origin: Vec3A::new(0.6, 0.1, 0.2), direction: Vec3A::X };
+        assert!(objects.any_hit(&beyond, 2.5));
+        assert!(!objects.occluded(&beyond, 2.5, Side::Inner(0)), "the second block of the wall does not count");
+        assert!(objects.occluded(&beyond, 3.5, Side::Inner(0)), "another body does");
+        assert!(objects.holds(1, Vec3A::new(2.2, 0.3, -0.4)) && !objects.holds(1, Vec3A::new(2.2, 0.6, -0.4)));
+    }
+}

@@ -1,0 +1,171 @@
+//! Solids under a surface of heights: drifts, fields, dunes. The surface is closed by walls around it and a level bottom,
+//! so that it can be snow.
+
+use std::path::Path;
+
+use exr::prelude::{ReadChannels, ReadLayers, read};
+use glam::{Vec2, Vec3};
+
+use crate::error::RenderError;
+use crate::geometry::triangles::{Triangles, closed_grids};
+use crate::images::png_image::PngImage;
+
+/// Heights on a grid, row by row from the far side (greatest y) to the near, each from left to right.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heights {
+    columns: usize,
+    values: Vec<f32>,
+}
+
+impl Heights {
+    /// A grid of rows of one length.
+    ///
+    /// # Errors
+    ///
+    /// When there are fewer than two rows or columns, a height is not finite, or there are more than 2²⁸.
+    pub fn new(columns: usize, values: Vec<f32>) -> Result<Self, String> {
+        let rows = values.len().checked_div(columns).unwrap_or(0);
+        if rows < 2 || columns < 2 || rows * columns != values.len() || values.len() > 1 << 28 {
+            return Err(format!(
+                "heights are a grid of {columns} × {rows}, but must be 2 × 2 at least, and 2^28 at most"
+            ));
+        }
+        match values.iter().find(|height| !height.is_finite()) {
+            Some(height) => Err(format!("a height is {height}, but must be finite")),
+            None => Ok(Self { columns, values }),
+        }
+    }
+
+    /// Heights of a grey PNG, white being 1, or of the first channel of an EXR.
+    ///
+    /// # Errors
+    ///
+    /// When the file cannot be read, or is neither.
+    pub fn read(path: &Path) -> Result<Self, RenderError> {
+        let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let (columns, values) = match ending.as_str() {
+            "png" => read_png(path)?,
+            "exr" => read_exr(path).map_err(wrong)?,
+            other => return Err(wrong(format!("the ending is \"{other}\", but heights must be png or exr"))),
+        };
+        Self::new(columns, values).map_err(wrong)
+    }
+
+    /// The solid between these heights and a level bottom, over the rectangle of a size about the origin: a height h lies
+    /// at z = h · `size.z`. Texture coordinates go from (0, 0), left and near, to (1, 1), right and far.
+    ///
+    /// # Errors
+    ///
+    /// When the bottom lies as high as the least height.
+    pub fn solid(&self, size: Vec3, bottom: f32) -> Result<Triangles, String> {
+        let least = self.values.iter().fold(f32::INFINITY, |least, &height| least.min(height * size.z));
+        if bottom >= least {
+            return Err(format!("bottom is {bottom} m, but must lie below the least height of {least} m"));
+        }
+        let (columns, rows) = (self.columns, self.values.len() / self.columns);
+        let uv = |column: usize, row: usize| {
+            Vec2::new(column as f32 / (columns - 1) as f32, 1.0 - row as f32 / (rows - 1) as f32)
+        };
+        let mut solid = Triangles::default();
+        let mut add = |uv: Vec2, z: f32| {
+            solid.positions.push(Vec3::new((uv.x - 0.5) * size.x, (uv.y - 0.5) * size.y, z));
+            solid.uv.push(uv);
+        };
+        for (index, height) in self.values.iter().enumerate() {
+            add(uv(index % columns, index / columns), height * size.z);
+        }
+        for index in 0..self.values.len() {
+            add(uv(index % columns, index / columns), bottom);
+        }
+        // From below, where the bottom is outside, rows run from far to near.
+        solid.corners = closed_grids(count(columns), count(rows));
+        Ok(solid)
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a grid has at most 2^28 points")]
+fn count(count: usize) -> u32 {
+    count as u32
+}
+
+fn read_png(path: &Path) -> Result<(usize, Vec<f32>), RenderError> {
+    let picture = PngImage::open(path)?;
+    if picture.channels > 1 {
+        let reason = "the picture is coloured, but heights must be grey".into();
+        return Err(RenderError::Mesh { path: path.into(), reason });
+    }
+    Ok((picture.width, picture.values))
+}
+
+fn read_exr(path: &Path) -> Result<(usize, Vec<f32>), String> {
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image = image.from_file(path).map_err(|error| format!("not a readable EXR file: {error}"))?;
+    let layer = image.layer_data;
+    let channel = layer.channel_data.list.first().ok_or("the picture has no channel")?;
+    Ok((layer.size.width(), channel.sample_data.values_as_f32().collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh_tools::topology::{Topology, volume};
+
+    #[test]
+    fn the_solid_is_closed_and_holds_the_mean_height() {
+        let (columns, rows) = (7, 5);
+        let slope = |k: usize| 1.0 + (k % columns) as f32 / 6.0 + (k / columns) as f32 / 4.0;
+        let heights = Heights::new(columns, (0..columns * rows).map(slope).collect()).unwrap();
+        let solid = heights.solid(Vec3::new(3.0, 2.0, 0.1), -0.2).unwrap();
+        let topology = Topology::of(&solid);
+        assert!(topology.is_closed() && topology.reversed_edges == 0 && topology.merged_vertices == 0, "{topology:?}");
+        // Heights rise evenly from 0.1 to 0.3 m: 0.2 m in the mean, above a bottom at −0.2 m.
+        assert!((volume(&solid) - 3.0 * 2.0 * 0.4).abs() < 1e-6);
+        // The far right corner is the highest of the first row; texture coordinates say where it is.
+        assert_eq!(solid.positions[6], Vec3::new(1.5, 1.0, 0.2));
+        assert_eq!(solid.uv[6], Vec2::ONE);
+    }
+
+    #[test]
+    fn a_bottom_above_the_ground_and_odd_grids_are_refused() {
+        assert!(Heights::new(2, vec![0.0; 4]).unwrap().solid(Vec3::ONE, 0.0).unwrap_err().contains("bottom is 0 m"));
+        assert!(Heights::new(3, vec![0.0; 3]).is_err());
+        assert!(Heights::new(2, vec![0.0, 1.0, f32::NAN, 0.0]).unwrap_err().contains("NaN"));
+    }
+
+    #[test]
+    fn pictures_of_16_bits_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drift.png");
+        let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), 2, 2);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.write_header().unwrap().write_image_data(&[0, 0, 0xff, 0xff, 0x80, 0, 0, 1]).unwrap();
+        let heights = Heights::read(&path).unwrap();
+        assert_eq!(heights, Heights::new(2, vec![0.0, 1.0, 32_768.0 / 65_535.0, 1.0 / 65_535.0]).unwrap());
+        std::fs::write(&path, b"no picture").unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
+    }
+
+    #[test]
+    fn heights_of_an_exr_are_those_of_its_first_channel_from_far_to_near() {
+        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drift.EXR");
+        let values = vec![0.25f32, -1.5, 3.0, 1e-3, 70_000.0, 0.0];
+        let height = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
+        let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
+        let channels = AnyChannels::sort([other, height].into_iter().collect());
+        Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
+        let heights = Heights::read(&path).unwrap();
+        assert_eq!(heights, Heights::new(3, values).unwrap());
+        // The first row lies far, at greatest y.
+        let solid = heights.solid(Vec3::new(4.0, 2.0, 0.1), -1.0).unwrap();
+        assert_eq!((solid.positions[0], solid.positions[5]), (Vec3::new(-2.0, 1.0, 0.025), Vec3::new(2.0, -1.0, 0.0)));
+        std::fs::write(&path, b"no picture").unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.EXR: not a readable EXR"));
+        let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
+        Image::from_channels((2, 2), AnyChannels::sort([hole].into_iter().collect())).write().to_file(&path).unwrap();
+        assert!(Heights::read(&path).unwrap_err().to_string().contains("a height is NaN, but must be finite"));
+    }
+}

@@ -1,0 +1,6 @@
+//! Solids made by rules, as triangle meshes.
+
+pub mod drift;
+pub mod height_field;
+pub mod igloo;
+mod relief;
