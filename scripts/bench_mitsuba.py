@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The oblique block of snow by Mitsuba 3 and by snowblue: the same picture, and who is faster. Called by bench-mitsuba.
+"""Renders the oblique block of snow with Mitsuba 3 and with snowblue, compares the images and times both. Called by
+bench-mitsuba.
 
-Both are asked for direct light alone, on as many threads. Mitsuba's time is that of tracing, with scene, table and kernel
-ready; snowblue's is that of the whole command, from its start to the picture on disk.
+Both render direct light only, on the same number of threads. Mitsuba's time is that of tracing alone, with the scene,
+table and kernel ready. snowblue's time is that of the whole command, from start to the image on disk.
 """
 
 import argparse
@@ -23,16 +24,16 @@ from mitsuba_snow import RGB, Colours, SnowTable, Spectra, lamp_weights, mitsuba
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 BLOCK, DRAGON = SCENES / "block_30cm.toml", SCENES / "fig11_dragon.toml"
 LUMINANCE = np.linalg.inv(RGB)[1]
-# How far the ratio of luminances may be from 1 where both look up the same table. Straight lines instead of splines between
-# its places make it a few thousandths; a lamp, a normal or an angle taken wrongly would make it tens of percent.
+# Largest deviation of the luminance ratio from 1 with the same table. Linear instead of spline interpolation causes a
+# few thousandths; a wrong lamp, normal or angle would cause tens of percent.
 TOLERANCE = 0.01
-# Share of the pixels that chance may light in one picture alone: outlines, at few samples.
+# Largest fraction of pixels that may be lit in one image only: outlines, at few samples.
 OUTLINES = 0.01
 PLAIN_SAMPLES = 16
 
 
 class Snowblue:
-    """The command, on as many threads as Mitsuba has."""
+    """The command, on the same number of threads as Mitsuba."""
 
     def __init__(self, program, threads):
         self.start = [program, "--threads", str(threads), "--quiet"]
@@ -44,31 +45,31 @@ class Snowblue:
 
 
 def snow_pixels(scene, snow, size):
-    """Whether the middle of each pixel shows snow."""
+    """Mask of the pixels whose centre shows snow."""
     row, column = dr.meshgrid(*[(dr.arange(mi.Float, size) + 0.5) / size] * 2, indexing="ij")
     ray, _ = scene.sensors()[0].sample_ray(0, 0, mi.Point2f(column, row), 0)
     return np.array(scene.ray_intersect(ray).shape == mi.ShapePtr(snow)).reshape(size, size)
 
 
 def linear(path):
-    """A picture of a file as linear sRGB."""
+    """Reads an image file as linear sRGB."""
     return np.array(mi.Bitmap(str(path)))[..., :3]
 
 
 def compare(name, theirs, ours, parts):
-    """Prints how far pixels are apart, in the mean of their logarithms; ends the run where it is too far."""
+    """Prints the mean logarithmic difference of the pixels, and exits if it is too large."""
     there, here = theirs @ LUMINANCE, ours @ LUMINANCE
     for part, pixels in parts.items():
         both, either = pixels & (there > 0) & (here > 0), pixels & ((there > 0) | (here > 0))
-        lone = (either & ~both).sum() / pixels.sum()
-        off = np.exp(np.log(there[both] / here[both]).mean()) - 1
-        print(f"{name}: {part} is {off:+.2%} of snowblue's; lit in one picture alone: {lone:.2%} of its pixels")
-        if not (abs(off) <= TOLERANCE and lone <= OUTLINES):
-            sys.exit(f"bench-mitsuba: not the same picture; allowed are {TOLERANCE:.0%} and {OUTLINES:.0%}")
+        unmatched = (either & ~both).sum() / pixels.sum()
+        difference = np.exp(np.log(there[both] / here[both]).mean()) - 1
+        print(f"{name}: {part} differs by {difference:+.2%} from snowblue; lit in one image only: {unmatched:.2%}")
+        if not (abs(difference) <= TOLERANCE and unmatched <= OUTLINES):
+            sys.exit(f"bench-mitsuba: images differ by more than {TOLERANCE:.0%}, or {OUTLINES:.0%} of the pixels")
 
 
 def used_s(action):
-    """Wall and CPU time of an action, in s, its processes included."""
+    """Wall and CPU time of an action in s, including its processes."""
 
     def cpu_s():
         return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
@@ -79,9 +80,9 @@ def used_s(action):
 
 
 def medians_s(actions, repeats):
-    """Median wall and CPU times of actions, in s, taken in turns after two of each that do not count.
+    """Median wall and CPU times of actions in s, measured alternately after two warm-up runs of each.
 
-    Mitsuba compiles in the first and, since the state that it left is another than at the start, in the second too.
+    Mitsuba compiles in the first run, and again in the second since its state has changed.
     """
     for action in 2 * list(actions.values()):
         action()
@@ -92,8 +93,8 @@ def medians_s(actions, repeats):
     return {name: [statistics.median(kind) for kind in zip(*pairs)] for name, pairs in times.items()}
 
 
-def tell(medians, pairs):
-    """A row for each action, and of pairs of them how many times as long the first takes."""
+def report(medians, pairs):
+    """Prints a row per action, and the ratio of the times of each pair."""
     print(f"{'':44}{'wall s':>9}{'CPU s':>9}")
     for name, (wall, cpu) in medians.items():
         print(f"{name:44}{wall:9.2f}{cpu:9.2f}")
@@ -103,7 +104,7 @@ def tell(medians, pairs):
 
 
 def block(options, snowblue, folder):
-    """The block of snow, direct light."""
+    """The block of snow with direct light."""
     document = tomllib.loads(BLOCK.read_text())
     weights = lamp_weights(document["light"][0])
     table = SnowTable(snowblue, document["material"]["drift"], folder)
@@ -138,7 +139,7 @@ def block(options, snowblue, folder):
     for name in (spectra, colours):
         compare(name, pictures[name], linear(folder / "two.exr"), {"snow": shown, "floor": ~shown})
     print(f"\n{options.size}×{options.size}, {options.samples} samples, direct light, {options.threads} threads")
-    tell(medians, [(spectra, same), (colours, same), (spectra, brightest)])
+    report(medians, [(spectra, same), (colours, same), (spectra, brightest)])
     if options.pictures:
         options.pictures.mkdir(parents=True, exist_ok=True)
         side_by_side = np.hstack([pictures[spectra], linear(folder / "same.exr")]) * 2 ** document["film"]["exposure"]
@@ -146,12 +147,12 @@ def block(options, snowblue, folder):
 
 
 def plain(options, snowblue, folder):
-    """Rays alone: the dragon as grey paint, a ray from the camera and one to the lamp for each sample."""
+    """Ray tracing alone: a grey dragon, with a camera ray and a shadow ray per sample."""
     text = DRAGON.read_text().replace('material = "snow"', 'material = "floor"')
     document = tomllib.loads(text)
     mesh = (DRAGON.parent / document["object"][0]["mesh"]).resolve()
     if not mesh.exists():
-        print(f"\nno row of rays alone: {mesh} is not there (scripts/fetch-models)")
+        print(f"\nskipping the dragon: {mesh} does not exist (scripts/fetch-models)")
         return
     scene_file = folder / "grey.toml"
     scene_file.write_text(text.replace(document["object"][0]["mesh"], str(mesh)))
@@ -178,14 +179,14 @@ def plain(options, snowblue, folder):
     everywhere = np.full((options.size, options.size), True)
     compare("Mitsuba", loaded["picture"], linear(folder / "grey.exr"), {"the grey dragon": everywhere})
     print(f"\ndragon, {options.size}×{options.size}, {PLAIN_SAMPLES} samples of two rays, {options.threads} threads")
-    tell(medians, [("Mitsuba, loading", "snowblue, loading"), ("Mitsuba, rays", "snowblue, rays")])
+    report(medians, [("Mitsuba, loading", "snowblue, loading"), ("Mitsuba, rays", "snowblue, rays")])
     paths = options.size**2 * PLAIN_SAMPLES
     for name in ("Mitsuba, rays", "snowblue, rays"):
-        print(f"{name}: {medians[name][1] / paths * 1e6:.3f} µs of CPU for a sample")
+        print(f"{name}: {medians[name][1] / paths * 1e6:.3f} µs of CPU per sample")
 
 
 def positive(text):
-    """A whole number from 1 on."""
+    """Parses a whole number from 1."""
     number = int(text)
     if number < 1:
         raise ValueError
@@ -194,13 +195,13 @@ def positive(text):
 
 def main():
     parser = argparse.ArgumentParser(prog="bench-mitsuba", description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=positive, default=1080, help="pixels of width and of height [1080]")
-    parser.add_argument("--samples", type=positive, default=100, help="samples of a pixel of the block [100]")
-    parser.add_argument("--repeats", type=positive, default=3, help="times that each is run and measured [3]")
-    parser.add_argument("--threads", type=positive, default=2, help="threads of both [2]")
-    parser.add_argument("--path", choices=("view", "normal"), default="view", help="way through the snow [view]")
-    parser.add_argument("--plain", action="store_true", help="the rays alone too, on the dragon")
-    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="where to put both pictures, side by side")
+    parser.add_argument("--size", type=positive, default=1080, help="width and height in pixels [1080]")
+    parser.add_argument("--samples", type=positive, default=100, help="samples per pixel of the block [100]")
+    parser.add_argument("--repeats", type=positive, default=3, help="measured runs of each [3]")
+    parser.add_argument("--threads", type=positive, default=2, help="threads of each program [2]")
+    parser.add_argument("--path", choices=("view", "normal"), default="view", help="path mode [view]")
+    parser.add_argument("--plain", action="store_true", help="also measure ray tracing alone, on the dragon")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="write both images side by side into FOLDER")
     parser.add_argument("program", help=argparse.SUPPRESS)
     options = parser.parse_args()
     dr.set_thread_count(options.threads)

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Depths through meshes as Embree finds them: the same hits, numbers of crossings and mean thickness.
+"""Compares thickness through meshes with Embree: the same hits, numbers of crossings and mean thickness.
 
-    python3 scripts/check_embree.py PATH_OF_EXAMPLE_thickness_map [MESH.ply ...]
+    python3 scripts/check_embree.py THICKNESS_MAP [MESH.ply ...]
 
-The example traces grids of lines in three directions and writes them down to the bit; Embree traces the same lines through the same
-triangles. Without a mesh, one is made: a lumpy, hollow body with two holes in it and thin parts.
+THICKNESS_MAP is a program that traces grids of lines in three directions and prints them with all digits. Embree
+traces the same lines through the same triangles. A generated mesh is checked first: a wavy, hollow torus with thin
+parts.
 """
 
 import subprocess
@@ -18,17 +19,18 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 LINES = 250
-# Embree starts again behind each crossing, by this share of the mesh's size; two crossings closer than that, at thin or
-# grazing places, it counts as one.
+# Embree restarts behind each crossing, by this fraction of the mesh's size. Two crossings closer than that, at thin or
+# grazing spots, count as one.
 STEP = 2e-6
-# So lines may differ that pass an outline within rounding, or two crossings within a step: fewer than one in ten thousand.
-FEW = 1e-4
-# Rounding of coordinates in single precision, of the size, on a surface met as obliquely as one line in ten thousand is.
-NEAR = 1e-5
+# Largest fraction of lines that may differ: those that graze an outline, or have two crossings within a step.
+MAX_DIFFERENT = 1e-4
+# Tolerance for distances, as a fraction of the mesh's size: rounding in single precision on a surface hit as obliquely
+# as by one line in ten thousand.
+TOLERANCE = 1e-5
 
 
-def made_mesh(path):
-    """A torus with waves on it, and within its wall another, inside out; all shared vertices are shared in the file."""
+def export_torus(path):
+    """Exports a wavy torus that contains a smaller one with inverted faces. The file shares all common vertices."""
     turns, around = 480, 240
     u, v = np.meshgrid(np.arange(turns) * 2 * np.pi / turns, np.arange(around) * 2 * np.pi / around, indexing="ij")
     corner = (np.arange(turns)[:, None] * around + np.arange(around)).astype(int)
@@ -44,7 +46,7 @@ def made_mesh(path):
 
 
 def embree_lines(triangles, origins, directions, size):
-    """First hit, number of crossings and length inside of each line, by Embree's closest hits one after the other."""
+    """First hit, number of crossings and length inside of each line, from successive closest hits."""
     scene = EmbreeScene(robust=True)
     TriangleMesh(scene, triangles)
     count = len(origins)
@@ -68,7 +70,7 @@ def embree_lines(triangles, origins, directions, size):
 
 
 def compare(example, mesh):
-    """Fails where the two do not tell the same; prints what they tell."""
+    """Prints the results of both, and fails if they differ."""
     done = subprocess.run([example, mesh, str(LINES)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     ours = np.array([[float(field) for field in row.split(",")] for row in done.stdout.splitlines()[1:]])
@@ -80,28 +82,29 @@ def compare(example, mesh):
     both = met & met_there
     same = both & (crossings == theirs)
     off = np.abs(hit[both] - first[both]) / size
-    # A line of which Embree missed a crossing is open to it, and has another length.
+    # If Embree missed a crossing, its length is different.
     means = thickness[same].mean(), length[same].mean()
     print(f"{Path(mesh).name}: {len(triangles)} triangles, {len(ours)} lines")
     print(f"  hits: {met.sum()} here, {met_there.sum()} by Embree, {(met != met_there).sum()} lines differ")
-    print(f"  first hit: median difference {np.median(off):.1e} of its size, {(off > NEAR).sum()} lines beyond {NEAR:g}")
+    print(f"  first hit: median difference {np.median(off):.1e} of the size, "
+          f"{(off > TOLERANCE).sum()} lines above {TOLERANCE:g}")
     print(f"  crossings: {crossings.sum()} here, {theirs.sum()} by Embree, {(both & ~same).sum()} lines differ; "
           f"odd: {(crossings % 2).sum()} here, {(theirs % 2).sum()} by Embree")
-    print(f"  mean thickness of the others: {means[0]:.7g} here, {means[1]:.7g} by Embree, "
-          f"off by {abs(means[0] / means[1] - 1):.1e}")
+    print(f"  mean thickness of the other lines: {means[0]:.7g} here, {means[1]:.7g} by Embree, "
+          f"difference {abs(means[0] / means[1] - 1):.1e}")
     thickness_off = np.abs(thickness[same] - length[same]) / size
-    for share in (met != met_there, off > NEAR, both & ~same, thickness_off > NEAR):
-        assert share.mean() < FEW
-    assert abs(means[0] / means[1] - 1) < NEAR
+    for different in (met != met_there, off > TOLERANCE, both & ~same, thickness_off > TOLERANCE):
+        assert different.mean() < MAX_DIFFERENT
+    assert abs(means[0] / means[1] - 1) < TOLERANCE
     return (crossings % 2).sum()
 
 
 def main():
     example, *meshes = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "made.ply"
-        made_mesh(made)
-        assert compare(example, made) == 0, "a closed mesh is crossed an even number of times"
+        torus = Path(folder) / "torus.ply"
+        export_torus(torus)
+        assert compare(example, torus) == 0, "a line crosses a closed mesh an even number of times"
     for mesh in meshes:
         compare(example, mesh)
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Tables and pictures in other programs: xarray opens tables, TARTES fills them, NumPy reads the raw numbers; OpenEXR reads
-pictures, their spectra and their sums.
+"""Checks files against other programs: xarray opens tables, TARTES fills them, NumPy reads the raw export, and OpenEXR
+reads images with their spectra and sums.
 
-    python3 scripts/check_exchange.py PATH_OF_SNOWBLUE
+    python3 scripts/check_exchange.py SNOWBLUE
 """
 
 import json
@@ -30,7 +30,7 @@ def snowblue(*arguments):
 
 
 def xarray_opens_tables(folder):
-    """Axes have names and units, values stand at their places, and diffuse light is told."""
+    """Axes have names and units, values have the right coordinates, and diffuse incidence is flagged."""
     full = folder / "full.nc"
     snowblue("database", "build", *AXES, "--angle", "0,60,diffuse", "--water-saturation", "0,0.1",
              "--tally-rays", "262144", "-o", full)
@@ -43,10 +43,11 @@ def xarray_opens_tables(folder):
         dry = table.sel(grain_size=400, density=300, angle=60, thickness=5, water_saturation=0, facetness=0.3)
         rows = snowblue("spectrum", "--thickness", 5, "--angle", 60, "--quiet", "--format", "csv").splitlines()[1:]
         printed = np.array([[float(field) for field in row.split(",")] for row in rows])
-        # The same rays at grains, but other grids to interpolate on, and more streams where some of the snow is wet.
+        # The same grain optics, but another interpolation grid, and more streams where some of the snow is wet.
         assert np.abs(dry.transmittance.values / printed[:, 4] - 1).max() < 1e-4
     compressed = folder / "compressed.nc"
-    snowblue("database", "build", *AXES, "--tally-rays", "262144", "--space", "log", "--components", 3, "-o", compressed)
+    snowblue("database", "build", *AXES, "--tally-rays", "262144", "--space", "log", "--components", 3,
+             "-o", compressed)
     with xr.open_dataset(compressed) as table, xr.open_dataset(full) as whole:
         rebuilt = np.exp((table.transmittance_coefficients * table.transmittance_basis).sum("component"))
         exact = whole.transmittance.sel(water_saturation=0, drop=True).sel(angle=[0, 60])
@@ -54,27 +55,28 @@ def xarray_opens_tables(folder):
     return full
 
 
-def dimensions_come_in_any_order(folder, full):
-    """A transposed table in single precision is imported to the same values."""
-    turned, back = folder / "turned.nc", folder / "back.nc"
+def dimensions_may_have_any_order(folder, full):
+    """A transposed table in single precision imports with the same values."""
+    transposed, imported_file = folder / "transposed.nc", folder / "imported.nc"
     with xr.open_dataset(full) as table:
         shuffled = table.transpose("wavelength", "angle", "density", ...).astype("float32")
-        shuffled.to_netcdf(turned, format="NETCDF3_64BIT")
-        snowblue("database", "import", turned, "-o", back)
-        with xr.open_dataset(back) as imported:
+        shuffled.to_netcdf(transposed, format="NETCDF3_64BIT")
+        snowblue("database", "import", transposed, "-o", imported_file)
+        with xr.open_dataset(imported_file) as imported:
             for name in ("transmittance", "reflectance"):
                 assert np.abs(imported[name] - table[name]).max() < 1e-7
 
 
 def tartes_fills_a_table(folder):
-    """Curves of another model make a compressed table that colours come out of."""
+    """Curves of another model import into a compressed table, whose raw export rebuilds them."""
     tartes_table.sizes_um = np.array([200.0, 400.0])
     tartes_table.densities = np.array([300.0])
     tartes_table.angles = np.array([0.0, 60.0])
     theirs, table, raw = folder / "tartes.nc", folder / "snow.nc", folder / "snow.json"
     tartes_table.main(theirs)
     snowblue("database", "import", theirs, "--space", "log", "--components", 3, "-o", table)
-    assert "56 curves of 2 kinds of snow, 3 components in log space" in snowblue("database", "info", table)
+    with xr.open_dataset(table) as compressed:
+        assert compressed.transmittance_coefficients.size == 56 * 3
     snowblue("database", "export", table, "-o", raw)
     document = json.loads(raw.read_text())
     numbers = np.fromfile(folder / document["numbers"], "<f4")
@@ -87,22 +89,25 @@ def tartes_fills_a_table(folder):
         assert np.abs(values - expected.values).max() < 5e-3
 
 
-def openexr_reads_pictures(folder):
-    """Channels, units and windows are where the format has them; the sums are what the colours are means of."""
+def openexr_reads_images(folder):
+    """Channels, units and windows follow the format; the colours are the means of the stored sums."""
     scene = Path(__file__).resolve().parent.parent / "scenes" / "block_30cm.toml"
     path, samples = folder / "part.exr", 3
     snowblue("render", scene, "--width", 32, "--height", 24, "--spp", samples, "--crop", "4:30,6:20",
              "--channels", "spectrum,variance,normal,albedo,thickness,angle", "-o", path)
-    with OpenEXR.File(str(path), separate_channels=True) as picture:
-        header = dict(picture.header())
-        values = {name: channel.pixels for name, channel in picture.channels().items()}
+    with OpenEXR.File(str(path), separate_channels=True) as image:
+        header = dict(image.header())
+        values = {name: channel.pixels for name, channel in image.channels().items()}
     assert header["spectralLayoutVersion"] == "1.0" and header["emissiveUnits"] == "W.m^-2.sr^-1.nm^-1"
-    corners = [[tuple(int(x) for x in corner) for corner in header[window]] for window in ("dataWindow", "displayWindow")]
+    windows = [header[window] for window in ("dataWindow", "displayWindow")]
+    corners = [[tuple(int(x) for x in corner) for corner in window] for window in windows]
     assert corners == [[(4, 6), (29, 19)], [(0, 0), (31, 23)]], corners
     spectrum = np.array([values[f"S0.{nm},000000nm"] for nm in range(400, 701, 10)])
     assert spectrum.shape == (31, 14, 26) and spectrum.max() > 0
-    xyz = np.array([sum(values[f"sums.{name}.{word}"] * 2.0 ** (32 * word - 64) for word in range(4)) for name in "XYZ"])
-    # IEC 61966-2-1, by the primaries.
+    # Sums are 128-bit fixed-point numbers in four words, with 64 fractional bits.
+    words = [[values[f"sums.{name}.{word}"] for word in range(4)] for name in "XYZ"]
+    xyz = np.array([sum(value * 2.0 ** (32 * k - 64) for k, value in enumerate(four)) for four in words])
+    # sRGB primaries and white (IEC 61966-2-1).
     primaries = np.array([[0.64, 0.3, 0.15], [0.33, 0.6, 0.06], [0.03, 0.1, 0.79]])
     white = np.array([0.3127 / 0.3290, 1, (1 - 0.3127 - 0.3290) / 0.3290])
     to_xyz = primaries * np.linalg.solve(primaries, white)
@@ -113,9 +118,9 @@ def openexr_reads_pictures(folder):
 
 
 with tempfile.TemporaryDirectory() as name:
-    place = Path(name)
-    table_of_water = xarray_opens_tables(place)
-    dimensions_come_in_any_order(place, table_of_water)
-    tartes_fills_a_table(place)
-    openexr_reads_pictures(place)
+    temporary = Path(name)
+    wet_table = xarray_opens_tables(temporary)
+    dimensions_may_have_any_order(temporary, wet_table)
+    tartes_fills_a_table(temporary)
+    openexr_reads_images(temporary)
 print("xarray, TARTES, NumPy and OpenEXR agree")

@@ -1,6 +1,6 @@
-"""Writes the colours that crates/snowblue-color/tests/published.rs expects.
+"""Writes the expected colours of crates/snowblue-color/tests/published.rs.
 
-They come from the package colour-science, an independent implementation:
+The package colour-science, an independent implementation, computes them:
     pip install colour-science==0.4.7 && python scripts/color_golden.py
 """
 
@@ -15,7 +15,7 @@ OBSERVERS = ["CIE 1931 2 Degree Standard Observer", "CIE 1964 10 Degree Standard
 OBSERVER = OBSERVERS[0]
 SHAPE = colour.SpectralShape(400, 700, 10)
 WAVELENGTHS_NM = SHAPE.wavelengths
-# Smooth, steep and jagged; `snow` has the size and slope of 15 cm of snow.
+# Smooth, steep and jagged spectra. `snow` has the magnitude and slope of 15 cm of snow.
 SPECTRA = {
     "snow": 0.0215 * np.exp(-(((WAVELENGTHS_NM - 400) / 265) ** 3)),
     "green_band": np.exp(-(((WAVELENGTHS_NM - 540) / 30) ** 2)),
@@ -50,13 +50,13 @@ def colours():
 
 
 def linear(curve, shape):
-    """On straight lines: the package's own choice for even steps is Sprague's curves."""
+    """Linear interpolation. The package's default for even steps is Sprague."""
     known = colour.LinearInterpolator(curve.wavelengths, curve.values)
     return colour.SpectralDistribution(known(shape.wavelengths), shape.wavelengths)
 
 
 def chromaticities():
-    """As published. Those of FL1-FL12 for 10 degrees are left out: they are 1e-4 off the white points of ASTM E308."""
+    """Published chromaticities, without FL1-FL12 for 10 degrees, which differ by 1e-4 from ASTM E308."""
     for observer in OBSERVERS:
         for name in TABULATED:
             if observer == OBSERVER or not name.startswith("FL") or "." in name:
@@ -64,7 +64,7 @@ def chromaticities():
 
 
 def sums():
-    """One spectrum each for all lights, observers and steps, in turn."""
+    """Every illuminant, observer and step, with the three spectra in turn."""
     curves = {
         "snow": lambda nm: 0.0215 * np.exp(-((np.maximum(nm - 400, 0) / 265) ** 3)),
         "green_band": lambda nm: np.exp(-(((nm - 540) / 30) ** 2)),
@@ -72,7 +72,8 @@ def sums():
     }
     turn = 0
     for name in TABULATED:
-        first, last = max(colour.SDS_ILLUMINANTS[name].shape.start, 360), min(colour.SDS_ILLUMINANTS[name].shape.end, 780)
+        table = colour.SDS_ILLUMINANTS[name].shape
+        first, last = max(table.start, 360), min(table.end, 780)
         for observer in OBSERVERS:
             for step in (1, 5, 10):
                 shape = colour.SpectralShape(first, last, step)
@@ -87,7 +88,7 @@ def sums():
 
 
 def spaces():
-    """The same lights in other spaces; `adapted` is by Bradford from D65 to the white of ACEScg."""
+    """The same lights in other spaces. `adapted` is the Bradford adaptation from D65 to the white of ACEScg."""
     d65 = colour.xy_to_XYZ([0.3127, 0.3290])
     aces = colour.xy_to_XYZ([0.32168, 0.33767])
     lights = [d65, aces, [0.2, 0.25, 0.6], [0.0011, 0.00105, 0.00494], [0.4, 0.2, 0.02], [0.05, 0.1, 0.07]]
@@ -106,10 +107,10 @@ def spaces():
 
 
 def interpolated():
-    """Sprague's curves through the spectrum of snow."""
+    """Sprague interpolation of the spectrum of snow."""
     curve = np.round(SPECTRA["snow"], 6)
-    places = np.array([400, 401, 413, 426.5, 555, 683, 697, 700])
-    return zip(places, [f"{v:.12g}" for v in colour.SpragueInterpolator(WAVELENGTHS_NM, curve)(places)])
+    wavelengths_nm = np.array([400, 401, 413, 426.5, 555, 683, 697, 700])
+    return zip(wavelengths_nm, [f"{v:.12g}" for v in colour.SpragueInterpolator(WAVELENGTHS_NM, curve)(wavelengths_nm)])
 
 
 write("spectra.csv", ["wavelength_nm", *SPECTRA], zip(WAVELENGTHS_NM, *(np.round(v, 6) for v in SPECTRA.values())))
@@ -119,7 +120,8 @@ write("sums.csv", ["illuminant", "observer", "step_nm", "spectrum", *"XYZ"], sum
 channels = [f"{channel}_{space}" for space in ("rec2020", "acescg") for channel in "rgb"]
 write(
     "spaces.csv",
-    [*"XYZ", *channels, "X_adapted", "Y_adapted", "Z_adapted", *"Lab", "delta_e_2000_from_row_above", "ok_l", "ok_a", "ok_b"],
+    [*"XYZ", *channels, *(f"{name}_adapted" for name in "XYZ"), *"Lab", "delta_e_2000_from_row_above",
+     *(f"ok_{name}" for name in "lab")],
     spaces(),
 )
 write("sprague.csv", ["wavelength_nm", "snow"], interpolated())

@@ -1,8 +1,8 @@
-"""Snow in Mitsuba 3 as one who knows it well would write it, for bench_mitsuba.py to measure.
+"""An efficient implementation of PCASnow in Mitsuba 3, measured by bench_mitsuba.py.
 
-An integrator in Mitsuba's compiled (LLVM) mode traces rays against Mitsuba's own scene and looks snow up in textures.
-What it looks up comes in two kinds: `Spectra` rebuilds all wavelengths that snowblue carries from two components in log
-space; `Colours` has the lamp's spectrum worked into tristimulus values beforehand, which are right for this lamp alone.
+The integrator runs in Mitsuba's compiled (LLVM) mode, traces rays against Mitsuba's own scene, and looks snow up in
+textures. There are two kinds of textures. `Spectra` rebuilds all wavelengths of snowblue from two components in log
+space. `Colours` holds precomputed tristimulus values, which are valid for one lamp spectrum only.
 """
 
 import json
@@ -16,15 +16,16 @@ mi.set_variant("llvm_ad_rgb")
 
 COLOUR_DATA = Path(__file__).resolve().parent.parent / "crates/snowblue-color/data"
 WAVELENGTHS_NM = np.arange(400, 701, 10)
-# Linear sRGB of XYZ (IEC 61966-2-1).
+# XYZ to linear sRGB (IEC 61966-2-1).
 RGB = np.linalg.inv([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
-# Rows and columns of the textures: even in the angle, and in the square root of the depth, since T bends in thin snow.
+# Rows and columns of the textures: uniform in the angle, and in the square root of the depth since T is steep in thin
+# snow.
 ANGLES, LAST_ANGLE_DEG = 17, 89.0
 DEPTHS, LAST_DEPTH_CM = 64, 100.0
 
 
 def lamp_weights(light):
-    """XYZ per wavelength of a lamp's radiant intensity; 1 W/sr of equal energy has Y = 1, as in snowblue's files."""
+    """XYZ of a lamp's radiant intensity per wavelength. 1 W/sr of equal energy has Y = 1, as in snowblue's files."""
 
     def column(name, count):
         rows = np.loadtxt(COLOUR_DATA / f"{name}.csv", delimiter=",", skiprows=1)
@@ -35,7 +36,7 @@ def lamp_weights(light):
 
 
 class SnowTable:
-    """Logarithms of transmittance and reflectance of one snow, in two components, over angle and depth."""
+    """Log transmittance and reflectance of one kind of snow over angle and depth, in two components."""
 
     def __init__(self, snowblue, snow, folder):
         depths = LAST_DEPTH_CM * (np.arange(1, DEPTHS + 1) / DEPTHS) ** 2
@@ -60,19 +61,19 @@ class SnowTable:
 
 
 def textured(values):
-    """A texture of a table over angle and depth."""
+    """Texture of a table over angle and depth."""
     return mi.Texture2f(mi.TensorXf(values), wrap_mode=dr.WrapMode.Clamp)
 
 
-def place(depth_m, cosine):
-    """Where in the textures a depth and an angle are."""
+def texture_coordinates(depth_m, cosine):
+    """Texture coordinates of a depth and an angle."""
     angle = dr.rad2deg(dr.acos(dr.clip(cosine, 0, 1))) / LAST_ANGLE_DEG * (ANGLES - 1)
     depth = dr.sqrt(depth_m * (100 / LAST_DEPTH_CM)) * DEPTHS - 1
     return mi.Point2f((depth + 0.5) / DEPTHS, (angle + 0.5) / ANGLES)
 
 
 class Spectra:
-    """Looks up two coefficients and rebuilds all wavelengths from them."""
+    """Looks up two coefficients and rebuilds all wavelengths."""
 
     def __init__(self, table, weights):
         self.textures = [textured(coefficients) for coefficients in table.coefficients]
@@ -91,7 +92,7 @@ class Spectra:
 
 
 class Colours:
-    """Looks up the tristimulus values of the lamp's light through the snow and off it, as logarithms."""
+    """Looks up log tristimulus values of the lamp's transmitted and reflected light."""
 
     def __init__(self, table, weights):
         pairs = zip(table.coefficients, table.basis)
@@ -106,18 +107,18 @@ class Colours:
 
 
 class PCASnow(mi.SamplingIntegrator):
-    """Direct light of one point lamp on diffuse surfaces and through one solid of snow (the paper's Algorithm 1)."""
+    """Direct light of one point lamp on diffuse surfaces and through one snow object (the paper's Algorithm 1)."""
 
     def set_up(self, snow, body, lamp, curves, floor, path):
         self.snow, self.body, self.lamp = mi.ShapePtr(snow), body, mi.Point3f(lamp)
         self.curves, self.floor, self.path = curves, floor, path
         return self
 
-    def arrival(self, scene, si, normal, active):
+    def irradiance(self, scene, si, normal, active):
         """Cosine of incidence, and E/π for 1 W/sr: inverse square, cosine and visibility."""
-        way = self.lamp - si.p
-        squared = dr.squared_norm(way)
-        cosine = dr.dot(normal, way) * dr.rsqrt(squared)
+        to_lamp = self.lamp - si.p
+        squared = dr.squared_norm(to_lamp)
+        cosine = dr.dot(normal, to_lamp) * dr.rsqrt(squared)
         facing = active & (cosine > 0)
         lit = facing & ~scene.ray_test(si.spawn_ray_to(self.lamp), facing)
         return cosine, dr.select(lit, cosine * dr.rcp(squared) * dr.inv_pi, 0)
@@ -129,10 +130,11 @@ class PCASnow(mi.SamplingIntegrator):
         into = ray.d if self.path == "view" else -si.n
         out = self.body.ray_intersect(si.spawn_ray(into), snow)
         outward = dr.mulsign(out.n, dr.dot(out.n, into))
-        cosine_through, through = self.arrival(scene, out, outward, snow & out.is_valid())
-        cosine, reflected = self.arrival(scene, si, si.n, active)
+        cosine_through, through = self.irradiance(scene, out, outward, snow & out.is_valid())
+        cosine, reflected = self.irradiance(scene, si, si.n, active)
         depth, floor = dr.select(out.is_valid(), out.t, 0), dr.select(snow, 0, self.floor)
-        colour = self.curves.radiance(through, place(depth, cosine_through), reflected, place(depth, cosine), floor)
+        at_through, at = texture_coordinates(depth, cosine_through), texture_coordinates(depth, cosine)
+        colour = self.curves.radiance(through, at_through, reflected, at, floor)
         return dr.select(active, colour, 0), active, []
 
 
@@ -140,7 +142,7 @@ mi.register_integrator("pca_snow_bench", PCASnow)
 
 
 def mitsuba_scene(document, folder, size, intensity):
-    """Camera, lamp and shapes of one of snowblue's scene files."""
+    """Converts camera, lamp and shapes of a snowblue scene file."""
     camera, light = document["camera"], document["light"][0]
     scene = {
         "type": "scene",
@@ -156,18 +158,18 @@ def mitsuba_scene(document, folder, size, intensity):
     }
     scene["lamp"]["intensity"] = {"type": "rgb", "value": intensity.tolist()}
     for number, thing in enumerate(document["object"]):
-        place = mi.ScalarTransform4f().translate(thing.get("position", [0, 0, 0]))
-        place = place @ mi.ScalarTransform4f().scale(thing.get("scale", 1))
+        to_world = mi.ScalarTransform4f().translate(thing.get("position", [0, 0, 0]))
+        to_world = to_world @ mi.ScalarTransform4f().scale(thing.get("scale", 1))
         reflectance = document["material"][thing["material"]].get("reflectance", 0.0)
         shape = {"bsdf": {"type": "diffuse", "reflectance": reflectance}}
         if "mesh" in thing:
             upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90 if thing.get("up") == "y" else 0)
             shape |= {"type": "ply", "filename": str(folder / thing["mesh"]), "face_normals": True}
-            shape["to_world"] = place @ upright
+            shape["to_world"] = to_world @ upright
         elif thing["shape"] == "box":
             half = [length / 2 for length in thing["size"]]
-            shape |= {"type": "cube", "to_world": place @ mi.ScalarTransform4f().scale(half)}
-        else:  # a plane, as far as the camera sees it
-            shape |= {"type": "rectangle", "to_world": place @ mi.ScalarTransform4f().scale(1000)}
+            shape |= {"type": "cube", "to_world": to_world @ mi.ScalarTransform4f().scale(half)}
+        else:  # a plane, large enough to fill the view
+            shape |= {"type": "rectangle", "to_world": to_world @ mi.ScalarTransform4f().scale(1000)}
         scene[f"object {number}"] = shape
     return scene

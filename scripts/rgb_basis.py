@@ -1,10 +1,10 @@
-"""Computes `crates/snowblue-render/data/rgb_basis.csv`: three spectra that turn linear sRGB into light of an
-RGB image, and into reflectances of paints.
+"""Computes `crates/snowblue-render/data/rgb_basis.csv`: three basis spectra that upsample linear sRGB, for the light of
+RGB images and for reflectances.
 
-With the light of an image as D65(λ) · (r R(λ) + g G(λ) + b B(λ)), the three are as smooth as they can be (least sum of
-squared differences between neighbours) such that none is negative, R + G + B = 1 at every wavelength, and each, under
-D65, has the chromaticity of its primary. The problem is that of Mallett & Yuksel (2019), "Spectral primary decomposition
-for rendering with sRGB reflectance", EGSR, doi:10.2312/sr.20191216, solved here on 400-700 nm in steps of 10 nm.
+The light of an image is D65(λ) · (r R(λ) + g G(λ) + b B(λ)). The basis spectra are the smoothest ones (least sum of
+squared differences between neighbours) such that none is negative, R + G + B = 1 at every wavelength, and each has the
+chromaticity of its primary under D65. This is the problem of Mallett & Yuksel (2019), "Spectral primary decomposition
+for rendering with sRGB reflectance", EGSR, doi:10.2312/sr.20191216, solved on 400-700 nm in steps of 10 nm.
 
 Usage: python scripts/rgb_basis.py [--check]    (needs numpy and scipy)
 """
@@ -34,10 +34,10 @@ def basis():
     count = len(WAVELENGTHS_NM)
     step = np.diff(np.eye(count), axis=0)
     roughness = np.kron(np.eye(3), step.T @ step)
-    # Blue follows from red and green, since the three add up to one.
+    # Blue follows from red and green, since the three sum to one.
     left = [np.hstack([np.eye(count)] * 3)] + [np.kron(np.eye(3)[k], weights) for k in (0, 1)]
     left, right = np.vstack(left), np.concatenate([np.ones(count), targets[:, 0], targets[:, 1]])
-    scale = 100.0  # the solver stops at a small gradient
+    scale = 100.0  # the solver's stopping criterion is absolute
     solved = minimize(
         lambda x: scale * x @ roughness @ x,
         np.full(3 * count, 1.0 / 3.0),
@@ -59,7 +59,8 @@ def main():
         worst = np.abs(stored - table).max()
         print(f"largest difference from {FILE.name}: {worst:.1e}")
         sys.exit(worst > 1e-4)
-    np.savetxt(FILE, table, fmt=["%d", "%.6f", "%.6f", "%.6f"], delimiter=",", header="wavelength_nm,red,green,blue", comments="")
+    header = "wavelength_nm,red,green,blue"
+    np.savetxt(FILE, table, fmt=["%d", "%.6f", "%.6f", "%.6f"], delimiter=",", header=header, comments="")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-# A private Slurm cluster of one node on loopback, for scripts/test-slurm and scripts/test-slurm-render, which source this.
-# Needs root and Debian, installs packages and leaves them; meant for a container. Sets $snowblue, the program (SNOWBLUE, or
-# built here), and $top, a folder that goes away at the end together with the cluster.
+# A private Slurm cluster of one node on loopback. Sourced by scripts/test-slurm and scripts/test-slurm-render.
+# Needs root and Debian, and installs packages without removing them; meant for a container. Sets $snowblue, the program
+# (SNOWBLUE, or built here), and $top, a temporary folder that is removed on exit together with the cluster.
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'FAILED: %s\n' "$*" >&2 && exit 1; }
@@ -10,14 +10,14 @@ fail() { printf 'FAILED: %s\n' "$*" >&2 && exit 1; }
 if ! type slurmctld slurmd sbatch munged >/dev/null 2>&1; then
     say "packages"
     apt-get update -qq
-    # RUNLEVEL keeps the packages from starting daemons of their own.
+    # RUNLEVEL=1 prevents the packages from starting their daemons.
     RUNLEVEL=1 DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends \
         slurmctld slurmd slurm-client munge >/dev/null
 fi
 if [ -z "${SNOWBLUE:-}" ]; then
     say "snowblue"
     cargo build --release --locked -p snowblue-cli
-    SNOWBLUE=$PWD/target/release/snowblue
+    SNOWBLUE=${CARGO_TARGET_DIR:-$PWD/target}/release/snowblue
 fi
 snowblue=$(realpath "$SNOWBLUE")
 
@@ -25,7 +25,7 @@ top=$(mktemp -d)
 chmod 755 "$top"
 daemons=()
 clean() {
-    # Jobs first: their shepherds outlive slurmd on purpose.
+    # Jobs first: their slurmstepd processes outlive slurmd by design.
     [ ! -e "$top/up" ] || { scancel --user="$(id -un)" && sleep 2; } 2>/dev/null || true
     for daemon in "${daemons[@]}"; do kill "$daemon" 2>/dev/null || true; done
     for daemon in "${daemons[@]}"; do timeout 10 tail -f /dev/null --pid="$daemon" || true; done
@@ -36,15 +36,17 @@ trap 'exit 1' INT TERM
 
 show_logs() { tail -n 15 "$top"/*.log >&2 || true; }
 
-# Without this machine's folders and name.
-shown() { sed "s|$top/[^/]*/||g; s|$(printf %q "$top")/[^/]*/||g; s|slurmstepd-$host|slurmstepd|; s| ON $host | |"; }
+# Removes this machine's folders and name from the output.
+anonymised() {
+    sed "s|$top/[^/]*/||g; s|$(printf %q "$top")/[^/]*/||g; s|slurmstepd-$host|slurmstepd|; s| ON $host | |"
+}
 
-# A condition comes true within so many seconds, or the test fails.
+# Waits until a command succeeds. Fails the test after the given number of seconds.
 await() {
     local seconds=$1 what=$2 end=$((SECONDS + $1))
     shift 2
     until "$@" >/dev/null 2>&1; do
-        [ "$SECONDS" -lt "$end" ] || { show_logs && fail "$what: not within $seconds s"; }
+        [ "$SECONDS" -lt "$end" ] || { show_logs && fail "$what: timeout after $seconds s"; }
         sleep 0.1
     done
 }
@@ -58,7 +60,8 @@ chmod 400 "$top/munge/key"
 munged --foreground --force --key-file="$top/munge/key" --socket="$top/munge/socket" --pid-file="$top/munge/pid" \
     --seed-file="$top/munge/seed" --log-file="$top/munge.log" >/dev/null 2>&1 &
 daemons+=($!)
-# Two tasks run at a time, whatever the machine. A requeued task waits until its old credential has expired.
+# The node claims 2 CPUs, so two tasks run at a time on any machine. A requeued task waits until its old credential has
+# expired.
 cat >"$top/slurm.conf" <<END
 ClusterName=loopback
 SlurmctldHost=$host(127.0.0.1)
@@ -90,7 +93,7 @@ export SLURM_CONF=$top/slurm.conf
 start_slurmd() {
     slurmd -D >/dev/null 2>&1 &
     slurmd=$!
-    disown # or bash would tell of its death
+    disown # prevents bash from reporting its end
     daemons+=("$slurmd")
 }
 await 20 "munged" test -S "$top/munge/socket"
@@ -106,7 +109,7 @@ mkdir "$top/a folder with spaces"
 contrib=$PWD/contrib/slurm
 cd "$top/a folder with spaces"
 
-# A program, 'worker', that leaves its process number and does what else it is told before it becomes snowblue.
+# Creates the program 'worker', which records its process ID, runs the given commands and then executes snowblue.
 make_worker() {
     cat >worker <<END
 #!/usr/bin/env bash
@@ -119,15 +122,15 @@ END
     chmod +x worker
 }
 worker() { cat "$top/worker-$1-1"; }
-ends() { ! kill -0 "$(worker "$1")"; }
+ended() { ! kill -0 "$(worker "$1")"; }
 
-# The jobs that build.sh and render.sh told of.
-submitted() {
-    array=$(sed -n 's/^parts: job \([0-9]*\).*/\1/p' "$top/told")
-    merge=$(sed -n 's/.*merge: job \([0-9]*\).*/\1/p' "$top/told")
+# Reads the job IDs from the output of build.sh or render.sh.
+read_jobs() {
+    array=$(sed -n 's/^parts: job \([0-9]*\).*/\1/p' "$top/output")
+    merge=$(sed -n 's/.*merge: job \([0-9]*\).*/\1/p' "$top/output")
 }
 queue() { squeue --jobs="$array${merge:+,$merge}" --array --sort=i --format='%10i %15j %10T %r'; }
-told_of() { scontrol show job "$1" | sed -n "s/.*$2=\([^ ]*\).*/\1/p"; }
-state() { told_of "$1" JobState | head -n 1; }
+job_field() { scontrol show job "$1" | sed -n "s/.*$2=\([^ ]*\).*/\1/p"; }
+state() { job_field "$1" JobState | head -n 1; }
 is() { [ "$(state "$1")" = "$2" ]; }
 over() { is "$1" COMPLETED || is "$1" FAILED || is "$1" CANCELLED; }

@@ -1,30 +1,30 @@
 #!/usr/bin/env bash
-# Builds a table in parts on a Slurm cluster: an array of tasks, one for each part, and a merge once all of them succeeded.
+# Builds a table in parts on a Slurm cluster: an array job with one task per part, then a merge if all tasks succeed.
 #
-#     contrib/slurm/build.sh PARTS OUTPUT.nc [options of 'database build'] [-- options of 'merge']
+#     contrib/slurm/build.sh PARTS OUTPUT.nc [BUILD-OPTIONS] [-- MERGE-OPTIONS]
 #     contrib/slurm/build.sh 5 snow.nc --preset fine -- --space log --components 3
 #
-# CORES (4) is how many each task asks for, SNOWBLUE (snowblue) which program to run. sbatch's own variables, such as
-# SBATCH_PARTITION, SBATCH_ACCOUNT and SBATCH_TIMELIMIT, hold for all jobs.
+# CORES (default 4) is the number of CPUs per task, SNOWBLUE (default snowblue) the program. sbatch's own variables,
+# such as SBATCH_PARTITION, SBATCH_ACCOUNT and SBATCH_TIMELIMIT, apply to all jobs.
 #
-# Shards and logs go to OUTPUT.nc.parts, which every node must see. The same command run again computes only the shards
-# that are not there; remove a shard, or the folder, to have it computed anew.
+# Shards and logs go to OUTPUT.nc.parts, which all nodes must share. Running the same command again computes only
+# missing shards; delete a shard, or the folder, to compute it again.
 set -euo pipefail
 source "$(dirname -- "$(realpath -- "$0")")/submit.bash"
 
 if [ $# -lt 2 ] || ! [[ $1 =~ ^[1-9][0-9]*$ ]]; then
-    echo "usage: build.sh PARTS OUTPUT.nc [options of 'database build'] [-- options of 'merge']" >&2
+    echo "usage: contrib/slurm/build.sh PARTS OUTPUT.nc [BUILD-OPTIONS] [-- MERGE-OPTIONS]" >&2
     exit 2
 fi
 parts=$1 output=$(realpath -m -- "$2")
-take "${@:3}"
+split_arguments "${@:3}"
 
 folder=$output.parts
-keep_recipe "$(first_there "$folder"/part-*-of-*)" "$parts" ${taken[@]+"${taken[@]}"}
-array=$(submit_parts "$parts" "$here/part.sbatch" shard "$parts" "$folder" ${taken[@]+"${taken[@]}"})
-last=$(submit_merge "$array" "$parts" "$folder" nc "$output" ${rest[@]+"${rest[@]}"})
+check_recipe "$(first_existing "$folder"/part-*-of-*)" "$parts" ${options[@]+"${options[@]}"}
+array=$(submit_parts "$parts" "$here/part.sbatch" shard "$parts" "$folder" ${options[@]+"${options[@]}"})
+last=$(submit_merge "$array" "$parts" "$folder" nc "$output" ${merge_options[@]+"${merge_options[@]}"})
 
-echo "parts: job $array, $parts tasks; merge: job $last, after them; shards and logs: $folder"
-hint "squeue --jobs $array,$last" "what waits and what runs"
-hint "scontrol requeue ${array}_1" "start part 1 over"
-hint "scancel $array $last" "stop; the shards that are there stay"
+echo "parts: job $array, $parts tasks; merge: job $last; shards and logs: $folder"
+hint "squeue --jobs $array,$last" "show pending and running tasks"
+hint "scontrol requeue ${array}_1" "restart part 1"
+hint "scancel $array $last" "cancel; finished shards are kept"

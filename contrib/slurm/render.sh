@@ -1,29 +1,29 @@
 #!/usr/bin/env bash
-# Renders on a Slurm cluster: an array of tasks, one for each part of a picture, and a merge once all of them succeeded; or one
-# for each picture of an animation.
+# Renders on a Slurm cluster: an array job with one task per part of an image, then a merge if all tasks succeed; or one
+# task per frame of an animation.
 #
-#     contrib/slurm/render.sh samples PARTS OUTPUT SCENE.toml --spp N [options of 'render'] [-- options of 'merge']
-#     contrib/slurm/render.sh tiles PARTS OUTPUT SCENE.toml --width W --height H [options of 'render'] [-- options of 'merge']
-#     contrib/slurm/render.sh frames 'FOLDER/{}.exr' SCENE.toml... [-- options of 'render'] [-- options of 'merge']
+#     contrib/slurm/render.sh samples PARTS OUTPUT SCENE.toml --spp N [RENDER-OPTIONS] [-- MERGE-OPTIONS]
+#     contrib/slurm/render.sh tiles PARTS OUTPUT SCENE.toml --width W --height H [RENDER-OPTIONS] [-- MERGE-OPTIONS]
+#     contrib/slurm/render.sh frames 'FOLDER/{}.exr' SCENE.toml... [-- RENDER-OPTIONS] [-- MERGE-OPTIONS]
 #
-# Pictures are .exr, or .png, as bright as the scene or --exposure says. In names of frames {} is that of the scene, without
-# folder and ending. Each way gives the picture of one go, bit by bit.
+# Images are .exr, or .png with the exposure of the scene or of --exposure. In names of frames, {} stands for the name
+# of the scene without folder and extension. The image is bitwise identical to that of a single run.
 #
-# CORES (4) is how many each task asks for, SNOWBLUE (snowblue) which program to run. sbatch's own variables, such as
-# SBATCH_PARTITION, SBATCH_ACCOUNT and SBATCH_TIMELIMIT, hold for all jobs. Near its time limit a task keeps what it has
-# and goes on from there in a new attempt.
+# CORES (default 4) is the number of CPUs per task, SNOWBLUE (default snowblue) the program. sbatch's own variables,
+# such as SBATCH_PARTITION, SBATCH_ACCOUNT and SBATCH_TIMELIMIT, apply to all jobs. Near its time limit a task saves its
+# samples and resumes in a new attempt.
 #
-# Parts and logs go to OUTPUT.parts (FOLDER/frames.exr.parts), which every node must see. The same command run again renders only
-# what is not there.
+# Parts and logs go to OUTPUT.parts (FOLDER/frames.exr.parts), which all nodes must share. Running the same command
+# again renders only what is missing.
 set -euo pipefail
 source "$(dirname -- "$(realpath -- "$0")")/submit.bash"
 
 usage() {
-    sed -n 's/^#     contrib\/slurm\//usage: /p' "$0" >&2
+    sed -n 's/^#     contrib/usage: contrib/p' "$0" >&2
     exit 2
 }
 
-# The value of an option in $options, which must be a number from 1 on.
+# The value of an option in $options, which must be a positive number.
 count_of() {
     local value='' k
     for ((k = 0; k < ${#options[@]}; k++)); do
@@ -32,7 +32,7 @@ count_of() {
         "$1"=*) value=${options[k]#*=} ;;
         esac
     done
-    [[ $value =~ ^[1-9][0-9]*$ ]] || refuse 2 "'$split' needs $1 and a number from 1 on, to know what to cut"
+    [[ $value =~ ^[1-9][0-9]*$ ]] || fail 2 "'$split' needs $1 with a number from 1"
     echo "$value"
 }
 
@@ -43,60 +43,61 @@ case $split in
 samples | tiles)
     [ $# -ge 3 ] && [[ $1 =~ ^[1-9][0-9]*$ ]] || usage
     parts=$1 output=$(realpath -m -- "$2") scene=$3
-    [ -f "$scene" ] || refuse 2 "there is no scene $scene"
-    take "${@:4}"
-    options=(${taken[@]+"${taken[@]}"})
+    [ -f "$scene" ] || fail 2 "scene $scene does not exist"
+    split_arguments "${@:4}"
+    part_options=(${options[@]+"${options[@]}"})
     if [ "$split" = samples ]; then
-        whole=$(count_of --spp)
-        cut=("$whole")
-        # Each part is told of its own samples instead.
-        for ((k = 0; k < ${#taken[@]}; k++)); do
-            case ${taken[k]} in
-            --spp) unset "options[$k]" "options[$((k += 1))]" ;;
-            --spp=*) unset "options[$k]" ;;
+        total=$(count_of --spp)
+        extent=("$total")
+        # Each part gets its own range of samples instead.
+        for ((k = 0; k < ${#options[@]}; k++)); do
+            case ${options[k]} in
+            --spp) unset "part_options[$k]" "part_options[$((k += 1))]" ;;
+            --spp=*) unset "part_options[$k]" ;;
             esac
         done
     else
         width=$(count_of --width)
-        whole=$(count_of --height)
-        cut=("$width" "$whole")
+        total=$(count_of --height)
+        extent=("$width" "$total")
     fi
-    [ "$parts" -le "$whole" ] || refuse 2 "$whole rows or samples do not make $parts parts"
+    [ "$parts" -le "$total" ] || fail 2 "$parts parts are more than $total rows or samples"
     folder=$output.parts
-    keep_recipe "$(first_there "$folder"/part-*-of-*)" "$split" "$parts" "$scene" ${taken[@]+"${taken[@]}"}
-    work=("$split" "$parts" "$folder" "${cut[@]}" "$scene" ${options[@]+"${options[@]}"})
+    check_recipe "$(first_existing "$folder"/part-*-of-*)" "$split" "$parts" "$scene" ${options[@]+"${options[@]}"}
+    work=("$split" "$parts" "$folder" "${extent[@]}" "$scene" ${part_options[@]+"${part_options[@]}"})
     ;;
 frames)
     output=$(realpath -m -- "$1")
-    [[ ${output##*/} == *{}* ]] || refuse 2 "'$1' must have {} in its last part, which stands for the frame"
-    take "${@:2}"
-    scenes=(${taken[@]+"${taken[@]}"}) pictures=() parts=${#taken[@]}
+    [[ ${output##*/} == *{}* ]] || fail 2 "'$1' must contain {} in its file name, for the name of the frame"
+    split_arguments "${@:2}"
+    scenes=(${options[@]+"${options[@]}"}) images=() parts=${#options[@]}
     [ "$parts" -gt 0 ] || usage
     for scene in "${scenes[@]}"; do
-        [ -f "$scene" ] || refuse 2 "there is no scene $scene"
+        [ -f "$scene" ] || fail 2 "scene $scene does not exist"
         frame=${scene##*/}
-        pictures+=("${output%\{\}*}${frame%.*}${output##*\{\}}")
+        images+=("${output%\{\}*}${frame%.*}${output##*\{\}}")
     done
-    twice=$(printf '%s\n' "${pictures[@]}" | sort | uniq -d | head -n 1)
-    [ -z "$twice" ] || refuse 2 "two scenes would make $twice"
+    duplicate=$(printf '%s\n' "${images[@]}" | sort | uniq -d | head -n 1)
+    [ -z "$duplicate" ] || fail 2 "two scenes have the same output $duplicate"
     folder=${output%\{\}*}frames${output##*\{\}}.parts
-    options=(${rest[@]+"${rest[@]}"})
-    keep_recipe "$(first_there "${pictures[@]}")" ${options[@]+"${options[@]}"}
-    work=(frames "$parts" "$folder" "$output" "${scenes[@]}" ${options[@]+"${options[@]}"})
+    # Behind the scenes come the options of 'render', and after another '--' those of 'merge'.
+    frame_options=(${merge_options[@]+"${merge_options[@]}"})
+    check_recipe "$(first_existing "${images[@]}")" ${frame_options[@]+"${frame_options[@]}"}
+    work=(frames "$parts" "$folder" "$output" "${scenes[@]}" ${frame_options[@]+"${frame_options[@]}"})
     ;;
 *) usage ;;
 esac
 
-# A minute before the time limit a task is told so, enough to write what it has.
+# Slurm signals each task a minute before its time limit, which is enough to save its samples.
 array=$(submit_parts "$parts" --signal=B:USR1@60 "$here/part.sbatch" "${work[@]}")
 jobs=$array
 merge=
 if [ "$split" != frames ]; then
-    last=$(submit_merge "$array" "$parts" "$folder" exr "$output" ${rest[@]+"${rest[@]}"})
-    jobs=$array,$last merge="; merge: job $last, after them"
+    last=$(submit_merge "$array" "$parts" "$folder" exr "$output" ${merge_options[@]+"${merge_options[@]}"})
+    jobs=$array,$last merge="; merge: job $last"
 fi
 
 echo "parts: job $array, $parts tasks$merge; parts and logs: $folder"
-hint "squeue --jobs $jobs" "what waits and what runs"
-hint "scontrol requeue ${array}_1" "start part 1 over"
-hint "scancel ${jobs/,/ }" "stop; what is there stays"
+hint "squeue --jobs $jobs" "show pending and running tasks"
+hint "scontrol requeue ${array}_1" "restart part 1"
+hint "scancel ${jobs/,/ }" "cancel; finished parts are kept"

@@ -1,28 +1,28 @@
-# How build.sh and render.sh hand their work to Slurm; sourced by them. They set $folder, which every node must see: parts
-# and logs lie there.
+# Submits jobs to Slurm. Sourced by build.sh and render.sh, which set $folder, the folder of parts and logs. All nodes
+# must share it.
 
 here=$(dirname -- "$(realpath -- "$0")")
 export SNOWBLUE=${SNOWBLUE:-snowblue}
 
-refuse() {
+fail() {
     printf '%s: %s\n' "$(basename -- "$0")" "$2" >&2
     exit "$1"
 }
 
-# Arguments up to '--' into $taken, those behind it into $rest.
-take() {
-    taken=()
+# Splits arguments at the first '--' into $options and $merge_options.
+split_arguments() {
+    options=()
     while [ $# -gt 0 ] && [ "$1" != -- ]; do
-        taken+=("$1")
+        options+=("$1")
         shift
     done
-    rest=("${@:2}")
+    merge_options=("${@:2}")
 }
 
-# What other work has made would be taken for this one's, so how it was made stands in $folder. A file among the arguments
-# counts by what is in it.
-keep_recipe() {
-    local made=$1 version recipe argument
+# Records the version and the arguments in $folder/recipe, and fails if the existing file $1 was made with others. Files
+# among the arguments are compared by content.
+check_recipe() {
+    local existing=$1 version recipe argument
     version=$("$SNOWBLUE" --version)
     recipe=$(
         printf '%s\n' "$version"
@@ -32,33 +32,32 @@ keep_recipe() {
         done
     )
     [ -d "$folder" ] || mkdir -- "$folder"
-    if [ -n "$made" ] && [ "$(cat -- "$folder/recipe" 2>/dev/null)" != "$recipe" ]; then
-        refuse 1 "$made was made with other options; remove what is there or name another output"
+    if [ -n "$existing" ] && [ "$(cat -- "$folder/recipe" 2>/dev/null)" != "$recipe" ]; then
+        fail 1 "$existing was made with other options; delete it or choose another output"
     fi
     printf '%s\n' "$recipe" >"$folder/recipe"
 }
 
-# The first of some files that is there.
-first_there() {
+# The first file that exists.
+first_existing() {
     local file
     for file in "$@"; do
         [ ! -e "$file" ] || { echo "$file" && break; }
     done
 }
 
-# Logs are named relative to --chdir, since sbatch would read a '%' in the folder's name as a pattern. What a task wrote
-# before it was requeued stays in its log.
+# Log names are relative to --chdir, since sbatch expands '%' in folder names. A requeued task appends to its log.
 submit() {
     local job
     job=$(sbatch --parsable --export=ALL --chdir="$folder" --open-mode=append --requeue "$@")
-    echo "${job%%;*}" # '12;cluster' where there are several clusters
+    echo "${job%%;*}" # '12;cluster' on multi-cluster systems
 }
 
 submit_parts() {
     submit --array="1-$1" --cpus-per-task="${CORES:-4}" --output=part-%a.log "${@:2}"
 }
 
-# A part that failed for good takes the merge with it, which would wait for ever otherwise.
+# A failed part cancels the merge, which would otherwise stay pending forever.
 submit_merge() {
     submit --dependency="afterok:$1" --kill-on-invalid-dep=yes --output=merge.log "$here/merge.sbatch" "${@:2}"
 }

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Fill a table of snow by TARTES, a two-stream model (Libois et al. 2013, doi:10.5194/tc-7-1803-2013).
+"""Fills a table of snow with TARTES, a two-stream model (Libois et al. 2013, doi:10.5194/tc-7-1803-2013).
 
     pip install tartes xarray scipy
     python3 table.py tartes.nc
     snowblue database import tartes.nc --space log --components 3 -o tartes_snow.nc
     snowblue render scenes/block_30cm.toml --database tartes_snow.nc -o tartes.png
 
-TARTES knows no facetness: shape is its default (B = n squared, g after Robledano et al. 2023). The axis has one value,
-so that scenes which name a facetness of 0.3 find it.
+TARTES has no facetness; the grain shape is its default (B = n squared, g after Robledano et al. 2023). The facetness
+axis has the single value 0.3, which the scenes use.
 """
 
 import sys
@@ -17,7 +17,7 @@ import tartes
 import xarray as xr
 
 ICE_DENSITY = 917.7  # kg/m3 at -5 degrees Celsius
-# Surface over volume of spheroids with a sphericity of .7-.9 is 8.204 over their greatest extension, averaged over sizes.
+# Surface-to-volume ratio of spheroids with a sphericity of 0.7-0.9, times their greatest extension.
 SURFACE_OVER_VOLUME = 8.204
 
 sizes_um = np.arange(100.0, 501.0, 50.0)
@@ -28,7 +28,7 @@ wavelengths_nm = np.arange(400.0, 701.0, 10.0)
 
 
 def specific_surface_area(mean_um):
-    """In m2/kg, of sizes uniform in number over the mean +- 50 um: <s2>/<s3> instead of 1/s."""
+    """In m2/kg, for sizes distributed uniformly in number over the mean +- 50 um: <s2>/<s3> replaces 1/s."""
     low, high = mean_um - 50.0, mean_um + 50.0
     mean_square = (low**2 + low * high + high**2) / 3.0
     mean_cube = (low + high) * (low**2 + high**2) / 4.0
@@ -36,7 +36,7 @@ def specific_surface_area(mean_um):
 
 
 def slab(mean_um, density, thickness_cm, angle_deg):
-    """Reflectance and transmittance of a slab over a black ground, where what is not reflected or kept arrives."""
+    """Reflectance and transmittance of a slab: the light absorbed by a black ground is transmitted."""
     albedo, absorbed = tartes.tartes(
         wavelengths_nm * 1e-9,
         specific_surface_area(mean_um),
