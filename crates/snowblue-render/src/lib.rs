@@ -25,6 +25,7 @@
 //! **Out of scope.** Building tables (`snowblue-database`); names of files, options and progress bars (the faces).
 
 pub mod error;
+pub mod files;
 pub mod sampling;
 pub mod spectrum;
 

@@ -1,11 +1,11 @@
 //! Pictures from PNG files as plain numbers: textures, masks and heights.
 
-use std::io::{BufRead, BufReader, Seek};
-use std::path::Path;
+use std::io::{BufRead, Cursor, Seek};
 
 use png::{BitDepth, ColorType, Transformations};
 
 use crate::error::RenderError;
+use crate::files::SceneFile;
 
 /// A picture as its file has it, 1 being the greatest code; transparency is left out.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,10 +21,10 @@ pub(crate) struct PngImage {
 }
 
 impl PngImage {
-    /// Reads a PNG file.
-    pub(crate) fn open(path: &Path) -> Result<Self, RenderError> {
-        let file = std::fs::File::open(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-        Self::read(BufReader::new(file)).map_err(|reason| RenderError::ReadImage { path: path.into(), reason })
+    /// Decodes a PNG file.
+    pub(crate) fn decode(file: &SceneFile) -> Result<Self, RenderError> {
+        let image = Self::read(Cursor::new(&file.bytes));
+        image.map_err(|reason| RenderError::ReadImage { path: file.path.clone(), reason })
     }
 
     /// Reads a PNG of any kind; palettes become colours.

@@ -7,6 +7,7 @@ mod ply;
 use std::path::Path;
 
 use crate::error::RenderError;
+use crate::files::{FilesIn, SceneFile, SceneFiles, extension};
 use crate::geometry::triangles::Triangles;
 use crate::mesh_files::gltf::GltfFile;
 
@@ -20,12 +21,23 @@ use crate::mesh_files::gltf::GltfFile;
 /// When the file cannot be read, is cut short or malformed, has no faces or no such part, or has a vertex that is not
 /// finite or a face that names a vertex which is not there; or when its ending is unknown.
 pub fn read_triangles(path: &Path, part: Option<&str>) -> Result<Triangles, RenderError> {
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
-    let triangles = match ending(path).as_str() {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    triangles_of(&FilesIn::beside(path), &name, part)
+}
+
+/// The triangles of a mesh file that comes from anywhere; otherwise as [`read_triangles`].
+///
+/// # Errors
+///
+/// As those of [`read_triangles`].
+pub fn triangles_of(files: &dyn SceneFiles, name: &str, part: Option<&str>) -> Result<Triangles, RenderError> {
+    let path = files.display_name(name);
+    let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
+    let triangles = match extension(&path).as_str() {
         "ply" if part.is_some() => return Err(wrong("a PLY file has no parts; leave `part` out".into())),
-        "ply" => ply::read(path)?,
-        "obj" => obj::read(path, part)?,
-        "gltf" | "glb" => GltfFile::open(path)?.all_triangles(part)?,
+        "ply" => ply::read(&SceneFile::read(files, name)?)?,
+        "obj" => obj::read(&SceneFile::read(files, name)?, part)?,
+        "gltf" | "glb" => GltfFile::read(files, name)?.all_triangles(part)?,
         other => return Err(wrong(format!("the ending is \"{other}\", but must be ply, obj, gltf or glb"))),
     };
     check(&triangles).map_err(wrong)?;
@@ -34,11 +46,7 @@ pub fn read_triangles(path: &Path, part: Option<&str>) -> Result<Triangles, Rend
 
 /// Whether a mesh file has y upwards by its format, as glTF says of itself.
 pub fn is_y_up(path: &Path) -> bool {
-    matches!(ending(path).as_str(), "gltf" | "glb")
-}
-
-fn ending(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+    matches!(extension(path).as_str(), "gltf" | "glb")
 }
 
 /// Refuses what no mesh can be made of.

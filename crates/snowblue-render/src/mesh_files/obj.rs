@@ -5,30 +5,29 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
+use crate::files::SceneFile;
 use crate::geometry::triangles::Triangles;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
 /// Reads a file, or the object or group of it with a name.
-pub(super) fn read(path: &Path, part: Option<&str>) -> Result<Triangles, RenderError> {
-    let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-    let text = String::from_utf8_lossy(&bytes);
+pub(super) fn read(file: &SceneFile, part: Option<&str>) -> Result<Triangles, RenderError> {
+    let (path, text) = (&file.path, file.text());
     let mut reading = Reading { taking: part.is_none(), ..Reading::default() };
     for (number, line) in text.lines().enumerate() {
         reading.line(line, part).map_err(|reason| RenderError::MeshLine {
-            path: path.into(),
+            path: path.clone(),
             line: number + 1,
             reason,
         })?;
     }
     match part {
         Some(part) if !reading.found => {
-            Err(RenderError::Mesh { path: path.into(), reason: format!("no object or group is called \"{part}\"") })
+            Err(RenderError::Mesh { path: path.clone(), reason: format!("no object or group is called \"{part}\"") })
         }
         _ => Ok(reading.finish()),
     }
@@ -156,10 +155,8 @@ mod tests {
         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\no right\ng inner other\nf -4/1 -3/4 -2/3\n";
 
     fn read_text(text: &str, part: Option<&str>) -> Result<Triangles, String> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("mesh.obj");
-        std::fs::write(&path, text).unwrap();
-        read(&path, part).map_err(|error| error.to_string())
+        let file = SceneFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };
+        read(&file, part).map_err(|error| error.to_string())
     }
 
     #[test]

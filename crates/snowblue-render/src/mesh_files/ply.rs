@@ -4,8 +4,7 @@
 //! numbers as attributes by name, and the faces' `vertex_indices` (or `vertex_index`); faces with more than three
 //! corners are cut into a fan. All other elements and properties are passed over.
 
-use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::{Cursor, Seek};
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
@@ -15,6 +14,7 @@ use ply_rs_bw::ply::{
 };
 
 use crate::error::RenderError;
+use crate::files::SceneFile;
 use crate::geometry::ray::narrow;
 use crate::geometry::triangles::Triangles;
 
@@ -85,10 +85,10 @@ fn is_corner_list(name: &str) -> bool {
 }
 
 /// The triangles of a PLY file, in the file's own unit.
-pub(super) fn read(path: &Path) -> Result<Triangles, RenderError> {
-    let file = File::open(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
-    let mut reader = Reader::new(BufReader::new(file));
+pub(super) fn read(file: &SceneFile) -> Result<Triangles, RenderError> {
+    let path = &file.path;
+    let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
+    let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(|error| malformed(path, &error, None))?;
     let (mut vertices, mut faces, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for element in header.elements.values() {
@@ -113,7 +113,7 @@ pub(super) fn read(path: &Path) -> Result<Triangles, RenderError> {
 }
 
 fn payload<T: PropertyAccess>(
-    reader: &mut Reader<BufReader<File>>,
+    reader: &mut Reader<Cursor<&[u8]>>,
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<T>, ParseError> {
@@ -185,7 +185,8 @@ fn one_line(message: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Triangles, Vec2, Vec3};
-    use crate::mesh_files::read_triangles;
+    use crate::mesh_files::triangles_of;
+    use std::collections::BTreeMap;
     use std::fmt::Write;
 
     const HEADER: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -193,10 +194,8 @@ mod tests {
     const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
     fn read(content: &[u8]) -> Result<Triangles, String> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("mesh.ply");
-        std::fs::write(&path, content).unwrap();
-        read_triangles(&path, None).map_err(|error| error.to_string())
+        let files = BTreeMap::from([("mesh.ply".to_owned(), content.to_vec())]);
+        triangles_of(&files, "mesh.ply", None).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Solids under a surface of heights: drifts, fields, dunes. The surface is closed by walls around it and a level bottom,
 //! so that it can be snow.
 
-use std::path::Path;
+use std::io::Cursor;
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
+use crate::files::{SceneFile, SceneFiles};
 use crate::geometry::triangles::{Triangles, closed_grids};
 use crate::images::png_image::PngImage;
 
@@ -41,12 +42,12 @@ impl Heights {
     /// # Errors
     ///
     /// When the file cannot be read, or is neither.
-    pub fn read(path: &Path) -> Result<Self, RenderError> {
-        let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        let (columns, values) = match ending.as_str() {
-            "png" => read_png(path)?,
-            "exr" => read_exr(path).map_err(wrong)?,
+    pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+        let file = SceneFile::read(files, name)?;
+        let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
+        let (columns, values) = match file.extension().as_str() {
+            "png" => read_png(&file)?,
+            "exr" => read_exr(&file).map_err(wrong)?,
             other => return Err(wrong(format!("the ending is \"{other}\", but heights must be png or exr"))),
         };
         Self::new(columns, values).map_err(wrong)
@@ -89,18 +90,19 @@ fn count(count: usize) -> u32 {
     count as u32
 }
 
-fn read_png(path: &Path) -> Result<(usize, Vec<f32>), RenderError> {
-    let picture = PngImage::open(path)?;
+fn read_png(file: &SceneFile) -> Result<(usize, Vec<f32>), RenderError> {
+    let picture = PngImage::decode(file)?;
     if picture.channels > 1 {
         let reason = "the picture is coloured, but heights must be grey".into();
-        return Err(RenderError::Mesh { path: path.into(), reason });
+        return Err(RenderError::Mesh { path: file.path.clone(), reason });
     }
     Ok((picture.width, picture.values))
 }
 
-fn read_exr(path: &Path) -> Result<(usize, Vec<f32>), String> {
+fn read_exr(file: &SceneFile) -> Result<(usize, Vec<f32>), String> {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image = image.from_file(path).map_err(|error| format!("not a readable EXR file: {error}"))?;
+    let image =
+        image.from_buffered(Cursor::new(&file.bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;
     let channel = layer.channel_data.list.first().ok_or("the picture has no channel")?;
     Ok((layer.size.width(), channel.sample_data.values_as_f32().collect()))
@@ -108,8 +110,15 @@ fn read_exr(path: &Path) -> Result<(usize, Vec<f32>), String> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::files::FilesIn;
     use crate::mesh_tools::topology::{Topology, volume};
+
+    fn read(path: &Path) -> Result<Heights, RenderError> {
+        Heights::read(&FilesIn::beside(path), path.file_name().unwrap().to_str().unwrap())
+    }
 
     #[test]
     fn the_solid_is_closed_and_holds_the_mean_height() {
@@ -141,10 +150,10 @@ mod tests {
         encoder.set_color(png::ColorType::Grayscale);
         encoder.set_depth(png::BitDepth::Sixteen);
         encoder.write_header().unwrap().write_image_data(&[0, 0, 0xff, 0xff, 0x80, 0, 0, 1]).unwrap();
-        let heights = Heights::read(&path).unwrap();
+        let heights = read(&path).unwrap();
         assert_eq!(heights, Heights::new(2, vec![0.0, 1.0, 32_768.0 / 65_535.0, 1.0 / 65_535.0]).unwrap());
         std::fs::write(&path, b"no picture").unwrap();
-        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
+        assert!(read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
     }
 
     #[test]
@@ -157,15 +166,15 @@ mod tests {
         let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
         let channels = AnyChannels::sort([other, height].into_iter().collect());
         Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
-        let heights = Heights::read(&path).unwrap();
+        let heights = read(&path).unwrap();
         assert_eq!(heights, Heights::new(3, values).unwrap());
         // The first row lies far, at greatest y.
         let solid = heights.solid(Vec3::new(4.0, 2.0, 0.1), -1.0).unwrap();
         assert_eq!((solid.positions[0], solid.positions[5]), (Vec3::new(-2.0, 1.0, 0.025), Vec3::new(2.0, -1.0, 0.0)));
         std::fs::write(&path, b"no picture").unwrap();
-        assert!(Heights::read(&path).unwrap_err().to_string().contains("drift.EXR: not a readable EXR"));
+        assert!(read(&path).unwrap_err().to_string().contains("drift.EXR: not a readable EXR"));
         let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
         Image::from_channels((2, 2), AnyChannels::sort([hole].into_iter().collect())).write().to_file(&path).unwrap();
-        assert!(Heights::read(&path).unwrap_err().to_string().contains("a height is NaN, but must be finite"));
+        assert!(read(&path).unwrap_err().to_string().contains("a height is NaN, but must be finite"));
     }
 }

@@ -1,8 +1,9 @@
 //! Spectra from files of `wavelength_nm,value` rows, which straight lines join: light of lamps, reflectances of paints.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::error::RenderError;
+use crate::files::SceneFile;
 use crate::spectrum::SAMPLES;
 
 /// The rows of a file.
@@ -15,11 +16,10 @@ pub(crate) struct SpectrumFile {
 }
 
 impl SpectrumFile {
-    /// Reads a file, under a header or not, whose values lie in 0 to `greatest`. Every complaint names the line.
-    pub(crate) fn open(path: &Path, greatest: f64) -> Result<Self, RenderError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-        let mut file = Self { path: path.into(), rows: Vec::new(), last_line: 1 };
+    /// Parses a file with or without a header whose values lie in 0 to `greatest`. Every error names the line.
+    pub(crate) fn parse(file: &SceneFile, greatest: f64) -> Result<Self, RenderError> {
+        let text = file.text();
+        let mut file = Self { path: file.path.clone(), rows: Vec::new(), last_line: 1 };
         for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             let is_header = index == 0 && line.starts_with(|first: char| first.is_ascii_alphabetic());
             if is_header || line.trim().is_empty() {

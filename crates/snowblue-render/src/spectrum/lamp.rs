@@ -1,11 +1,11 @@
 //! What light a lamp gives: the shape of its spectrum, from the CIE's tables or a file.
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer};
 
 use crate::error::RenderError;
+use crate::files::{SceneFile, SceneFiles};
 use crate::geometry::ray::narrow;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
@@ -51,8 +51,8 @@ impl LampSpectrum {
     ///
     /// When the file cannot be read, a row is not two numbers, a value is negative, wavelengths do not increase or do
     /// not cover 400–700 nm, or all light lies elsewhere. The message names the file and the line.
-    pub fn read(path: &Path) -> Result<Self, RenderError> {
-        let file = SpectrumFile::open(path, f64::INFINITY)?;
+    pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+        let file = SpectrumFile::parse(&SceneFile::read(files, name)?, f64::INFINITY)?;
         let power = file.sampled(&wavelengths_nm())?;
         if power.iter().all(|&sample| sample <= 0.0) {
             return Err(file.refused("the spectrum is 0 at every 10 nm of 400–700 nm".into()));
@@ -95,12 +95,19 @@ fn luminance_of(power: &[f64; SAMPLES]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use snowblue_color::Xyz;
 
     fn seen(spectrum: &Spectrum) -> Xyz {
         let eye = Colorimeter::new(Observer::Cie1931, Illuminant::E, &wavelengths_nm()).unwrap();
         eye.xyz(&spectrum.0.map(f64::from))
+    }
+
+    fn read(content: &str) -> Result<LampSpectrum, RenderError> {
+        let files = BTreeMap::from([("lamp.csv".to_owned(), content.as_bytes().to_vec())]);
+        LampSpectrum::read(&files, "lamp.csv")
     }
 
     #[test]
@@ -114,10 +121,7 @@ mod tests {
 
     #[test]
     fn files_are_joined_by_straight_lines() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("lamp.csv");
-        std::fs::write(&path, "wavelength_nm,value\n390,1\n550,3\n\n720,3\n").unwrap();
-        let lamp = LampSpectrum::read(&path).unwrap();
+        let lamp = read("wavelength_nm,value\n390,1\n550,3\n\n720,3\n").unwrap();
         let ratio = |k: usize| lamp.unit.0[k] / lamp.unit.0[30];
         assert!((ratio(0) - 1.125 / 3.0).abs() < 1e-6 && (ratio(8) - (1.0 + 2.0 * 90.0 / 160.0) / 3.0).abs() < 1e-6);
         assert!((lamp.unit.mean() - 1.0).abs() < 1e-6);
@@ -125,8 +129,6 @@ mod tests {
 
     #[test]
     fn mistakes_in_files_are_named_with_their_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("lamp.csv");
         for (content, expected) in [
             ("400,1\n700\n", "lamp.csv:2: expected a wavelength in nm and a value of 0 or more, but found `700`"),
             ("400,1\n700,-1\n", "lamp.csv:2: expected a wavelength"),
@@ -135,8 +137,7 @@ mod tests {
             ("", "lamp.csv:1: wavelengths are none, but must cover"),
             ("300,0\n800,0\n", "lamp.csv:2: the spectrum is 0"),
         ] {
-            std::fs::write(&path, content).unwrap();
-            let message = LampSpectrum::read(&path).unwrap_err().to_string();
+            let message = read(content).unwrap_err().to_string();
             assert!(message.contains(expected) && !message.contains('\n'), "{message}");
         }
     }

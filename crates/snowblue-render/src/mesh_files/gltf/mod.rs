@@ -10,7 +10,7 @@ mod paint;
 mod punctual;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -20,6 +20,7 @@ use gltf::mesh::Mode;
 use gltf::{Gltf, Node, Primitive, Semantic};
 
 use crate::error::RenderError;
+use crate::files::{FilesIn, SceneFile, SceneFiles, name_beside};
 use crate::geometry::ray::narrow;
 use crate::geometry::triangles::Triangles;
 
@@ -34,7 +35,8 @@ pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_
 /// A glTF with its buffers.
 #[derive(Debug)]
 pub struct GltfFile {
-    path: std::path::PathBuf,
+    name: String,
+    path: PathBuf,
     gltf: Gltf,
     buffers: Vec<Vec<u8>>,
 }
@@ -70,16 +72,26 @@ impl GltfFile {
     ///
     /// When a file cannot be read, or is cut short or malformed.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
-        let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
-        let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+        Self::read(&FilesIn::beside(path), &path.file_name().unwrap_or_default().to_string_lossy())
+    }
+
+    /// The same from anywhere. Buffers are named relative to the file's own name.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`open`](Self::open).
+    pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+        let SceneFile { path, bytes } = SceneFile::read(files, name)?;
+        let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
         let mut gltf = Gltf::from_slice(&bytes).map_err(|error| {
             let message = error.to_string();
             wrong(format!("not a readable glTF file: {}", message.split_whitespace().collect::<Vec<_>>().join(" ")))
         })?;
         let blob = gltf.blob.take();
+        let neighbours = Neighbours { files, name, path: &path };
         let buffers =
-            gltf.buffers().map(|buffer| read_buffer(path, &buffer, blob.as_deref())).collect::<Result<_, _>>()?;
-        Ok(Self { path: path.into(), gltf, buffers })
+            gltf.buffers().map(|buffer| neighbours.buffer(&buffer, blob.as_deref())).collect::<Result<_, _>>()?;
+        Ok(Self { name: name.to_owned(), path, gltf, buffers })
     }
 
     /// The nodes of the file's scene, each after the one that it hangs from, with the root placed by `root`.
@@ -236,30 +248,41 @@ fn whole(index: f64) -> u32 {
     index as u32
 }
 
-fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Result<Vec<u8>, RenderError> {
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
-    let number = buffer.index();
-    let bytes = match buffer.source() {
-        gltf::buffer::Source::Bin => {
-            blob.map(<[u8]>::to_vec).ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
-        }
-        gltf::buffer::Source::Uri(uri) => read_uri(path, uri, &format!("buffer {number}"))?,
-    };
-    if bytes.len() < buffer.length() {
-        let (found, wanted) = (bytes.len(), buffer.length());
-        return Err(wrong(format!("buffer {number} has {found} bytes, but must have {wanted}: the file is cut short")));
-    }
-    Ok(bytes)
+/// The files that a glTF names.
+struct Neighbours<'file> {
+    files: &'file dyn SceneFiles,
+    /// The glTF's own name, and that in error messages.
+    name: &'file str,
+    path: &'file Path,
 }
 
-/// What stands in a URI, or in the file beside the glTF that it names.
-fn read_uri(path: &Path, uri: &str, what: &str) -> Result<Vec<u8>, RenderError> {
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason: format!("{what} {reason}") };
-    let Some(data) = uri.strip_prefix("data:") else {
-        let path = path.with_file_name(uri.replace("%20", " "));
-        return std::fs::read(&path).map_err(|source| RenderError::ReadFile { path, source });
-    };
-    let text = data.split_once(";base64,").map(|(_, text)| text);
-    let text = text.ok_or_else(|| wrong("is written in another way than base64".into()))?;
-    STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
+impl Neighbours<'_> {
+    fn buffer(&self, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Result<Vec<u8>, RenderError> {
+        let wrong = |reason: String| RenderError::Mesh { path: self.path.into(), reason };
+        let number = buffer.index();
+        let bytes = match buffer.source() {
+            gltf::buffer::Source::Bin => {
+                blob.map(<[u8]>::to_vec).ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
+            }
+            gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"))?,
+        };
+        if bytes.len() < buffer.length() {
+            let (found, wanted) = (bytes.len(), buffer.length());
+            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is cut short");
+            return Err(wrong(reason));
+        }
+        Ok(bytes)
+    }
+
+    /// The bytes of a data URI, or of the file that the URI names.
+    fn uri(&self, uri: &str, what: &str) -> Result<Vec<u8>, RenderError> {
+        let wrong = |reason: String| RenderError::Mesh { path: self.path.into(), reason: format!("{what} {reason}") };
+        let Some(data) = uri.strip_prefix("data:") else {
+            let name = name_beside(self.name, &uri.replace("%20", " "));
+            return SceneFile::read(self.files, &name).map(|file| file.bytes);
+        };
+        let text = data.split_once(";base64,").map(|(_, text)| text);
+        let text = text.ok_or_else(|| wrong("is encoded in another way than base64".into()))?;
+        STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
+    }
 }

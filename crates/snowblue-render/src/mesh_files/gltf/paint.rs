@@ -4,8 +4,9 @@ use std::io::Cursor;
 
 use gltf::image::Source;
 
-use super::{GltfFile, read_uri};
+use super::{GltfFile, Neighbours};
 use crate::error::RenderError;
+use crate::files::SceneFiles;
 use crate::images::png_image::PngImage;
 use crate::scene::material::texture::Texture;
 
@@ -34,8 +35,9 @@ impl GltfFile {
     ///
     /// # Errors
     ///
-    /// When the colour does not lie in 0–1, or the texture is no PNG, cannot be read, or uses other texture coordinates than the mesh's first.
-    pub fn paint(&self, material: &GltfMaterial) -> Result<Option<Texture>, RenderError> {
+    /// When the colour does not lie in 0–1, or the texture is no PNG, cannot be read, or uses other texture coordinates
+    /// than the mesh's first.
+    pub fn paint(&self, material: &GltfMaterial, files: &dyn SceneFiles) -> Result<Option<Texture>, RenderError> {
         let name = material.name.as_deref().unwrap_or("without a name");
         let wrong = |reason: &str| self.wrong(format!("base colour of the material \"{name}\": {reason}"));
         if !material.base_colour.iter().all(|share| (0.0..=1.0).contains(share)) {
@@ -50,7 +52,10 @@ impl GltfFile {
         }
         let image = self.gltf.textures().nth(number).ok_or_else(|| wrong("the texture is missing"))?.source();
         let bytes = match image.source() {
-            Source::Uri { uri, .. } => read_uri(&self.path, uri, &format!("image {}", image.index()))?,
+            Source::Uri { uri, .. } => {
+                let neighbours = Neighbours { files, name: &self.name, path: &self.path };
+                neighbours.uri(uri, &format!("image {}", image.index()))?
+            }
             Source::View { view, .. } => {
                 let buffer = self.buffers.get(view.buffer().index());
                 let end = view.offset().checked_add(view.length());

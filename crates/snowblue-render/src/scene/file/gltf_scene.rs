@@ -13,6 +13,7 @@ use glam::DAffine3;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
+use crate::files::FilesIn;
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::ray::narrow;
@@ -51,7 +52,7 @@ pub(super) fn read_gltf(
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
-    let mut palette = Palette { file: &file, workshop, own: materials.len(), known: BTreeMap::new() };
+    let mut palette = Palette { path, file: &file, workshop, own: materials.len(), known: BTreeMap::new() };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
@@ -90,6 +91,7 @@ fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderErr
 
 /// The materials of a glTF as they become those of a scene.
 struct Palette<'file> {
+    path: &'file Path,
     file: &'file GltfFile,
     workshop: &'file Workshop<'file>,
     /// How many the scene file has.
@@ -125,7 +127,7 @@ impl Palette<'_> {
     }
 
     fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
-        let paint = self.file.paint(material)?;
+        let paint = self.file.paint(material, &FilesIn::beside(self.path))?;
         Ok(paint.map_or_else(|| self.workshop.even(material.base_colour), |texture| self.workshop.painted(texture)))
     }
 }

@@ -6,6 +6,7 @@ use glam::Vec3A;
 use snowblue_color::Illuminant;
 
 use crate::error::RenderError;
+use crate::files::FilesIn;
 use crate::geometry::ray::narrow;
 use crate::scene::file::section::Section;
 use crate::scene::file::{GREATEST_COORDINATE_M, Overrides};
@@ -116,7 +117,7 @@ pub(super) fn read_environment(section: &Section, scene: &Path, overrides: &Over
     let scale = narrow(section.number("scale", Some(1.0), 1e-9..=1e9, "")?);
     let rotation_deg = narrow(section.number("rotation_deg", Some(0.0), -360.0..=360.0, "deg")?);
     let visible = section.flag("visible", true)?;
-    let panorama = Panorama::read_exr(&path)?;
+    let panorama = Panorama::read_exr(&FilesIn::beside(scene), file)?;
     let image = SkyImage::new(&panorama, scale, rotation_deg, overrides.false_color.is_none())
         .map_err(|reason| RenderError::ReadImage { path, reason })?;
     Ok(Light::Image(Box::new(image), visible))
@@ -141,7 +142,7 @@ fn read_spectrum(section: &Section, scene: &Path, overrides: &Overrides) -> Read
             if !path.is_file() {
                 return Err(section.error_at("spectrum", format!("spectrum {} does not exist", path.display())));
             }
-            LampSpectrum::read(&path)?
+            LampSpectrum::read(&FilesIn::beside(scene), file)?
         }
         None => {
             let illuminant = name.unwrap_or("D65").parse().and_then(|one: Illuminant| LampSpectrum::illuminant(one));

@@ -1,6 +1,6 @@
 //! The `[material.NAME]` tables.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_database::CompressedTable;
@@ -8,6 +8,7 @@ use snowblue_transport::monte_carlo::Volume;
 use toml::de::DeTable;
 
 use crate::error::RenderError;
+use crate::files::{FilesIn, SceneFile};
 use crate::film::sensor::Sensor;
 use crate::geometry::ray::narrow;
 use crate::images::png_image::PngImage;
@@ -146,7 +147,7 @@ fn read_diffuse(section: &Section, workshop: &Workshop) -> Result<Diffuse, Rende
     match given.first() {
         Some(&"reflectance_rgb") => Ok(workshop.even(read_colour(section)?)),
         Some(&"reflectance_spectrum") => {
-            let file = SpectrumFile::open(&existing(section, "reflectance_spectrum", workshop.scene)?, 1.0)?;
+            let file = SpectrumFile::parse(&existing(section, "reflectance_spectrum", workshop.scene)?, 1.0)?;
             Ok(Diffuse::Even(Spectrum(file.sampled(&workshop.wavelengths_nm)?.map(narrow))))
         }
         Some(&"texture") => Ok(workshop.painted(read_texture(section, workshop.scene, PngImage::linear)?)),
@@ -173,15 +174,15 @@ pub(super) fn read_texture(
     pixels: impl Fn(&PngImage) -> Vec<[f32; 3]>,
 ) -> Result<Texture, RenderError> {
     let width_m = narrow(section.number(TEXTURE_SCALE_M, Some(1.0), 1e-4..=1e5, "m")?);
-    let picture = PngImage::open(&existing(section, "texture", scene)?)?;
+    let picture = PngImage::decode(&existing(section, "texture", scene)?)?;
     Ok(Texture::new(picture.width, pixels(&picture), width_m))
 }
 
 /// The file beside the scene that a key names.
-pub(super) fn existing(section: &Section, key: &str, scene: &Path) -> Result<PathBuf, RenderError> {
+pub(super) fn existing(section: &Section, key: &str, scene: &Path) -> Result<SceneFile, RenderError> {
     let path = scene.with_file_name(section.required_text(key)?);
     if path.is_file() {
-        return Ok(path);
+        return SceneFile::read(&FilesIn::beside(scene), section.required_text(key)?);
     }
     Err(section.error_at(key, format!("{} {} does not exist", section.full_name(key), path.display())))
 }

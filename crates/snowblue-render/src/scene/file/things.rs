@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
 
 use crate::error::RenderError;
+use crate::files::FilesIn;
 use crate::geometry::cuboid::Cuboid;
 use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
@@ -152,7 +153,7 @@ fn read_heights(section: &Section, scene: &Path, placing: &Placing) -> Result<Sh
             if !file.is_file() {
                 return Err(section.error_at("file", format!("file of heights {} does not exist", file.display())));
             }
-            Heights::read(&file)?
+            Heights::read(&FilesIn::beside(&file), &file.file_name().unwrap_or_default().to_string_lossy())?
         }
         _ => return Err(section.error("heights must be given either as `heights` or as `file`")),
     };

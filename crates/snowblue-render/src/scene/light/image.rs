@@ -7,12 +7,14 @@
 //! section A.5).
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use std::path::Path;
+use std::io::Cursor;
 
+use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
+use crate::files::{SceneFile, SceneFiles};
 use crate::geometry::ray::narrow;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
@@ -51,17 +53,22 @@ impl Panorama {
     /// # Errors
     ///
     /// When there is no such file, or it holds no red, green and blue.
-    pub fn read_exr(path: &Path) -> Result<Self, RenderError> {
-        let failed = |reason: String| RenderError::ReadImage { path: path.into(), reason };
-        let image = exr::prelude::read_first_rgba_layer_from_file(
-            path,
-            |size, _| (size.width(), vec![LinearRgb::default(); size.width() * size.height()]),
-            |(width, pixels), place, (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[place.y() * *width + place.x()] =
-                    LinearRgb { r: f64::from(r), g: f64::from(g), b: f64::from(b) };
-            },
-        )
-        .map_err(|error| failed(error.to_string()))?;
+    pub fn read_exr(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+        let SceneFile { path, bytes } = SceneFile::read(files, name)?;
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| (size.width(), vec![LinearRgb::default(); size.width() * size.height()]),
+                |(width, pixels): &mut (usize, Vec<LinearRgb>), place, (r, g, b, _): (f32, f32, f32, f32)| {
+                    pixels[place.y() * *width + place.x()] =
+                        LinearRgb { r: f64::from(r), g: f64::from(g), b: f64::from(b) };
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| RenderError::ReadImage { path, reason: error.to_string() })?;
         let (width, pixels) = image.layer_data.channel_data.pixels;
         Ok(Self { width, height: pixels.len() / width.max(1), pixels })
     }
