@@ -1,4 +1,3 @@
 //! Bounding volume hierarchies.
 
 pub(crate) mod bvh8;
-pub(crate) mod pencil;

@@ -273,7 +273,7 @@ mod tests {
             let side = direction.any_orthonormal_vector() * (0.35 * (k % 17) as f32 / 17.0);
             let ray = Ray { origin: Vec3A::from(centre) + side - direction * 2.0, direction };
             traced.clear();
-            mesh.crossings(&[], &ray, f32::NEG_INFINITY, &mut traced);
+            mesh.crossings(&ray, f32::NEG_INFINITY, &mut traced);
             let exact = cuboid.crossings(&ray);
             assert_eq!(traced.len(), if exact.is_some() { 2 } else { 0 }, "line {k}");
             let Some(exact) = exact else {
@@ -289,7 +289,7 @@ mod tests {
                 assert!(one.normal.dot(other.normal.normalize()).abs() > 0.999_99, "line {k}");
             }
             let hit = cuboid.first_hit(&ray, 9.0).unwrap();
-            let traced_hit = mesh.first_hit(&[], &ray, 9.0).unwrap();
+            let traced_hit = mesh.first_hit(&ray, 9.0).unwrap();
             let apart = hit.point - traced_hit.point;
             assert!(apart.dot(hit.normal).abs() < 4e-7, "both points lie on the face");
             assert!(apart.length() * hit.normal.dot(direction).abs() < 2e-6, "line {k}");

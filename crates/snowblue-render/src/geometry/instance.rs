@@ -3,9 +3,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3A;
-
-use crate::bvh::pencil::Pencil;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::placement::Placement;
@@ -16,14 +13,12 @@ use crate::geometry::ray::{Crossing, Ray, ShapeHit};
 pub struct Instance {
     mesh: Arc<Mesh>,
     placement: Placement,
-    /// Lines through points that many go through.
-    pencils: Vec<Pencil>,
 }
 
 impl Instance {
     /// A mesh in its own coordinates, and from there into the scene, in m.
     pub fn new(mesh: Arc<Mesh>, placement: Placement) -> Self {
-        Self { mesh, placement, pencils: Vec::new() }
+        Self { mesh, placement }
     }
 
     /// The mesh in its own coordinates.
@@ -36,25 +31,6 @@ impl Instance {
         &self.placement
     }
 
-    /// Makes lines through a point of the scene quick, where that pays and takes no more than some bytes; returns how many are gone.
-    pub(crate) fn expect_lines_through(&mut self, point: Vec3A, room: usize) -> usize {
-        /// Each line asks all of them in turn, and a mesh before dozens of lamps would rather be walked.
-        const MOST_PENCILS: usize = 8;
-        /// Hardly any takes less.
-        const BYTES_PER_LEAF: usize = 64;
-        if self.mesh.leaf_count() * BYTES_PER_LEAF > room || self.pencils.len() == MOST_PENCILS {
-            return 0;
-        }
-        let Some(pencil) = self.mesh.pencil(self.placement.own_point(point)) else { return 0 };
-        let bytes = pencil.bytes();
-        // Where one does not fit no other is tried: they cost time.
-        if bytes > room {
-            return room;
-        }
-        self.pencils.push(pencil);
-        bytes
-    }
-
     /// The axis-parallel box around it.
     pub fn bounds(&self) -> Bounds {
         self.placement.bounds(&self.mesh.bounds())
@@ -63,7 +39,7 @@ impl Instance {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let own = self.placement.own(ray);
-        let hit = self.mesh.first_hit(&self.pencils, &own.ray, limit_m * own.per_m)?;
+        let hit = self.mesh.first_hit(&own.ray, limit_m * own.per_m)?;
         Some(ShapeHit {
             distance_m: hit.distance_m / own.per_m,
             point: self.placement.point(hit.point),
@@ -75,7 +51,7 @@ impl Instance {
     /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
         let own = self.placement.own(ray);
-        self.mesh.occludes(&self.pencils, &own.ray, limit_m * own.per_m)
+        self.mesh.occludes(&own.ray, limit_m * own.per_m)
     }
 
     /// Adds every crossing of the whole line of the ray, in no particular order.
@@ -87,7 +63,7 @@ impl Instance {
     pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let own = self.placement.own(ray);
         let before = crossings.len();
-        self.mesh.crossings(&self.pencils, &own.ray, from_m * own.per_m, crossings);
+        self.mesh.crossings(&own.ray, from_m * own.per_m, crossings);
         for crossing in &mut crossings[before..] {
             crossing.distance_m /= own.per_m;
             crossing.normal = self.placement.normal(crossing.normal);

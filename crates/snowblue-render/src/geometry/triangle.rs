@@ -62,11 +62,6 @@ impl FourTriangles {
         };
         [corner(0), corner(1), corner(2)]
     }
-
-    /// The corners of all of them.
-    pub(crate) fn all_corners(&self) -> impl Iterator<Item = Vec3> {
-        (0..self.there.count_ones() as usize).flat_map(|place| self.corners(place))
-    }
 }
 
 impl ShearedRay {

@@ -105,20 +105,6 @@ impl Objects {
         Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
     }
 
-    /// Makes lines through some points quick, as many as there is room for and as it pays.
-    pub(crate) fn expect_lines_through(&mut self, points: impl Iterator<Item = Vec3A>) {
-        /// Room for all lists together, in bytes.
-        const ROOM: usize = 1 << 26;
-        let mut room = ROOM;
-        for point in points {
-            for object in &mut self.objects {
-                if let Shape::Mesh(instance) = &mut object.shape {
-                    room -= instance.expect_lines_through(point, room);
-                }
-            }
-        }
-    }
-
     /// The objects, in the order of the scene.
     pub fn list(&self) -> &[Object] {
         &self.objects

@@ -271,7 +271,6 @@ mod tests {
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
                 mesh.crossings(
-                    &[],
                     &Ray { origin: (0.1 * towards).into(), direction: towards.into() },
                     f32::NEG_INFINITY,
                     &mut crossings,
@@ -295,7 +294,7 @@ mod tests {
             let level = (1.0 - rise * rise).sqrt();
             let direction = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), rise).as_vec3a();
             let ray = Ray { origin: glam::Vec3A::ZERO, direction };
-            assert!(blocks.iter().any(|block| block.occludes(&[], &ray, f32::INFINITY)), "{direction}");
+            assert!(blocks.iter().any(|block| block.occludes(&ray, f32::INFINITY)), "{direction}");
         }
     }
 

@@ -7,7 +7,6 @@
 use glam::{Vec2, Vec3, Vec3A};
 
 use crate::bvh::bvh8::{Bvh8, BvhRay};
-use crate::bvh::pencil::{Listed, Pencil};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
 use crate::geometry::triangle::{FourTriangles, ShearedRay, TriangleHit};
@@ -73,27 +72,12 @@ impl Mesh {
         self.bounds
     }
 
-    /// What lines through a point, in its own coordinates, may meet, to find that without a walk; none where that does not pay.
-    pub(crate) fn pencil(&self, point: Vec3A) -> Option<Pencil> {
-        /// Few leaves are as soon walked to.
-        const FEWEST_LEAVES: usize = 64;
-        if self.leaves.len() < FEWEST_LEAVES {
-            return None;
-        }
-        Pencil::new(point, &self.bounds, &self.leaves)
-    }
-
-    /// How many leaves its hierarchy has.
-    pub(crate) fn leaf_count(&self) -> usize {
-        self.leaves.len()
-    }
-
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
-    pub(crate) fn first_hit(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let query = Query::new((self, pencils), ray, 0.0, limit_m)?;
+    pub(crate) fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+        let query = Query::new(self, ray, 0.0, limit_m)?;
         let mut nearest_m = limit_m - query.start_m;
         let mut found = None;
-        query.traverse_ordered(|leaf| {
+        self.hierarchy.traverse_ordered(&query.course, |leaf| {
             query.cross(&self.leaves[leaf], |place, hit| {
                 let distance_m = narrow(hit.distance_m);
                 // Of two at one distance, at a fold, that of the lower number, in whichever order they come.
@@ -121,12 +105,12 @@ impl Mesh {
     }
 
     /// Whether anything lies beyond the ray's origin and nearer than `limit_m`.
-    pub(crate) fn occludes(&self, pencils: &[Pencil], ray: &Ray, limit_m: f32) -> bool {
-        let Some(query) = Query::new((self, pencils), ray, 0.0, limit_m) else {
+    pub(crate) fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
+        let Some(query) = Query::new(self, ray, 0.0, limit_m) else {
             return false;
         };
         let mut blocked = false;
-        query.walk(|leaf| {
+        self.hierarchy.walk(&query.course, |leaf| {
             query.cross(&self.leaves[leaf], |_, hit| {
                 blocked |= query.beyond_origin(hit.distance_m) && narrow(hit.distance_m) < limit_m - query.start_m;
             });
@@ -136,11 +120,11 @@ impl Mesh {
     }
 
     /// Adds every crossing of the line of the ray from `from_m` on, be that before or behind its origin, in no particular order.
-    pub(crate) fn crossings(&self, pencils: &[Pencil], ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
-        let Some(query) = Query::new((self, pencils), ray, from_m, f32::INFINITY) else {
+    pub(crate) fn crossings(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
+        let Some(query) = Query::new(self, ray, from_m, f32::INFINITY) else {
             return;
         };
-        query.walk(|leaf| {
+        self.hierarchy.walk(&query.course, |leaf| {
             let four = &self.leaves[leaf];
             query.cross(four, |place, hit| {
                 let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
@@ -154,54 +138,22 @@ impl Mesh {
 }
 
 /// A ray moved to the mesh's box; `start_m` is where, along the original ray.
-struct Query<'mesh> {
+struct Query {
     start_m: f32,
-    way: LeafSource<'mesh>,
+    course: BvhRay,
     sheared: ShearedRay,
 }
 
-/// How the leaves that a ray may meet are found.
-enum LeafSource<'mesh> {
-    /// On a walk from box to box.
-    Walk(&'mesh Bvh8, BvhRay),
-    /// From a list.
-    List(Listed<'mesh>),
-}
-
-impl<'mesh> Query<'mesh> {
+impl Query {
     /// The part from `from_m` to `limit_m` of a ray, or none where it misses the box.
     #[inline]
-    fn new((mesh, pencils): (&'mesh Mesh, &'mesh [Pencil]), ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
+    fn new(mesh: &Mesh, ray: &Ray, from_m: f32, limit_m: f32) -> Option<Self> {
         let (start_m, _) = mesh.bounds.span(ray, from_m, limit_m)?;
         let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
         // Where the box alone bounds it, it is not cut there: from afar, the place where it was moved to may be inside the box
         // already, by rounding.
         let from = if start_m > from_m { f32::NEG_INFINITY } else { 0.0 };
-        let to = limit_m - start_m;
-        let way = match pencils.iter().find_map(|pencil| pencil.listed(&moved, from, to)) {
-            Some(listed) => LeafSource::List(listed),
-            None => LeafSource::Walk(&mesh.hierarchy, BvhRay::new(&moved, from, to)),
-        };
-        Some(Self { start_m, way, sheared: ShearedRay::new(&moved) })
-    }
-
-    /// Calls `visit` with the leaves that the ray may meet, in no particular order, until it has seen enough.
-    #[inline]
-    fn walk(&self, visit: impl FnMut(usize) -> bool) {
-        match &self.way {
-            LeafSource::Walk(hierarchy, course) => hierarchy.walk(course, visit),
-            LeafSource::List(listed) => listed.walk(visit),
-        }
-    }
-
-    /// Calls `visit` with the leaves that the ray may meet, mostly the nearest first; it returns the distance up to which to look
-    /// on.
-    #[inline]
-    fn traverse_ordered(&self, visit: impl FnMut(usize) -> f32) {
-        match &self.way {
-            LeafSource::Walk(hierarchy, course) => hierarchy.traverse_ordered(course, visit),
-            LeafSource::List(listed) => listed.traverse_ordered(visit),
-        }
+        Some(Self { start_m, course: BvhRay::new(&moved, from, limit_m - start_m), sheared: ShearedRay::new(&moved) })
     }
 
     /// Calls `found` with those of a leaf's triangles that the line crosses, and where.

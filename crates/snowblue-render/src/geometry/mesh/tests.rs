@@ -58,7 +58,7 @@ fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
         let target: Vec3A = if k % 2 == 0 { corners[0].into() } else { ((corners[0] + corners[1]) * 0.5).into() };
         let origin = target - direction * [0.0, 2.0, 100.0][k % 3];
         crossings.clear();
-        mesh.crossings(&[], &Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+        mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
         assert_eq!(crossings.len() % 2, 0, "line {k}");
         through += usize::from(!crossings.is_empty());
     }
@@ -77,16 +77,16 @@ fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
             let aim = Vec3A::new(0.1 + 0.8 * (k as f32 * 0.618).fract(), 0.5, 0.3 + 0.4 * (k as f32 * 0.755).fract());
             let ray = Ray { origin: 0.5 * aim - direction * away_m, direction };
             crossings.clear();
-            mesh.crossings(&[], &ray, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len() % 2, 0, "line {k} from {away_m} m");
             let ahead = crossings.iter().map(|crossing| crossing.distance_m).filter(|distance_m| *distance_m > 0.0);
             let nearest_m = ahead.fold(f32::INFINITY, f32::min);
-            let hit = mesh.first_hit(&[], &ray, f32::INFINITY);
+            let hit = mesh.first_hit(&ray, f32::INFINITY);
             assert_eq!(hit.is_some(), nearest_m.is_finite(), "line {k}");
             // Two roundings of the way there.
             let apart_m = hit.map_or(0.0, |hit| (hit.distance_m - nearest_m).abs());
             assert!(apart_m <= 2.0 * f32::EPSILON * away_m, "line {k}: {apart_m}");
-            assert_eq!(mesh.occludes(&[], &ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
+            assert_eq!(mesh.occludes(&ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
             through += usize::from(nearest_m.is_finite());
         }
         assert!(through > 19_000, "{through}");
@@ -103,9 +103,9 @@ fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
             let direction = Vec3A::new(signed(0), signed(1), signed(2));
             let ray = Ray { origin: Vec3A::new(0.11, 0.07, 0.05) - 3.0 * along, direction };
             let mut crossings = Vec::new();
-            mesh.crossings(&[], &ray, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "{direction:?}");
-            assert!(mesh.first_hit(&[], &ray, f32::INFINITY).is_some(), "{direction:?}");
+            assert!(mesh.first_hit(&ray, f32::INFINITY).is_some(), "{direction:?}");
         }
     }
 }
@@ -124,7 +124,7 @@ fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
         let beside = direction.any_orthonormal_vector() * (((k % 41) as f32 - 20.0) * 5e-8);
         let origin = Vec3A::from(triangles[k * 7 % triangles.len()][0]) + beside - direction * (k % 3) as f32;
         crossings.clear();
-        mesh.crossings(&[], &Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+        mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
         assert_eq!(crossings.len() % 2, 0, "line {k}");
     }
 }
@@ -141,7 +141,7 @@ fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
             (origin[(axis + 1) % 3], origin[(axis + 2) % 3]) = (at(i), at(j));
             crossings.clear();
             let direction = Vec3A::from(Vec3::AXES[axis]);
-            mesh.crossings(&[], &Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&Ray { origin, direction }, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "axis {axis}, corner {i}, {j}");
         }
     }
@@ -155,7 +155,7 @@ fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
         for k in 0..64 {
             let side = axis.any_orthonormal_vector() * (k as f32 / 64.0);
             crossings.clear();
-            mesh.crossings(&[], &Ray { origin: side - axis * 3.0, direction: axis }, f32::NEG_INFINITY, &mut crossings);
+            mesh.crossings(&Ray { origin: side - axis * 3.0, direction: axis }, f32::NEG_INFINITY, &mut crossings);
             assert_eq!(crossings.len(), 2, "{axis} {k}");
         }
     }
@@ -166,19 +166,19 @@ fn first_hit_blocking_and_crossings_tell_the_same_distances() {
     let mesh = Mesh::new(Triangles::loose(&sphere(12)));
     for direction in directions(500) {
         let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
-        let hit = mesh.first_hit(&[], &ray, f32::INFINITY).unwrap();
+        let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
         let mut crossings = Vec::new();
-        mesh.crossings(&[], &ray, f32::NEG_INFINITY, &mut crossings);
+        mesh.crossings(&ray, f32::NEG_INFINITY, &mut crossings);
         crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         assert_eq!(crossings.len(), 2);
         assert!((crossings[0].distance_m - hit.distance_m).abs() < 2e-6);
         assert!((hit.point - ray.at(hit.distance_m)).length() < 2e-6);
-        assert!(mesh.occludes(&[], &ray, hit.distance_m + 1e-4));
-        assert!(!mesh.occludes(&[], &ray, hit.distance_m - 1e-4));
-        assert!(mesh.first_hit(&[], &ray, hit.distance_m - 1e-4).is_none());
+        assert!(mesh.occludes(&ray, hit.distance_m + 1e-4));
+        assert!(!mesh.occludes(&ray, hit.distance_m - 1e-4));
+        assert!(mesh.first_hit(&ray, hit.distance_m - 1e-4).is_none());
         // From inside, the same far crossing is the first hit.
         let inside = Ray { origin: ray.at(3.0), direction };
-        let far = mesh.first_hit(&[], &inside, f32::INFINITY).unwrap();
+        let far = mesh.first_hit(&inside, f32::INFINITY).unwrap();
         assert!((far.distance_m + 3.0 - crossings[1].distance_m).abs() < 2e-6);
     }
 }
@@ -187,6 +187,6 @@ fn first_hit_blocking_and_crossings_tell_the_same_distances() {
 fn a_single_triangle_is_a_mesh() {
     let mesh = Mesh::new(Triangles::loose(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
     let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
-    let hit = mesh.first_hit(&[], &ray, f32::INFINITY).unwrap();
+    let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
     assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);
 }

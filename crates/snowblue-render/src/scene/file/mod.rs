@@ -67,7 +67,6 @@ use crate::film::exposure::{Exposure, FilmSettings};
 use crate::film::sensor::{FalseColor, Sensor};
 use crate::geometry::ray::narrow;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::light::Light;
 use crate::scene::material::pca_snow::PathMode;
 use crate::scene::objects::Objects;
 use crate::scene::{IntegratorKind, IntegratorSettings, Scene};
@@ -183,7 +182,7 @@ impl Scene {
         if lights.is_empty() {
             return Err(source.error(&place, "the scene has no light: neither [[light]] nor [environment]"));
         }
-        let mut objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
+        let objects = Objects::new(objects.into_iter().flatten().chain(gltf.objects).collect());
         if let Some(body) = body_of_two(&objects).filter(|_| integrator.kind == IntegratorKind::Reference) {
             let reason = format!("the objects of body \"{body}\" are of several materials; the reference takes one");
             return Err(source.error(&root.get("object").map_or(0..0, Spanned::span), reason));
@@ -196,8 +195,6 @@ impl Scene {
         let camera = PinholeCamera::new(&camera.view, aspect).ok_or_else(|| {
             source.error(&camera.aim_place, "camera.look_at must lie off the camera's position and up axis")
         })?;
-        let lamps = lights.iter().filter_map(Light::position);
-        objects.expect_lines_through(std::iter::once(camera.position()).chain(lamps));
         Ok(Self {
             camera,
             objects,

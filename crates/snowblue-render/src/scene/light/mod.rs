@@ -141,11 +141,6 @@ impl Light {
         Some(LightSample { origin, power, falloff: cone.map_or(Falloff::Natural, Falloff::Within) })
     }
 
-    /// The point from which all light of a lamp without extent comes, in m.
-    pub(crate) fn position(&self) -> Option<Vec3A> {
-        if let Self::Point(light) = self { Some(light.position) } else { None }
-    }
-
     /// The light's spectrum with luminance 1 from its middle, as a radiance whatever the distance; none of a sky.
     pub(crate) fn relative_from_middle(&self) -> Option<LightSample> {
         let origin = match self {
