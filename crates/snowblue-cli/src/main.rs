@@ -1,40 +1,26 @@
-//! The `snowblue` command: the blue of light through snow, predicted from what the snow is made of.
+//! The `snowblue` command: predicts the blue of light through snow from what the snow is made of.
+//!
+//! ```text
+//! arguments ─► commands ─► options (values of options) ─► output (results, errors, exit codes)
+//!                       └► input (settings, spectra)  ─┘
+//! ```
 
-mod args;
-mod broadband;
-mod bsdf;
-mod color;
-mod colored;
-mod database;
-mod failure;
-mod figures;
-mod inspect;
-mod interrupt;
-mod layers;
-mod match_command;
-mod merge;
-mod merge_pictures;
+mod output;
+
 mod options;
-mod parse;
-mod picture;
-mod plot;
-mod preview;
-mod progress;
-mod render;
-mod render_job;
-mod report;
-mod slab;
-mod source;
-mod spectrum;
-mod spectrum_file;
-mod swatch;
 
-use args::{Arguments, Command};
+mod input;
+
+mod commands;
+
+mod arguments;
+
+use arguments::{Arguments, Command};
 use clap::Parser as _;
-use failure::{Failure, Outcome};
+use output::{Failure, Outcome, exit_code};
 
 fn main() -> std::process::ExitCode {
-    failure::exit_code(&run())
+    exit_code(&run())
 }
 
 fn run() -> Outcome {

@@ -1,4 +1,4 @@
-//! `bsdf` as users meet it, and the figures that commands draw.
+//! `snowblue bsdf`, and the charts of `--plot`.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -6,11 +6,11 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{snowblue, stdout};
+use shell::{assert_names, assert_refused, stdout};
 
 use svg::parser::Event;
 
-/// All text of a figure, which must be well-formed and free of numbers that are none.
+/// All text of an SVG file, which must be well-formed and have finite numbers.
 fn words(path: &Path) -> String {
     let mut content = String::new();
     let (mut depth, mut words) = (0_i32, String::new());
@@ -38,30 +38,28 @@ fn bsdf_prints_patches_that_add_up() {
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 2 * 4 * 3);
     let number = |row: &[&str], column: usize| row[column].parse::<f64>().unwrap();
-    // Nothing to speak of is absorbed in 3 mm, and next to nothing passes 6 optical depths untouched.
+    // 3 mm absorb almost nothing, and almost no light crosses 6 optical depths unscattered.
     let flux: f64 = rows.iter().map(|row| number(row, 5) * std::f64::consts::PI / 12.0).sum();
     assert!((0.985..1.0).contains(&flux), "{flux}");
     for side in ["reflection", "transmission"] {
         let solid: f64 = rows.iter().filter(|row| row[0] == side).map(|row| number(row, 3)).sum();
         assert!((solid - std::f64::consts::TAU).abs() < 1e-7);
     }
-    // Where no azimuth differs from another, there is one sector.
+    // At normal incidence there is one sector.
     assert_eq!(stdout(&common).lines().count(), 1 + 2 * 10);
     let json = stdout(&[&common[..], &["--format", "json"]].concat());
-    for name in ["\"reflectance\": \"", "\"transmittance\": \"", "\"direct\": \""] {
-        assert!(json.contains(name), "{name}");
-    }
-    for (option, value, complaint) in
-        [("--angle", "90", "angle"), ("--patches", "4", "RINGSxSECTORS"), ("--rays", "1", "rays")]
-    {
-        let output = snowblue(&["bsdf", option, value]);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && message.contains(complaint), "{message}");
+    assert_names(&json, &["\"reflectance\": \"", "\"transmittance\": \"", "\"direct\": \""]);
+    for (option, value, words) in [
+        ("--angle", "90", ["angle", "90°", "0–89.99°"]),
+        ("--patches", "4", ["--patches", "4", "RINGSxSECTORS"]),
+        ("--rays", "1", ["rays", "1", "2"]),
+    ] {
+        assert_refused(&["bsdf", option, value], &words);
     }
 }
 
 #[test]
-fn figures_have_axes_units_and_a_legend() {
+fn plots_have_axes_units_and_a_legend() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let draw = |name: &str, arguments: &[&str]| {
@@ -70,20 +68,18 @@ fn figures_have_axes_units_and_a_legend() {
     };
     let several = ["spectrum", "--thickness", "1,30", "--angle", "0,diffuse", "--wavelengths", "400:700:100"];
     let text = draw("several.svg", &several);
-    for word in ["Transmittance|", "Reflectance|", "Wavelength (nm)|", "30 cm|", "diffuse|", "0.01|", "550|", "seed 1"]
-    {
-        assert!(text.contains(word), "{word} in {text}");
-    }
-    // White light through nothing, no light through ten metres, and one wavelength are drawn too.
+    let expected =
+        ["Transmittance|", "Reflectance|", "Wavelength (nm)|", "30 cm|", "diffuse|", "0.01|", "550|", "seed 1"];
+    assert_names(&text, &expected);
+    // Extremes: no snow, no transmitted light, one wavelength.
     draw("nothing.svg", &["spectrum", "--thickness", "0", "--wavelengths", "500"]);
     draw("dark.svg", &["spectrum", "--thickness", "1000", "--wavelengths", "1500,2000"]);
     let scatter = ["bsdf", "--thickness", "0.2", "--angle", "60", "--wavelengths", "450,650", "--rays", "500"];
     let text = draw("bsdf.svg", &scatter);
-    for word in ["BRDF (1/sr)|", "BTDF (1/sr)|", "450 nm|", "650 nm|", "60°|", "0.2 cm of snow|", "± 1 standard error"]
-    {
-        assert!(text.contains(word), "{word} in {text}");
-    }
+    let expected =
+        ["BRDF (1/sr)|", "BTDF (1/sr)|", "450 nm|", "650 nm|", "60°|", "0.2 cm of snow|", "± 1 standard error"];
+    assert_names(&text, &expected);
     draw("black.svg", &["bsdf", "--thickness", "50", "--wavelengths", "2000", "--rays", "100", "--angle", "diffuse"]);
     let names = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
-    assert!(names.into_iter().all(|name| name.to_str().unwrap().ends_with(".svg")), "nothing is left beside");
+    assert!(names.into_iter().all(|name| name.to_str().unwrap().ends_with(".svg")), "no other file is left");
 }

@@ -1,10 +1,10 @@
-//! Colours as users ask for them: transmitted and reflected, exposed, out of files, and snow for a wanted one.
+//! `snowblue color` and `snowblue match`.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod shell;
 
-use shell::{refused, snowblue, stdout};
+use shell::{assert_names, assert_refused, stderr, stdout};
 
 /// Rows of CSV by field, without the header.
 fn rows(text: &str) -> Vec<Vec<String>> {
@@ -18,20 +18,19 @@ fn number(row: &[String], column: usize) -> f64 {
 const LUMINANCE: usize = 4;
 
 #[test]
-fn reflected_light_is_what_does_not_come_through() {
+fn clean_snow_reflects_what_it_does_not_transmit() {
     let transmitted = rows(&stdout(&["color", "--thickness", "0,5,50"]));
     let reflected = rows(&stdout(&["color", "--thickness", "0,5,50", "--reflected"]));
-    assert!(number(&reflected[0], LUMINANCE).abs() < 1e-12, "nothing sends no light back");
+    assert!(number(&reflected[0], LUMINANCE).abs() < 1e-12, "no snow reflects no light");
     for (passed, sent) in transmitted.iter().zip(&reflected) {
         let sum = number(passed, LUMINANCE) + number(sent, LUMINANCE);
         assert!(sum <= 1.0 + 1e-8 && sum > 0.93, "clean snow absorbs little: {sum}");
     }
-    let told = String::from_utf8(snowblue(&["color", "--reflected"]).stderr).unwrap();
-    assert!(told.contains("light reflected"), "{told}");
+    assert_names(&stderr(&["color", "--reflected"]), &["light reflected"]);
 }
 
 #[test]
-fn exposure_changes_hex_alone() {
+fn exposure_changes_only_hex() {
     let plain = rows(&stdout(&["color", "--thickness", "5,15"]));
     for exposure in ["auto", "5.5", "-1"] {
         let exposed = rows(&stdout(&["color", "--thickness", "5,15", "--exposure", exposure]));
@@ -45,13 +44,12 @@ fn exposure_changes_hex_alone() {
     // 0.9 encoded: 1.055 · 0.9^(1/2.4) − 0.055 = 0.955, of 255.
     assert_eq!(brightest(&auto[0]), 243);
     assert!(brightest(&auto[1]) < 200, "one exposure for all");
-    let message = refused(&["color", "--exposure", "bright"]);
-    assert!(message.contains("neither stops nor 'auto'"), "{message}");
-    assert!(refused(&["color", "--exposure", "101"]).contains("must lie in -100 to 100 stops"));
+    assert_refused(&["color", "--exposure", "bright"], &["--exposure", "'bright'", "stops", "'auto'"]);
+    assert_refused(&["color", "--exposure", "101"], &["exposure", "101", "-100 to 100 stops"]);
 }
 
 #[test]
-fn spectra_of_a_file_have_the_colours_of_their_snow() {
+fn spectra_from_a_file_have_the_colours_of_their_snow() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let file = at("snow.csv");
@@ -68,29 +66,23 @@ fn spectra_of_a_file_have_the_colours_of_their_snow() {
         }
     }
     let text = std::fs::read_to_string(&file).unwrap();
-    let wrong = |change: &dyn Fn(&str) -> String| {
+    let refused = |changed: &str, words: &[&str]| {
         let broken = at("broken.csv");
-        std::fs::write(&broken, change(&text)).unwrap();
-        refused(&["color", "--spectrum", &broken])
+        std::fs::write(&broken, changed).unwrap();
+        assert_refused(&["color", "--spectrum", &broken], words);
     };
     let line = |number: usize| text.lines().nth(number - 1).unwrap();
-    assert!(wrong(&|text| text.replace(line(40), "2,diffuse,480,blue")).contains("broken.csv:40: expected 6 fields"));
-    assert!(
-        wrong(&|text| text.replace(line(40), "2,diffuse,480,0.9,blue,0"))
-            .contains("broken.csv:40: expected a wavelength")
-    );
-    let gap = wrong(&|text| text.replace(&format!("{}\n{}\n", line(40), line(41)), ""));
-    assert!(
-        gap.contains("broken.csv:33: 490 nm follows 460 nm, but steps within 400–700 nm must be at most 20 nm"),
-        "{gap}"
-    );
-    assert!(wrong(&|text| text.replacen("transmittance", "passed", 1)).contains("broken.csv:1: expected the columns"));
-    assert!(wrong(&|_| "wavelength_nm,value\n".to_owned()).contains("broken.csv: holds no spectrum"));
+    refused(&text.replace(line(40), "2,diffuse,480,blue"), &["broken.csv:40:", "6", "4"]);
+    refused(&text.replace(line(40), "2,diffuse,480,0.9,blue,0"), &["broken.csv:40:", "blue"]);
+    let gap = text.replace(&format!("{}\n{}\n", line(40), line(41)), "");
+    refused(&gap, &["broken.csv:33:", "step", "460", "490 nm", "20 nm"]);
+    refused(&text.replacen("transmittance", "passed", 1), &["broken.csv:1:", "wavelength_nm", "transmittance"]);
+    refused("wavelength_nm,value\n", &["broken.csv:", "spectrum"]);
 }
 
-/// What lies beyond 400–700 nm does not count; steps that are not equal, or miss an end, are filled on straight lines.
+/// Values outside 400–700 nm are ignored; unequal steps, or steps that miss an end, are interpolated linearly.
 #[test]
-fn spectra_of_any_reach_and_steps_are_summed() {
+fn spectra_of_any_range_and_steps_are_summed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("any.csv");
     let luminance = |wavelengths_nm: &[f64]| {
@@ -101,24 +93,25 @@ fn spectra_of_any_reach_and_steps_are_summed() {
     let every =
         |first: u32, last: u32, step: usize| -> Vec<f64> { (first..=last).step_by(step).map(f64::from).collect() };
     let tens = luminance(&every(400, 700, 10));
-    // A straight line is found again whatever its steps; the cells have nine digits.
+    // Linear interpolation reproduces a straight line from any steps; cells have nine digits.
     for same in [every(300, 900, 10), every(397, 717, 20), [every(400, 500, 4), every(510, 710, 20)].concat()] {
         assert!((luminance(&same) / tens - 1.0).abs() < 1e-8, "{same:?}");
     }
     let short = every(410, 700, 10);
     std::fs::write(&file, short.iter().map(|nm| format!("{nm},1\n")).collect::<String>()).unwrap();
-    let message = refused(&["color", "--spectrum", file.to_str().unwrap()]);
-    assert!(message.contains("any.csv:1: the wavelengths are 410–700 nm, but must cover 400–700 nm"), "{message}");
+    let words = ["any.csv:1:", "wavelengths", "410–700 nm", "400–700 nm"];
+    assert_refused(&["color", "--spectrum", file.to_str().unwrap()], &words);
 }
 
 const THICKNESS: usize = 2;
 const DELTA_E: usize = 5;
 
 #[test]
-fn match_finds_snow_whose_colour_is_what_it_says() {
+fn match_finds_snow_of_the_printed_colour() {
     let text = stdout(&["match", "--target", "#5fa8c4"]);
     assert!(text.starts_with(
-        "grain_size_um,density_kg_m3,thickness_cm,angle_deg,illuminant,delta_e,delta_e_2000,within_reach,Y,exposure_stops,hex,hex_transmitted\n"
+        "grain_size_um,density_kg_m3,thickness_cm,angle_deg,illuminant,delta_e,delta_e_2000,within_reach,Y,\
+         exposure_stops,hex,hex_transmitted\n"
     ));
     let family = rows(&text);
     assert_eq!((family.len(), family[0][0].as_str(), family[0][1].as_str()), (5, "400", "300"));
@@ -126,7 +119,7 @@ fn match_finds_snow_whose_colour_is_what_it_says() {
         assert_eq!(row[7], "yes", "{row:?}");
         let common = ["--grain-size", &row[0], "--density", &row[1], "--thickness", &row[THICKNESS]];
         let color = rows(&stdout(&[&["color"][..], &common].concat()));
-        // The tally of grains is another one only in how far its absorption reaches.
+        // The scattering tallies differ only in their range of absorption.
         assert!((number(&color[0], LUMINANCE) / number(row, 8) - 1.0).abs() < 1e-4, "{row:?} {color:?}");
         assert_eq!(color[0][12], row[11]);
         let exposed = rows(&stdout(&[&["color", "--exposure", &row[9]][..], &common].concat()));
@@ -136,7 +129,7 @@ fn match_finds_snow_whose_colour_is_what_it_says() {
 }
 
 #[test]
-fn match_takes_what_is_given() {
+fn match_keeps_given_quantities() {
     let given = ["--grain-size", "250", "--density", "200", "--thickness", "5:60", "--angle", "diffuse"];
     let found = rows(&stdout(&[&["match", "--target", "#5fa8c4", "--illuminant", "D55"][..], &given].concat()));
     assert_eq!((found.len(), &found[0][0], &found[0][1]), (1, &"250".to_owned(), &"200".to_owned()));
@@ -146,33 +139,31 @@ fn match_takes_what_is_given() {
 }
 
 #[test]
-fn match_says_what_is_out_of_reach() {
-    let output = snowblue(&["match", "--target", "#30a040"]);
-    assert_eq!(output.status.code(), Some(0));
-    let found = rows(&String::from_utf8(output.stdout).unwrap());
+fn match_reports_targets_out_of_reach() {
+    let green = ["match", "--target", "#30a040"];
+    let found = rows(&stdout(&green));
     assert!(found.iter().all(|row| row[7] == "no"), "{found:?}");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("#30a040 is out of reach: it is greener than the nearest light, ΔE*ab"), "{told}");
-    let fixed =
-        snowblue(&["match", "--target", "#5fa8c4", "--thickness", "1", "--grain-size", "400", "--density", "300"]);
-    let told = String::from_utf8(fixed.stderr).unwrap();
-    assert!(told.contains("is out of reach with what is given: it is more saturated than the nearest light"), "{told}");
-    // Dark targets are compared at L* = 50 too, where a red is no blue.
+    assert_names(&stderr(&green), &["#30a040", "greener", "ΔE*ab"]);
+    let fixed = ["match", "--target", "#5fa8c4", "--thickness", "1", "--grain-size", "400", "--density", "300"];
+    assert_names(&stderr(&fixed), &["#5fa8c4", "given options", "more saturated"]);
+    // Dark targets are also compared at L* = 50, where red is far from blue.
     let dark = rows(&stdout(&["match", "--target", "#050000"]));
     assert!(dark.iter().all(|row| row[7] == "no" && number(row, DELTA_E) > 50.0), "{dark:?}");
-    assert_eq!(rows(&stdout(&["match", "--target", "#ffffff"])).len(), 1, "no snow is the same whatever its grains");
-    let message = refused(&["match", "--target", "#5fa8c4", "--thickness", "50000:100000"]);
-    assert!(message.contains("no light that an eye could see comes through"), "{message}");
-    let message = refused(&["match", "--target", "#000000"]);
-    assert!(message.contains("--target #000000: the target is black"), "{message}");
-    for (wrong, words) in [
-        (&["--target", "blue"][..], "must be `#` and six hexadecimal digits"),
-        (&["--target", "#5fa8c4", "--thickness", "30:5"], "must ascend"),
-        (&["--target", "#5fa8c4", "--angle", "90"], "must lie in 0–89.99°"),
-        (&["--target", "#5fa8c4", "--density", "1200"], "must lie in 10–900 kg/m³"),
-        (&[], "--target"),
+    let white = rows(&stdout(&["match", "--target", "#ffffff"]));
+    assert_eq!(white.len(), 1, "without snow the grains do not matter");
+}
+
+#[test]
+fn match_refuses_impossible_targets_and_snow() {
+    for (arguments, words) in [
+        (&["--target", "#5fa8c4", "--thickness", "50000:100000"][..], &["light"][..]),
+        (&["--target", "#000000"], &["--target", "#000000", "black"]),
+        (&["--target", "blue"], &["--target", "blue", "hexadecimal"]),
+        (&["--target", "#5fa8c4", "--thickness", "30:5"], &["--thickness", "30", "5", "ascend"]),
+        (&["--target", "#5fa8c4", "--angle", "90"], &["angle", "90°", "0–89.99°"]),
+        (&["--target", "#5fa8c4", "--density", "1200"], &["density", "1200 kg/m³", "10–900 kg/m³"]),
+        (&[], &["--target"]),
     ] {
-        let message = refused(&[&["match"], wrong].concat());
-        assert!(message.contains(words), "{message}");
+        assert_refused(&[&["match"], arguments].concat(), words);
     }
 }

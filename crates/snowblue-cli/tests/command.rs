@@ -1,4 +1,4 @@
-//! The command as users meet it: columns, exit codes, one clear line for bad input, nothing half-written.
+//! Columns, exit codes, errors in one line and atomic output, over several commands.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -6,11 +6,11 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{refused, snowblue, stdout};
+use shell::{assert_names, assert_refused, shipped_scene, stderr, stdout};
 
-/// The scene of the README, in a folder of its own with one thing changed.
+/// The scene of the README with one change, in another folder.
 fn changed_scene(folder: &Path, from: &str, to: &str) -> String {
-    let scene = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml")).unwrap();
+    let scene = std::fs::read_to_string(shipped_scene("block_30cm.toml")).unwrap();
     assert!(scene.contains(from), "the scene has no '{from}'");
     let path = folder.join("scene.toml");
     std::fs::write(&path, scene.replacen(from, to, 1)).unwrap();
@@ -42,25 +42,25 @@ fn spectrum_has_its_columns_and_adds_up() {
 }
 
 #[test]
-fn engines_print_the_same_figures() {
+fn engines_agree() {
     let common = ["spectrum", "--thickness", "2", "--wavelengths", "500"];
     let numbers = |text: String| -> Vec<f64> {
         text.lines().nth(1).unwrap().split(',').map(|field| field.parse().unwrap()).collect()
     };
     let solved = numbers(stdout(&common));
-    let walked = stdout(&[&common[..], &["--engine", "montecarlo", "--rays", "4000"]].concat());
-    assert!(walked.starts_with(
+    let sampled = stdout(&[&common[..], &["--engine", "montecarlo", "--rays", "4000"]].concat());
+    assert!(sampled.starts_with(
         "thickness_cm,angle_deg,wavelength_nm,reflectance,transmittance,absorptance,\
          reflectance_se,transmittance_se,absorptance_se\n"
     ));
-    let walked = numbers(walked);
+    let sampled = numbers(sampled);
     for quantity in 3..6 {
-        assert!((walked[quantity] - solved[quantity]).abs() < 4.0 * walked[quantity + 3], "{walked:?} {solved:?}");
+        assert!((sampled[quantity] - solved[quantity]).abs() < 4.0 * sampled[quantity + 3], "{sampled:?} {solved:?}");
     }
 }
 
 #[test]
-fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
+fn color_of_no_snow_is_white_and_files_have_their_colour() {
     let text = stdout(&["color", "--thickness", "0", "--illuminant", "E"]);
     assert!(text.starts_with("thickness_cm,angle_deg,illuminant,X,Y,Z,L,a,b,r_linear,g_linear,b_linear,hex\n0,0,E,"));
     let luminance: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
@@ -74,13 +74,12 @@ fn color_of_nothing_is_white_and_of_a_file_is_its_own() {
     let half: f64 = text.lines().nth(1).unwrap().split(',').nth(4).unwrap().parse().unwrap();
     assert!((half - 0.5).abs() < 1e-8);
     for (wavelengths, words) in [
-        (&[450, 550, 650][..], "half.csv:1: 550 nm follows 450 nm, but steps within 400–700 nm must be at most 20 nm"),
-        (&[400, 420, 430, 450], "are 400–450 nm, but must cover 400–700 nm"),
-        (&[500, 510, 520], "are 500–520 nm, but must cover 400–700 nm"),
+        (&[450, 550, 650][..], ["half.csv:1:", "step", "450", "550 nm", "20 nm"]),
+        (&[400, 420, 430, 450], ["half.csv:1:", "wavelengths", "400–450 nm", "cover", "400–700 nm"]),
+        (&[500, 510, 520], ["half.csv:1:", "wavelengths", "500–520 nm", "cover", "400–700 nm"]),
     ] {
         std::fs::write(&path, rows(wavelengths)).unwrap();
-        let message = refused(&["color", "--spectrum", path.to_str().unwrap()]);
-        assert!(message.contains(words), "{message}");
+        assert_refused(&["color", "--spectrum", path.to_str().unwrap()], &words);
     }
 }
 
@@ -95,69 +94,72 @@ fn false_colours_are_transmittances() {
     let colours: Vec<&str> = false_color.lines().nth(1).unwrap().split(',').skip(2).take(3).collect();
     let transmittances: Vec<&str> = spectrum.lines().skip(1).map(|line| line.split(',').nth(4).unwrap()).collect();
     assert_eq!(colours, transmittances);
-    assert!(refused(&["color", "--false-color", "1030,860"]).contains("three wavelengths"));
-    assert!(refused(&["color", "--false-color", "2600,860,550"]).contains("wavelength is 2600 nm"));
-    assert!(refused(&["color", "--false-color", "--illuminant", "E"]).contains("cannot be used with"));
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml");
-    let message = refused(&["render", scene, "-o", "never.png", "--false-color"]);
-    assert!(message.contains("false colour at 1030 nm, but the table holds 400–700 nm"), "{message}");
+    assert_refused(&["color", "--false-color", "1030,860"], &["--false-color", "1030,860", "nm"]);
+    assert_refused(&["color", "--false-color", "2600,860,550"], &["wavelength", "2600 nm", "300–2500 nm"]);
+    assert_refused(&["color", "--false-color", "--illuminant", "E"], &["--false-color", "--illuminant"]);
+    let scene = shipped_scene("block_30cm.toml");
+    let render = ["render", scene.to_str().unwrap(), "-o", "never.png", "--false-color"];
+    assert_refused(&render, &["1030 nm", "400–700 nm"]);
 }
 
 #[test]
-fn bad_input_gets_one_clear_line() {
-    assert!(refused(&["spectrum", "--densty", "300"]).contains("'--densty'"));
-    assert!(
-        refused(&["spectrum", "--density", "1200"]).contains("density is 1200 kg/m³, but must lie in 10–900 kg/m³")
-    );
-    assert!(refused(&["spectrum", "--grain-size", "60"]).contains("below 20 µm"));
-    assert!(refused(&["spectrum", "--streams", "7"]).contains("even"));
-    assert!(refused(&["spectrum", "--wavelengths", "100"]).contains("300–2500 nm"));
-    assert!(refused(&["color", "--illuminant", "D66"]).contains("D65"));
-    assert!(refused(&["slab", "--one-minus-omega", "2", "--g", "0", "--tau", "1"]).contains("0–1"));
-    assert!(refused(&["database", "info", "no.nc"]).contains("no.nc: cannot be read"));
-    assert!(refused(&["render", "no.toml", "-o", "picture.png"]).contains("no.toml"));
-    assert!(refused(&["render", "no.toml", "-o", "picture.gif"]).contains(".png or .exr"));
+fn bad_input_is_refused_in_one_line() {
+    for (arguments, words) in [
+        (&["spectrum", "--densty", "300"][..], &["'--densty'"][..]),
+        (&["spectrum", "--density", "1200"], &["density", "1200 kg/m³", "10–900 kg/m³"]),
+        (&["spectrum", "--grain-size", "60"], &["grain size", "20 µm"]),
+        (&["spectrum", "--streams", "7"], &["7", "even"]),
+        (&["spectrum", "--wavelengths", "100"], &["wavelength", "100 nm", "300–2500 nm"]),
+        (&["spectrum", "--plot", "plot.png"], &["plot.png", ".svg"]),
+        (&["color", "--illuminant", "D66"], &["D66", "D65"]),
+        (&["slab", "--one-minus-omega", "2", "--g", "0", "--tau", "1"], &["--one-minus-omega", "2", "0–1"]),
+        (&["database", "info", "no.nc"], &["no.nc"]),
+        (&["render", "no.toml", "-o", "picture.png"], &["no.toml"]),
+        (&["render", "no.toml", "-o", "picture.gif"], &["picture.gif", ".png", ".exr"]),
+        (&[], &["command"]),
+    ] {
+        assert_refused(arguments, words);
+    }
 }
 
 #[test]
-fn broken_scenes_meshes_and_tables_get_one_clear_line() {
+fn broken_scenes_meshes_and_tables_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let picture = at("picture.png");
     let typo = changed_scene(folder.path(), "facetness = 0.3", "facetnes = 0.3");
-    assert!(refused(&["render", &typo, "-o", &picture]).contains("scene.toml:"));
+    assert_refused(&["render", &typo, "-o", &picture], &["scene.toml:", "facetnes"]);
     let missing = changed_scene(folder.path(), "shape = \"box\"\nsize = [0.6, 0.3, 0.6]", "mesh = \"none.ply\"");
-    assert!(refused(&["render", &missing, "-o", &picture]).contains("none.ply"));
+    assert_refused(&["render", &missing, "-o", &picture], &["none.ply"]);
     std::fs::write(at("none.ply"), "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n").unwrap();
-    assert!(refused(&["render", &missing, "-o", &picture]).contains("none.ply"));
-    let table = include_bytes!("../../snowblue-data/data/snow.nc");
+    assert_refused(&["render", &missing, "-o", &picture], &["none.ply"]);
+    snowblue_data::embedded().write(Path::new(&at("cut.nc"))).unwrap();
+    let table = std::fs::read(at("cut.nc")).unwrap();
     std::fs::write(at("cut.nc"), &table[..table.len() / 2]).unwrap();
-    assert!(refused(&["database", "info", &at("cut.nc")]).contains("cut.nc"));
-    assert!(refused(&["render", &typo, "--database", &at("cut.nc"), "-o", &picture]).contains("cut.nc"));
+    assert_refused(&["database", "info", &at("cut.nc")], &["cut.nc"]);
+    assert_refused(&["render", &typo, "--database", &at("cut.nc"), "-o", &picture], &["cut.nc"]);
     assert!(!Path::new(&picture).exists());
 }
 
 #[test]
-fn a_table_goes_through_its_file_into_a_picture() {
+fn a_table_from_a_file_renders_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (table, picture) = (at("paper.nc"), at("picture.exr"));
     let build = ["database", "build", "--tally-rays", "1024", "--streams", "8", "--quiet"];
     stdout(&[&build[..], &["--space", "linear", "--components", "2", "-o", &table]].concat());
-    assert!(
-        stdout(&["database", "info", &table])
-            .contains("24750 curves of 225 kinds of snow, 2 components in linear space")
-    );
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/block_30cm.toml");
+    assert_names(&stdout(&["database", "info", &table]), &["24750 curves", "225", "2 components", "linear"]);
+    let scene = shipped_scene("block_30cm.toml");
+    let scene = scene.to_str().unwrap();
     let small = ["--width", "24", "--height", "24", "--spp", "2", "--path", "view"];
     stdout(&[&["render", scene, "--database", &table, "-o", &picture][..], &small].concat());
     assert_eq!(std::fs::read(&picture).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01], "the magic number of OpenEXR");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside the files");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no other file is left");
 }
 
 /// T and R, on the grid and between its values, at steep and grazing angles.
 #[test]
-fn look_ups_are_judged_between_the_values_of_a_table() {
+fn look_ups_are_compared_with_direct_solutions() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("small.nc").to_str().unwrap().to_owned();
     let snow = ["--grain-size", "200,300,400,500", "--facetness", "0.3", "--preset", "default", "--tally-rays", "1024"];
@@ -169,13 +171,13 @@ fn look_ups_are_judged_between_the_values_of_a_table() {
     let samples = rows.iter().position(|row| row[0] == "quantity").unwrap();
     let between = rows[samples + 1..].iter().filter(|row| row[1] == "log" && row[3] == "between").count();
     assert_eq!((rows.len() - samples - 1, between), (8, 4), "{text}");
-    assert_ne!(stdout(&[&judge[..], &["--seed", "2"]].concat()), text, "other places");
-    assert!(refused(&[&judge[..], &["--interpolation", "paper"]].concat()).contains("small.nc"));
-    assert!(refused(&["database", "fidelity", &table, "--seed", "2"]).contains("--seed"));
+    assert_ne!(stdout(&[&judge[..], &["--seed", "2"]].concat()), text, "other points");
+    assert_refused(&[&judge[..], &["--interpolation", "paper"]].concat(), &["small.nc"]);
+    assert_refused(&["database", "fidelity", &table, "--seed", "2"], &["--seed"]);
 }
 
 #[test]
-fn spread_names_its_alternatives() {
+fn spread_has_rows_for_each_alternative() {
     let text = stdout(&["spectrum", "--spread", "--thickness", "30", "--wavelengths", "450"]);
     let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert!(text.starts_with("alternative,thickness_cm,angle_deg,wavelength_nm,"));
@@ -186,9 +188,8 @@ fn spread_names_its_alternatives() {
 }
 
 #[test]
-fn csv_tells_what_made_it_on_stderr() {
-    let run = |quiet: &[&str]| snowblue(&[&["spectrum", "--wavelengths", "500"][..], quiet].concat());
-    let told = String::from_utf8(run(&[]).stderr).unwrap();
-    assert!(told.contains("ice warren2008") && told.contains("seed 1") && told.contains(env!("CARGO_PKG_VERSION")));
-    assert!(run(&["--quiet"]).stderr.is_empty());
+fn metadata_of_csv_go_to_stderr() {
+    let spectrum = ["spectrum", "--wavelengths", "500"];
+    assert_names(&stderr(&spectrum), &["ice warren2008", "seed 1", env!("CARGO_PKG_VERSION")]);
+    assert!(stderr(&[&spectrum[..], &["--quiet"]].concat()).is_empty());
 }

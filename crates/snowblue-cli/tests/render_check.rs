@@ -1,4 +1,4 @@
-//! `render --check`: closed meshes pass, open snow fails, broken files are told in one line.
+//! `snowblue render --check`: closed meshes pass, open snow fails, broken files are refused in one line.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -7,9 +7,9 @@ mod shell;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use shell::{refused, snowblue};
+use shell::{assert_refused, snowblue};
 
-/// Corners and outwards sides of a cube of 2 m.
+/// Corners of the outward sides of a cube of 2 m.
 const SIDES: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
 fn corner(bits: usize) -> [i32; 3] {
@@ -28,14 +28,14 @@ fn obj(vertices: &[[f64; 3]], faces: &[Vec<usize>]) -> String {
     text
 }
 
-/// A cube whose sides have corners of their own, as a mesh with texture seams has.
+/// A cube whose sides do not share vertices, as in a mesh with texture seams.
 fn cube(sides: usize) -> String {
     let vertices: Vec<_> = SIDES.iter().flatten().map(|&bits| corner(bits).map(f64::from)).collect();
     let faces: Vec<_> = (0..sides).map(|side| (4 * side..4 * side + 4).collect()).collect();
     obj(&vertices, &faces)
 }
 
-/// The icosahedron's sides cut in four, twice, and blown up to a sphere of 1 m.
+/// An icosahedron, subdivided twice and projected to a sphere of radius 1 m.
 fn icosphere() -> String {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let mut vertices: Vec<[f64; 3]> = Vec::new();
@@ -62,7 +62,7 @@ fn icosphere() -> String {
         let whole = std::mem::take(&mut faces);
         for face in whole {
             let mut middle = |a: usize, b: usize| {
-                // From the same sum either way, so that both triangles at an edge get the same place.
+                // The same sum for both triangles of an edge, so that they get the same vertex.
                 let (p, q) = (vertices[a.min(b)], vertices[a.max(b)]);
                 vertices.push([p[0] + q[0], p[1] + q[1], p[2] + q[2]]);
                 vertices.len() - 1
@@ -104,7 +104,7 @@ fn number(row: &serde_json::Value, column: &str) -> f64 {
 }
 
 #[test]
-fn a_closed_cube_with_doubled_corners_passes() {
+fn a_closed_cube_with_duplicate_vertices_passes() {
     let (code, row) = checked(&cube(6));
     assert_eq!((code, row["watertight"].as_str()), (Some(0), Some("yes")), "{row}");
     for (column, value) in [("triangles", 12.0), ("size_x_m", 2.0), ("volume_m3", 8.0), ("open_edges", 0.0)] {
@@ -114,7 +114,7 @@ fn a_closed_cube_with_doubled_corners_passes() {
 }
 
 #[test]
-fn a_cube_without_a_side_fails_with_its_four_edges() {
+fn a_cube_without_a_side_fails_with_four_open_edges() {
     let (code, row) = checked(&cube(5));
     assert_eq!(
         (code, row["watertight"].as_str(), row["volume_m3"].as_str()),
@@ -122,31 +122,30 @@ fn a_cube_without_a_side_fails_with_its_four_edges() {
         "{row}"
     );
     assert!((number(&row, "open_edges") - 4.0).abs() < 1e-6, "{row}");
-    // A line through a cube crosses two of its six sides: one in three meets the missing one.
+    // A ray through a cube crosses two of its six sides: one in three crosses the missing one.
     let odd = number(&row, "odd_lines") / number(&row, "lines");
     assert!(odd > 0.25 && odd < 0.45, "{odd}");
 }
 
 #[test]
-fn an_icosphere_passes_with_nearly_the_volume_of_a_ball() {
+fn an_icosphere_passes_with_almost_the_volume_of_a_ball() {
     let (code, row) = checked(&icosphere());
     assert_eq!((code, number(&row, "odd_lines").to_bits()), (Some(0), 0f64.to_bits()), "{row}");
     assert!((number(&row, "triangles") - 320.0).abs() < 1e-6, "{row}");
     let ball = 4.0 / 3.0 * std::f64::consts::PI;
-    // Flat sides lie within the ball: 320 of them leave out about 3 %.
-    let share = number(&row, "volume_m3") / ball;
-    assert!(share > 0.95 && share < 1.0, "{share}");
+    // 320 flat sides inside the ball have about 3 % less volume.
+    let ratio = number(&row, "volume_m3") / ball;
+    assert!(ratio > 0.95 && ratio < 1.0, "{ratio}");
 }
 
 #[test]
 fn broken_files_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(&folder, &cube(6).replace("f 1 ", "f 99 "));
-    let message = refused(&["render", path.to_str().unwrap(), "--check"]);
-    assert!(message.contains("mesh.obj:25: a face names vertex 99, but there are 24 so far"), "{message}");
+    assert_refused(&["render", path.to_str().unwrap(), "--check"], &["mesh.obj:25:", "99", "24"]);
     std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("mesh.obj", "mesh.glb")).unwrap();
     std::fs::write(folder.path().join("mesh.glb"), b"glTF\x02\0\0\0\xff\0\0\0").unwrap();
-    let message = refused(&["render", path.to_str().unwrap(), "-o", folder.path().join("a.png").to_str().unwrap()]);
-    assert!(message.contains("mesh.glb: not a readable glTF file"), "{message}");
+    let picture = folder.path().join("a.png");
+    assert_refused(&["render", path.to_str().unwrap(), "-o", picture.to_str().unwrap()], &["mesh.glb", "glTF"]);
     assert!(!folder.path().join("a.png").exists());
 }

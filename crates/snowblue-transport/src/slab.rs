@@ -1,5 +1,7 @@
 //! The question, and its answer: a slab of snow and what it does to light.
 
+use std::fmt;
+
 use crate::TransportError;
 use crate::sample::SnowSample;
 
@@ -16,6 +18,16 @@ pub enum Incidence {
     },
     /// Lambertian light: equal radiance from all the hemisphere.
     Diffuse,
+}
+
+/// The angle in degrees, or `diffuse`.
+impl fmt::Display for Incidence {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Beam { angle_deg } => write!(formatter, "{angle_deg}"),
+            Self::Diffuse => formatter.write_str("diffuse"),
+        }
+    }
 }
 
 /// Slabs of one kind of snow: every thickness under every light at every wavelength.

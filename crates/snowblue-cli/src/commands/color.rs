@@ -1,0 +1,155 @@
+//! `snowblue color`: the colour of the light that snow transmits or reflects.
+
+use std::path::{Path, PathBuf};
+
+use crate::input::spectrum_file;
+use crate::options::parse::{self, Wavelengths};
+use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::output::color_row::{self, ColorRow};
+use crate::output::{Failure, Outcome, OutputOptions};
+use clap::Args;
+use snowblue_color::Colorimeter;
+use snowblue_color::exposure::{self, AutoExposure};
+use snowblue_figures::{Cell, DataTable, Metadata};
+use snowblue_render::FalseColor;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_transport::ordinates;
+use snowblue_transport::slab::Radiometry;
+
+/// Compute XYZ, CIELAB, linear sRGB and hex of the light that snow transmits or reflects
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "The unattenuated light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
+A false colour is the transmittance at three wavelengths, where 1 is white; it has no illuminant, XYZ and CIELAB.
+The exposure changes only hex: 'auto' brings the brightest channel of all rows to 0.9.
+
+Examples:
+  snowblue color --thickness 5,10,15,30 --illuminant D65
+  snowblue color --thickness 5,10,15,30 --exposure auto
+  snowblue color --reflected --impurity black-carbon=200
+  snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
+  snowblue color --spectrum measured.csv --illuminant E
+
+A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. It must cover 400–700 nm in
+steps of at most 20 nm; values outside are ignored. Values in equal steps that include 400 and 700 nm are summed as they
+are; others are first interpolated linearly to 400, 410, … 700 nm."
+)]
+pub(crate) struct Color {
+    #[command(flatten)]
+    sample: SnowOptions,
+    #[command(flatten)]
+    slab: SlabOptions,
+    #[command(flatten)]
+    ordinates: OrdinatesArguments,
+    /// Colour of the reflected light instead of the transmitted light
+    #[arg(long, help_heading = "Light")]
+    reflected: bool,
+    #[command(flatten)]
+    light: LightOptions,
+    #[command(flatten)]
+    color: ColorOptions,
+    /// Exposure of hex in stops [-100–100], or 'auto'
+    #[arg(
+        long, value_name = "STOPS", default_value = "0", value_parser = parse::exposure, allow_negative_numbers = true,
+        help_heading = "Light"
+    )]
+    exposure: Exposure,
+    /// Colours of the spectra in a CSV file instead of snow
+    #[arg(
+        long, value_name = "FILE",
+        conflicts_with_all = ["SnowOptions", "SlabOptions", "OrdinatesArguments", "samples", "false_color"]
+    )]
+    spectrum: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+/// Brightest channel of all rows under automatic exposure.
+const AUTO_LEVEL: f64 = 0.9;
+
+/// A spectrum, with the cells of its slab: thickness and angle.
+struct Curve {
+    slab: Vec<Cell>,
+    values: Vec<f64>,
+}
+
+impl Color {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        let (columns, rows) = match (&self.spectrum, self.color.false_color) {
+            (Some(path), _) => (color_row::COLUMNS.to_vec(), self.colours_of_file(path)?),
+            (None, Some(colour)) => (color_row::FALSE_COLOR_COLUMNS.to_vec(), self.false_colours(colour)?),
+            (None, None) => (color_row::COLUMNS.to_vec(), self.colours_of_snow()?),
+        };
+        let observer = match self.color.false_color {
+            Some(FalseColor { red_nm, green_nm, blue_nm }) => {
+                ("false colour", format!("{red_nm},{green_nm},{blue_nm} nm"))
+            }
+            None => ("observer", self.color.observer.name().to_owned()),
+        };
+        let light = if self.reflected { "reflected" } else { "transmitted" };
+        let exposure = match self.exposure {
+            Exposure::Auto => "auto".to_owned(),
+            Exposure::Stops(stops) => format!("{stops} stops"),
+        };
+        let mut metadata: Metadata =
+            vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("light", light.to_owned()), observer];
+        metadata.push(("exposure of hex", exposure));
+        if self.spectrum.is_none() {
+            metadata.extend(self.sample.metadata()?);
+            metadata.push(("seed", self.ordinates.seed.to_string()));
+        }
+        self.output.write(&DataTable { columns, rows: self.exposed(rows), metadata }, quiet)
+    }
+
+    /// Complete rows, with hex at one exposure.
+    fn exposed(&self, rows: Vec<ColorRow>) -> Vec<Vec<Cell>> {
+        let factor = match self.exposure {
+            Exposure::Stops(stops) => exposure::factor(stops),
+            Exposure::Auto => {
+                AutoExposure { fraction: 1.0, level: AUTO_LEVEL }.factor(rows.iter().map(|row| row.colour))
+            }
+        };
+        rows.into_iter().map(|row| row.exposed(factor)).collect()
+    }
+
+    fn colours_of_snow(&self) -> Result<Vec<ColorRow>, Failure> {
+        let wavelengths = Wavelengths(self.color.samples.wavelengths_nm());
+        let colorimeter = self.light.colorimeter(self.color.observer, &wavelengths.0)?;
+        let row = |curve: Curve| self.row(curve, &colorimeter);
+        Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
+    }
+
+    fn false_colours(&self, colour: FalseColor) -> Result<Vec<ColorRow>, Failure> {
+        let wavelengths = Wavelengths(vec![colour.red_nm, colour.green_nm, colour.blue_nm]);
+        let row = |Curve { slab, values }: Curve| ColorRow::in_false_color(slab, [values[0], values[1], values[2]]);
+        Ok(self.curves(&wavelengths)?.into_iter().map(row).collect())
+    }
+
+    /// The spectrum of each slab.
+    fn curves(&self, wavelengths: &Wavelengths) -> Result<Vec<Curve>, Failure> {
+        let slab = self.sample.slab(&self.slab, wavelengths)?;
+        let solved = ordinates::solve(&slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let curve = |rows: &[Radiometry]| {
+            let value = |row: &Radiometry| if self.reflected { row.reflectance.value } else { row.transmittance.value };
+            let slab = vec![rows[0].thickness_cm.into(), Cell::word(rows[0].incidence.to_string())];
+            Curve { slab, values: rows.iter().map(value).collect() }
+        };
+        Ok(solved.chunks_exact(wavelengths.0.len()).map(curve).collect())
+    }
+
+    fn colours_of_file(&self, path: &Path) -> Result<Vec<ColorRow>, Failure> {
+        let quantity = if self.reflected { "reflectance" } else { "transmittance" };
+        let row = |curve: spectrum_file::Curve| {
+            let colorimeter = self.light.colorimeter(self.color.observer, &curve.wavelengths_nm)?;
+            let slab = curve.slab.map(Cell::Word).to_vec();
+            Ok(self.row(Curve { slab, values: curve.values }, &colorimeter))
+        };
+        spectrum_file::read(path, quantity)?.into_iter().map(row).collect()
+    }
+
+    fn row(&self, curve: Curve, colorimeter: &Colorimeter) -> ColorRow {
+        ColorRow::of_spectrum(curve.slab, self.light.illuminant, colorimeter, &curve.values)
+    }
+}

@@ -1,0 +1,130 @@
+//! `snowblue database import` and `export`: exchange of tables with other programs.
+
+use std::path::{Path, PathBuf};
+
+use crate::options::{Compression, parse};
+use crate::output::{Failure, Outcome, check_path, check_table_path, print_message};
+use clap::{Args, ValueEnum};
+use snowblue_database::exchange::{self, Fixed};
+use snowblue_database::file::{self, AnyTable};
+
+/// Make a table from the curves of another model or an instrument
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "A CSV file has a row for each value, with the columns grain_size_um, facetness, density_kg_m3, \
+angle_deg (degrees or 'diffuse'), thickness_cm, wavelength_nm, transmittance, reflectance, and optionally \
+water_saturation, temperature_c, black_carbon_ng_g … A NetCDF file (classic format) has the variables transmittance and \
+reflectance on dimensions of these names without units, in any order. The values must form a complete grid.
+
+Examples:
+  snowblue database import curves.csv -o table.nc
+  snowblue database import tartes.nc --set facetness=0.3 --set density=300 --space log --components 3 -o snow.nc
+  snowblue spectrum --thickness 1,5,15 --angle 0,60 -o s.csv && \\
+  snowblue database import s.csv --set grain_size=400 --set facetness=0.3 --set density=300 -o table.nc"
+)]
+pub(crate) struct Import {
+    /// File to read: CSV, or NetCDF if it ends in .nc
+    file: PathBuf,
+    /// Value of an axis or a quantity that the file does not hold, as density=300; repeatable
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    set: Vec<(String, f64)>,
+    #[command(flatten)]
+    compression: Compression,
+    /// Table to write (.nc, NetCDF)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Write a table for programs that do not read NetCDF
+#[derive(Debug, Args)]
+#[command(
+    after_help = "'raw' writes FILE.json, which describes the layout, and FILE.f32 with little-endian single-precision numbers. \
+'csv' writes a row for each value, as 'import' reads it.
+
+Examples:
+  snowblue database export -o snow.json              the embedded table, for a real-time engine
+  snowblue database export full.nc -o full.csv"
+)]
+pub(crate) struct Export {
+    /// Table to export [default: the embedded one]
+    file: Option<PathBuf>,
+    /// Format [default: by the file's ending: .json is raw, .csv is CSV]
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    format: Option<ExportFormat>,
+    /// File to write (.json or .csv)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ExportFormat {
+    /// JSON header and raw numbers
+    Raw,
+    /// A row for each value
+    Csv,
+}
+
+/// Parses NAME=VALUE.
+fn setting(words: &str) -> Result<(String, f64), String> {
+    let (name, value) = words.split_once('=').ok_or("give NAME=VALUE (facetness=0.3)")?;
+    let is_angle = ["angle", "angle_deg"].contains(&name.trim());
+    let value =
+        if value == "diffuse" && is_angle { snowblue_database::axes::DIFFUSE_ANGLE_DEG } else { parse::number(value)? };
+    Ok((name.trim().to_owned(), value))
+}
+
+/// Whether two paths name one file.
+fn same_file(one: &Path, other: &Path) -> bool {
+    one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+}
+
+impl Import {
+    pub(super) fn run(&self, quiet: bool) -> Outcome {
+        check_table_path(&self.output)?;
+        if same_file(&self.file, &self.output) {
+            return Err(Failure::Input(format!("{}: would be overwritten by the output", self.file.display())));
+        }
+        self.compression.check()?;
+        let fixed: Fixed = self.set.iter().cloned().collect();
+        if fixed.len() < self.set.len() {
+            return Err(Failure::Input("--set is given twice for one name".to_owned()));
+        }
+        let is_netcdf = self.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nc"));
+        let import = if is_netcdf { exchange::import_netcdf } else { exchange::import_csv };
+        let table = import(&self.file, &fixed).map_err(Failure::input)?;
+        let compression = self.compression.write(&table, &self.output)?;
+        if !quiet {
+            print_message(&format!("{}: {} curves{compression}\n", self.output.display(), table.axes.curves()));
+        }
+        Ok(())
+    }
+}
+
+impl Export {
+    pub(super) fn run(&self) -> Outcome {
+        let ending = self.output.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
+        let format = match (self.format, ending.as_deref()) {
+            (Some(format), _) => format,
+            (None, Some("json")) => ExportFormat::Raw,
+            (None, Some("csv")) => ExportFormat::Csv,
+            _ => {
+                let name = self.output.display();
+                return Err(Failure::Input(format!("{name}: the file must end in .json or .csv, or give --format")));
+            }
+        };
+        check_path(&self.output)?;
+        let table = match &self.file {
+            Some(path) => file::read(path).map_err(Failure::input)?,
+            None => AnyTable::Compressed(snowblue_data::embedded().clone()),
+        };
+        let export = match format {
+            ExportFormat::Raw => exchange::export_raw,
+            ExportFormat::Csv => exchange::export_csv,
+        };
+        if let AnyTable::Shard(_) = table {
+            return Err(Failure::Input("a shard cannot be exported; merge it first".to_owned()));
+        }
+        export(&table, &self.output).map_err(Failure::work)
+    }
+}

@@ -1,0 +1,146 @@
+//! `snowblue match`: snow whose transmitted light has a given colour.
+
+use crate::options::parse::{self, Span};
+use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
+use crate::output::{Failure, Outcome, OutputOptions, print_message};
+use clap::Args;
+use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
+use snowblue_database::DatabaseError;
+use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
+use snowblue_database::matching::{
+    self, DENSITIES_KG_M3, Free, GRAIN_SIZES_UM, Match as Found, Parameter, Snow, THICKNESSES_CM, Target,
+};
+use snowblue_figures::{Cell, DataTable, display_hex};
+use snowblue_transport::slab::Incidence;
+
+const COLUMNS: [&str; 12] = [
+    "grain_size_um",
+    "density_kg_m3",
+    "thickness_cm",
+    "angle_deg",
+    "illuminant",
+    "delta_e",
+    "delta_e_2000",
+    "within_reach",
+    "Y",
+    "exposure_stops",
+    "hex",
+    "hex_transmitted",
+];
+
+/// Find snow whose transmitted light comes closest to a colour
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "The target is an sRGB colour, for the CIE 1931 observer and without adaptation to the illuminant. Its hue and chroma are
+matched, not its luminance: delta_e is the CIELAB 1976 difference with the light and the target both scaled to L* = 50;
+up to 2.3 the difference is not noticeable. delta_e_2000 is the same by CIEDE2000.
+
+Quantities that are not given are searched for: first the thickness; if it is given or cannot reach the target, the grain
+size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow closest to the default. The other rows
+have the same hue as far as possible, but transmit more or less light. Y is the luminance relative to the unattenuated
+light. exposure_stops scales it to the target's luminance; hex is the exposed colour, hex_transmitted the unexposed one.
+A target out of reach is reported on stderr.
+
+Examples:
+  snowblue match --target '#5fa8c4'
+  snowblue match --target '#9db9b5' --grain-size 250 --thickness 5:30 --illuminant D55
+  snowblue match --target '#9dacaf' --thickness 10 --impurity black-carbon=20"
+)]
+pub(crate) struct Match {
+    /// Target colour as #rrggbb, not black
+    #[arg(long, value_name = "HEX", value_parser = parse::hex)]
+    target: Srgb8,
+    #[command(flatten)]
+    sample: SnowOptions,
+    /// Thickness in cm, or a range MIN:MAX to search [0–100000; default: 0:100]
+    #[arg(long, value_name = "CM", value_parser = parse::span, help_heading = "Slab")]
+    thickness: Option<Span>,
+    /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian)
+    #[arg(long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab")]
+    angle: Incidence,
+    #[command(flatten)]
+    ordinates: OrdinatesArguments,
+    #[command(flatten)]
+    light: LightOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Match {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        let wavelengths = parse::wavelengths("400:700:10").map_err(Failure::Work)?;
+        let colorimeter = self.light.colorimeter(Observer::Cie1931, &wavelengths.0)?;
+        let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
+        let target = Target { color: self.target.decode().xyz(), white, colorimeter: &colorimeter };
+        let found =
+            matching::closest(&target, &self.snow()?, &self.ordinates.options()).map_err(|error| match error {
+                DatabaseError::DarkTarget => Failure::Input(format!("--target {}: {error}", self.target)),
+                other => Failure::input(other),
+            })?;
+        let mut metadata = vec![
+            ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+            ("target", self.target.to_string()),
+            ("observer", Observer::Cie1931.name().to_owned()),
+        ];
+        let of_first = self.sample.metadata_of(&found[0].sample).into_iter();
+        // Other rows have other grain sizes and densities.
+        metadata
+            .extend(of_first.map(|(name, value)| (if name == "snow" { "snow of the first row" } else { name }, value)));
+        metadata.push(("seed", self.ordinates.seed.to_string()));
+        let rows = found.iter().map(|one| self.row(one, target.color)).collect();
+        self.output.write(&DataTable { columns: COLUMNS.to_vec(), rows, metadata }, quiet)?;
+        if !found[0].within_reach() {
+            print_message(&self.out_of_reach(&found[0], &target));
+        }
+        Ok(())
+    }
+
+    /// The snow, and its free parameters.
+    fn snow(&self) -> Result<Snow, Failure> {
+        let (least, most) = self.thickness.map_or(THICKNESSES_CM, |span| (span.min, span.max));
+        let mut free = Vec::new();
+        if least < most {
+            free.push(Free { parameter: Parameter::Thickness, range: (least, most) });
+        }
+        if !self.sample.sets_grain_size() {
+            free.push(Free { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM });
+        }
+        if !self.sample.sets_density() {
+            free.push(Free { parameter: Parameter::Density, range: DENSITIES_KG_M3 });
+        }
+        Ok(Snow { sample: self.sample.sample()?, thickness_cm: most, incidence: self.angle, free })
+    }
+
+    fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
+        let hex = |light: Xyz| Cell::Word(display_hex(LinearRgb::from_xyz(light)));
+        let size = found.sample.grain_size;
+        let within_reach = if found.within_reach() { "yes" } else { "no" };
+        vec![
+            (0.5 * (size.min_um + size.max_um)).into(),
+            found.sample.density_kg_m3.into(),
+            found.thickness_cm.into(),
+            Cell::Word(self.angle.to_string()),
+            Cell::Word(self.light.illuminant.name().to_owned()),
+            found.difference.at_middle_grey.into(),
+            found.difference.at_middle_grey_2000.into(),
+            Cell::Word(within_reach.to_owned()),
+            found.light.y.into(),
+            (target.y / found.light.y).log2().into(),
+            hex(found.light.with_luminance(target.y)),
+            hex(found.light),
+        ]
+    }
+
+    fn out_of_reach(&self, nearest: &Found, target: &Target) -> String {
+        let (word, a, b) = nearest.direction(target);
+        let bound = self.thickness.is_some() || self.sample.sets_grain_size() || self.sample.sets_density();
+        let within = if bound { " with the given options" } else { "" };
+        format!(
+            "snowblue: {} is out of reach{within}: it is {word} than the closest light, at a distance of ΔE*ab {:.1} at \
+             L* = 50 (a* {a:+.1}, b* {b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
+            self.target, nearest.difference.at_middle_grey
+        )
+    }
+}

@@ -1,0 +1,114 @@
+//! `snowblue merge`: merges parts of a picture, or the shards of a table.
+
+mod pictures;
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use crate::options::{Compression, parse};
+use crate::output::{Failure, Outcome, PictureFile, check_table_path, print_message};
+use clap::Args;
+use pictures::merge_pictures;
+use snowblue_database::file::{self, AnyTable};
+use snowblue_database::shard::{self, Shard};
+use snowblue_render::film::exposure::Exposure;
+
+/// Magic number of OpenEXR.
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Merge parts of a picture (render --spp-range, --crop), or all shards of a table (database build --shard)
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "The result is identical to that of a single run, to the last bit. The parts of a picture must have one scene, seed and \
+table. They can be ranges of samples, tiles, or both, in any order; no sample may be in two parts.
+
+Examples:
+  snowblue render scene.toml --spp-range 0:50 -o part1.exr    (and 50:100, elsewhere)
+  snowblue merge part1.exr part2.exr -o whole.exr
+  snowblue merge tile*.exr -o whole.png --exposure -1
+  snowblue merge part*.exr --keep-sums -o half.exr    (to be merged again, or resumed)
+  snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on machines of one kind)
+  snowblue merge part1.nc part2.nc part3.nc -o full.nc
+  snowblue merge part*.nc --space log --components 3 -o snow.nc"
+)]
+pub(crate) struct Merge {
+    /// Parts to merge, in any order
+    #[arg(required = true, value_name = "PART")]
+    parts: Vec<PathBuf>,
+    /// Keep the sums of samples in a merged .exr, for further merging and render --resume
+    #[arg(long)]
+    keep_sums: bool,
+    /// Exposure of a PNG in stops [-100–100], or 'auto' [default: that of the parts]
+    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
+    /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    compression: Compression,
+}
+
+impl Merge {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let pictures = self.parts.iter().map(|path| is_picture(path)).collect::<Result<Vec<bool>, Failure>>()?;
+        if let Some(odd) = pictures.iter().position(|is_picture| *is_picture != pictures[0]) {
+            let kind = |is_picture: bool| if is_picture { "a picture" } else { "not a picture" };
+            return Err(Failure::Input(format!(
+                "{} is {}, but {} is {}: parts must be of one kind",
+                self.parts[0].display(),
+                kind(pictures[0]),
+                self.parts[odd].display(),
+                kind(pictures[odd])
+            )));
+        }
+        let summary = if pictures[0] { self.merge_pictures() } else { self.merge_shards() }?;
+        if !quiet {
+            print_message(&format!("{}: {summary}\n", self.output.display()));
+        }
+        Ok(())
+    }
+
+    fn merge_pictures(&self) -> Result<String, Failure> {
+        if self.compression.is_given() {
+            return Err(Failure::Input("--space is for tables, but the parts are pictures".to_owned()));
+        }
+        let file = PictureFile::new(&self.output, self.keep_sums)?;
+        if self.keep_sums {
+            file.needs_exr("--keep-sums")?;
+        }
+        merge_pictures(&self.parts, &file, self.exposure)
+    }
+
+    fn merge_shards(&self) -> Result<String, Failure> {
+        if self.keep_sums || self.exposure.is_some() {
+            return Err(Failure::Input(
+                "--keep-sums and --exposure are for pictures, but the parts are tables".to_owned(),
+            ));
+        }
+        check_table_path(&self.output)?;
+        self.compression.check()?;
+        let shards: Result<Vec<(String, Shard)>, Failure> = self.parts.iter().map(|path| read(path)).collect();
+        let table = shard::merge(&shards?).map_err(Failure::input)?;
+        let kept = self.compression.write(&table, &self.output)?;
+        Ok(format!("{} curves of {} shards{kept}", table.axes.curves(), self.parts.len()))
+    }
+}
+
+/// Whether a file is an OpenEXR picture, by its content.
+fn is_picture(path: &Path) -> Result<bool, Failure> {
+    let mut start = Vec::new();
+    match File::open(path).and_then(|file| file.take(EXR_MAGIC.len() as u64).read_to_end(&mut start)) {
+        Ok(_) => Ok(start == EXR_MAGIC),
+        Err(error) => Err(Failure::Input(format!("{}: cannot be read: {error}", path.display()))),
+    }
+}
+
+fn read(path: &Path) -> Result<(String, Shard), Failure> {
+    let name = path.display().to_string();
+    match file::read(path).map_err(Failure::input)? {
+        AnyTable::Shard(shard) => Ok((name, shard)),
+        other => Err(Failure::Input(format!("{name}: is {}, not a shard", other.kind()))),
+    }
+}

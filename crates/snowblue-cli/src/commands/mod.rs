@@ -1,0 +1,12 @@
+//! The commands: each parses its options, calls the library and writes the result.
+
+pub(crate) mod bsdf;
+pub(crate) mod color;
+pub(crate) mod database;
+pub(crate) mod figures;
+pub(crate) mod match_color;
+pub(crate) mod merge;
+pub(crate) mod render;
+pub(crate) mod slab;
+pub(crate) mod spectrum;
+pub(crate) mod swatch;

@@ -1,0 +1,153 @@
+//! Renders until all samples are done or a signal arrives, with checkpoints and previews in between.
+
+use std::time::{Duration, Instant};
+
+use super::interrupt;
+use super::preview::Preview;
+use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
+use snowblue_render::film::part_file::{Kept, Part};
+use snowblue_render::film::provenance::Provenance;
+use snowblue_render::render::{Watch, render_missing};
+use snowblue_render::scene::queries::Statistics;
+use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
+
+/// Interval of previews.
+const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
+
+/// A picture to render.
+pub(super) struct RenderJob<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) origin: Provenance,
+    pub(super) channels: Aovs,
+    pub(super) target: SampleBlock,
+    pub(super) file: PictureFile,
+    /// Further metadata of the picture.
+    pub(super) notes: Vec<(&'static str, String)>,
+    /// Interval of checkpoints.
+    pub(super) checkpoint: Option<Duration>,
+    pub(super) preview: Option<Preview>,
+    pub(super) quiet: bool,
+}
+
+impl RenderJob<'_> {
+    /// Renders the picture, from the start or from the samples in the file.
+    pub(super) fn run(mut self, resume: bool) -> Outcome {
+        let mut sums = match resume.then(|| self.resumed()).transpose()?.flatten() {
+            Some(sums) => sums.widened(&self.target.window()),
+            None => FilmAccumulator::new(self.scene, self.channels, &self.target.window()),
+        };
+        if self.is_finished(&sums) {
+            self.print_note(&format!("{}: already has all of these samples\n", self.file.path.display()));
+            return Ok(());
+        }
+        interrupt::listen(&self.file.path)?;
+        let bar = Progress::new("samples", self.quiet);
+        let statistics = self.render(&mut sums, &bar)?;
+        bar.finish();
+        if sums.coverage().portions().is_empty() {
+            return Err(Failure::Interrupted("interrupted before the first sample; nothing is written".to_owned()));
+        }
+        self.write(&sums)?;
+        self.print_statistics(&statistics);
+        if self.is_finished(&sums) { Ok(()) } else { Err(Failure::Interrupted(self.interrupted(&sums))) }
+    }
+
+    /// The samples of an existing output file.
+    fn resumed(&self) -> Result<Option<FilmAccumulator>, Failure> {
+        let path = &self.file.path;
+        if !path.exists() {
+            return Ok(None);
+        }
+        let part = Part::open(path).map_err(Failure::input)?;
+        let differs = |what: &str| Failure::Input(format!("{}: cannot be resumed: {what}", path.display()));
+        if let Some(difference) = part.origin.difference(&self.origin) {
+            return Err(differs(&format!("it is another picture: {difference}")));
+        }
+        if part.channels != self.channels {
+            return Err(differs(&format!("its channels are {}, not {}", part.channels, self.channels)));
+        }
+        part.read(path).map(Some).map_err(Failure::input)
+    }
+
+    /// Renders missing samples until all are done or a signal arrives.
+    fn render(&mut self, sums: &mut FilmAccumulator, bar: &Progress) -> Result<Statistics, Failure> {
+        let all = self.target.count();
+        let mut statistics = Statistics::default();
+        let mut next_checkpoint = self.checkpoint.map(|every| Instant::now() + every);
+        let mut first = true;
+        loop {
+            let missing: u64 = sums.coverage().missing_from(&self.target).iter().map(SampleBlock::count).sum();
+            if missing == 0 || interrupt::is_requested() {
+                return Ok(statistics);
+            }
+            let done = all - missing;
+            if std::mem::take(&mut first) {
+                bar.start_at(done, all);
+            }
+            let next_preview = self.preview.as_ref().map(|_| Instant::now() + PREVIEW_INTERVAL);
+            let pause = next_preview.into_iter().chain(next_checkpoint).min();
+            let watch = Watch {
+                progress: &|at| bar.set(done + at.samples_done, all),
+                stop: &|| interrupt::is_requested() || pause.is_some_and(|pause| Instant::now() >= pause),
+            };
+            statistics = statistics.plus(render_missing(self.scene, &self.target, sums, watch));
+            if let Some(preview) = &mut self.preview
+                && let Err(error) = preview.show(sums)
+            {
+                self.preview = None;
+                self.print_note(&format!("the preview has stopped: {error}\n"));
+            }
+            if let (Some(at), Some(every)) = (next_checkpoint, self.checkpoint)
+                && Instant::now() >= at
+            {
+                // A full disk may have space again later, so rendering goes on.
+                if let Err(Failure::Work(reason)) = self.write(sums) {
+                    print_message(&format!("checkpoint failed, rendering continues: {reason}\n"));
+                }
+                next_checkpoint = Some(Instant::now() + every);
+            }
+        }
+    }
+
+    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
+    fn write(&self, sums: &FilmAccumulator) -> Outcome {
+        let mut file = self.file.clone();
+        file.keeps_sums |= !self.is_finished(sums);
+        file.write(sums, Kept { origin: &self.origin, exposure: self.scene.film.exposure }, &self.notes)
+    }
+
+    fn is_finished(&self, sums: &FilmAccumulator) -> bool {
+        sums.coverage().missing_from(&self.target).is_empty()
+    }
+
+    fn print_statistics(&self, statistics: &Statistics) {
+        let Statistics { odd_depth_lines, depth_lines, unusable_samples, .. } = statistics;
+        if *odd_depth_lines > 0 {
+            self.print_note(&format!(
+                "{odd_depth_lines} of {depth_lines} lines through snow crossed its surface an odd number of times: a mesh is open (see \
+                 --check)\n"
+            ));
+        }
+        if *unusable_samples > 0 {
+            self.print_note(&format!(
+                "{unusable_samples} samples count as black: their radiance is not finite, or above 2.8e8 W m⁻² sr⁻¹\n"
+            ));
+        }
+    }
+
+    fn interrupted(&self, sums: &FilmAccumulator) -> String {
+        let (path, samples) = (self.file.path.display(), describe_samples(sums));
+        let asked = self.target.samples.end - self.target.samples.start;
+        let next = match self.file.needs_exr("--resume") {
+            Ok(()) => "the same command with --resume continues",
+            Err(_) => "a PNG cannot be resumed, an EXR can",
+        };
+        format!("interrupted: {path} has {samples} of {asked} samples per pixel; {next}")
+    }
+
+    fn print_note(&self, text: &str) {
+        if !self.quiet {
+            print_message(text);
+        }
+    }
+}

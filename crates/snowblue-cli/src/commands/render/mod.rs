@@ -1,0 +1,232 @@
+//! `snowblue render`: renders a scene as a picture.
+
+mod check;
+mod interrupt;
+mod job;
+mod preview;
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::options::parse;
+use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
+use clap::Args;
+use job::RenderJob;
+use preview::{Preview, TEV};
+use snowblue_database::CompressedTable;
+use snowblue_database::file::{self, AnyTable};
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::provenance::Provenance;
+use snowblue_render::film::sample_block::Window;
+use snowblue_render::scene::IntegratorKind;
+use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::material::pca_snow::PathMode;
+use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, render};
+
+/// Render a scene (TOML) as PNG or EXR
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
+  snowblue render scenes/block_30cm.toml -o block.png
+  snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's path through snow
+  snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
+  snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
+  snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
+  snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png
+  snowblue render scenes/block_30cm.toml --channels rgb,spectrum,normal -o block.exr
+  snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    (and 50:100 elsewhere; then merge)
+  snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
+  snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
+
+Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume continues an .exr. Pictures are \
+identical to the last bit however they are split into parts, and on any number of threads."
+)]
+pub(crate) struct Render {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit)
+    #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
+    output: Option<PathBuf>,
+    /// Only report the objects: sizes in metres, open edges, rays that find them open; exit code 1 if snow is not
+    /// watertight. -o then names a .csv, .json or .txt file
+    #[arg(long)]
+    check: bool,
+    /// Format of --check [default: by the file's ending, else a table on a terminal and CSV into a pipe]
+    #[arg(long, value_name = "FORMAT", value_enum, requires = "check")]
+    format: Option<Format>,
+    /// Compressed table of snow, NetCDF [default: the embedded one]
+    #[arg(long, value_name = "FILE")]
+    database: Option<PathBuf>,
+    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line) or reference (volumetric
+    /// path tracer, the ground truth for PCASnow, slow)
+    #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
+    integrator: Option<IntegratorKind>,
+    /// Path mode of all snow, instead of the scene's: brightest (the brighter of the next two), normal (along the inward
+    /// normal), light (towards the light) or view (along the viewing ray, as in the paper)
+    #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
+    path: Option<PathMode>,
+    /// Width in pixels [1–16384], instead of the scene's
+    #[arg(long, value_name = "N")]
+    width: Option<u32>,
+    /// Height in pixels [1–16384], instead of the scene's
+    #[arg(long, value_name = "N")]
+    height: Option<u32>,
+    /// Samples per pixel, instead of the scene's
+    #[arg(long, value_name = "N")]
+    spp: Option<u32>,
+    /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
+    #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
+    spp_range: Option<Range<u32>>,
+    /// Only columns X0 to X1-1 and rows Y0 to Y1-1, from the upper left: a part for 'snowblue merge'
+    #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
+    crop: Option<Window>,
+    /// Greatest number of bounces, instead of the scene's; 0 is direct light only
+    #[arg(long, value_name = "N")]
+    max_bounces: Option<u32>,
+    /// Seed of random numbers, instead of the scene's
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's
+    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
+    /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are given],
+    /// under spectrally constant lights; the table must have 31 wavelengths
+    #[arg(
+        long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
+        value_parser = parse::false_color
+    )]
+    false_color: Option<FalseColor>,
+    /// Aovs of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)), variance (of the mean),
+    /// normal, albedo, thickness (m), angle (degrees)
+    #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::channels)]
+    channels: Aovs,
+    /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
+    #[arg(long)]
+    keep_sums: bool,
+    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp
+    #[arg(long)]
+    resume: bool,
+    /// Write the unfinished picture at this interval in minutes [0.01–100000]
+    #[arg(long, value_name = "MINUTES", value_parser = parse::minutes)]
+    checkpoint: Option<Duration>,
+    /// Show the unfinished picture in the viewer tev [127.0.0.1:14158 if no address is given]
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV)]
+    tev: Option<String>,
+}
+
+impl Render {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let output = match &self.output {
+            Some(output) if !self.check => output,
+            _ => {
+                let output = OutputOptions { output: self.output.clone(), format: self.format };
+                let (scene, _) = self.load()?;
+                return check::check(&scene, &output, quiet);
+            }
+        };
+        let file = self.file(output)?;
+        let (scene, origin) = self.load()?;
+        let preview = match &self.tev {
+            Some(address) => Some(Preview::connect(address, file_name(output))?),
+            None => None,
+        };
+        let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
+        let notes = vec![("Scene", self.scene.display().to_string()), ("Table", table)];
+        let target = self.target(&scene)?;
+        let (channels, checkpoint) = (self.channels, self.checkpoint);
+        let job = RenderJob { scene: &scene, origin, target, notes, preview, channels, file, checkpoint, quiet };
+        job.run(self.resume)
+    }
+
+    /// The output file, if the options agree with its format.
+    fn file(&self, output: &Path) -> Result<PictureFile, Failure> {
+        let is_part = self.spp_range.is_some() || self.crop.is_some();
+        let file = PictureFile::new(output, self.keep_sums || self.resume || is_part)?;
+        for (is_given, option) in [
+            (self.resume, "--resume"),
+            (self.keep_sums, "--keep-sums"),
+            (self.channels != Aovs::default(), "--channels"),
+        ] {
+            if is_given {
+                file.needs_exr(option)?;
+            }
+        }
+        Ok(file)
+    }
+
+    /// The pixels and samples to render.
+    fn target(&self, scene: &Scene) -> Result<SampleBlock, Failure> {
+        let mut target = render::whole(scene);
+        if let Some(samples) = &self.spp_range {
+            target.samples = samples.clone();
+        }
+        if let Some(crop) = &self.crop {
+            let SampleBlock { columns, rows, .. } = &target;
+            if crop.columns.end > columns.end || crop.rows.end > rows.end {
+                let (x, y) = (crop.columns.end, crop.rows.end);
+                return Err(Failure::Input(format!(
+                    "--crop ends at {x},{y}, but the picture has {} × {} pixels",
+                    columns.end, rows.end
+                )));
+            }
+            (target.columns, target.rows) = (crop.columns.clone(), crop.rows.clone());
+        }
+        Ok(target)
+    }
+
+    /// The scene and its provenance.
+    fn load(&self) -> Result<(Scene, Provenance), Failure> {
+        let overrides = Overrides {
+            integrator: self.integrator,
+            path: self.path,
+            width: self.width,
+            height: self.height,
+            exposure: self.exposure,
+            samples_per_pixel: self.spp,
+            max_bounces: self.max_bounces,
+            seed: self.seed,
+            false_color: self.false_color,
+        };
+        let read;
+        let table: &CompressedTable = match &self.database {
+            None => snowblue_data::embedded(),
+            Some(path) => match file::read(path).map_err(Failure::input)? {
+                AnyTable::Compressed(table) => {
+                    read = table;
+                    &read
+                }
+                other => {
+                    return Err(Failure::Input(format!(
+                        "{}: is {}, but rendering needs a compressed table (database build --space log)",
+                        path.display(),
+                        other.kind()
+                    )));
+                }
+            },
+        };
+        let scene = Scene::load(&self.scene, table, &overrides).map_err(Failure::input)?;
+        let origin = Provenance::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
+        Ok((scene, origin))
+    }
+}
+
+/// The last component of a path.
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Finds a value by its name.
+fn by_name<T: Copy>(text: &str, values: &[T], name: impl Fn(T) -> &'static str) -> Result<T, String> {
+    let names = || values.iter().map(|value| name(*value)).collect::<Vec<_>>().join(", ");
+    values.iter().copied().find(|value| name(*value) == text).ok_or_else(|| format!("must be one of {}", names()))
+}
+
+fn parse_integrator(text: &str) -> Result<IntegratorKind, String> {
+    by_name(text, &IntegratorKind::ALL, IntegratorKind::name)
+}
+
+fn parse_path_mode(text: &str) -> Result<PathMode, String> {
+    by_name(text, &PathMode::ALL, PathMode::name)
+}

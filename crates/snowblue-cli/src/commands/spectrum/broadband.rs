@@ -1,0 +1,90 @@
+//! `spectrum --broadband`: averages over bands of sunlight.
+
+use snowblue_figures::Metadata;
+use snowblue_transport::slab::Radiometry;
+use snowblue_transport::sunlight::{self, Band, BandWeights, Broadband};
+
+use crate::options::parse::Wavelengths;
+use crate::output::Failure;
+
+/// All bands, as the option takes them.
+pub(super) const ALL_BANDS: &str = "solar,visible,near-infrared,par";
+
+/// Step of the wavelengths of a band, in nm.
+const STEP_NM: f64 = 10.0;
+
+/// Bands of sunlight.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bands(Vec<Band>);
+
+/// Names of bands, separated by commas.
+pub(super) fn bands(words: &str) -> Result<Bands, String> {
+    let band = |word: &str| {
+        let known = Band::ALL.into_iter().find(|band| band.name() == word.trim());
+        known.ok_or_else(|| format!("band '{word}' is not known; there are {ALL_BANDS}"))
+    };
+    let words = if words == "all" { ALL_BANDS } else { words };
+    words.split(',').map(band).collect::<Result<_, _>>().map(Bands)
+}
+
+impl Bands {
+    /// Wavelengths from the lowest to the highest end of all bands, within the range of the tables.
+    pub(super) fn wavelengths(&self, range_nm: (f64, f64)) -> Wavelengths {
+        let ranges = self.0.iter().map(|band| band.range_nm(range_nm));
+        let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        let (first_nm, last_nm) = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), union);
+        let steps = std::iter::successors(Some(first_nm), |nm| Some(nm + STEP_NM));
+        Wavelengths(steps.take_while(|nm| *nm < last_nm).chain([last_nm]).collect())
+    }
+
+    /// Weights of each band.
+    pub(super) fn weights(&self, range_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        let weights = self.0.iter().map(|band| BandWeights::new(*band, range_nm, &wavelengths.0));
+        weights.collect::<Result<_, _>>().map_err(Failure::input)
+    }
+}
+
+/// Averages of each slab and incidence over each band. The wavelength varies fastest in `rows`.
+pub(super) fn values(rows: &[Radiometry], weights: &[BandWeights]) -> Vec<Broadband> {
+    let same_slab = |a: &Radiometry, b: &Radiometry| a.wavelength_nm < b.wavelength_nm;
+    rows.chunk_by(same_slab).flat_map(|curve| weights.iter().map(|weights| weights.broadband(curve))).collect()
+}
+
+/// Name and ends of a band, as `solar-300-2500`; the ends depend on the range of the tables.
+pub(super) fn name(row: &Broadband) -> String {
+    let (low_nm, high_nm) = row.range_nm;
+    format!("{}-{low_nm}-{high_nm}", row.band.name())
+}
+
+/// The solar spectrum, and the irradiance of each band.
+pub(super) fn metadata(rows: &[Broadband]) -> Metadata {
+    let mut bands: Vec<&Broadband> = Vec::new();
+    for row in rows {
+        if !bands.iter().any(|known| known.band == row.band) {
+            bands.push(row);
+        }
+    }
+    let irradiance = |row: &&Broadband| match row.band {
+        Band::Par => format!("{} {:.2} µmol m⁻² s⁻¹", name(row), sunlight::photon_flux_umol_m2_s(row.range_nm)),
+        _ => format!("{} {:.2} W m⁻²", name(row), sunlight::irradiance_w_m2(row.range_nm)),
+    };
+    let sun: Vec<String> = bands.iter().map(irradiance).collect();
+    vec![("sunlight", sunlight::SPECTRUM.to_owned()), ("full sun", sun.join(", "))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_cover_their_wavelengths() {
+        let all = bands(ALL_BANDS).unwrap();
+        assert_eq!(all.0, Band::ALL);
+        let wavelengths = all.wavelengths((320.0, 2500.0));
+        assert_eq!((wavelengths.0.len(), wavelengths.0[0].to_bits()), (219, 320_f64.to_bits()));
+        let par = bands("par").unwrap();
+        assert_eq!(par.wavelengths((300.0, 2500.0)).0.len(), 31);
+        assert_eq!(par.weights((300.0, 2500.0), &par.wavelengths((300.0, 2500.0))).unwrap().len(), 1);
+        assert!(bands("ultraviolet").unwrap_err().contains("'ultraviolet'"));
+    }
+}

@@ -1,0 +1,271 @@
+//! `snowblue spectrum`: reflectance, transmittance and absorptance of a slab, per wavelength.
+
+mod broadband;
+mod layers;
+
+use std::path::PathBuf;
+
+use crate::options::parse::{self, Wavelengths};
+use crate::options::{OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
+use broadband::{ALL_BANDS, Bands};
+use clap::{Args, ValueEnum};
+use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
+use snowblue_figures::{Cell, DataTable, Metadata, plot};
+use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
+use snowblue_transport::ordinates;
+use snowblue_transport::sample::alternatives;
+use snowblue_transport::slab::{Estimate, Radiometry, Slab};
+use snowblue_transport::stack::{Stack, StackRadiometry};
+use snowblue_transport::sunlight::{BandWeights, Broadband};
+
+/// Name of the greatest standard error in the metadata.
+const STANDARD_ERROR: &str = "transmittance standard error at most";
+
+/// Compute reflectance, transmittance and absorptance of a slab of snow, per wavelength
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
+  snowblue spectrum --grain-size 400 --facetness 0.3 --density 300 --thickness 15
+  snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
+  snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
+  snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
+  snowblue spectrum --snow melt-forms --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=1000
+  snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
+  snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo and PAR under sunlight
+  snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"
+)]
+pub(crate) struct Spectrum {
+    #[command(flatten)]
+    sample: SnowOptions,
+    #[command(flatten)]
+    slab: SlabOptions,
+    #[command(flatten)]
+    stack: StackOptions,
+    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500; default: 400:700:10, or every 10 nm of the bands]
+    #[arg(long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab")]
+    wavelengths: Option<Wavelengths>,
+    /// Averages over bands of sunlight (ASTM G173-03) instead of wavelengths: all, or some of solar, visible,
+    /// near-infrared and par, separated by commas
+    #[arg(
+        long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS, value_parser = broadband::bands,
+        help_heading = "Slab", conflicts_with_all = ["spread", "depths"]
+    )]
+    broadband: Option<Bands>,
+    /// Method of solution
+    #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
+    engine: Engine,
+    #[command(flatten)]
+    ordinates: OrdinatesArguments,
+    /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; for each
+    /// wavelength with layers, with impurities and above a water saturation of 0.5
+    #[arg(
+        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count,
+        help_heading = "Engine"
+    )]
+    rays: u64,
+    /// Monte Carlo as in the paper: separate rays for every wavelength and thickness
+    #[arg(long, help_heading = "Engine")]
+    per_wavelength: bool,
+    /// Also solve plausible alternatives of the snow: ice table, facetness, size measure, sphericity
+    #[arg(long, help_heading = "Slab", conflicts_with_all = ["StackOptions", "plot"])]
+    spread: bool,
+    #[command(flatten)]
+    output: OutputOptions,
+    /// Draw transmittance and reflectance against wavelength into this SVG file
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// Discrete ordinates
+    Ordinates,
+    /// Monte Carlo random walk from grain to grain
+    Montecarlo,
+}
+
+/// Solved slabs and the table to print.
+struct Solution {
+    rows: Vec<Radiometry>,
+    results: DataTable,
+}
+
+impl Spectrum {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        if let Some(path) = &self.plot {
+            check_extension(path, "svg", "the plot")?;
+        }
+        let pack = self.stack.pack()?;
+        let range_nm = match pack.as_ref().and_then(Pack::range_nm) {
+            Some(range_nm) => range_nm,
+            None => self.sample.sample()?.range_nm(),
+        };
+        let wavelengths = self.wavelengths(range_nm)?;
+        let slab = self.sample.slab(&self.slab, &wavelengths)?;
+        if self.spread {
+            return self.output.write(&self.alternatives(&slab, quiet)?, quiet);
+        }
+        let weights = self.band_weights(range_nm, &wavelengths)?;
+        let snow = match &pack {
+            Some(pack) => pack.metadata.clone(),
+            None => self.sample.metadata()?,
+        };
+        let Solution { rows, mut results } = if self.stack.is_used() {
+            let stacks = self.stack.stacks(&slab, pack.as_ref())?;
+            self.solve_stacks(&stacks, &snow, quiet)?
+        } else {
+            let rows = self.solve(&slab, quiet)?;
+            Solution { results: self.results(&rows, &snow), rows }
+        };
+        if !weights.is_empty() {
+            results = self.broadband_results(&rows, &weights, &snow);
+        }
+        if let Some(path) = &self.plot {
+            write_file(path, plot::spectrum(&rows, &results.metadata).as_bytes())?;
+        }
+        self.output.write(&results, quiet)
+    }
+
+    /// The given wavelengths, or those of the bands within the range of the tables.
+    fn wavelengths(&self, range_nm: (f64, f64)) -> Result<Wavelengths, Failure> {
+        match (&self.wavelengths, &self.broadband) {
+            (Some(wavelengths), _) => Ok(wavelengths.clone()),
+            (None, Some(bands)) => Ok(bands.wavelengths(range_nm)),
+            (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
+        }
+    }
+
+    /// Weights of the bands; empty without `--broadband`.
+    fn band_weights(&self, range_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+        match &self.broadband {
+            Some(bands) => bands.weights(range_nm, wavelengths),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The rows of every alternative, with its name.
+    fn alternatives(&self, slab: &Slab, quiet: bool) -> Result<DataTable, Failure> {
+        let mut all: Option<DataTable> = None;
+        for alternative in alternatives(&slab.sample) {
+            let other = Slab { sample: alternative.sample, ..slab.clone() };
+            // A table may not cover all wavelengths: Picard 2016 starts at 320 nm.
+            if let Err(error) = other.check() {
+                print_message(&format!("snowblue: alternative '{}' is skipped: {error}\n", alternative.name));
+                continue;
+            }
+            let mut results = self.results(&self.solve(&other, quiet)?, &self.sample.metadata()?);
+            results.metadata.retain(|(name, _)| !["ice", STANDARD_ERROR].contains(name));
+            results.columns.insert(0, "alternative");
+            results.rows.iter_mut().for_each(|row| row.insert(0, Cell::word(alternative.name)));
+            match &mut all {
+                None => all = Some(results),
+                Some(all) => all.rows.append(&mut results.rows),
+            }
+        }
+        all.ok_or_else(|| Failure::Work("no alternative could be solved".to_owned()))
+    }
+
+    /// Solves each stack. The results are fluxes of the whole stack, or at depths.
+    fn solve_stacks(&self, stacks: &[Stack], snow: &Metadata, quiet: bool) -> Result<Solution, Failure> {
+        if self.engine == Engine::Montecarlo {
+            if self.stack.has_depths() {
+                return Err(Failure::Input("--depths needs --engine ordinates".to_owned()));
+            }
+            let bar = Progress::new("rays", quiet);
+            let options = self.monte_carlo_options();
+            let solve = |stack| monte_carlo::solve_stack(stack, &options, &|done, all| bar.set(done, all));
+            let solved: Result<Vec<_>, _> = stacks.iter().map(solve).collect();
+            bar.finish();
+            let rows = solved.map_err(Failure::input)?.concat();
+            return Ok(Solution { results: self.results(&rows, snow), rows });
+        }
+        let options = self.ordinates.options();
+        let solved: Result<Vec<_>, _> = stacks.iter().map(|stack| ordinates::solve_stack(stack, &options)).collect();
+        let answers: Vec<StackRadiometry> = solved.map_err(Failure::input)?.concat();
+        let rows: Vec<Radiometry> = answers.iter().map(|answer| answer.whole).collect();
+        let mut results = self.results(&rows, snow);
+        if self.stack.has_depths() {
+            results.columns = PROFILE_COLUMNS.to_vec();
+            results.rows = answers.iter().flat_map(profile_rows).collect();
+        }
+        Ok(Solution { rows, results })
+    }
+
+    fn monte_carlo_options(&self) -> MonteCarloOptions {
+        MonteCarloOptions { rays: self.rays, seed: self.ordinates.seed, per_wavelength: self.per_wavelength }
+    }
+
+    fn solve(&self, slab: &Slab, quiet: bool) -> Result<Vec<Radiometry>, Failure> {
+        match self.engine {
+            Engine::Ordinates => ordinates::solve(slab, &self.ordinates.options()).map_err(Failure::input),
+            Engine::Montecarlo => {
+                let bar = Progress::new("rays", quiet);
+                let solved = monte_carlo::solve(slab, &self.monte_carlo_options(), &|done, all| bar.set(done, all));
+                bar.finish();
+                solved.map_err(Failure::input)
+            }
+        }
+    }
+
+    /// A row for each thickness, angle and wavelength. Monte Carlo has columns of standard errors.
+    fn results(&self, rows: &[Radiometry], snow: &Metadata) -> DataTable {
+        let with_errors = self.engine == Engine::Montecarlo;
+        let mut columns =
+            vec!["thickness_cm", "angle_deg", "wavelength_nm", "reflectance", "transmittance", "absorptance"];
+        if with_errors {
+            columns.extend(["reflectance_se", "transmittance_se", "absorptance_se"]);
+        }
+        let row = |row: &Radiometry| {
+            let leading = [row.thickness_cm.into(), Cell::word(row.incidence.to_string()), row.wavelength_nm.into()];
+            cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
+        };
+        let metadata = self.metadata(rows.iter().map(|row| row.transmittance), snow);
+        DataTable { columns, rows: rows.iter().map(row).collect(), metadata }
+    }
+
+    /// A row for each thickness, angle and band.
+    fn broadband_results(&self, rows: &[Radiometry], weights: &[BandWeights], snow: &Metadata) -> DataTable {
+        let with_errors = self.engine == Engine::Montecarlo;
+        let bands = broadband::values(rows, weights);
+        let mut columns = self.results(&[], snow).columns;
+        columns[2] = "band";
+        let row = |row: &Broadband| {
+            let leading =
+                [row.thickness_cm.into(), Cell::word(row.incidence.to_string()), Cell::Word(broadband::name(row))];
+            cells(leading, [row.reflectance, row.transmittance, row.absorptance], with_errors)
+        };
+        let mut metadata = self.metadata(bands.iter().map(|row| row.transmittance), snow);
+        metadata.extend(broadband::metadata(&bands));
+        DataTable { columns, rows: bands.iter().map(row).collect(), metadata }
+    }
+
+    fn metadata(&self, transmittances: impl Iterator<Item = Estimate>, snow: &Metadata) -> Metadata {
+        let engine = match self.engine {
+            Engine::Ordinates => format!("discrete ordinates, {} streams", self.ordinates.streams),
+            Engine::Montecarlo => format!("Monte Carlo, {} rays", self.rays),
+        };
+        let relative: Vec<f64> = transmittances.map(|t| (t.standard_error / t.value).abs()).collect();
+        let worst = if relative.iter().any(|error| error.is_nan()) {
+            "unknown: some transmittance is 0".to_owned()
+        } else {
+            format!("{:.2} %", 100.0 * relative.into_iter().fold(0.0, f64::max))
+        };
+        let mut metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned()), ("engine", engine)];
+        metadata.extend_from_slice(snow);
+        metadata.extend([("seed", self.ordinates.seed.to_string()), (STANDARD_ERROR, worst)]);
+        metadata
+    }
+}
+
+/// Cells of a row: leading cells, three quantities and optionally their standard errors.
+fn cells(leading: [Cell; 3], quantities: [Estimate; 3], with_errors: bool) -> Vec<Cell> {
+    let mut cells = leading.to_vec();
+    cells.extend(quantities.map(|estimate| Cell::from(estimate.value)));
+    if with_errors {
+        cells.extend(quantities.map(|estimate| Cell::from(estimate.standard_error)));
+    }
+    cells
+}

@@ -1,0 +1,106 @@
+//! The colours of all swatches. Each snow is solved once, for all its thicknesses, angles and illuminants.
+
+use snowblue_color::Colorimeter;
+use snowblue_figures::Cell;
+use snowblue_render::FalseColor;
+use snowblue_transport::ordinates::{Fluxes, solve_each};
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::{Incidence, Slab};
+
+use super::Swatch;
+use super::axis::Subject;
+use crate::output::Failure;
+use crate::output::color_row::ColorRow;
+
+/// The distinct snow, thicknesses and incidences of the subjects.
+#[derive(Default)]
+struct Cases {
+    samples: Vec<SnowSample>,
+    thicknesses_cm: Vec<f64>,
+    incidences: Vec<Incidence>,
+}
+
+/// Indices of a subject's snow, thickness and incidence.
+struct Case {
+    sample: usize,
+    thickness: usize,
+    incidence: usize,
+}
+
+/// Row and column of a swatch.
+#[derive(Clone, Copy)]
+struct Position {
+    row: usize,
+    column: usize,
+}
+
+impl Cases {
+    fn case(&mut self, subject: &Subject) -> Case {
+        Case {
+            sample: index_of(&mut self.samples, subject.sample),
+            thickness: index_of(&mut self.thicknesses_cm, subject.thickness_cm),
+            incidence: index_of(&mut self.incidences, subject.incidence),
+        }
+    }
+}
+
+impl Swatch {
+    /// Colours of subjects, by row and column.
+    pub(super) fn colours(&self, subjects: &[Vec<Subject>]) -> Result<Vec<Vec<ColorRow>>, Failure> {
+        let mut cases = Cases::default();
+        let indices: Vec<Vec<Case>> =
+            subjects.iter().map(|row| row.iter().map(|subject| cases.case(subject)).collect()).collect();
+        let slab = Slab {
+            sample: subjects[0][0].sample,
+            thicknesses_cm: cases.thicknesses_cm,
+            incidences: cases.incidences,
+            wavelengths_nm: match self.color.false_color {
+                Some(FalseColor { red_nm, green_nm, blue_nm }) => vec![red_nm, green_nm, blue_nm],
+                None => self.color.samples.wavelengths_nm(),
+            },
+        };
+        let solved = solve_each(&cases.samples, &slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let colour = |position: Position| {
+            let Case { sample, thickness, incidence } = indices[position.row][position.column];
+            let fluxes = &solved[sample][thickness * slab.incidences.len() + incidence];
+            self.colour(position, &subjects[position.row][position.column], &slab.wavelengths_nm, fluxes)
+        };
+        let row = |row: usize| -> Result<Vec<ColorRow>, Failure> {
+            (0..subjects[row].len()).map(|column| colour(Position { row, column })).collect()
+        };
+        (0..subjects.len()).map(row).collect()
+    }
+
+    fn colour(
+        &self,
+        position: Position,
+        subject: &Subject,
+        wavelengths_nm: &[f64],
+        fluxes: &[Fluxes],
+    ) -> Result<ColorRow, Failure> {
+        let value = |fluxes: &Fluxes| if self.reflected { fluxes.reflectance } else { fluxes.transmittance };
+        let values: Vec<f64> = fluxes.iter().map(value).collect();
+        let steps = [(&self.rows, position.row), (&self.columns, position.column)];
+        let varying = steps.into_iter().filter_map(|(axis, step)| Some((axis.as_ref()?, step)));
+        let mut cells: Vec<Cell> = varying
+            .filter(|(axis, _)| axis.parameter.column().is_some())
+            .map(|(axis, step)| Cell::Word(axis.word(step)))
+            .collect();
+        cells.push(subject.thickness_cm.into());
+        cells.push(Cell::word(subject.incidence.to_string()));
+        if self.color.false_color.is_some() {
+            return Ok(ColorRow::in_false_color(cells, [values[0], values[1], values[2]]));
+        }
+        let colorimeter = Colorimeter::new(self.color.observer, subject.illuminant, wavelengths_nm);
+        let colorimeter = colorimeter.map_err(Failure::input)?;
+        Ok(ColorRow::of_spectrum(cells, subject.illuminant, &colorimeter, &values))
+    }
+}
+
+/// The index of a value in a list, appended if it is new.
+fn index_of<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
+    known.iter().position(|other| *other == value).unwrap_or_else(|| {
+        known.push(value);
+        known.len() - 1
+    })
+}

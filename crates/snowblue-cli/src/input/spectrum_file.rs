@@ -1,0 +1,169 @@
+//! Spectra from CSV files: two columns, or the output of `snowblue spectrum`.
+
+use std::path::Path;
+
+use snowblue_color::sampling::{Interpolation, SampledSpectrum};
+
+use super::settings_file::SettingsFile;
+use crate::options::{SampleCount, parse};
+use crate::output::Failure;
+
+/// Widest step of a spectrum within 400–700 nm, in nm.
+const WIDEST_STEP_NM: f64 = 20.0;
+/// Range of the sum, in nm.
+const FIRST_NM: f64 = 400.0;
+const LAST_NM: f64 = 700.0;
+/// Wavelengths closer than this are equal, in nm: far below any step, far above rounding.
+const TOLERANCE_NM: f64 = 1e-6;
+
+/// A spectrum of the file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Curve {
+    /// Thickness in cm and angle in degrees as they are written; empty if the file has no such column.
+    pub(crate) slab: [String; 2],
+    pub(crate) wavelengths_nm: Vec<f64>,
+    pub(crate) values: Vec<f64>,
+    /// The line of the file on which it starts, from 1.
+    line: usize,
+}
+
+/// Indices of the columns.
+struct Columns {
+    count: usize,
+    slab: [Option<usize>; 2],
+    wavelength: usize,
+    value: usize,
+}
+
+/// A parsed row.
+struct Row {
+    slab: [String; 2],
+    wavelength_nm: f64,
+    value: f64,
+}
+
+/// Reads the curves of a file: rows of `wavelength_nm,value`, with or without a header, or rows under a header with the
+/// columns `wavelength_nm` and `quantity`. A new curve starts where thickness or angle change, or where the wavelength
+/// does not ascend.
+pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
+    let text = SettingsFile::read(path)?;
+    let text = text.trim_start_matches('\u{feff}');
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()).peekable();
+    let mut columns = Columns { count: 2, slab: [None, None], wavelength: 0, value: 1 };
+    let starts_with_letter = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic());
+    if let Some((number, line)) = lines.next_if(|(_, line)| starts_with_letter(line)) {
+        columns = Columns::of_header(line, quantity).map_err(|why| failure(path, number, &why))?;
+    }
+    let mut curves: Vec<Curve> = Vec::new();
+    for (number, line) in lines {
+        let Row { slab, wavelength_nm, value } = columns.row(line).map_err(|why| failure(path, number, &why))?;
+        let continues =
+            |curve: &Curve| curve.slab == slab && curve.wavelengths_nm.last().is_some_and(|last| *last < wavelength_nm);
+        // With two columns all rows are one curve, and descending wavelengths are an error.
+        match curves.last_mut() {
+            Some(last) if columns.count == 2 || continues(last) => {
+                last.wavelengths_nm.push(wavelength_nm);
+                last.values.push(value);
+            }
+            _ => {
+                let line = number + 1;
+                curves.push(Curve { slab, wavelengths_nm: vec![wavelength_nm], values: vec![value], line });
+            }
+        }
+    }
+    if curves.is_empty() {
+        return Err(Failure::Input(format!("{}: holds no spectrum", path.display())));
+    }
+    let summable = |curve: Curve| {
+        let line = curve.line - 1;
+        curve.resampled().map_err(|why| failure(path, line, &why))
+    };
+    curves.into_iter().map(summable).collect()
+}
+
+/// An error on a line, counted from 0.
+fn failure(path: &Path, line: usize, why: &str) -> Failure {
+    Failure::Input(format!("{}:{}: {why}", path.display(), line + 1))
+}
+
+impl Columns {
+    /// Columns by their names. Two columns are wavelength and value whatever their names are.
+    fn of_header(line: &str, quantity: &str) -> Result<Self, String> {
+        let names: Vec<&str> = line.split(',').map(str::trim).collect();
+        let find = |wanted: &str| names.iter().position(|name| *name == wanted);
+        let (wavelength, value) = match (find("wavelength_nm"), find(quantity)) {
+            (Some(wavelength), Some(value)) => (wavelength, value),
+            _ if names.len() == 2 => (0, 1),
+            _ => return Err(format!("expected the columns wavelength_nm and {quantity}, but found '{line}'")),
+        };
+        Ok(Self { count: names.len(), slab: [find("thickness_cm"), find("angle_deg")], wavelength, value })
+    }
+
+    fn row(&self, line: &str) -> Result<Row, String> {
+        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+        let wrong = || format!("expected a wavelength in nm and a value of 0 or more, but found '{line}'");
+        if fields.len() != self.count {
+            return Err(if self.count == 2 {
+                wrong()
+            } else {
+                format!("expected {} fields, but found {}", self.count, fields.len())
+            });
+        }
+        let number = |column: usize| parse::number(fields[column]).ok().filter(|number| number.is_finite());
+        match (number(self.wavelength), number(self.value)) {
+            (Some(wavelength_nm), Some(value)) if value >= 0.0 => {
+                let slab = self.slab.map(|column| column.map_or_else(String::new, |column| fields[column].to_owned()));
+                Ok(Row { slab, wavelength_nm, value })
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl Curve {
+    /// The curve within 400–700 nm: on its own wavelengths if they have equal steps and include both ends, else
+    /// interpolated linearly every 10 nm.
+    fn resampled(self) -> Result<Self, String> {
+        check_coverage(&self.wavelengths_nm)?;
+        let inside = |nm: &f64| (FIRST_NM - TOLERANCE_NM..=LAST_NM + TOLERANCE_NM).contains(nm);
+        let (own_nm, values): (Vec<f64>, Vec<f64>) =
+            self.wavelengths_nm.iter().copied().zip(self.values.iter().copied()).filter(|(nm, _)| inside(nm)).unzip();
+        if has_equal_steps(&own_nm) {
+            return Ok(Self { wavelengths_nm: own_nm, values, ..self });
+        }
+        let grid_nm = SampleCount::ThirtyOne.wavelengths_nm();
+        let spectrum = SampledSpectrum { wavelengths_nm: &self.wavelengths_nm, values: &self.values };
+        let resampled = spectrum.resample(&grid_nm, Interpolation::Linear);
+        Ok(Self { values: resampled.map_err(|error| error.to_string())?, wavelengths_nm: grid_nm, ..self })
+    }
+}
+
+/// Whether wavelengths run from 400 to 700 nm in equal steps.
+fn has_equal_steps(wavelengths_nm: &[f64]) -> bool {
+    let [first, .., last] = *wavelengths_nm else { return false };
+    let step_nm = (last - first) / (wavelengths_nm.len() - 1) as f64;
+    let equal = wavelengths_nm.windows(2).all(|pair| (pair[1] - pair[0] - step_nm).abs() <= TOLERANCE_NM);
+    equal && (first - FIRST_NM).abs() <= TOLERANCE_NM && (last - LAST_NM).abs() <= TOLERANCE_NM
+}
+
+/// Checks that wavelengths ascend, cover 400–700 nm and have small enough steps there.
+fn check_coverage(wavelengths_nm: &[f64]) -> Result<(), String> {
+    for pair in wavelengths_nm.windows(2) {
+        let (low, high) = (pair[0], pair[1]);
+        if high <= low {
+            return Err(format!("the wavelengths must ascend, but {high} nm follows {low} nm"));
+        }
+        if high - low > WIDEST_STEP_NM + TOLERANCE_NM && high > FIRST_NM && low < LAST_NM {
+            let step = high - low;
+            return Err(format!(
+                "the step from {low} to {high} nm is {step} nm, but must be at most {WIDEST_STEP_NM} nm within \
+                 400–700 nm"
+            ));
+        }
+    }
+    let (first, last) = (wavelengths_nm[0], wavelengths_nm[wavelengths_nm.len() - 1]);
+    if first > FIRST_NM || last < LAST_NM {
+        return Err(format!("the wavelengths are {first}–{last} nm, but must cover 400–700 nm"));
+    }
+    Ok(())
+}

@@ -1,0 +1,19 @@
+//! Options that mean the same on every command, and the parsers of their values.
+
+pub(crate) mod parse;
+
+mod color;
+mod compression;
+mod engine;
+mod given;
+mod slab;
+mod snow;
+
+pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
+pub(crate) use compression::Compression;
+pub(crate) use engine::OrdinatesArguments;
+pub(crate) use given::GivenOptions;
+pub(crate) use slab::SlabOptions;
+pub(crate) use snow::{
+    IceArgument, SizeMeasureArgument, SnowOptions, describe_distribution, describe_measure, describe_range,
+};

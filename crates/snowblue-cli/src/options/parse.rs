@@ -1,0 +1,277 @@
+//! Parsers of option values: numbers, ranges, lists and distributions.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use snowblue_color::{Illuminant, Observer, Srgb8};
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::sample_block::Window;
+use snowblue_render::scene::file::GREATEST_STOPS;
+use snowblue_render::{Aovs, FalseColor};
+use snowblue_transport::optics::Substance;
+use snowblue_transport::ordinates::Streams;
+use snowblue_transport::sample::SnowType;
+use snowblue_transport::sample::TruncatedNormal;
+use snowblue_transport::slab::Incidence;
+
+/// A grain size in µm. Its measure is another option.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum GrainSizeArgument {
+    /// `400`: a mean.
+    Mean(f64),
+    /// `350:450`: a range.
+    Range { min_um: f64, max_um: f64 },
+}
+
+/// `black-carbon=10`: an impurity and its mass fraction in ng/g.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ImpurityAmount {
+    pub(crate) substance: Substance,
+    pub(crate) ng_g: f64,
+}
+
+/// `black-carbon=0:10:100`: an impurity and several mass fractions in ng/g.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ImpurityAxis {
+    pub(crate) substance: Substance,
+    pub(crate) ng_g: Vec<f64>,
+}
+
+/// `5:30`, or `10` for 10 to 10.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+}
+
+/// Wavelengths, in nm.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
+
+/// Default wavelengths of `--false-color`: two infrared ones, of which the first separates fine from coarse grains, and
+/// a visible one.
+pub(crate) const FALSE_COLOR_NM: &str = "1030,860,550";
+
+/// Greatest number of steps of a range of wavelengths.
+const MOST_STEPS: f64 = 100_000.0;
+
+pub(crate) fn number(word: &str) -> Result<f64, String> {
+    word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
+}
+
+/// A whole number, in plain or exponent form (1e5).
+pub(crate) fn count(word: &str) -> Result<u64, String> {
+    let number = number(word)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and below 2⁵³")]
+    let count = number as u64;
+    let whole = (0.0..9e15).contains(&number) && number.fract() == 0.0;
+    if whole { Ok(count) } else { Err(format!("'{word}' is not a whole number of 0 or more")) }
+}
+
+fn numbers(words: &str) -> Result<Vec<f64>, String> {
+    words.split(':').map(number).collect()
+}
+
+pub(crate) fn grain_size(words: &str) -> Result<GrainSizeArgument, String> {
+    grain_size_of(&numbers(words)?)
+}
+
+pub(crate) fn grain_size_of(numbers: &[f64]) -> Result<GrainSizeArgument, String> {
+    match *numbers {
+        [mean] => Ok(GrainSizeArgument::Mean(mean)),
+        [min_um, max_um] => Ok(GrainSizeArgument::Range { min_um, max_um }),
+        _ => Err("give a mean (400) or a range (350:450), in µm".to_owned()),
+    }
+}
+
+pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
+    facetness_of(&numbers(words)?)
+}
+
+pub(crate) fn facetness_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
+    match *numbers {
+        [mean] if (0.0..=1.0).contains(&mean) => Ok(TruncatedNormal::facetness_around(mean)),
+        [mean] => Err(format!("facetness is {mean}, but must lie in 0–1")),
+        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
+        _ => Err("give a mean (0.3) or MIN:MAX:MEAN:SD (0.2:0.4:0.3:0.075)".to_owned()),
+    }
+}
+
+pub(crate) fn sphericity(words: &str) -> Result<TruncatedNormal, String> {
+    sphericity_of(&numbers(words)?)
+}
+
+pub(crate) fn sphericity_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
+    match *numbers {
+        [value] => Ok(TruncatedNormal::exactly(value)),
+        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
+        _ => Err("give one value (0.8) or MIN:MAX:MEAN:SD (0.7:0.9:0.8:0.1)".to_owned()),
+    }
+}
+
+pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {
+    word.parse::<SnowType>().map_err(|error| error.to_string())
+}
+
+pub(crate) fn impurity(words: &str) -> Result<ImpurityAmount, String> {
+    let (name, ng_g) = words.split_once('=').ok_or("give NAME=NG_G (black-carbon=10)")?;
+    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
+    Ok(ImpurityAmount { substance, ng_g: number(ng_g)? })
+}
+
+pub(crate) fn impurity_axis(words: &str) -> Result<ImpurityAxis, String> {
+    let (name, ng_g) = words.split_once('=').ok_or("give NAME=LIST (black-carbon=0:10:100)")?;
+    let substance = name.trim().parse::<Substance>().map_err(|error| error.to_string())?;
+    Ok(ImpurityAxis { substance, ng_g: numbers(ng_g)? })
+}
+
+/// `auto`, or a number of streams.
+pub(crate) fn streams(word: &str) -> Result<Streams, String> {
+    match word {
+        "auto" => Ok(Streams::Auto),
+        number => number.parse().map(Streams::Exactly).map_err(|_| format!("'{word}' is neither a number nor 'auto'")),
+    }
+}
+
+pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
+    if word == "diffuse" {
+        return Ok(Incidence::Diffuse);
+    }
+    let angle_deg = number(word).map_err(|_| format!("'{word}' is neither an angle in degrees nor 'diffuse'"))?;
+    Ok(Incidence::Beam { angle_deg })
+}
+
+pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
+    if !words.contains(':') {
+        let list = words.split(',').map(number).collect::<Result<_, _>>().map(Wavelengths);
+        return list.map_err(|error| format!("{error}; give FIRST:LAST:STEP (400:700:10) or a list (450,550), in nm"));
+    }
+    let [first, last, step] = numbers(words)?[..] else {
+        return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());
+    };
+    let count = (last - first) / step;
+    if !(step > 0.0 && (0.0..MOST_STEPS).contains(&count)) {
+        return Err(format!(
+            "the range is {words} nm, but must ascend, with a step above 0 nm and at most 100000 steps"
+        ));
+    }
+    let mut wavelengths = Vec::new();
+    for i in 0_u32.. {
+        let wavelength_nm = first + f64::from(i) * step;
+        // Rounding must not drop the last wavelength.
+        if wavelength_nm > last + 1e-9 * step {
+            break;
+        }
+        wavelengths.push(wavelength_nm.min(last));
+    }
+    Ok(Wavelengths(wavelengths))
+}
+
+pub(crate) fn span(words: &str) -> Result<Span, String> {
+    match numbers(words)?[..] {
+        [one] => Ok(Span { min: one, max: one }),
+        [min, max] if min < max => Ok(Span { min, max }),
+        [min, max] => Err(format!("the range must ascend, but {max} follows {min}")),
+        _ => Err("give one value (10) or a range (5:30)".to_owned()),
+    }
+}
+
+pub(crate) fn hex(word: &str) -> Result<Srgb8, String> {
+    word.parse::<Srgb8>().map_err(|error| error.to_string())
+}
+
+pub(crate) fn illuminant(word: &str) -> Result<Illuminant, String> {
+    word.parse::<Illuminant>().map_err(|error| error.to_string())
+}
+
+pub(crate) fn observer(word: &str) -> Result<Observer, String> {
+    word.parse::<Observer>().map_err(|error| error.to_string())
+}
+
+/// `auto`, or a number of stops.
+pub(crate) fn exposure(word: &str) -> Result<Exposure, String> {
+    if word == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let stops = number(word).map_err(|_| format!("'{word}' is neither a number of stops nor 'auto'"))?;
+    if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops) {
+        return Err(format!("exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops"));
+    }
+    Ok(Exposure::Stops(stops))
+}
+
+/// Three wavelengths, for red, green and blue.
+pub(crate) fn false_color(words: &str) -> Result<FalseColor, String> {
+    match words.split(',').map(number).collect::<Result<Vec<f64>, _>>().as_deref() {
+        Ok(&[red_nm, green_nm, blue_nm]) => Ok(FalseColor { red_nm, green_nm, blue_nm }),
+        _ => Err(format!("'{words}' is not three wavelengths in nm, for red, green and blue ({FALSE_COLOR_NM})")),
+    }
+}
+
+/// A half-open range of whole numbers, `A:B`.
+pub(crate) fn whole_range(words: &str) -> Result<Range<u32>, String> {
+    let range =
+        words.split_once(':').and_then(|(start, end)| Some(start.trim().parse().ok()?..end.trim().parse().ok()?));
+    match range {
+        Some(range) if range.start < range.end => Ok(range),
+        _ => Err(format!("'{words}' is not a range A:B of whole numbers with 0 ≤ A < B ≤ {}", u32::MAX)),
+    }
+}
+
+/// A rectangle of pixels, `X0:X1,Y0:Y1`.
+pub(crate) fn window(words: &str) -> Result<Window, String> {
+    let (columns, rows) =
+        words.split_once(',').ok_or_else(|| format!("'{words}' is not a rectangle X0:X1,Y0:Y1 of pixels"))?;
+    Ok(Window { columns: whole_range(columns)?, rows: whole_range(rows)? })
+}
+
+/// Names of channels, separated by commas.
+pub(crate) fn channels(words: &str) -> Result<Aovs, String> {
+    words.parse().map_err(|name: String| format!("'{name}' is none of {}", Aovs::NAMES.join(", ")))
+}
+
+/// A time in minutes.
+pub(crate) fn minutes(words: &str) -> Result<Duration, String> {
+    let minutes = number(words)?;
+    if (0.01..=1e5).contains(&minutes) {
+        Ok(Duration::from_secs_f64(60.0 * minutes))
+    } else {
+        Err(format!("the time is {minutes} minutes, but must lie in 0.01–100000 minutes"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_wavelengths_include_both_ends() {
+        let visible = wavelengths("400:700:10").unwrap().0;
+        assert_eq!(
+            (visible.len(), visible[0].to_bits(), visible[30].to_bits()),
+            (31, 400_f64.to_bits(), 700_f64.to_bits())
+        );
+        assert_eq!(wavelengths("0.1:0.7:0.1").unwrap().0.len(), 7);
+        assert_eq!(wavelengths("450,550").unwrap().0.len(), 2);
+        for bad in ["400:700:0", "700:400:10", "400:700", "blue", "1:1e12:1", "1:2:nan"] {
+            assert!(wavelengths(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_distributions_are_parsed() {
+        assert_eq!(grain_size("400").unwrap(), GrainSizeArgument::Mean(400.0));
+        assert_eq!(grain_size("350:450").unwrap(), GrainSizeArgument::Range { min_um: 350.0, max_um: 450.0 });
+        assert!(grain_size("1:2:3").is_err() && grain_size("big").is_err());
+        assert!(facetness("1.2").is_err() && sphericity("0.7:0.9").is_err());
+        assert_eq!(incidence("diffuse").unwrap(), Incidence::Diffuse);
+        assert!(incidence("steep").is_err());
+    }
+
+    #[test]
+    fn false_colours_have_three_wavelengths() {
+        let colour = false_color(FALSE_COLOR_NM).unwrap();
+        assert_eq!(colour, FalseColor { red_nm: 1030.0, green_nm: 860.0, blue_nm: 550.0 });
+        assert!(false_color("1030,860").is_err() && false_color("scene.toml").is_err());
+    }
+}

@@ -1,0 +1,248 @@
+//! What the snow is made of.
+
+use clap::{Args, ValueEnum};
+use serde::Deserialize;
+use snowblue_figures::{Metadata, format_number};
+use snowblue_transport::TransportError;
+use snowblue_transport::optics::IceTable;
+use snowblue_transport::optics::Impurities;
+use snowblue_transport::sample::SnowType;
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::slab::Slab;
+
+use super::SlabOptions;
+use super::parse::{self, GrainSizeArgument, ImpurityAmount, Wavelengths};
+use crate::output::Failure;
+
+/// Mean grain size without any option, in µm.
+const DEFAULT_GRAIN_SIZE_UM: f64 = 400.0;
+/// Density without any option, in kg/m³.
+const DEFAULT_DENSITY_KG_M3: f64 = 300.0;
+
+/// What the snow is made of.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Snow")]
+pub(crate) struct SnowOptions {
+    /// Kind of snow of the International Classification: fresh, rounded, faceted, wind-packed, melt-forms, firn; sets
+    /// specific surface area and density where they are not given
+    #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
+    snow: Option<SnowType>,
+    /// Grain size in µm: a mean, for the range mean ± 50 [70–4950], or MIN:MAX, uniform in number [20–5000; default:
+    /// 400]
+    #[arg(long, value_name = "SIZE", value_parser = parse::grain_size, conflicts_with = "ssa")]
+    grain_size: Option<GrainSizeArgument>,
+    /// Specific surface area in m²/kg, instead of a grain size [1.4–300]
+    #[arg(long, value_name = "AREA", value_parser = parse::number)]
+    ssa: Option<f64>,
+    /// Diameter that the grain size means
+    #[arg(long, value_name = "MEASURE", value_enum, default_value = "greatest-extension", conflicts_with = "ssa")]
+    size_measure: SizeMeasureArgument,
+    /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
+    #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
+    facetness: TruncatedNormal,
+    /// Riley sphericity of the grains: one value or MIN:MAX:MEAN:SD [0.5–1]
+    #[arg(long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity)]
+    sphericity: TruncatedNormal,
+    /// Density of the dry snow in kg/m³ [10–900; default: 300]
+    #[arg(long, value_name = "DENSITY", value_parser = parse::number)]
+    density: Option<f64>,
+    /// Fraction of the pore volume filled with water [0–1]; for 300–1400 nm
+    #[arg(long, value_name = "FRACTION", default_value = "0", value_parser = parse::number)]
+    water_saturation: f64,
+    /// Impurity and its mass fraction in dry snow in ng/g, as black-carbon=10; several separated by commas or repeated:
+    /// black-carbon, brown-carbon, saharan-dust, colorado-dust, snow-algae; for 305–1495 nm
+    #[arg(long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity)]
+    impurity: Vec<ImpurityAmount>,
+    /// Temperature in °C; changes the density of ice only [-60–0]
+    #[arg(long, value_name = "T", default_value = "-5", value_parser = parse::number, allow_negative_numbers = true)]
+    temperature: f64,
+    /// Table of the absorption of ice; the two differ in the blue
+    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008")]
+    ice: IceArgument,
+}
+
+/// A measure of grain size, as options and files name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SizeMeasureArgument {
+    /// Longest distance across the grain
+    GreatestExtension,
+    /// Diameter of the sphere of equal volume
+    VolumeDiameter,
+    /// Diameter of the sphere of equal volume per surface area
+    OpticalDiameter,
+}
+
+/// A table of the constants of ice, as options and files name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum IceArgument {
+    /// Warren & Brandt 2008
+    Warren2008,
+    /// Picard, Libois & Arnaud 2016
+    Picard2016,
+}
+
+impl GrainSizeArgument {
+    /// The grain sizes in a measure.
+    pub(crate) fn measured_by(self, measure: SizeMeasureArgument) -> Result<GrainSize, TransportError> {
+        let measure = match measure {
+            SizeMeasureArgument::GreatestExtension => SizeMeasure::GreatestExtension,
+            SizeMeasureArgument::VolumeDiameter => SizeMeasure::VolumeDiameter,
+            SizeMeasureArgument::OpticalDiameter => SizeMeasure::OpticalDiameter,
+        };
+        match self {
+            Self::Mean(mean_um) => GrainSize::around(mean_um).map(|size| GrainSize { measure, ..size }),
+            Self::Range { min_um, max_um } => Ok(GrainSize { min_um, max_um, measure }),
+        }
+    }
+}
+
+impl IceArgument {
+    pub(crate) fn table(self) -> IceTable {
+        match self {
+            Self::Warren2008 => IceTable::WarrenBrandt2008,
+            Self::Picard2016 => IceTable::Picard2016,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Warren2008 => "warren2008",
+            Self::Picard2016 => "picard2016",
+        }
+    }
+}
+
+impl SnowOptions {
+    fn sample_grain_size(&self) -> Result<GrainSize, Failure> {
+        let area_m2_kg = self.ssa.or(self.snow.map(SnowType::surface_area_m2_kg));
+        let default_measure = self.size_measure == SizeMeasureArgument::GreatestExtension;
+        if self.snow.is_some() && self.grain_size.is_none() && !default_measure {
+            return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
+        }
+        let size = match (self.grain_size, area_m2_kg) {
+            (Some(size), _) => return self.grain_size(size),
+            (None, Some(area_m2_kg)) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
+            (None, None) => return self.grain_size(GrainSizeArgument::Mean(DEFAULT_GRAIN_SIZE_UM)),
+        };
+        size.map_err(Failure::input)
+    }
+
+    /// Grain sizes in the measure of the options.
+    pub(crate) fn grain_size(&self, size: GrainSizeArgument) -> Result<GrainSize, Failure> {
+        size.measured_by(self.size_measure).map_err(Failure::input)
+    }
+
+    fn impurities(&self) -> Result<Impurities, Failure> {
+        let mut impurities = Impurities::none();
+        for (number, ImpurityAmount { substance, ng_g }) in self.impurity.iter().enumerate() {
+            if self.impurity[..number].iter().any(|other| other.substance == *substance) {
+                return Err(Failure::Input(format!("impurity {substance} is given twice")));
+            }
+            impurities = impurities.with(*substance, *ng_g);
+        }
+        Ok(impurities)
+    }
+
+    /// The snow. Only its grain size is checked.
+    pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
+        let kind_density = self.snow.map(SnowType::density_kg_m3);
+        Ok(SnowSample {
+            grain_size: self.sample_grain_size()?,
+            sphericity: self.sphericity,
+            facetness: self.facetness,
+            density_kg_m3: self.density.or(kind_density).unwrap_or(DEFAULT_DENSITY_KG_M3),
+            water_saturation: self.water_saturation,
+            impurities: self.impurities()?,
+            temperature_c: self.temperature,
+            ice: self.ice.table(),
+        })
+    }
+
+    /// A slab of this snow, checked.
+    pub(crate) fn slab(&self, slab: &SlabOptions, wavelengths: &Wavelengths) -> Result<Slab, Failure> {
+        let slab = Slab {
+            sample: self.sample()?,
+            thicknesses_cm: slab.thickness.clone(),
+            incidences: slab.angle.clone(),
+            wavelengths_nm: wavelengths.0.clone(),
+        };
+        slab.check().map_err(Failure::input)?;
+        Ok(slab)
+    }
+
+    /// Whether an option sets the grain size.
+    pub(crate) fn sets_grain_size(&self) -> bool {
+        self.grain_size.is_some() || self.ssa.is_some() || self.snow.is_some()
+    }
+
+    /// Whether an option sets the density.
+    pub(crate) fn sets_density(&self) -> bool {
+        self.density.is_some() || self.snow.is_some()
+    }
+
+    /// Metadata: the snow, its kind, ice constants, water and impurities.
+    pub(crate) fn metadata(&self) -> Result<Metadata, Failure> {
+        Ok(self.metadata_of(&self.sample()?))
+    }
+
+    /// Metadata of a sample that differs from the options in grain size or density.
+    pub(crate) fn metadata_of(&self, sample: &SnowSample) -> Metadata {
+        let mut metadata = vec![("snow", describe_sample(sample))];
+        if let Some(kind) = self.snow {
+            metadata.push(("kind", format!("{kind} ({})", kind.source())));
+        }
+        metadata.push(("ice", self.ice.name().to_owned()));
+        if self.water_saturation > 0.0 {
+            let source = "Daimon & Masumura 2007, Water Optical Properties Processor v3";
+            metadata.push(("water", format!("saturation {} ({source})", format_number(self.water_saturation))));
+        }
+        let describe = |ImpurityAmount { substance, ng_g }: &ImpurityAmount| {
+            format!("{substance}={} ng/g ({})", format_number(*ng_g), substance.source())
+        };
+        let present: Vec<String> = self.impurity.iter().filter(|one| one.ng_g > 0.0).map(describe).collect();
+        if !present.is_empty() {
+            metadata.push(("impurities", present.join(", ")));
+        }
+        metadata
+    }
+}
+
+/// Grains, density and temperature in one line.
+fn describe_sample(sample: &SnowSample) -> String {
+    let GrainSize { min_um, max_um, measure } = sample.grain_size;
+    format!(
+        "{} {} µm, sphericity {}, facetness {}, {} kg/m³, {} °C",
+        describe_measure(measure),
+        describe_range(min_um, max_um),
+        describe_distribution(&sample.sphericity),
+        describe_distribution(&sample.facetness),
+        format_number(sample.density_kg_m3),
+        format_number(sample.temperature_c),
+    )
+}
+
+/// The name of a measure of grain size.
+pub(crate) fn describe_measure(measure: SizeMeasure) -> &'static str {
+    match measure {
+        SizeMeasure::GreatestExtension => "greatest extension",
+        SizeMeasure::VolumeDiameter => "volume diameter",
+        SizeMeasure::OpticalDiameter => "optical diameter",
+    }
+}
+
+/// Both ends of a range, or one value if they are equal.
+pub(crate) fn describe_range(low: f64, high: f64) -> String {
+    if low < high { format!("{}–{}", format_number(low), format_number(high)) } else { format_number(low) }
+}
+
+/// Range, mean and standard deviation, or the single value.
+pub(crate) fn describe_distribution(distribution: &TruncatedNormal) -> String {
+    let range = describe_range(distribution.min, distribution.max);
+    if distribution.min >= distribution.max {
+        return range;
+    }
+    let (mean, deviation) = (format_number(distribution.mean), format_number(distribution.standard_deviation));
+    format!("{range} about {mean} ± {deviation}")
+}

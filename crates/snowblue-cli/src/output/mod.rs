@@ -1,0 +1,18 @@
+//! What the command prints and writes: results, pictures, progress, errors and exit codes.
+
+mod terminal;
+
+mod failure;
+mod files;
+mod progress;
+
+pub(crate) mod color_row;
+mod picture_file;
+mod report;
+
+pub(crate) use failure::{Failure, INTERRUPTED, Outcome, exit_code};
+pub(crate) use files::{check_extension, check_path, check_table_path, write_file};
+pub(crate) use picture_file::{PictureFile, PictureFormat, describe_samples};
+pub(crate) use progress::Progress;
+pub(crate) use report::{Format, OutputOptions};
+pub(crate) use terminal::{print, print_message};

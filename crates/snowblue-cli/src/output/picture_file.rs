@@ -1,0 +1,72 @@
+//! Pictures as PNG, to look at, or as EXR, to process, merge or resume.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::{Failure, Outcome};
+use super::files::check_path;
+use snowblue_render::FilmAccumulator;
+use snowblue_render::film::image_file::write_png;
+use snowblue_render::film::part_file::{self, Kept};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PictureFormat {
+    Png,
+    Exr,
+}
+
+/// A picture file to write.
+#[derive(Debug, Clone)]
+pub(crate) struct PictureFile {
+    pub(crate) path: PathBuf,
+    pub(crate) format: PictureFormat,
+    /// Whether an EXR keeps the sums of samples, which merging and resuming need.
+    pub(crate) keeps_sums: bool,
+}
+
+impl PictureFile {
+    /// A file in the format of its extension. Call it before long work.
+    pub(crate) fn new(path: &Path, keeps_sums: bool) -> Result<Self, Failure> {
+        let format = match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
+            Some("png") => PictureFormat::Png,
+            Some("exr") => PictureFormat::Exr,
+            _ => return Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
+        };
+        check_path(path)?;
+        Ok(Self { path: path.to_owned(), format, keeps_sums })
+    }
+
+    /// Refuses an option that a PNG cannot serve.
+    pub(crate) fn needs_exr(&self, option: &str) -> Outcome {
+        match self.format {
+            PictureFormat::Exr => Ok(()),
+            PictureFormat::Png => Err(Failure::Input(format!(
+                "{option} needs an .exr: a PNG holds colours only ('snowblue merge FILE.exr -o FILE.png' converts one)"
+            ))),
+        }
+    }
+
+    /// Writes the picture with metadata; `more` precedes that of its origin.
+    pub(crate) fn write(&self, sums: &FilmAccumulator, kept: Kept, more: &[(&str, String)]) -> Outcome {
+        let Kept { origin, exposure } = kept;
+        let mut notes = vec![("Software", format!("snowblue {}", origin.get("version").unwrap_or("?")))];
+        notes.extend(more.iter().cloned());
+        notes.push(("Samples per pixel", describe_samples(sums)));
+        for (keyword, name) in
+            [("Seed", "seed"), ("Max bounces", "max bounces"), ("Path", "path"), ("Colours", "colours")]
+        {
+            notes.extend(origin.get(name).map(|value| (keyword, value.to_owned())));
+        }
+        let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
+        match self.format {
+            PictureFormat::Png => write_png(&sums.film(), exposure, &notes, &self.path),
+            PictureFormat::Exr => part_file::write(sums, self.keeps_sums.then_some(kept), &notes, &self.path),
+        }
+        .map_err(Failure::work)
+    }
+}
+
+/// The number of samples per pixel: one number, or the least and the greatest.
+pub(crate) fn describe_samples(sums: &FilmAccumulator) -> String {
+    let (fewest, most) = sums.samples_per_pixel();
+    if fewest == most { most.to_string() } else { format!("{fewest}–{most}") }
+}

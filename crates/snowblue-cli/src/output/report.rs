@@ -1,0 +1,89 @@
+//! Output options, and tables of results written as they ask.
+
+use std::io::{self, IsTerminal as _};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use serde_json::{Map, Value, json};
+use snowblue_figures::{Cell, DataTable};
+
+use super::failure::{Failure, Outcome};
+use super::files::{check_path, write_file};
+use super::terminal::{print, print_message};
+
+/// Where results go, and in which format.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputOptions {
+    /// Write to a file instead of the terminal
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Format [default: by the file's ending, else a table on a terminal and CSV into a pipe]
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    pub(crate) format: Option<Format>,
+}
+
+/// A format of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// Aligned columns, with what made them
+    Table,
+    /// Comma-separated values with a header line
+    Csv,
+    /// An object with metadata and rows
+    Json,
+}
+
+impl OutputOptions {
+    /// Checks before long work that the output can be written.
+    pub(crate) fn check(&self) -> Outcome {
+        self.output.as_deref().map_or(Ok(()), check_path)
+    }
+
+    /// Writes results to the file or to stdout. Metadata of CSV goes to stderr unless `quiet`.
+    pub(crate) fn write(&self, results: &DataTable, quiet: bool) -> Outcome {
+        let format = self.chosen_format()?;
+        let text = match format {
+            Format::Table => results.text(),
+            Format::Csv => results.csv(),
+            Format::Json => json_text(results),
+        };
+        if format == Format::Csv && !quiet {
+            print_message(&results.metadata_line());
+        }
+        match &self.output {
+            Some(path) => write_file(path, text.as_bytes()),
+            None => print(&text).map_err(Failure::work),
+        }
+    }
+
+    fn chosen_format(&self) -> Result<Format, Failure> {
+        let extension = self.output.as_deref().and_then(Path::extension).and_then(|extension| extension.to_str());
+        match (self.format, &self.output, extension) {
+            (Some(format), ..) => Ok(format),
+            (None, Some(_), Some("csv")) => Ok(Format::Csv),
+            (None, Some(_), Some("json")) => Ok(Format::Json),
+            (None, Some(_), Some("txt")) => Ok(Format::Table),
+            (None, Some(path), _) => {
+                let name = path.display();
+                Err(Failure::Input(format!("{name}: the file must end in .csv, .json or .txt, or give --format")))
+            }
+            (None, None, _) if io::stdout().is_terminal() => Ok(Format::Table),
+            (None, None, _) => Ok(Format::Csv),
+        }
+    }
+}
+
+fn json_text(results: &DataTable) -> String {
+    let value = |cell: &Cell| match cell {
+        Cell::Number(value) => json!(value),
+        Cell::Word(word) => json!(word),
+    };
+    let row = |row: &Vec<Cell>| {
+        let cells = results.columns.iter().zip(row).map(|(name, cell)| ((*name).to_owned(), value(cell)));
+        Value::Object(cells.collect::<Map<_, _>>())
+    };
+    let metadata: Map<_, _> = results.metadata.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
+    let document = json!({ "metadata": metadata, "rows": results.rows.iter().map(row).collect::<Vec<_>>() });
+    format!("{document:#}\n")
+}

@@ -1,0 +1,275 @@
+//! The paper's Fig. 4 drawn anew: what a look-up in the table needs to know, and the four paths along which snow can be
+//! asked, computed for one drift of snow.
+
+use glam::DVec2;
+use snowblue_color::Colorimeter;
+use snowblue_database::{PcaSnow, TableSample};
+
+use crate::error::FigureError;
+use crate::figure::{Drawing, Figure, FigureTable};
+use crate::plot::{Canvas, GREY, INK, LABEL, Lettering, Point, Stroke};
+use crate::shading::daylight;
+use crate::table::{Cell, DataTable};
+
+/// A drift of snow in section, its corners clockwise as seen, in cm; y points down.
+const DRIFT_CM: [DVec2; 5] = [
+    DVec2::new(0.0, 34.0),
+    DVec2::new(7.0, 6.0),
+    DVec2::new(19.0, 0.0),
+    DVec2::new(33.0, 11.0),
+    DVec2::new(36.0, 34.0),
+];
+/// The camera of the left drawing, and one that looks down, for the paths.
+const CAMERA_CM: DVec2 = DVec2::new(-22.0, 12.0);
+const CAMERA_ABOVE_CM: DVec2 = DVec2::new(-14.0, -10.0);
+const LIGHT_CM: DVec2 = DVec2::new(46.0, -6.0);
+/// Where the cameras' rays meet the snow: a share of the way up the face that they see.
+const SEEN: f64 = 0.62;
+/// Where its other ray meets the ground.
+const GROUND_CM: DVec2 = DVec2::new(-9.0, 34.0);
+const SNOW: TableSample =
+    TableSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0, further: Vec::new() };
+
+const SNOW_FILL: &str = "#e6f0f8";
+const SNOW_EDGE: &str = "#8fb3d1";
+const SIGHT: &str = "#3b528b";
+const LIT: &str = "#d9860a";
+const INSIDE: &str = "#1f6feb";
+
+/// One way through the snow, and what a look-up along it says.
+struct Passage {
+    name: &'static str,
+    rule: &'static str,
+    exit: DVec2,
+    normal: DVec2,
+    depth_cm: f64,
+    /// From the outward normal to the light; 90° and more sees no light.
+    angle_deg: f64,
+    /// Luminance of the transmittance times the cosine, over the square of the distance from a metre.
+    brightness: f64,
+}
+
+pub(crate) fn figure() -> Result<Figure, FigureError> {
+    let passages = passages()?;
+    let row = |one: &Passage| {
+        let values = [one.depth_cm, one.angle_deg, one.exit.x, one.exit.y, one.brightness];
+        std::iter::once(Cell::Word(one.name.to_owned())).chain(values.map(Cell::from)).collect()
+    };
+    let columns = ["path", "depth_cm", "angle_deg", "exit_x_cm", "exit_y_cm", "relative_luminance"];
+    Ok(Figure {
+        title: "What a look-up asks, and along which path",
+        ours: "Left: the quantities of a look-up. A ray of the camera meets snow at Xᵢ; a straight path leads through it by \
+               the depth d to the exit Xₜ, where the light stands at θ from the outward normal nₜ; grain size, facetness, \
+               density, d and θ give the transmitted spectrum. Right: four rules for that path, computed for one point of this \
+               drift (400 µm, .3, 300 kg/m³), seen from above. The path along the view may end where no light falls; the normal \
+               path is exact for a slab; the brightest takes the brighter of the normal path and the one towards the light."
+            .to_owned(),
+        paper: "Sketches a block of snow with primary rays r₁ and r₂, secondary rays, the depth d and the angle θ: its \
+                Algorithm 1 follows the view. This is not a copy of that drawing; the other three paths are ours."
+            .to_owned(),
+        drawing: Drawing::Svg(draw(&passages)),
+        numbers: DataTable::new(&columns, passages.iter().map(row).collect()),
+        tables: vec![look_ups(&passages)],
+        warning: None,
+    })
+}
+
+fn face(share: f64) -> DVec2 {
+    DRIFT_CM[0] + (DRIFT_CM[1] - DRIFT_CM[0]) * share
+}
+
+/// Outward normal of the side from one corner to the next.
+fn outward(from: DVec2, to: DVec2) -> DVec2 {
+    (to - from).perp().normalize() * -1.0
+}
+
+/// Where a path from the camera's face leaves the convex drift, and the normal there.
+fn leave(from: DVec2, direction: DVec2) -> (DVec2, DVec2) {
+    const STARTED_CM: f64 = 1e-6;
+    let sides = DRIFT_CM.iter().zip(DRIFT_CM.iter().cycle().skip(1));
+    let met = sides.filter_map(|(a, b)| {
+        let along = *b - *a;
+        let area = direction.perp_dot(along);
+        let distance = (*a - from).perp_dot(along) / area;
+        let normal = outward(*a, *b);
+        (direction.dot(normal) > 0.0 && distance > STARTED_CM).then_some((distance, normal))
+    });
+    let nearest = met.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, DVec2::ZERO));
+    (from + direction * nearest.0, nearest.1)
+}
+
+fn passages() -> Result<Vec<Passage>, FigureError> {
+    let snow = PcaSnow::new(snowblue_data::embedded(), &SNOW)?;
+    let colorimeter = daylight(snow.wavelengths_nm())?;
+    let entry = face(SEEN);
+    let along =
+        |name, rule, direction: DVec2| passage((&snow, &colorimeter), (name, rule), entry, direction.normalize());
+    let view = along("view", "on along the ray", entry - CAMERA_ABOVE_CM);
+    let normal = along("normal", "straight in", -outward(DRIFT_CM[0], DRIFT_CM[1]));
+    let light = along("light", "towards the light", LIGHT_CM - entry);
+    let brightest = if normal.brightness >= light.brightness {
+        along("brightest", "the brighter: normal", -outward(DRIFT_CM[0], DRIFT_CM[1]))
+    } else {
+        along("brightest", "the brighter: light", LIGHT_CM - entry)
+    };
+    Ok(vec![view, normal, light, brightest])
+}
+
+fn passage(
+    (snow, colorimeter): (&PcaSnow, &Colorimeter),
+    (name, rule): (&'static str, &'static str),
+    entry: DVec2,
+    direction: DVec2,
+) -> Passage {
+    let (exit, normal) = leave(entry, direction);
+    let to_light = LIGHT_CM - exit;
+    let cosine = normal.dot(to_light.normalize());
+    let (depth_cm, angle_deg) = (entry.distance(exit), cosine.clamp(-1.0, 1.0).acos().to_degrees());
+    let mut spectrum = vec![0.0; snow.wavelengths_nm().len()];
+    snow.transmittance(single(depth_cm), single(angle_deg.min(89.0)), &mut spectrum);
+    let spectrum: Vec<f64> = spectrum.into_iter().map(f64::from).collect();
+    let received = cosine.max(0.0) / (to_light.length_squared() * 1e-4);
+    Passage { name, rule, exit, normal, depth_cm, angle_deg, brightness: received * colorimeter.xyz(&spectrum).y }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "look-ups are in single precision")]
+fn single(value: f64) -> f32 {
+    value as f32
+}
+
+fn brightest(passages: &[Passage]) -> f64 {
+    passages.iter().map(|one| one.brightness).fold(0.0, f64::max)
+}
+
+fn look_ups(passages: &[Passage]) -> FigureTable {
+    let brightest = brightest(passages);
+    let row = |one: &Passage| {
+        vec![
+            one.name.to_owned(),
+            format!("{:.1}", one.depth_cm),
+            format!("{:.1}", one.angle_deg),
+            format!("{:.1}", 100.0 * one.brightness / brightest),
+        ]
+    };
+    let columns = ["path", "d (cm)", "θ (°)", "light that arrives (%)"];
+    FigureTable::of_words("paths", "Four paths from one point", &columns, passages.iter().map(row).collect())
+}
+
+const TITLE: Lettering = Lettering { bold: true, ..LABEL };
+const SYMBOL: Lettering = Lettering { size: 15.0, fill: INK, anchor: "start", bold: true };
+const SMALL: Lettering = Lettering { size: 12.0, fill: GREY, ..LABEL };
+
+fn draw(passages: &[Passage]) -> String {
+    let mut canvas = Canvas::new(1100.0, 582.0, "What a look-up asks, and along which path");
+    quantities(&mut canvas);
+    let brightest = brightest(passages);
+    for (number, one) in passages.iter().enumerate() {
+        let corner = DVec2::new(640.0 + 225.0 * (number % 2) as f64, 80.0 + 250.0 * (number / 2) as f64);
+        path(&mut canvas, one, corner, brightest);
+    }
+    let made = [
+        ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+        ("look-ups", "in the embedded table, luminance under D65".to_owned()),
+        ("drawing", "ours".to_owned()),
+    ];
+    canvas.finish(566.0, &made)
+}
+
+fn drift(canvas: &mut Canvas, at: &dyn Fn(DVec2) -> DVec2) {
+    let corners = DRIFT_CM.map(|corner| at(corner).into());
+    canvas.polygon(&corners, SNOW_FILL, Stroke::solid(SNOW_EDGE, 1.4));
+}
+
+/// A lamp with short rays around it.
+fn lamp(canvas: &mut Canvas, centre: DVec2, radius: f64) {
+    canvas.dot(centre.into(), radius, LIT);
+    for step in 0..8 {
+        let ray = DVec2::from_angle(f64::from(step) * std::f64::consts::FRAC_PI_4);
+        canvas.line(
+            (centre + ray * (1.5 * radius)).into(),
+            (centre + ray * (2.1 * radius)).into(),
+            Stroke::solid(LIT, 1.6),
+        );
+    }
+}
+
+fn camera(canvas: &mut Canvas, centre: DVec2) {
+    let corner = |x: f64, y: f64| -> Point { (centre + DVec2::new(x, y)).into() };
+    canvas.polygon(
+        &[corner(-34.0, -13.0), corner(-6.0, -13.0), corner(-6.0, 13.0), corner(-34.0, 13.0)],
+        INK,
+        Stroke::solid(INK, 1.0),
+    );
+    canvas.polygon(
+        &[corner(-6.0, -4.0), corner(4.0, -10.0), corner(4.0, 10.0), corner(-6.0, 4.0)],
+        INK,
+        Stroke::solid(INK, 1.0),
+    );
+}
+
+/// The scene with every quantity's name.
+fn quantities(canvas: &mut Canvas) {
+    const SCALE: f64 = 7.6;
+    let at = |place: DVec2| DVec2::new(232.0, 176.0) + place * SCALE;
+    let (ground, lamp_at, eye) = (at(GROUND_CM), at(LIGHT_CM), at(CAMERA_CM));
+    canvas.text((24.0, 66.0), "The quantities of a look-up", TITLE);
+    canvas.line((24.0, ground.y), (600.0, ground.y), Stroke::solid(GREY, 1.4));
+    drift(canvas, &at);
+    camera(canvas, eye);
+    canvas.text((eye + DVec2::new(-34.0, -22.0)).into(), "camera", SMALL);
+    lamp(canvas, lamp_at, 9.0);
+    canvas.text((lamp_at + DVec2::new(-12.0, -26.0)).into(), "light", SMALL);
+    // A primary ray to the ground, and the secondary one that it sends to the snow.
+    let target = at(face(0.2));
+    canvas.arrow(eye.into(), ground.into(), Stroke::solid(SIGHT, 1.6));
+    canvas.arrow(ground.into(), target.into(), Stroke { colour: SIGHT, width: 1.6, dashes: "6 4" });
+    canvas.text((0.55 * eye + 0.45 * ground + DVec2::new(-26.0, 8.0)).into(), "r₁", SYMBOL);
+    canvas.text((0.5 * (ground + target) + DVec2::new(-8.0, -12.0)).into(), "l₁", SYMBOL);
+    let (exit_cm, normal) = leave(face(SEEN), (face(SEEN) - CAMERA_CM).normalize());
+    let (entry, exit) = (at(face(SEEN)), at(exit_cm));
+    canvas.arrow(eye.into(), entry.into(), Stroke::solid(SIGHT, 1.6));
+    canvas.text((0.5 * (eye + entry) + DVec2::new(-6.0, -10.0)).into(), "r₂", SYMBOL);
+    look_up(canvas, (entry, exit), (normal, lamp_at), 70.0);
+    canvas.text((entry + DVec2::new(8.0, -10.0)).into(), "Xᵢ", SYMBOL);
+    canvas.text((0.5 * (entry + exit) + DVec2::new(-6.0, -8.0)).into(), "d", Lettering { fill: INSIDE, ..SYMBOL });
+    canvas.text((exit + DVec2::new(-30.0, 20.0)).into(), "Xₜ", SYMBOL);
+    canvas.text((exit + normal * 78.0 + DVec2::new(2.0, 8.0)).into(), "nₜ", SYMBOL);
+    let bisector = (normal + (lamp_at - exit).normalize()).normalize();
+    canvas.text((exit + bisector * 46.0 + DVec2::new(-3.0, 6.0)).into(), "θ", SYMBOL);
+    canvas.text((at(DVec2::new(16.0, 29.0))).into(), "snow", Lettering { fill: "#4d7ea8", ..SYMBOL });
+    canvas.text((24.0, 496.0), "grain size, facetness, density, d, θ  →  transmitted spectrum T(λ)", LABEL);
+}
+
+/// The path within the snow, the normal at its end, and the light with its angle.
+fn look_up(canvas: &mut Canvas, (entry, exit): (DVec2, DVec2), (normal, lamp_at): (DVec2, DVec2), length: f64) {
+    let to_light = lamp_at - exit;
+    canvas.line(exit.into(), lamp_at.into(), Stroke { colour: LIT, width: 1.4, dashes: "5 4" });
+    canvas.arrow(exit.into(), (exit + normal * length).into(), Stroke::solid(INK, 1.5));
+    let (from, to) = (normal.to_angle(), normal.to_angle() + normal.angle_to(to_light));
+    canvas.arc(exit.into(), 0.45 * length, from..to, Stroke::solid(LIT, 1.4));
+    canvas.line(entry.into(), exit.into(), Stroke::solid(INSIDE, 2.6));
+    canvas.dot(entry.into(), 4.0, INK);
+    canvas.dot(exit.into(), 4.0, INSIDE);
+}
+
+/// One path mode in a small scene.
+fn path(canvas: &mut Canvas, one: &Passage, corner: DVec2, brightest: f64) {
+    const SCALE: f64 = 2.9;
+    let at = |place: DVec2| corner + DVec2::new(58.0, 46.0) + place * SCALE;
+    canvas.text((corner + DVec2::new(0.0, -14.0)).into(), one.name, TITLE);
+    canvas.text((corner + DVec2::new(0.0, 3.0)).into(), one.rule, SMALL);
+    drift(canvas, &at);
+    let (entry, exit, lamp_at) = (at(face(SEEN)), at(one.exit), at(LIGHT_CM));
+    let sight = (face(SEEN) - CAMERA_ABOVE_CM).normalize();
+    canvas.arrow((entry - sight * 52.0).into(), entry.into(), Stroke::solid(SIGHT, 1.4));
+    lamp(canvas, lamp_at, 4.0);
+    look_up(canvas, (entry, exit), (one.normal, lamp_at), 24.0);
+    let words = format!("d = {:.1} cm, θ = {:.0}°", one.depth_cm, one.angle_deg);
+    canvas.text((corner + DVec2::new(0.0, 186.0)).into(), &words, Lettering { size: 12.0, ..LABEL });
+    let arrives = if one.brightness > 0.0 {
+        format!("light that arrives: {:.0} %", 100.0 * one.brightness / brightest)
+    } else {
+        "light that arrives: none".to_owned()
+    };
+    canvas.text((corner + DVec2::new(0.0, 202.0)).into(), &arrives, SMALL);
+}

@@ -1,0 +1,174 @@
+//! The choice of l', the number of principal components: what each number costs, by the paper's two criteria.
+
+use snowblue_color::Illuminant;
+use snowblue_database::fidelity::{Fidelity, PERCEPTIBLE_DELTA_E, Spread, judge};
+use snowblue_database::pca::Decomposition;
+use snowblue_database::{DatabaseError, Quantity, Space, Table as SnowTable};
+
+use super::paper_table::paper_table;
+
+use crate::error::FigureError;
+use crate::figure::{Drawing, Figure, FigureTable};
+use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Stroke, Symbol};
+use crate::table::{Cell, DataTable};
+
+const MOST: usize = 8;
+/// The paper's number of components.
+const PAPER: usize = 2;
+/// What the paper reports of its RMSE.
+const PAPER_RMSE: f64 = 0.002;
+const SPACES: [Space; 2] = [Space::Linear, Space::Log];
+const COLOURS: [&str; 2] = ["#d1495b", "#1f6feb"];
+const LIMIT: Stroke = Stroke { colour: INK, width: 1.2, dashes: "" };
+
+pub(crate) fn figure() -> Result<Figure, FigureError> {
+    let table = paper_table()?;
+    let found = [judged(table, Space::Linear)?, judged(table, Space::Log)?];
+    let rows = SPACES.iter().zip(&found).flat_map(|(space, found)| {
+        found.iter().enumerate().map(|(i, one)| {
+            let mut row = vec![Cell::Word(space.name().to_owned()), (i as f64 + 1.0).into()];
+            let Fidelity { rmse, delta_e, perceptible_share, negative_values } = one;
+            let spreads = [rmse, delta_e].into_iter().flat_map(|one| [one.worst, one.percentile_99, one.mean]);
+            row.extend(spreads.chain([*perceptible_share, *negative_values as f64]).map(Cell::from));
+            row
+        })
+    });
+    let columns = [
+        "space",
+        "components",
+        "rmse_worst",
+        "rmse_p99",
+        "rmse_mean",
+        "delta_e_worst",
+        "delta_e_p99",
+        "delta_e_mean",
+        "share_above_2.3",
+        "negative_values",
+    ];
+    Ok(Figure {
+        title: "The choice of l', the number of principal components",
+        ours: words(&found, table.axes.curves()),
+        paper: "Chose the least l' by which no curve's colour differs by ΔE*ab of 2.3 or more, and found l' = 2; RMSE stayed \
+                below .002. Its text names neither the illuminant nor the white of these colours."
+            .to_owned(),
+        drawing: Drawing::Svg(draw(&found, table.axes.curves())),
+        numbers: DataTable::new(&columns, rows.collect()),
+        tables: vec![costs(&found, table.axes.curves())],
+        warning: None,
+    })
+}
+
+/// What 1–8 components cost in a space.
+fn judged(table: &SnowTable, space: Space) -> Result<Vec<Fidelity>, FigureError> {
+    let decomposition = Decomposition::new(table, Quantity::Transmittance, space)?;
+    let judged = |count| {
+        let components = decomposition.keep(table, Quantity::Transmittance, count)?;
+        judge(table, Quantity::Transmittance, (&components, space), Some(Illuminant::D65))
+    };
+    Ok((1..=MOST).map(judged).collect::<Result<_, DatabaseError>>()?)
+}
+
+fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
+    let fewest = |found: &[Fidelity]| {
+        let kept = |one: &Fidelity| one.delta_e.worst < PERCEPTIBLE_DELTA_E && one.rmse.worst < PAPER_RMSE;
+        found.iter().position(kept).map_or_else(|| format!("more than {MOST}"), |place| (place + 1).to_string())
+    };
+    let two = &found[0][PAPER - 1];
+    format!(
+        "All {curves} curves, seen under D65 (CIE 1931, the light as white). With l' = {PAPER} in linear space the worst curve \
+         differs by ΔE*ab = {:.2} and RMSE = {:.4}, the mean by {:.2}; {:.2} % of the curves exceed 2.3 and {} values are \
+         negative. Both criteria hold for every curve from l' = {} in linear space, and from l' = {} for the logarithms, \
+         which never turn negative.",
+        two.delta_e.worst,
+        two.rmse.worst,
+        two.delta_e.mean,
+        100.0 * two.perceptible_share,
+        two.negative_values,
+        fewest(&found[0]),
+        fewest(&found[1]),
+    )
+}
+
+fn costs(found: &[Vec<Fidelity>; 2], curves: usize) -> FigureTable {
+    let row = |space: Space, count: usize, one: &Fidelity| {
+        let mut cells = vec![format!("{} {count}", space.name())];
+        cells.extend(
+            [one.delta_e.worst, one.delta_e.percentile_99, one.delta_e.mean].map(|value| format!("{value:.3}")),
+        );
+        cells.push(format!("{:.2}", 100.0 * one.perceptible_share));
+        cells.extend([one.rmse.worst, one.rmse.percentile_99, one.rmse.mean].map(|value| format!("{value:.1e}")));
+        cells.push(one.negative_values.to_string());
+        cells
+    };
+    let rows = SPACES.iter().zip(found).flat_map(|(space, found)| {
+        found.iter().enumerate().map(|(i, one)| row(*space, i + 1, one)).collect::<Vec<_>>()
+    });
+    let columns =
+        ["l'", "ΔE worst", "ΔE 99 %", "ΔE mean", "% above 2.3", "RMSE worst", "RMSE 99 %", "RMSE mean", "negative"];
+    let title = format!("What l' components cost, over {curves} curves of transmittance under D65");
+    FigureTable::of_words("costs", &title, &columns, rows.collect())
+}
+
+type Measure = fn(&Fidelity) -> &Spread;
+
+fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
+    let mut chart = Chart::new(1120.0, 460.0, "What l' principal components cost");
+    let measures: [(&str, f64, Measure); 2] = [
+        ("ΔE*ab under D65", PERCEPTIBLE_DELTA_E, |one| &one.delta_e),
+        ("RMSE of transmittance", PAPER_RMSE, |one| &one.rmse),
+    ];
+    let counts = || Axis::linear(1.0, MOST as f64, MOST as f64 - 1.0);
+    let area = |place: usize| {
+        let left = 92.0 + 305.0 * place as f64;
+        Area { left, right: left + 215.0, top: 66.0, bottom: 370.0 }
+    };
+    for (place, (name, limit, measure)) in measures.into_iter().enumerate() {
+        let values = || found.iter().flatten().map(measure).flat_map(|one| [one.worst, one.percentile_99, one.mean]);
+        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+        let decade = |value: f64| 10_f64.powf(value);
+        let y = Axis::logarithmic(decade(low.log10().floor()), decade(high.log10().ceil()));
+        let panel = chart.panel(area(place), [counts(), y], ["l', number of components", name]);
+        chart.line(&panel, &[(1.0, limit), (MOST as f64, limit)], LIMIT);
+        for (colour, found) in COLOURS.iter().zip(found) {
+            let points = |of: fn(&Spread) -> f64| -> Vec<(f64, f64)> {
+                found.iter().enumerate().map(|(i, one)| (i as f64 + 1.0, of(measure(one)))).collect()
+            };
+            chart.line(&panel, &points(|one| one.worst), Stroke::solid(colour, 2.2));
+            chart.line(&panel, &points(|one| one.percentile_99), Stroke { colour, width: 1.6, dashes: "7 4" });
+            chart.line(&panel, &points(|one| one.mean), Stroke { colour, width: 1.6, dashes: "2 3" });
+            chart.dots(&panel, &points(|one| one.worst), colour);
+        }
+    }
+    let shares = chart.panel(
+        area(2),
+        [counts(), Axis::linear(0.0, 100.0, 5.0)],
+        ["l', number of components", "Curves above ΔE*ab 2.3 (%)"],
+    );
+    for (colour, found) in COLOURS.iter().zip(found) {
+        let share = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_share);
+        let points: Vec<(f64, f64)> = found.iter().enumerate().map(share).collect();
+        chart.line(&shares, &points, Stroke::solid(colour, 2.2));
+        chart.dots(&shares, &points, colour);
+    }
+    legend(&mut chart);
+    let made = [
+        ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
+        ("engine", "discrete ordinates, automatic streams".to_owned()),
+        ("curves", curves.to_string()),
+        ("light", "D65, CIE 1931".to_owned()),
+        ("numbers", "ours".to_owned()),
+        ("limits", "the paper's".to_owned()),
+    ];
+    chart.finish(&made)
+}
+
+fn legend(chart: &mut Chart) {
+    let x = 945.0;
+    let spaces = [("linear", COLOURS[0]), ("log", COLOURS[1])];
+    let spaces = spaces.map(|(name, colour)| Entry { name, symbol: Symbol::Line(Stroke::solid(colour, 2.4)) });
+    let y = chart.legend((x, 80.0), "Space", &spaces);
+    let line = |name, width, dashes| Entry { name, symbol: Symbol::Line(Stroke { colour: GREY, width, dashes }) };
+    let statistics = [line("worst", 2.2, ""), line("99 %", 1.6, "7 4"), line("mean", 1.6, "2 3")];
+    let y = chart.legend((x, y + 6.0), "Over curves", &statistics);
+    chart.legend((x, y + 6.0), "", &[Entry { name: "the paper's limit", symbol: Symbol::Line(LIMIT) }]);
+}

@@ -1,0 +1,202 @@
+//! The paper's pictures, rendered from the scenes in `scenes/`: Figs. 1, 9, 10 and 11.
+
+use std::path::{Path, PathBuf};
+
+use snowblue_render::film::image_file;
+use snowblue_render::render;
+use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::Overrides;
+
+use crate::error::FigureError;
+use crate::figure::{Drawing, Figure, Rendering, SOFTWARE};
+use crate::scenes;
+use crate::shading::PixelSize;
+use crate::table::{Cell, DataTable};
+
+/// The dragon's mesh, relative to the working directory.
+const DRAGON_MESH: &str = "models/dragon.ply";
+const DRAGON_GRAINS: &str = "grain_size_um = 250";
+
+/// A picture to render.
+struct Shot {
+    name: &'static str,
+    caption: String,
+    /// Text of the scene file.
+    scene: String,
+    size: PixelSize,
+}
+
+/// Captions of a figure.
+struct Captions<'c> {
+    title: &'static str,
+    ours: &'c str,
+    paper: &'c str,
+}
+
+pub(crate) fn fig1() -> Result<Figure, FigureError> {
+    let captions = Captions {
+        title: "A garden lamp under snow",
+        ours: "A scene of our own after the photograph: a lamp of 6600 K (LED-B5), 6 cm in radius, under a mound of snow \
+               with grains of 500 µm, 200 kg/m³. Light is pale where the snow is thin and blue where it comes from deep \
+               inside.",
+        paper: "Shows two photographs: an igloo's wall in daylight, and a garden lamp covered by snow at dusk.",
+    };
+    let shot = Shot {
+        name: "lamp",
+        caption: "A lamp in a mound of snow, at dusk".to_owned(),
+        scene: scenes::LAMP.to_owned(),
+        size: PixelSize { width: 640, height: 480 },
+    };
+    rendered(&captions, &[shot])
+}
+
+/// A thickness of a block of Fig. 9, and the exposure of its backlit pictures.
+struct Thickness {
+    label: &'static str,
+    size_m: &'static str,
+    exposure_stops: f64,
+}
+
+const THICKNESSES: [Thickness; 4] = [
+    Thickness { label: "5 cm", size_m: "0.05", exposure_stops: -0.7 },
+    Thickness { label: "10 cm", size_m: "0.1", exposure_stops: 0.3 },
+    Thickness { label: "15 cm", size_m: "0.15", exposure_stops: 0.8 },
+    Thickness { label: "30 cm", size_m: "0.3", exposure_stops: 1.6 },
+];
+
+/// A view of the blocks of Fig. 9, with the names of its pictures by thickness.
+struct View {
+    scene: &'static str,
+    names: [&'static str; 4],
+    label: &'static str,
+    backlit: bool,
+}
+
+const VIEWS: [View; 3] = [
+    View {
+        scene: scenes::BLOCK_FRONT,
+        names: ["front_5", "front_10", "front_15", "front_30"],
+        label: "opaque, lit from the front",
+        backlit: false,
+    },
+    View {
+        scene: scenes::BLOCK_BACK,
+        names: ["back_5", "back_10", "back_15", "back_30"],
+        label: "lit from behind",
+        backlit: true,
+    },
+    View {
+        scene: scenes::BLOCK_OBLIQUE,
+        names: ["oblique_5", "oblique_10", "oblique_15", "oblique_30"],
+        label: "lit from behind, seen from the side",
+        backlit: true,
+    },
+];
+
+pub(crate) fn fig9() -> Result<Figure, FigureError> {
+    let mut shots = Vec::new();
+    for view in &VIEWS {
+        for (name, thickness) in view.names.into_iter().zip(&THICKNESSES) {
+            let size = format!("size = [0.6, {}, 0.6]", thickness.size_m);
+            let mut scene = view.scene.replace(scenes::BLOCK_SIZE, &size);
+            let mut caption = format!("{}, {}", thickness.label, view.label);
+            if view.backlit {
+                let stops = thickness.exposure_stops;
+                scene = scene.replace("exposure = 1.5", &format!("exposure = {stops}"));
+                caption = format!("{caption}; {:+.1} stops", stops - THICKNESSES[0].exposure_stops);
+            }
+            shots.push(Shot { name, caption, scene, size: PixelSize { width: 270, height: 270 } });
+        }
+    }
+    let captions = Captions {
+        title: "Blocks of snow, 5 to 30 cm thick",
+        ours: "Grains of 400 µm, 300 kg/m³, facetness .3, a point light of D65 behind the block. Thicker blocks are \
+               darker and bluer; each thickness has its own exposure, given below it, so that its colour can be seen. \
+               Seen from the side, edges through which the light's path is short are white.",
+        paper: "The same blocks: opaque under a lamp near the camera, backlit and seen straight on, backlit and seen \
+                obliquely. Their exposure is not given.",
+    };
+    rendered(&captions, &shots)
+}
+
+pub(crate) fn fig10() -> Result<Figure, FigureError> {
+    let shot = |name, caption: &str, scene: &str| Shot {
+        name,
+        caption: caption.to_owned(),
+        scene: scene.to_owned(),
+        size: PixelSize { width: 400, height: 300 },
+    };
+    let captions = Captions {
+        title: "Inside an igloo",
+        ours: "Separate blocks of one body, 15 cm thick in the middle and 6 cm at the seams, under a uniform sky (D55); \
+               all light inside has come through the wall. Wind-packed snow: grains of 250 µm, 400 kg/m³. Light bleeds \
+               through the seams.",
+        paper: "Blocks about 15 cm thick in a directionally uniform light of D55; light bleeds through the seams. Inset: \
+                opaque blocks, lit from within. It does not specify the snow.",
+    };
+    let shots = [
+        shot("snow", "Lit by the sky, through the wall", scenes::IGLOO),
+        shot("opaque", "Opaque blocks, a lamp inside", scenes::IGLOO_OPAQUE),
+    ];
+    rendered(&captions, &shots)
+}
+
+pub(crate) fn fig11() -> Result<Figure, FigureError> {
+    let title = "The Stanford dragon, of snow";
+    let paper = "Grains of 250, 100 and 500 µm, facetness .3, 300 kg/m³, a point of D65 behind; the body about 30 cm in \
+                 diameter, the thickest part about 80 cm. Larger grains let more light through, of a more vivid blue.";
+    if !Path::new(DRAGON_MESH).is_file() {
+        let reason = format!(
+            "{DRAGON_MESH} does not exist: run scripts/fetch-models in the sources of snowblue, and this command there"
+        );
+        let ours = format!("Not rendered. {reason}.");
+        let figure = rendered(&Captions { title, ours: &ours, paper }, &[])?;
+        return Ok(Figure { warning: Some(reason), ..figure });
+    }
+    let shots = [("grains_250", 250), ("grains_100", 100), ("grains_500", 500)].map(|(name, grains_um)| Shot {
+        name,
+        caption: format!("Grains of {grains_um} µm"),
+        // The scene file names the mesh relative to its own folder.
+        scene: scenes::DRAGON
+            .replace("../models/", "models/")
+            .replace(DRAGON_GRAINS, &format!("grain_size_um = {grains_um}")),
+        size: PixelSize { width: 480, height: 360 },
+    });
+    let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 cm \
+                thick at most, where body and front legs add up, and 30 cm in the median of its silhouette. Larger \
+                grains let more light through. Mesh: Stanford Computer Graphics Laboratory.";
+    rendered(&Captions { title, ours, paper }, &shots)
+}
+
+/// A figure of rendered pictures, with the settings of each.
+fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> {
+    let (mut renderings, mut rows) = (Vec::new(), Vec::new());
+    for shot in shots {
+        let PixelSize { width, height } = shot.size;
+        let overrides = Overrides { width: Some(width), height: Some(height), ..Overrides::default() };
+        let path = PathBuf::from(format!("{}.toml", shot.name));
+        let scene = Scene::from_text(&shot.scene, &path, snowblue_data::embedded(), &overrides)?;
+        let rendering = render::render(&scene, &|_| {});
+        let stops = rendering.film.display_factor(scene.film.exposure).log2();
+        let counts = [width, height, scene.integrator.samples_per_pixel, scene.integrator.max_bounces];
+        let mut row = vec![Cell::word(shot.name)];
+        row.extend(counts.map(|count| Cell::Number(count.into())));
+        row.push(Cell::Number(stops));
+        row.push(Cell::Number(rendering.statistics.odd_depth_lines as f64));
+        rows.push(row);
+        let picture = image_file::picture(&rendering.film, scene.film.exposure);
+        let png = image_file::png_bytes(&picture, &[("Software", SOFTWARE)])?;
+        renderings.push(Rendering { name: shot.name, caption: shot.caption.clone(), png });
+    }
+    let columns =
+        ["picture", "width", "height", "samples_per_pixel", "max_bounces", "exposure_stops", "odd_depth_lines"];
+    Ok(Figure {
+        title: captions.title,
+        ours: captions.ours.to_owned(),
+        paper: captions.paper.to_owned(),
+        drawing: Drawing::Renderings(renderings),
+        numbers: DataTable::new(&columns, rows),
+        tables: Vec::new(),
+        warning: None,
+    })
+}

@@ -1,0 +1,307 @@
+//! Grain size and black carbon from the albedo of thick snow, and with them the albedo of thin snow over a dark panel.
+
+use snowblue_transport::inversion::{AlbedoModel, Finding, Fit, Fitted, MeasuredAlbedo, Pack, Scale};
+use snowblue_transport::measured::{PanelAlbedo, albedo_over_black_panels};
+use snowblue_transport::ordinates::OrdinatesOptions;
+use snowblue_transport::sample::SnowSample;
+
+use crate::error::FigureError;
+use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
+use crate::plot::{Area, Axis, Chart, Entry, Fill, GREY, INK, Stroke, Symbol};
+use crate::table::{Cell, DataTable};
+
+const THICK_CM: f64 = 34.0;
+const THIN_CM: f64 = 4.5;
+/// The ground under the thick snow is not described: old grass or frozen soil. Nothing hangs on it.
+const GROUND_ALBEDO: f64 = 0.15;
+/// Densities and panel albedos that the authors leave open: ends and middle.
+const DENSITIES_KG_M3: [f64; 3] = [147.0, 217.0, 287.0];
+const PANEL_ALBEDOS: [f64; 3] = [0.02, 0.04, 0.06];
+/// Bands for the errors, in nm.
+const BANDS_NM: [(f64, f64); 5] = [(400.0, 500.0), (500.0, 700.0), (700.0, 900.0), (900.0, 1100.0), (1100.0, 1300.0)];
+/// From here on, 4.5 cm are as good as endless, in nm.
+const ENDLESS_FROM_NM: f64 = 1000.0;
+
+/// Fits, and what they predict.
+struct Answers {
+    measured: Vec<PanelAlbedo>,
+    /// With a trusted and with a free scale.
+    fits: [Fit; 2],
+    /// The albedo of the thick snow by the fit with a trusted scale.
+    thick: Vec<f64>,
+    thin: Prediction,
+    /// The surface areas of the thick and the thin snow from where both are as good as endless.
+    infrared: [Fit; 2],
+    /// What the thin snow's own surface area predicts.
+    thin_refitted: Prediction,
+}
+
+/// The albedo of the thin snow, for the middle and the ends of what is not known.
+struct Prediction {
+    middle: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+pub(crate) fn figure() -> Result<Figure, FigureError> {
+    let answers = answers()?;
+    let row = |(i, one): (usize, &PanelAlbedo)| {
+        let mut row = vec![one.wavelength_nm, one.thick[0], one.thick[1], answers.thick[i]];
+        row.push(answers.thick[i] - one.thick[0]);
+        row.extend(one.thin);
+        for thin in [&answers.thin, &answers.thin_refitted] {
+            row.extend([thin.middle[i], thin.low[i], thin.high[i], thin.middle[i] - one.thin[0]]);
+        }
+        row.into_iter().map(Cell::from).collect()
+    };
+    let columns = [
+        "wavelength_nm",
+        "thick_measured",
+        "thick_deviation",
+        "thick_fitted",
+        "thick_residual",
+        "thin_measured",
+        "thin_deviation",
+        "thin_predicted",
+        "thin_low",
+        "thin_high",
+        "thin_residual",
+        "thin_refitted",
+        "thin_refitted_low",
+        "thin_refitted_high",
+        "thin_refitted_residual",
+    ];
+    Ok(Figure {
+        title: "Snow from its albedo, and thin snow predicted from it",
+        ours: "Above: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard deviation) of \
+               34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm over a black panel, with our \
+               prediction for the same snow: the band spans the densities 147–287 kg/m³ and panel albedos .02–.06 that are not \
+               known. Dashed: the same with the surface area that the thin snow itself tells beyond 1000 nm, where the panel \
+               cannot be seen. Middle: ours less measured. Below: thin over thick, which no common error of the scale or of the ice table \
+               changes; grey is the band of the dashed line."
+            .to_owned(),
+        paper: "Compares its model with one measured reflectance (Fig. S2) and with none of these measurements.".to_owned(),
+        drawing: Drawing::Svg(draw(&answers)),
+        numbers: DataTable::new(&columns, answers.measured.iter().enumerate().map(row).collect()),
+        tables: vec![fits(&answers), bands(&answers), ratios(&answers)],
+        warning: None,
+    })
+}
+
+fn answers() -> Result<Answers, snowblue_transport::TransportError> {
+    let measured = albedo_over_black_panels();
+    let wavelengths_nm: Vec<f64> = measured.iter().map(|one| one.wavelength_nm).collect();
+    let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() };
+    let model = AlbedoModel::new(&snow, &wavelengths_nm, &OrdinatesOptions::default())?;
+    let data = |of: fn(&PanelAlbedo) -> [f64; 2], from_nm: f64| -> Vec<MeasuredAlbedo> {
+        let one = |(place, one): (usize, &PanelAlbedo)| {
+            let [albedo, deviation] = of(one);
+            MeasuredAlbedo { place, albedo, deviation }
+        };
+        measured.iter().enumerate().filter(|(_, one)| one.wavelength_nm >= from_nm).map(one).collect()
+    };
+    let pack = Pack { snow, thickness_cm: THICK_CM, ground_albedo: GROUND_ALBEDO };
+    let thick = data(|one| one.thick, 0.0);
+    let fits = [model.fit(&pack, &thick, Scale::Trusted)?, model.fit(&pack, &thick, Scale::Free)?];
+    let finding = fits[0].finding();
+    let bare = Pack { ground_albedo: 0.0, ..pack };
+    let infrared = [
+        model.fit(&bare, &data(|one| one.thick, ENDLESS_FROM_NM), Scale::Trusted)?,
+        model.fit(&Pack { thickness_cm: THIN_CM, ..bare }, &data(|one| one.thin, ENDLESS_FROM_NM), Scale::Trusted)?,
+    ];
+    let own = Finding { surface_area_m2_kg: infrared[1].surface_area_m2_kg.value, ..finding };
+    Ok(Answers {
+        thick: model.albedo(&pack, &finding)?,
+        thin: predict(&model, &pack, &finding)?,
+        thin_refitted: predict(&model, &pack, &own)?,
+        fits,
+        infrared,
+        measured,
+    })
+}
+
+/// The thin snow over its panel, for the middle and the ends of density and panel.
+fn predict(
+    model: &AlbedoModel,
+    pack: &Pack,
+    finding: &Finding,
+) -> Result<Prediction, snowblue_transport::TransportError> {
+    let case = |i: usize, j: usize| {
+        let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[i], ..pack.snow };
+        model.albedo(&Pack { snow, thickness_cm: THIN_CM, ground_albedo: PANEL_ALBEDOS[j] }, finding)
+    };
+    Ok(Prediction { middle: case(1, 1)?, low: case(0, 0)?, high: case(2, 2)? })
+}
+
+fn fits(answers: &Answers) -> FigureTable {
+    // What does not move is held, or stands at the end of its range.
+    let fitted = |one: &Fitted, decimals: usize| {
+        let value = one.value;
+        if one.block_error > 0.0 {
+            format!("{value:.decimals$} ± {:.decimals$}", one.block_error)
+        } else {
+            format!("{value}")
+        }
+    };
+    let row = |name: &str, fit: &Fit| {
+        let [area, carbon, scale] = [fit.surface_area_m2_kg, fit.black_carbon_ng_g, fit.scale];
+        let mut cells = vec![name.to_owned(), fitted(&area, 2), fitted(&carbon, 1), fitted(&scale, 4)];
+        cells.extend([(area, 2), (carbon, 1), (scale, 4)].map(|(one, n)| format!("{:.n$}", one.standard_error)));
+        let correlations = [fit.area_carbon_correlation, fit.scale_correlations.0, fit.scale_correlations.1];
+        cells.extend(correlations.map(|one| format!("{one:+.2}")));
+        cells.push(format!("{:.2}", fit.chi_square_per_freedom));
+        cells
+    };
+    let columns = [
+        "fit",
+        "SSA (m²/kg)",
+        "BC (ng/g)",
+        "scale",
+        "± SSA",
+        "± BC",
+        "± scale",
+        "r SSA–BC",
+        "r SSA–scale",
+        "r BC–scale",
+        "χ²/freedom",
+    ];
+    let rows = vec![
+        row("34 cm scale trusted", &answers.fits[0]),
+        row("34 cm scale free", &answers.fits[1]),
+        row("34 cm from 1000 nm", &answers.infrared[0]),
+        row("4.5 cm from 1000 nm", &answers.infrared[1]),
+    ];
+    FigureTable::of_words(
+        "fit",
+        "Snow from its albedo: errors by a jackknife over blocks of 50 nm; ± alone if wavelengths erred independently",
+        &columns,
+        rows,
+    )
+}
+
+fn bands(answers: &Answers) -> FigureTable {
+    let row = |(low, high): (f64, f64), name: String| {
+        let within = |one: &PanelAlbedo| (low..=high).contains(&one.wavelength_nm);
+        let places: Vec<usize> = (0..answers.measured.len()).filter(|i| within(&answers.measured[*i])).collect();
+        let error = |ours: &[f64], of: fn(&PanelAlbedo) -> f64| {
+            let squares: f64 = places.iter().map(|i| (ours[*i] - of(&answers.measured[*i])).powi(2)).sum();
+            let mean: f64 = places.iter().map(|i| ours[*i] - of(&answers.measured[*i])).sum();
+            let count = places.len() as f64;
+            format!("{:.4} ({:+.4})", (squares / count).sqrt(), mean / count)
+        };
+        vec![
+            name,
+            error(&answers.thick, |one| one.thick[0]),
+            error(&answers.thin.middle, |one| one.thin[0]),
+            error(&answers.thin_refitted.middle, |one| one.thin[0]),
+        ]
+    };
+    let mut rows: Vec<Vec<String>> = BANDS_NM.iter().map(|band| row(*band, format!("{}–{}", band.0, band.1))).collect();
+    rows.push(row((400.0, 1300.0), "400–1300".to_owned()));
+    let columns = ["nm", "34 cm fitted", "4.5 cm predicted", "4.5 cm own SSA"];
+    FigureTable::of_words("bands", "Root mean square (and mean) of ours less measured", &columns, rows)
+}
+
+/// Thin over thick, measured and by us, for the middle and the ends of what is not known.
+fn ratios(answers: &Answers) -> FigureTable {
+    let row = |nm: &f64| {
+        let place = answers.measured.iter().position(|one| one.wavelength_nm >= *nm).unwrap_or_default();
+        let one = &answers.measured[place];
+        let ours = |thin: &Prediction| {
+            let over = |thin: &[f64]| thin[place] / answers.thick[place];
+            format!("{:.3} ({:.3}–{:.3})", over(&thin.middle), over(&thin.low), over(&thin.high))
+        };
+        vec![
+            nm.to_string(),
+            format!("{:.3}", one.thin[0] / one.thick[0]),
+            ours(&answers.thin),
+            ours(&answers.thin_refitted),
+        ]
+    };
+    let columns = ["nm", "measured", "same snow", "own SSA"];
+    let rows = [400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1100.0, 1200.0, 1300.0].iter().map(row).collect();
+    FigureTable::of_words(
+        "ratio",
+        "Albedo of 4.5 cm over that of 34 cm; in brackets for the ends of density and panel",
+        &columns,
+        rows,
+    )
+}
+
+const THICK: &str = "#0072b2";
+const THIN: &str = "#d55e00";
+
+fn draw(answers: &Answers) -> String {
+    let mut chart = Chart::new(960.0, 900.0, "Albedo of snow in Vermont: fitted where thick, predicted where thin");
+    let axis = || Axis::linear(400.0, 1300.0, 9.0);
+    let area = |top, bottom| Area { left: 84.0, right: 700.0, top, bottom };
+    let upper = chart.panel(area(66.0, 390.0), [axis(), Axis::linear(0.4, 1.0, 6.0)], ["", "Albedo"]);
+    let middle = chart.panel(area(430.0, 600.0), [axis(), Axis::linear(-0.04, 0.08, 6.0)], ["", "Ours less measured"]);
+    let names = ["Wavelength (nm)", "4.5 cm over 34 cm"];
+    let lower = chart.panel(area(640.0, 810.0), [axis(), Axis::linear(0.9, 1.02, 6.0)], names);
+    let sets: [fn(&PanelAlbedo) -> [f64; 2]; 2] = [|one| one.thick, |one| one.thin];
+    for (colour, of) in [THICK, THIN].into_iter().zip(sets) {
+        let measured = |sign: f64| answers.curve(|one, _| of(one)[0] + sign * of(one)[1]);
+        chart.band(&upper, [&measured(-1.0), &measured(1.0)], Fill { colour: GREY, opacity: 0.25 });
+        chart.sized_dots(&upper, &measured(0.0), colour, 1.7);
+    }
+    chart.line(&middle, &[(400.0, 0.0), (1300.0, 0.0)], Stroke::solid(GREY, 1.2));
+    for (number, panel) in [&upper, &middle, &lower].into_iter().enumerate() {
+        let curve = |thin: &[f64]| match number {
+            0 => answers.curve(|_, i| thin[i]),
+            1 => answers.curve(|one, i| thin[i] - one.thin[0]),
+            _ => answers.curve(|_, i| thin[i] / answers.thick[i]),
+        };
+        let Prediction { middle, low, high } = &answers.thin;
+        chart.band(panel, [&curve(low), &curve(high)], Fill { colour: THIN, opacity: 0.2 });
+        let own = &answers.thin_refitted;
+        if number == 2 {
+            chart.band(panel, [&curve(&own.low), &curve(&own.high)], Fill { colour: INK, opacity: 0.12 });
+        }
+        chart.line(panel, &curve(middle), Stroke::solid(THIN, 1.8));
+        chart.line(panel, &curve(&own.middle), OWN);
+    }
+    chart.sized_dots(&lower, &answers.curve(|one, _| one.thin[0] / one.thick[0]), THIN, 1.7);
+    chart.line(&upper, &answers.curve(|_, i| answers.thick[i]), Stroke::solid(THICK, 1.8));
+    chart.line(&middle, &answers.curve(|one, i| answers.thick[i] - one.thick[0]), Stroke::solid(THICK, 1.8));
+    legend(&mut chart);
+    let found = answers.fits[0].finding();
+    let snow = format!("SSA {:.1} m²/kg, black carbon {:.0} ng/g", found.surface_area_m2_kg, found.black_carbon_ng_g);
+    chart.finish(&ordinates_metadata(&[("ice", "warren2008"), ("snow", &snow), ("measured", "Letcher et al. 2022")]))
+}
+
+const OWN: Stroke = Stroke { colour: THIN, width: 2.0, dashes: "7 4" };
+
+impl Answers {
+    /// A quantity at each wavelength, from what is measured there and from the number of the wavelength.
+    fn curve(&self, quantity: impl Fn(&PanelAlbedo, usize) -> f64) -> Vec<(f64, f64)> {
+        self.measured.iter().enumerate().map(|(i, one)| (one.wavelength_nm, quantity(one, i))).collect()
+    }
+}
+
+fn legend(chart: &mut Chart) {
+    let below = chart.legend(
+        (728.0, 80.0),
+        "34 cm",
+        &[
+            Entry { name: "measured", symbol: Symbol::Dot(THICK) },
+            Entry { name: "fitted by us", symbol: Symbol::Line(Stroke::solid(THICK, 2.0)) },
+        ],
+    );
+    let below = chart.legend(
+        (728.0, below),
+        "4.5 cm over a black panel",
+        &[
+            Entry { name: "measured", symbol: Symbol::Dot(THIN) },
+            Entry { name: "predicted from 34 cm", symbol: Symbol::Line(Stroke::solid(THIN, 2.0)) },
+            Entry { name: "density, panel unknown", symbol: Symbol::Band(Fill { colour: THIN, opacity: 0.25 }) },
+            Entry { name: "by its own SSA", symbol: Symbol::Line(OWN) },
+            Entry { name: "… and unknown, below", symbol: Symbol::Band(Fill { colour: INK, opacity: 0.1 }) },
+        ],
+    );
+    chart.legend(
+        (728.0, below),
+        "",
+        &[Entry { name: "± 1 deviation", symbol: Symbol::Band(Fill { colour: INK, opacity: 0.2 }) }],
+    );
+}

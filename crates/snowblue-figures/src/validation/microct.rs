@@ -1,0 +1,193 @@
+//! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and what the difference would do.
+
+use snowblue_transport::measured::{Tomogram, mean_and_deviation, straight_line, tomograms};
+use snowblue_transport::optics::Ice;
+use snowblue_transport::ordinates::{OrdinatesOptions, Peak, Streams};
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::Incidence;
+use snowblue_transport::{Demand, GrainOptics, GrainTallies, Medium, Population, TallyPlan, convex_extinction_per_m};
+
+use crate::error::FigureError;
+use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
+use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Stroke, Symbol};
+use crate::table::{Cell, DataTable};
+
+/// The authors' letters, with names and colours that all can tell apart (Okabe & Ito 2008).
+const KINDS: [(&str, &str, &str); 5] = [
+    ("N", "new (N)", "#56b4e9"),
+    ("F", "faceted (F)", "#0072b2"),
+    ("M", "mixed (M)", "#009e73"),
+    ("MF", "refrozen (MF)", "#e69f00"),
+    ("C", "crust (C)", "#d55e00"),
+];
+const OURS: Stroke = Stroke { colour: INK, width: 1.8, dashes: "" };
+const TREND: Stroke = Stroke { colour: GREY, width: 1.4, dashes: "5 4" };
+/// The wavelength of our n.
+const INDEX_NM: f64 = 550.0;
+const DEPTH_CM: f64 = 15.0;
+/// Thick enough for all of its light to come back or stay, in cm.
+const ENDLESS_CM: f64 = 1000.0;
+
+pub(crate) fn figure() -> Result<Figure, FigureError> {
+    let samples = tomograms();
+    let (ours, exact) = ours();
+    let mean =
+        |quantity: fn(&Tomogram) -> f64| mean_and_deviation(&samples.iter().map(quantity).collect::<Vec<_>>())[0];
+    let theirs = GrainOptics {
+        extinction_ratio: mean(|one| one.optics.extinction_ratio),
+        path_enhancement: mean(|one| one.optics.path_enhancement),
+        asymmetry: mean(|one| one.optics.asymmetry),
+    };
+    let trend =
+        straight_line(&samples.iter().map(|one| (one.density_kg_m3, one.optics.path_enhancement)).collect::<Vec<_>>());
+    let row = |one: &Tomogram| {
+        let GrainOptics { extinction_ratio, path_enhancement, asymmetry } = one.optics;
+        let convex = convex_extinction_per_m(one.density_kg_m3, one.surface_area_m2_kg);
+        let mut cells = vec![Cell::Word(one.kind.to_owned())];
+        let values =
+            [one.density_kg_m3, one.surface_area_m2_kg, extinction_ratio * convex, convex, path_enhancement, asymmetry];
+        cells.extend(values.map(Cell::from));
+        cells.extend([ours.path_enhancement, ours.asymmetry].map(Cell::from));
+        cells
+    };
+    let columns = [
+        "kind",
+        "density_kg_m3",
+        "ssa_m2_kg",
+        "extinction_per_m",
+        "extinction_ours_per_m",
+        "B",
+        "g_geometric",
+        "B_ours",
+        "g_ours",
+    ];
+    Ok(Figure {
+        title: "Our grains against micro-tomograms",
+        ours: format!(
+            "Extinction, path enhancement B and asymmetry g (theirs without the diffraction that they add: 2g − 1) of 32 \
+             micro-tomograms of Letcher et al. 2022, and the lines of our grains: κ = ρ SSA/4, B = n² = {:.3} and g = {:.3} \
+             (facetness .3, 550 nm). The dashed line is the straight line through their B: {:.3} − {:.5} ρ. Nothing is tuned.",
+            ours.path_enhancement, ours.asymmetry, trend[0], -trend[1]
+        ),
+        paper: "Describes grains by size, facetness and sphericity, and compares them with no tomogram.".to_owned(),
+        drawing: Drawing::Svg(draw(&samples, &ours, trend)),
+        numbers: DataTable::new(&columns, samples.iter().map(row).collect()),
+        tables: vec![kinds(&samples, &ours), effects(&exact, &ours, &theirs)],
+        warning: None,
+    })
+}
+
+/// The optics of our usual grains, and the media of the default sample at the wavelengths of the comparison.
+fn ours() -> (GrainOptics, Vec<Medium>) {
+    let (sample, options) = (SnowSample::default(), OrdinatesOptions::default());
+    let plan = TallyPlan { degree: 16, rays: options.tally_rays, seed: options.seed };
+    let tallies = GrainTallies::new(&Population::of_sample(&sample), &Demand::of_sample(&sample, &COMPARED_NM), &plan);
+    let media = COMPARED_NM.iter().map(|nm| tallies.medium(&sample, *nm, None)).collect();
+    (tallies.grain_optics(&sample, INDEX_NM), media)
+}
+
+fn kinds(samples: &[Tomogram], ours: &GrainOptics) -> FigureTable {
+    let row = |name: &str, of: &[&Tomogram]| {
+        let mean = |quantity: fn(&Tomogram) -> f64, decimals: usize| {
+            let [mean, deviation] = mean_and_deviation(&of.iter().map(|one| quantity(one)).collect::<Vec<_>>());
+            format!("{mean:.decimals$} ± {deviation:.decimals$}")
+        };
+        vec![
+            name.to_owned(),
+            of.len().to_string(),
+            mean(|one| one.density_kg_m3, 0),
+            mean(|one| one.surface_area_m2_kg, 1),
+            mean(|one| one.optics.extinction_ratio, 3),
+            mean(|one| one.optics.path_enhancement, 2),
+            mean(|one| one.optics.asymmetry, 3),
+        ]
+    };
+    let of_kind = |kind: &str| samples.iter().filter(|one| one.kind == kind).collect::<Vec<_>>();
+    let mut rows: Vec<Vec<String>> = KINDS.iter().map(|(kind, name, _)| row(name, &of_kind(kind))).collect();
+    rows.push(row("all", &samples.iter().collect::<Vec<_>>()));
+    let (b, g) = (format!("{:.2}", ours.path_enhancement), format!("{:.3}", ours.asymmetry));
+    rows.push(["ours", "", "", "", "1", &b, &g].map(str::to_owned).to_vec());
+    let columns = ["kind", "samples", "density", "SSA", "κ / (ρ SSA/4)", "B", "g"];
+    FigureTable::of_words("kinds", "Means ± standard deviations of the samples by kind (kg/m³, m²/kg)", &columns, rows)
+}
+
+/// Transmittances are compared at the first three, in nm, albedos at the last two.
+const COMPARED_NM: [f64; 5] = [450.0, 550.0, 650.0, 900.0, 1030.0];
+
+/// Transmittance of 15 cm and albedo of endless snow by their means and by ours, in snow of equal density and surface area.
+fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> FigureTable {
+    let sample = SnowSample::default();
+    let surface_area = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
+    let medium = |optics: &GrainOptics, nm: f64| {
+        let absorption_per_m = Ice::new(sample.ice).absorption_per_m(nm);
+        optics.medium(sample.density_kg_m3, surface_area, absorption_per_m)
+    };
+    let row = |name: &str, medium: &dyn Fn(usize) -> Medium| {
+        let through = |(place, nm): (usize, &f64)| {
+            let (depth_cm, incidence) = if *nm < 700.0 {
+                (DEPTH_CM, Incidence::Beam { angle_deg: 0.0 })
+            } else {
+                (ENDLESS_CM, Incidence::Diffuse)
+            };
+            let fluxes = medium(place).fluxes(&[depth_cm], &[incidence], (Streams::Auto, Peak::Broad))[0];
+            if *nm < 700.0 { format!("{:.5}", fluxes.transmittance) } else { format!("{:.4}", fluxes.reflectance) }
+        };
+        std::iter::once(name.to_owned()).chain(COMPARED_NM.iter().enumerate().map(through)).collect::<Vec<_>>()
+    };
+    let of = |optics: GrainOptics| move |place: usize| medium(&optics, COMPARED_NM[place]);
+    let rows = vec![
+        row("ours", &|place| exact[place].clone()),
+        row("ours by Henyey–Greenstein with g of 550 nm", &of(*ours)),
+        row("their B", &of(GrainOptics { path_enhancement: theirs.path_enhancement, ..*ours })),
+        row("their g", &of(GrainOptics { asymmetry: theirs.asymmetry, ..*ours })),
+        row("their B and g", &of(GrainOptics { extinction_ratio: 1.0, ..*theirs })),
+        row("their B and g and κ", &of(*theirs)),
+    ];
+    let columns = ["grains", "T 450", "T 550", "T 650", "albedo 900", "albedo 1030"];
+    let title = format!(
+        "T of 15 cm at 0°, diffuse albedo of endless snow: 300 kg/m³, {surface_area:.1} m²/kg; theirs by Henyey–Greenstein"
+    );
+    FigureTable::of_words("effects", &title, &columns, rows)
+}
+
+fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: [f64; 2]) -> String {
+    let mut chart = Chart::new(1080.0, 430.0, "Grains of snow against micro-tomograms (Letcher et al. 2022)");
+    let area = |i: usize| {
+        let left = 84.0 + 310.0 * i as f64;
+        Area { left, right: left + 230.0, top: 66.0, bottom: 336.0 }
+    };
+    let density = || Axis::linear(100.0, 700.0, 3.0);
+    let convex = |one: &Tomogram| convex_extinction_per_m(one.density_kg_m3, one.surface_area_m2_kg) * 1e-3;
+    let extinction = chart.panel(
+        area(0),
+        [Axis::linear(0.4, 1.6, 4.0), Axis::linear(0.2, 1.6, 4.0)],
+        ["ρ SSA/4 (1/mm)", "Extinction (1/mm)"],
+    );
+    let paths =
+        chart.panel(area(1), [density(), Axis::linear(1.0, 2.0, 5.0)], ["Density (kg/m³)", "Path enhancement B"]);
+    let asymmetry =
+        chart.panel(area(2), [density(), Axis::linear(0.55, 0.75, 4.0)], ["Density (kg/m³)", "Asymmetry g"]);
+    chart.line(&extinction, &[(0.4, 0.4), (1.6, 1.6)], OURS);
+    chart.line(&paths, &[(100.0, ours.path_enhancement), (700.0, ours.path_enhancement)], OURS);
+    chart.line(&paths, &[100.0, 700.0].map(|rho| (rho, trend[0] + trend[1] * rho)), TREND);
+    chart.line(&asymmetry, &[(100.0, ours.asymmetry), (700.0, ours.asymmetry)], OURS);
+    for (kind, _, colour) in KINDS {
+        let points = |quantity: &dyn Fn(&Tomogram) -> (f64, f64)| -> Vec<(f64, f64)> {
+            samples.iter().filter(|one| one.kind == kind).map(quantity).collect()
+        };
+        let of_extinction = points(&|one| (convex(one), one.optics.extinction_ratio * convex(one)));
+        chart.dots(&extinction, &of_extinction, colour);
+        chart.dots(&paths, &points(&|one| (one.density_kg_m3, one.optics.path_enhancement)), colour);
+        chart.dots(&asymmetry, &points(&|one| (one.density_kg_m3, one.optics.asymmetry)), colour);
+    }
+    let mut entries = vec![
+        Entry { name: "ours", symbol: Symbol::Line(OURS) },
+        Entry { name: "line through B", symbol: Symbol::Line(TREND) },
+    ];
+    entries.extend(KINDS.iter().map(|(_, name, colour)| Entry { name, symbol: Symbol::Dot(colour) }));
+    chart.legend((950.0, 80.0), "", &entries);
+    chart.finish(&ordinates_metadata(&[
+        ("ours at", "550 nm"),
+        ("dots", "Letcher et al. 2022, doi:10.5194/tc-16-4343-2022"),
+    ]))
+}
