@@ -31,8 +31,8 @@ def lamp_weights(light):
         rows = np.loadtxt(COLOUR_DATA / f"{name}.csv", delimiter=",", skiprows=1)
         return np.stack([np.interp(WAVELENGTHS_NM, rows[:, 0], rows[:, k + 1]) for k in range(count)], -1)
 
-    eye, lamp = column("cmf_1931_2deg_1nm", 3), column(f"illuminant_{light['illuminant'].lower()}", 1)
-    return light["radiant_intensity_w_sr"] * eye / eye[:, 1].sum() * lamp / lamp.mean()
+    matching, lamp = column("cmf_1931_2deg_1nm", 3), column(f"illuminant_{light['illuminant'].lower()}", 1)
+    return light["radiant_intensity_w_sr"] * matching / matching[:, 1].sum() * lamp / lamp.mean()
 
 
 class SnowTable:
