@@ -94,7 +94,7 @@ def openexr_reads_images(folder):
     scene = Path(__file__).resolve().parent.parent / "scenes" / "block_30cm.toml"
     path, samples = folder / "part.exr", 3
     snowblue("render", scene, "--width", 32, "--height", 24, "--spp", samples, "--crop", "4:30,6:20",
-             "--channels", "spectrum,variance,normal,albedo,thickness,angle", "-o", path)
+             "--aovs", "spectrum,variance,normal,albedo,thickness,angle", "-o", path)
     with OpenEXR.File(str(path), separate_channels=True) as image:
         header = dict(image.header())
         values = {name: channel.pixels for name, channel in image.channels().items()}

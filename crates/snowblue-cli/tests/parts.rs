@@ -143,7 +143,7 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
     folder.render("seed.exr", &["--spp-range", "4:6", "--seed", "7"]);
     folder.render("view.exr", &["--spp-range", "4:6", "--path", "view"]);
     folder.render("size.exr", &["--spp-range", "4:6", "--width", "22"]);
-    folder.render("normal.exr", &["--spp-range", "4:6", "--channels", "rgb,normal"]);
+    folder.render("normal.exr", &["--spp-range", "4:6", "--aovs", "rgb,normal"]);
     folder.render("tile.exr", &["--spp", "4", "--crop", "0:2,0:2"]);
     folder.render("corner.exr", &["--spp", "4", "--crop", "3:5,3:5"]);
     folder.render("plain.exr", &["--spp", "1"]);
@@ -155,7 +155,7 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
         (["a.exr", "seed.exr"], &["seed", "1", "7"]),
         (["a.exr", "view.exr"], &["path", "view"]),
         (["a.exr", "size.exr"], &["width", "21", "22"]),
-        (["a.exr", "normal.exr"], &["channels", "rgb", "rgb,normal"]),
+        (["a.exr", "normal.exr"], &["AOVs", "rgb", "rgb,normal"]),
         (["a.exr", "scene.exr"], &["a.exr", "scene.exr", "scene"]),
         (["tile.exr", "corner.exr"], &["pixel 2,0"]),
         (["a.exr", "plain.exr"], &["plain.exr", "--keep-sums"]),
@@ -171,12 +171,12 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
         (vec!["--crop", "5:5,0:1"], &["--crop", "'5:5'"]),
         (vec!["--spp-range", "0:4294967296"], &["--spp-range", "4294967296", "4294967295"]),
         (vec!["--spp-range", "0:4", "--spp", "4"], &["--spp-range", "--spp"]),
-        (vec!["--channels", "depth"], &["'depth'", "rgb", "spectrum"]),
+        (vec!["--aovs", "depth"], &["'depth'", "rgb", "spectrum"]),
         (vec!["--checkpoint", "0"], &["--checkpoint", "0 minutes", "0.01–100000 minutes"]),
     ] {
         folder.assert_render_refused("no.exr", &more, expected);
     }
-    for option in [vec!["--resume"], vec!["--keep-sums"], vec!["--channels", "albedo"]] {
+    for option in [vec!["--resume"], vec!["--keep-sums"], vec!["--aovs", "albedo"]] {
         folder.assert_render_refused("no.png", &option, &[option[0], ".exr", "PNG"]);
     }
     assert_eq!(folder.names(), before, "nothing was written");
@@ -337,17 +337,17 @@ fn a_viewer_gets_the_picture_and_a_missing_one_is_reported_first() {
 }
 
 #[test]
-fn requested_channels_are_in_the_file() {
+fn requested_aovs_are_in_the_file() {
     let folder = Folder::new();
-    folder.render("all.exr", &["--spp", "2", "--channels", "spectrum,variance,normal,albedo,thickness,angle"]);
+    folder.render("all.exr", &["--spp", "2", "--aovs", "spectrum,variance,normal,albedo,thickness,angle"]);
     let names: Vec<String> = pixels(&folder.path("all.exr")).into_iter().map(|(name, _)| name).collect();
     for name in ["R", "S0.400,000000nm", "S0.700,000000nm", "variance.G", "normal.Z", "albedo.B", "thickness", "angle"]
     {
         assert!(names.iter().any(|one| one == name), "{name}: {names:?}");
     }
     assert_eq!(names.len(), 45);
-    // A PNG is made of the colours of parts with other channels.
-    folder.render("part.exr", &["--spp", "1", "--channels", "normal", "--keep-sums"]);
+    // A PNG is made of the colours of parts with other AOVs.
+    folder.render("part.exr", &["--spp", "1", "--aovs", "normal", "--keep-sums"]);
     assert_eq!(folder.merge(&["part.exr"], "part.png", &[])[..4], *b"\x89PNG");
-    folder.assert_render_refused("bad.png", &["--channels", "normal"], &["--channels", ".exr"]);
+    folder.assert_render_refused("bad.png", &["--aovs", "normal"], &["--aovs", ".exr"]);
 }

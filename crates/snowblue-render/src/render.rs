@@ -13,6 +13,7 @@ use crate::film::accumulator::FilmAccumulator;
 use crate::film::aov::Aovs;
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
+use crate::film::window::Window;
 use crate::geometry::lanes::{LANES, LaneMask, RayPacket4, first_lanes, lanes};
 use crate::integrators::Integrator;
 use crate::integrators::direct::DirectLight;
@@ -60,9 +61,14 @@ pub struct Rendering {
 /// `progress` is called after each row of each pass, from any of the threads; rows are not finished in order.
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
     let whole = whole(scene);
-    let mut sums = FilmAccumulator::new(scene, Aovs::default(), &whole.window());
+    let mut sums = accumulator(scene, Aovs::default(), &whole.window());
     let statistics = render_missing(scene, &whole, &mut sums, Watch { progress, stop: &|| false });
     Rendering { film: sums.film(), statistics }
+}
+
+/// An accumulator without samples for a window of a scene's image.
+pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
+    FilmAccumulator::new(scene.film.size(), window, aovs, scene.sensor.wavelengths_nm())
 }
 
 /// All pixels of a scene's picture, with all its samples.
@@ -88,8 +94,8 @@ pub fn render_missing(scene: &Scene, target: &SampleBlock, sums: &mut FilmAccumu
         let samples_done = done.fetch_add(count, Ordering::Relaxed) + count;
         (watch.progress)(Progress { samples_done, samples });
     };
-    let direct = if sums.channels().spectrum { None } else { DirectLight::of(scene) };
-    let pixels = u64::from(target.window().width()) * u64::from(target.window().height());
+    let direct = if sums.aovs().spectrum { None } else { DirectLight::of(scene) };
+    let pixels = target.window().size().pixel_count() as u64;
     let per_pass = match scene.integrator.kind {
         IntegratorKind::Reference => PASS_PER_PIXEL.0,
         IntegratorKind::PcaSnow => {
@@ -102,7 +108,7 @@ pub fn render_missing(scene: &Scene, target: &SampleBlock, sums: &mut FilmAccumu
     while start < target.samples.end && !(watch.stop)() {
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: start..end, ..target.clone() };
-        let parts: Vec<SampleBlock> = missing.iter().filter_map(|portion| portion.overlap(&pass)).collect();
+        let parts: Vec<SampleBlock> = missing.iter().filter_map(|portion| portion.intersection(&pass)).collect();
         statistics = statistics.plus(render_pass(
             (scene, direct.as_ref()),
             &parts,
@@ -131,10 +137,9 @@ fn render_pass(
     sums: &mut FilmAccumulator,
     watch: Watch,
 ) -> Statistics {
-    let (window, channels) = (sums.window().clone(), sums.channels());
-    let (rows, row_length) = sums.rows_mut();
-    let finished: Vec<Option<Statistics>> = rows
-        .par_chunks_mut(row_length)
+    let (window, channels) = (sums.window().clone(), sums.aovs());
+    let finished: Vec<Option<Statistics>> = sums
+        .par_rows_mut()
         .zip(window.rows.clone())
         .map(|(row_sums, row)| {
             let here: Vec<&SampleBlock> = parts.iter().filter(|part| part.rows.contains(&row)).collect();
@@ -153,7 +158,7 @@ fn render_pass(
     for (statistics, row) in finished.iter().zip(window.rows) {
         if statistics.is_some() {
             let here = parts.iter().filter(|part| part.rows.contains(&row));
-            here.for_each(|part| sums.note(SampleBlock { rows: row..row + 1, ..part.clone() }));
+            here.for_each(|part| sums.record(SampleBlock { rows: row..row + 1, ..part.clone() }));
         }
     }
     finished.into_iter().flatten().fold(Statistics::default(), Statistics::plus)
@@ -177,7 +182,7 @@ impl<'scene> RowRenderer<'scene> {
             scene,
             tracer: Integrator::new(scene),
             direct,
-            beside: channels.has_features().then(|| SceneQueries::new(&scene.objects)),
+            beside: channels.need_first_hit().then(|| SceneQueries::new(&scene.objects)),
             pixel: PixelAccumulator::new(channels),
             channels,
         }
@@ -185,7 +190,7 @@ impl<'scene> RowRenderer<'scene> {
 
     /// Adds a portion's samples of the pixels of a row to the sums of that row, which begin with a column.
     fn render(&mut self, row: u32, part: &SampleBlock, first_column: u32, row_sums: &mut [i128]) {
-        let planes = self.channels.sums().len();
+        let planes = self.channels.sum_count();
         let start = (part.columns.start - first_column) as usize * planes;
         let pattern = PixelPattern::new(self.scene.integrator.seed, part.samples.clone());
         for (column, sums) in part.columns.clone().zip(row_sums[start..].chunks_exact_mut(planes)) {
@@ -194,7 +199,7 @@ impl<'scene> RowRenderer<'scene> {
                 let (rays, which) = (pixel.rays(first), first_lanes(part.samples.end - first));
                 self.add(&pixel, first, &rays, which);
             }
-            self.pixel.fold(sums);
+            self.pixel.flush(sums);
         }
     }
 
@@ -204,11 +209,11 @@ impl<'scene> RowRenderer<'scene> {
         if let Some(direct) = self.direct {
             let (colours, found) = self.tracer.colours(direct, rays, which);
             // What is dark adds nothing.
-            lanes(found).for_each(|lane| self.pixel.add_colour(colours[lane]));
+            lanes(found).for_each(|lane| self.pixel.add_sample(colours[lane]));
         } else {
             for (sample, lane) in (first..).zip(lanes(which)) {
                 let radiance = self.tracer.radiance(&rays.lane(lane), &mut pixel.sampler(sample));
-                self.pixel.add(&self.scene.sensor, &radiance);
+                self.pixel.add_radiance(&self.scene.sensor, &radiance);
             }
         }
         if let Some(probe) = &mut self.beside {
@@ -219,7 +224,7 @@ impl<'scene> RowRenderer<'scene> {
     }
 
     fn statistics(&self) -> Statistics {
-        Statistics { unusable_samples: self.pixel.unusable, ..self.tracer.statistics() }
+        Statistics { unusable_samples: self.pixel.unusable_samples, ..self.tracer.statistics() }
     }
 }
 

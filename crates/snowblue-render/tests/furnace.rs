@@ -11,6 +11,7 @@ use snow::{SNOW, directions, estimate, extinction_per_cm, lamp, scene, seen, sim
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::{PinholeCamera, View};
@@ -194,7 +195,12 @@ fn in_a_white_furnace_with_a_sky_of_an_image_nothing_is_seen() {
     // Now light comes by two ways, and each by chance: by the sky's brightness and by the path's next ray.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.exr");
-    write_exr(&Film::new(8, 4, vec![LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz(); 32]), &[], &path).unwrap();
+    write_exr(
+        &Film::new(ImageSize { width: 8, height: 4 }, vec![LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz(); 32]),
+        &[],
+        &path,
+    )
+    .unwrap();
     let mut furnace = white_furnace(&format!("[environment]\nimage = \"{}\"\n", path.display()));
     furnace.integrator.samples_per_pixel = 64;
     let (mean, standard_error) = mean_luminance(&render(&furnace, &|_| {}).film);

@@ -19,13 +19,13 @@ use snow::{SNOW, law_of_grains, scene};
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::{PinholeCamera, View};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
-const WIDTH: u32 = 32;
-const HEIGHT: u32 = 24;
+const SIZE: ImageSize = ImageSize { width: 32, height: 24 };
 /// Pictures behind a stored mean and variance; their seeds are 1 to 128.
 const PICTURES: u32 = 128;
 /// Pictures whose mean is compared, with seeds that none of those has: rare bright paths make single ones far from normal.
@@ -88,7 +88,7 @@ fn sky() -> Scene {
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.exr");
-    write_exr(&Film::new(16, 8, (0..128).map(colour).collect()), &[], &path).unwrap();
+    write_exr(&Film::new(ImageSize { width: 16, height: 8 }, (0..128).map(colour).collect()), &[], &path).unwrap();
     let text = format!(
         "{SNOW}path = \"view\"\n[material.easy]\n{}reflectance = 0.8\n[material.ground]\ntype = \"diffuse\"\nreflectance = 0.3\n\
          [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.3, 0, 0.3]\nmaterial = \"easy\"\n\
@@ -125,22 +125,22 @@ fn ball() -> String {
 
 fn picture(text: &str, files: &[(&str, String)], eye: [f32; 3], target: [f32; 3], vertical_fov_deg: f32) -> Scene {
     let mut scene = scene(text, &law_of_grains(), files);
-    (scene.film.width, scene.film.height) = (WIDTH, HEIGHT);
+    (scene.film.width, scene.film.height) = (SIZE.width, SIZE.height);
     (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (64, 2);
     let view = View { position: eye.into(), look_at: target.into(), up: Vec3A::Z, vertical_fov_deg };
-    scene.camera = PinholeCamera::new(&view, WIDTH as f32 / HEIGHT as f32).unwrap();
+    scene.camera = PinholeCamera::new(&view, SIZE.width as f32 / SIZE.height as f32).unwrap();
     scene
 }
 
 /// The mean of the pictures of some seeds.
 fn rendered(mut scene: Scene, seeds: std::ops::Range<u32>) -> Film {
     let share = f64::from(seeds.end - seeds.start).recip();
-    let mut sum = vec![Xyz::default(); (WIDTH * HEIGHT) as usize];
+    let mut sum = vec![Xyz::default(); SIZE.pixel_count()];
     for seed in seeds {
         scene.integrator.seed = seed;
         sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * share);
     }
-    Film::new(WIDTH, HEIGHT, sum)
+    Film::new(SIZE, sum)
 }
 
 fn channels(xyz: &Xyz) -> [f64; 3] {
@@ -156,7 +156,7 @@ impl Golden {
     }
 
     fn of_many(mut scene: Scene) -> Self {
-        let mut moments = vec![[Moments::default(); 3]; (WIDTH * HEIGHT) as usize];
+        let mut moments = vec![[Moments::default(); 3]; SIZE.pixel_count()];
         for seed in 1..=PICTURES {
             scene.integrator.seed = seed;
             for (moments, xyz) in moments.iter_mut().zip(render(&scene, &|_| {}).film.pixels()) {
@@ -171,7 +171,7 @@ impl Golden {
 
     fn store(self, name: &str) {
         let channels = NAMES.iter().zip(self.0).map(|(&name, values)| AnyChannel::new(name, FlatSamples::F32(values)));
-        let size = (WIDTH as usize, HEIGHT as usize);
+        let size = (SIZE.width as usize, SIZE.height as usize);
         let channels = AnyChannels::sort(channels.collect());
         let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
         Image::from_layer(layer).write().to_file(Self::path(name)).unwrap();
@@ -202,7 +202,7 @@ impl Golden {
                 let error = (variance * share).sqrt().hypot(ROUNDING * mean);
                 let t = if (found - mean).abs() > 0.0 { (found - mean) / error } else { 0.0 };
                 if t_p_value(t, degrees) < level {
-                    let (column, row) = (pixel as u32 % WIDTH, pixel as u32 / WIDTH);
+                    let (column, row) = (pixel as u32 % SIZE.width, pixel as u32 / SIZE.width);
                     let name = NAMES[channel];
                     return Some(format!("{name} at {column}, {row} is {found}, stored {mean} ± {error}, t = {t:.1}"));
                 }
@@ -231,7 +231,7 @@ fn check(name: &str, scene: Scene) {
         panic!("{name}: {reason}; the picture is {}", found.display());
     }
     let brighter = film.pixels().iter().map(|&xyz| xyz * 1.03).collect();
-    assert!(golden.misfit(&Film::new(WIDTH, HEIGHT, brighter)).is_some(), "{name} brighter by 3 %");
+    assert!(golden.misfit(&Film::new(SIZE, brighter)).is_some(), "{name} brighter by 3 %");
 }
 
 #[test]

@@ -11,6 +11,7 @@ use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::light::Light;
 use snowblue_render::spectrum::lamp::LampSpectrum;
@@ -102,7 +103,7 @@ fn a_white_image_is_a_uniform_sky_of_daylight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.exr");
     let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
-    write_exr(&Film::new(16, 8, vec![white; 128]), &[], &path).unwrap();
+    write_exr(&Film::new(ImageSize { width: 16, height: 8 }, vec![white; 128]), &[], &path).unwrap();
     let image = format!("[environment]\nimage = \"{}\"\nscale = 2\n", path.display());
     let shape = LampSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
     for (path, samples) in [("normal", 256), ("brightest", 256)] {

@@ -16,9 +16,10 @@ use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::part_file::{self, Kept, Part};
 use snowblue_render::film::provenance::Provenance;
-use snowblue_render::render::{Watch, render, render_missing, whole};
+use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
+use snowblue_render::film::window::ImageSize;
+use snowblue_render::render::{Watch, accumulator, render, render_missing, whole};
 use snowblue_render::scene::Scene;
 use snowblue_render::{FilmAccumulator, Overrides, SampleBlock};
 
@@ -54,13 +55,13 @@ fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> Sample
 const GO_ON: Watch = Watch { progress: &|_| {}, stop: &|| false };
 
 fn sums_of(scene: &Scene, channels: Aovs, portion: &SampleBlock) -> FilmAccumulator {
-    let mut sums = FilmAccumulator::new(scene, channels, &portion.window());
+    let mut sums = accumulator(scene, channels, &portion.window());
     render_missing(scene, portion, &mut sums, GO_ON);
     sums
 }
 
 fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulator {
-    let mut sums = FilmAccumulator::new(scene, channels, &whole(scene).window());
+    let mut sums = accumulator(scene, channels, &whole(scene).window());
     parts.iter().for_each(|part| sums.add(&sums_of(scene, channels, part)));
     sums
 }
@@ -102,7 +103,7 @@ fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
     let at_once = sums_of(&scene, Aovs::default(), &target);
     for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut sums = FilmAccumulator::new(&scene, Aovs::default(), &target.window());
+        let mut sums = accumulator(&scene, Aovs::default(), &target.window());
         let mut goes = 0;
         while !sums.coverage().missing_from(&target).is_empty() {
             let asked = AtomicU32::new(0);
@@ -144,28 +145,31 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
     for channels in [Aovs::default(), ALL] {
         let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
         render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, GO_ON);
-        let kept = Kept { origin: &origin, exposure: Exposure::Stops(-1.2) };
-        part_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
-        let part = Part::open(&path).unwrap();
-        assert_eq!((&part.origin, part.channels, part.size), (&origin, channels, (23, 17)));
+        let kept = ResumeData { provenance: &origin, exposure: Exposure::Stops(-1.2) };
+        resumable_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
+        let part = ResumableImage::open(&path).unwrap();
+        assert_eq!(
+            (&part.provenance, part.aovs, part.image_size),
+            (&origin, channels, ImageSize { width: 23, height: 17 })
+        );
         assert_eq!((&part.coverage, part.exposure), (sums.coverage(), kept.exposure));
-        let back = part.read(&path).unwrap();
+        let back = part.read_sums().unwrap();
         assert!(back == sums);
         let grown = |sums: FilmAccumulator| {
-            let mut sums = sums.widened(&whole(&scene).window());
+            let mut sums = sums.extended_to(&whole(&scene).window());
             render_missing(&scene, &whole(&scene), &mut sums, GO_ON);
             sums
         };
         assert!(grown(back) == grown(sums));
     }
     // Without sums a file is a picture only.
-    part_file::write(&sums_of(&scene, Aovs::default(), &whole(&scene)), None, &[], &path).unwrap();
+    resumable_file::write(&sums_of(&scene, Aovs::default(), &whole(&scene)), None, &[], &path).unwrap();
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R"]);
-    assert!(Part::open(&path).unwrap_err().to_string().ends_with("no sums to go on from (render with --keep-sums)"));
-    write_exr(&Film::new(1, 1, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
-    assert!(Part::open(&path).is_err());
+    assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
+    write_exr(&Film::new(ImageSize { width: 1, height: 1 }, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
+    assert!(ResumableImage::open(&path).is_err());
     std::fs::write(&path, "v/1\u{1}nonsense").unwrap();
-    assert!(Part::open(&path).unwrap_err().to_string().contains("not a readable EXR file"));
+    assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("not a readable EXR file"));
 }
 
 #[test]
@@ -174,7 +178,7 @@ fn channels_tell_what_they_are_named_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
     let sums = sums_of(&scene, ALL, &whole(&scene));
-    part_file::write(&sums, None, &[], &path).unwrap();
+    resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);
     // The camera is at (0, −9, 0): the block's front, towards −y, is on the left of the picture.
@@ -227,7 +231,7 @@ fn variances_are_those_of_many_pictures() {
     for seed in 0..told_by {
         scene.integrator.seed = 5000 + seed;
         let sums = sums_of(&scene, channels, &portion(0..23, 0..17, 0..64));
-        part_file::write(&sums, None, &[], &path).unwrap();
+        resumable_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
         told.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(told_by));
     }

@@ -12,9 +12,9 @@ use snow::{SNOW, load, real, scene, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_render::Aovs;
 use snowblue_render::film::Film;
-use snowblue_render::film::accumulator::FilmAccumulator;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::render::{self, Progress, Rendering, Watch, pixel_radiance, render, render_missing};
+use snowblue_render::film::window::ImageSize;
+use snowblue_render::render::{self, Progress, Rendering, Watch, accumulator, pixel_radiance, render, render_missing};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::{PinholeCamera, View};
 
@@ -105,7 +105,7 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
         scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
         let short = render(&scene, &|_| {});
         let target = render::whole(&scene);
-        let mut sums = FilmAccumulator::new(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
+        let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
         let long = render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
         assert_eq!(short.statistics, long, "{case}");
         let (mut lit, mut worst) = (0, 0.0_f64);
@@ -162,7 +162,7 @@ fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads(
     let folder = tempfile::tempdir().unwrap();
     let image = folder.path().join("sky.exr");
     let row = |k: u32| LinearRgb { r: f64::from(k % 7), g: f64::from(k % 5), b: f64::from(k % 3) }.xyz();
-    write_exr(&Film::new(8, 4, (0..32).map(row).collect()), &[], &image).unwrap();
+    write_exr(&Film::new(ImageSize { width: 8, height: 4 }, (0..32).map(row).collect()), &[], &image).unwrap();
     let skies = [
         "radiance_w_m2_sr = 1\nilluminant = \"D75\"\n".to_owned(),
         format!("image = \"{}\"\nrotation_deg = 30\n", image.display()),

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_render::film::exposure::Exposure;
-use snowblue_render::film::sample_block::Window;
+use snowblue_render::film::window::Window;
 use snowblue_render::scene::file::GREATEST_STOPS;
 use snowblue_render::{Aovs, FalseColor};
 use snowblue_transport::optics::Substance;
@@ -225,9 +225,9 @@ pub(crate) fn window(words: &str) -> Result<Window, String> {
     Ok(Window { columns: whole_range(columns)?, rows: whole_range(rows)? })
 }
 
-/// Names of channels, separated by commas.
-pub(crate) fn channels(words: &str) -> Result<Aovs, String> {
-    words.parse().map_err(|name: String| format!("'{name}' is none of {}", Aovs::NAMES.join(", ")))
+/// Names of AOVs, separated by commas.
+pub(crate) fn aovs(words: &str) -> Result<Aovs, String> {
+    words.parse::<Aovs>().map_err(|error| error.to_string())
 }
 
 /// A time in minutes.

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use super::failure::{Failure, Outcome};
 use super::files::check_path;
 use snowblue_render::FilmAccumulator;
+use snowblue_render::film::accumulator::SampleCounts;
 use snowblue_render::film::image_file::write_png;
-use snowblue_render::film::part_file::{self, Kept};
+use snowblue_render::film::resumable_file::{self, ResumeData};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PictureFormat {
@@ -45,21 +46,23 @@ impl PictureFile {
         }
     }
 
-    /// Writes the picture with metadata; `more` precedes that of its origin.
-    pub(crate) fn write(&self, sums: &FilmAccumulator, kept: Kept, more: &[(&str, String)]) -> Outcome {
-        let Kept { origin, exposure } = kept;
-        let mut notes = vec![("Software", format!("snowblue {}", origin.get("version").unwrap_or("?")))];
+    /// Writes the picture with metadata; `more` precedes that of its provenance.
+    pub(crate) fn write(&self, sums: &FilmAccumulator, resume_data: ResumeData, more: &[(&str, String)]) -> Outcome {
+        let ResumeData { provenance, exposure } = resume_data;
+        let mut notes = vec![("Software", format!("snowblue {}", provenance.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
         notes.push(("Samples per pixel", describe_samples(sums)));
         for (keyword, name) in
             [("Seed", "seed"), ("Max bounces", "max bounces"), ("Path", "path"), ("Colours", "colours")]
         {
-            notes.extend(origin.get(name).map(|value| (keyword, value.to_owned())));
+            notes.extend(provenance.get(name).map(|value| (keyword, value.to_owned())));
         }
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.format {
             PictureFormat::Png => write_png(&sums.film(), exposure, &notes, &self.path),
-            PictureFormat::Exr => part_file::write(sums, self.keeps_sums.then_some(kept), &notes, &self.path),
+            PictureFormat::Exr => {
+                resumable_file::write(sums, self.keeps_sums.then_some(resume_data), &notes, &self.path)
+            }
         }
         .map_err(Failure::work)
     }
@@ -67,6 +70,6 @@ impl PictureFile {
 
 /// The number of samples per pixel: one number, or the least and the greatest.
 pub(crate) fn describe_samples(sums: &FilmAccumulator) -> String {
-    let (fewest, most) = sums.samples_per_pixel();
+    let SampleCounts { fewest, most } = sums.samples_per_pixel();
     if fewest == most { most.to_string() } else { format!("{fewest}–{most}") }
 }

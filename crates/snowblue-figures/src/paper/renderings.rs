@@ -184,7 +184,7 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
         row.push(Cell::Number(stops));
         row.push(Cell::Number(rendering.statistics.odd_depth_lines as f64));
         rows.push(row);
-        let picture = image_file::picture(&rendering.film, scene.film.exposure);
+        let picture = image_file::to_raster(&rendering.film, scene.film.exposure);
         let png = image_file::png_bytes(&picture, &[("Software", SOFTWARE)])?;
         renderings.push(Rendering { name: shot.name, caption: shot.caption.clone(), png });
     }

@@ -1,21 +1,23 @@
-//! The light of a picture, added up exactly.
+//! Exact sums over the samples of an image.
 //!
-//! Each sample is rounded to a multiple of 2⁻⁶⁴ and added as an integer, so that neither order nor grouping changes a bit:
-//! samples may come on any thread, in any range, in any file. 2⁻⁶⁴ is 5·10⁻²⁰ of the film's unit; a sample of 10⁻¹⁰, light
-//! behind metres of snow, keeps nine digits. A sample may carry up to 2³³/31 = 2.8·10⁸ W m⁻² sr⁻¹, ten times what the sun's
-//! disc has, and 2³⁰ such samples fit into a sum. One brighter than that, or one that is not a number, counts as dark and is
-//! reported ([`Statistics::unusable_samples`](crate::scene::queries::Statistics)).
+//! Each sample is rounded to a multiple of 2⁻⁶⁴ and added as an integer, so the sums have the same bits in any order and
+//! grouping of the samples: on any number of threads, in any ranges of samples, from any number of files.
 //!
-//! Squares, for variances, are multiples of 2⁻⁷⁶ ≈ 10⁻²³ and may add up to 2⁵¹ ≈ 2·10¹⁵, where their sum stays:
-//! such a variance is told as infinite.
+//! 2⁻⁶⁴ is 5·10⁻²⁰ of the film's unit: a sample of 10⁻¹⁰, light through metres of snow, keeps nine digits. A sample may
+//! have up to 2³³/31 = 2.8·10⁸ W m⁻² sr⁻¹, ten times the radiance of the sun's disc, and a sum holds 2³⁰ such samples.
+//! A brighter sample, or one that is not finite, counts as black and as an unusable sample.
+//!
+//! Sums of squares, for variances, are multiples of 2⁻⁷⁶ ≈ 10⁻²³ and saturate at 2⁵¹ ≈ 2·10¹⁵. The variance is then
+//! infinite.
 
+use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::Film;
-use crate::film::aov::{Aov, Aovs};
-use crate::film::sample_block::{Coverage, SampleBlock, Window, width};
+use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
+use crate::film::sample_block::{Coverage, SampleBlock};
+use crate::film::window::{ImageSize, Pixel, Window, range_length};
 use crate::geometry::ray::narrow;
-use crate::scene::Scene;
 use crate::spectrum::SAMPLES;
 
 /// Units of a sum in 1.
@@ -23,57 +25,59 @@ pub(crate) const UNITS: f64 = (1u128 << 64) as f64;
 /// Units of a sum of squares in 1.
 pub(crate) const SQUARE_UNITS: f64 = (1u128 << 76) as f64;
 
-/// Sums over the samples of some pixels of a picture.
+/// Sums over the samples of a window of an image, and which samples they include.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmAccumulator {
-    size: (u32, u32),
-    /// The pixels that there is room for.
+    image_size: ImageSize,
     window: Window,
-    channels: Aovs,
+    aovs: Aovs,
     wavelengths_nm: [f64; SAMPLES],
     coverage: Coverage,
-    /// Pixel by pixel, row by row.
+    /// The sums of each pixel, in the layout of [`Aovs`], row by row.
     sums: Vec<i128>,
 }
 
-impl FilmAccumulator {
-    /// No samples yet, with room for some pixels of a scene's picture.
-    pub fn new(scene: &Scene, channels: Aovs, window: &Window) -> Self {
-        let size = (scene.film.width, scene.film.height);
-        Self::empty(size, channels, *scene.sensor.wavelengths_nm(), window)
-    }
+/// The range of the number of samples per pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleCounts {
+    /// Samples of the pixel that has fewest.
+    pub fewest: u64,
+    /// Samples of the pixel that has most.
+    pub most: u64,
+}
 
-    /// No samples yet, of a picture of a size in pixels.
+impl FilmAccumulator {
+    /// An accumulator without samples for a window of an image. [`render::accumulator`](crate::render::accumulator) makes
+    /// one for a scene.
     ///
     /// # Panics
     ///
-    /// When the window reaches beyond the picture.
-    pub fn empty(size: (u32, u32), channels: Aovs, wavelengths_nm: [f64; SAMPLES], window: &Window) -> Self {
-        assert!(window.columns.end <= size.0 && window.rows.end <= size.1, "the window lies within the picture");
-        let pixels = window.width() as usize * window.height() as usize;
+    /// When the window reaches beyond the image.
+    pub fn new(image_size: ImageSize, window: &Window, aovs: Aovs, wavelengths_nm: &[f64; SAMPLES]) -> Self {
+        assert!(image_size.window().contains(window), "the window lies within the image");
         Self {
-            size,
+            image_size,
             window: window.clone(),
-            channels,
-            wavelengths_nm,
+            aovs,
+            wavelengths_nm: *wavelengths_nm,
             coverage: Coverage::default(),
-            sums: vec![0; pixels * channels.sums().len()],
+            sums: vec![0; window.size().pixel_count() * aovs.sum_count()],
         }
     }
 
-    /// Size of the whole picture in pixels.
-    pub fn size(&self) -> (u32, u32) {
-        self.size
+    /// Size of the whole image.
+    pub fn image_size(&self) -> ImageSize {
+        self.image_size
     }
 
-    /// The pixels that there is room for.
+    /// The pixels that have sums.
     pub fn window(&self) -> &Window {
         &self.window
     }
 
-    /// What is summed beside colours.
-    pub fn channels(&self) -> Aovs {
-        self.channels
+    /// The values that are summed beside colours.
+    pub fn aovs(&self) -> Aovs {
+        self.aovs
     }
 
     /// The wavelengths of the spectrum, in nm.
@@ -81,141 +85,144 @@ impl FilmAccumulator {
         &self.wavelengths_nm
     }
 
-    /// The samples that are in the sums.
+    /// The samples that the sums include.
     pub fn coverage(&self) -> &Coverage {
         &self.coverage
     }
 
     /// Fewest and most samples of a pixel of the window.
-    pub fn samples_per_pixel(&self) -> (u64, u64) {
-        let counts = self.sample_counts();
-        counts.iter().fold((u64::MAX, 0), |(least, most), &count| (least.min(count), most.max(count)))
+    pub fn samples_per_pixel(&self) -> SampleCounts {
+        let none = SampleCounts { fewest: u64::MAX, most: 0 };
+        self.sample_counts()
+            .iter()
+            .fold(none, |range, &count| SampleCounts { fewest: range.fewest.min(count), most: range.most.max(count) })
     }
 
-    /// Column and row of the first pixel of the window that has no sample.
-    pub fn first_empty_pixel(&self) -> Option<(u32, u32)> {
-        let place = self.sample_counts().iter().position(|count| *count == 0)?;
-        let place = u32::try_from(place).ok()?;
-        let (row, column) = (place / self.window.width(), place % self.window.width());
-        Some((self.window.columns.start + column, self.window.rows.start + row))
+    /// The first pixel of the window, row by row, that has no sample.
+    pub fn first_empty_pixel(&self) -> Option<Pixel> {
+        let index = self.sample_counts().iter().position(|count| *count == 0)?;
+        let index = u32::try_from(index).ok()?;
+        let width = self.window.size().width;
+        Some(Pixel { column: self.window.columns.start + index % width, row: self.window.rows.start + index / width })
     }
 
-    /// Samples of each pixel of the window, row by row.
+    /// Number of samples of each pixel of the window, row by row.
     fn sample_counts(&self) -> Vec<u64> {
-        let columns = self.window.width() as usize;
-        let mut counts = vec![0; columns * self.window.height() as usize];
-        for SampleBlock { columns: covered, rows, samples } in self.coverage.portions() {
+        let size = self.window.size();
+        let width = size.width as usize;
+        let mut counts = vec![0; size.pixel_count()];
+        for SampleBlock { columns, rows, samples } in self.coverage.blocks() {
             for row in rows.clone() {
-                let start = (row - self.window.rows.start) as usize * columns;
-                let [first, end] = [covered.start, covered.end].map(|at| (at - self.window.columns.start) as usize);
-                let count = u64::from(width(samples));
+                let start = (row - self.window.rows.start) as usize * width;
+                let [first, end] =
+                    [columns.start, columns.end].map(|column| (column - self.window.columns.start) as usize);
+                let count = u64::from(range_length(samples));
                 counts[start + first..start + end].iter_mut().for_each(|sum| *sum += count);
             }
         }
         counts
     }
 
-    /// The same sums with room for more pixels.
+    /// The same sums in a window that contains `other` too.
     #[must_use]
-    pub fn widened(self, other: &Window) -> Self {
-        if self.window.holds(other) {
+    pub fn extended_to(self, other: &Window) -> Self {
+        if self.window.contains(other) {
             return self;
         }
         let window = self.window.enclosing(other);
-        let mut wide = Self::empty(self.size, self.channels, self.wavelengths_nm, &window);
-        wide.add(&self);
-        wide
+        let mut extended = Self::new(self.image_size, &window, self.aovs, &self.wavelengths_nm);
+        extended.add(&self);
+        extended
     }
 
-    /// Adds the samples of another part of the picture, within the window.
+    /// Adds the samples of another part of the same image.
     ///
     /// # Panics
     ///
-    /// When the parts are not of one picture, the window has no room, or a sample is in both.
+    /// When the parts differ in image size or AOVs, share a sample, or the other window is not contained in this one.
     pub fn add(&mut self, other: &Self) {
-        assert!(self.size == other.size && self.channels == other.channels, "parts are of one picture");
-        assert_eq!(self.coverage.overlap(&other.coverage), None, "no sample counts twice");
-        let planes = self.channels.sums().len();
-        let row_length = planes * other.window.width() as usize;
-        let offset = planes * (other.window.columns.start - self.window.columns.start) as usize;
-        for (row, added) in other.window.rows.clone().zip(other.sums.chunks_exact(row_length)) {
-            let sums = &mut self.row_mut(row)[offset..offset + row_length];
-            sums.iter_mut().zip(added).for_each(|(sum, term)| *sum = sum.saturating_add(*term));
+        assert!(self.image_size == other.image_size && self.aovs == other.aovs, "the parts are of one image");
+        assert_eq!(self.coverage.first_overlap(&other.coverage), None, "no sample counts twice");
+        assert!(self.window.contains(&other.window), "the window contains that of the part");
+        let (row_length, other_row_length) = (self.row_length(), other.row_length());
+        let first_row = (other.window.rows.start - self.window.rows.start) as usize;
+        let first_sum = (other.window.columns.start - self.window.columns.start) as usize * self.aovs.sum_count();
+        let rows = self.sums.chunks_exact_mut(row_length).skip(first_row);
+        for (row, other_row) in rows.zip(other.sums.chunks_exact(other_row_length)) {
+            let sums = row[first_sum..].iter_mut();
+            sums.zip(other_row).for_each(|(sum, term)| *sum = sum.saturating_add(*term));
         }
-        other.coverage.portions().iter().for_each(|portion| self.coverage.add(portion.clone()));
+        other.coverage.blocks().iter().for_each(|block| self.coverage.add(block.clone()));
     }
 
-    fn row_mut(&mut self, row: u32) -> &mut [i128] {
-        let length = self.channels.sums().len() * self.window.width() as usize;
-        let start = (row - self.window.rows.start) as usize * length;
-        &mut self.sums[start..start + length]
+    /// Number of sums of a row of pixels.
+    fn row_length(&self) -> usize {
+        self.aovs.sum_count() * self.window.size().width as usize
     }
 
-    /// All sums, and how many belong to a row of pixels.
-    pub(crate) fn rows_mut(&mut self) -> (&mut [i128], usize) {
-        let length = self.channels.sums().len() * self.window.width() as usize;
-        (&mut self.sums, length)
+    /// The sums of each row of pixels. Samples that are added to them must be [recorded](Self::record).
+    pub(crate) fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [i128]> {
+        let row_length = self.row_length();
+        self.sums.par_chunks_mut(row_length)
     }
 
-    /// Notes that the samples of a portion have been added.
-    pub(crate) fn note(&mut self, portion: SampleBlock) {
-        self.coverage.add(portion);
+    /// Records that the sums include the samples of a block.
+    pub(crate) fn record(&mut self, block: SampleBlock) {
+        self.coverage.add(block);
     }
 
-    /// One of the sums of a pixel, for all pixels.
-    pub(crate) fn plane(&self, place: usize) -> impl ExactSizeIterator<Item = i128> {
-        self.sums.iter().skip(place).step_by(self.channels.sums().len()).copied()
+    /// The sum at an offset of the layout, for each pixel.
+    pub(crate) fn sums_at(&self, offset: usize) -> impl ExactSizeIterator<Item = i128> {
+        self.sums.iter().skip(offset).step_by(self.aovs.sum_count()).copied()
     }
 
-    /// Puts one of the sums of a pixel in, for all pixels.
-    pub(crate) fn restore(&mut self, place: usize, values: impl Iterator<Item = i128>) {
-        let planes = self.channels.sums().len();
-        let sums = self.sums.iter_mut().skip(place).step_by(planes);
+    /// Replaces the sum at an offset of the layout, for each pixel.
+    pub(crate) fn set_sums_at(&mut self, offset: usize, values: impl Iterator<Item = i128>) {
+        let sums = self.sums.iter_mut().skip(offset).step_by(self.aovs.sum_count());
         sums.zip(values).for_each(|(sum, value)| *sum = value);
     }
 
-    /// The picture of the window: the mean of each pixel's samples; dark where there are none.
+    /// The image of the window: the mean of each pixel's samples. Pixels without samples are black.
     pub fn film(&self) -> Film {
-        let planes = self.channels.sums().len();
-        let mean = |(sums, count): (&[i128], u64)| {
-            let [x, y, z] = [sums[0], sums[1], sums[2]].map(|sum| mean(sum, count));
-            Xyz { x, y, z }
-        };
-        let pixels = self.sums.chunks_exact(planes).zip(self.sample_counts()).map(mean).collect();
-        Film::new(self.window.width(), self.window.height(), pixels)
+        let pixels = self.sums.chunks_exact(self.aovs.sum_count()).zip(self.sample_counts());
+        Film::new(self.window.size(), pixels.map(|(sums, count)| mean_xyz(sums, count)).collect())
     }
 
-    /// Mean radiance at a wavelength, of each pixel, as a band density in W m⁻² sr⁻¹.
+    /// Mean radiance of each pixel at a wavelength, as a band density in W m⁻² sr⁻¹.
     pub(crate) fn radiance(&self, wavelength: usize) -> Vec<f32> {
-        let sums = self.plane(3 + wavelength);
+        let sums = self.sums_at(SPECTRUM_OFFSET + wavelength);
         sums.zip(self.sample_counts()).map(|(sum, count)| narrow(mean(sum, count))).collect()
     }
 
-    /// Mean of one value of a feature over the samples that had it, of each pixel; 0 where none had.
-    pub(crate) fn feature(&self, feature: Aov, value: usize) -> Vec<f32> {
-        let Some(place) = self.channels.place(feature) else { return Vec::new() };
-        let counts = self.plane(place);
-        self.plane(place + 1 + value).zip(counts).map(|(sum, count)| narrow(quotient(sum, count))).collect()
+    /// Mean of one value of an AOV over the samples of each pixel that have it; 0 if none has.
+    pub(crate) fn aov(&self, aov: Aov, value: usize) -> Vec<f32> {
+        let Some(offset) = self.aovs.offset(aov) else { return Vec::new() };
+        let counts = self.sums_at(offset);
+        self.sums_at(offset + 1 + value).zip(counts).map(|(sum, count)| narrow(quotient(sum, count))).collect()
     }
 
-    /// Variance of the mean of red, green and blue, of each pixel: s²/n. Infinite where a pixel has one sample only, or its
-    /// squares are beyond all measure.
+    /// Variance of the mean of red, green and blue of each pixel, s²/n. Infinite if a pixel has one sample only, or its
+    /// sum of squares is saturated.
     pub(crate) fn variance(&self) -> [Vec<f32>; 3] {
-        let Some(place) = self.channels.squares() else { return Default::default() };
-        let planes = self.channels.sums().len();
+        let Some(offset) = self.aovs.squares_offset() else { return Default::default() };
         let mut variances = [(); 3].map(|()| Vec::new());
-        for (sums, count) in self.sums.chunks_exact(planes).zip(self.sample_counts()) {
-            let [x, y, z] = [sums[0], sums[1], sums[2]].map(|sum| mean(sum, count));
-            let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x, y, z });
+        for (sums, count) in self.sums.chunks_exact(self.aovs.sum_count()).zip(self.sample_counts()) {
+            let LinearRgb { r, g, b } = LinearRgb::from_xyz(mean_xyz(sums, count));
             for (channel, mean) in [r, g, b].into_iter().enumerate() {
-                let (squares, count) = (sums[place + channel], count as f64);
+                let (squares, count) = (sums[offset + channel], count as f64);
                 let spread = (squares as f64 / SQUARE_UNITS / count - mean * mean).max(0.0);
-                let known = squares < i128::MAX && count > 1.5;
-                variances[channel].push(if known { narrow(spread / (count - 1.0)) } else { f32::INFINITY });
+                let is_known = squares < i128::MAX && count > 1.5;
+                variances[channel].push(if is_known { narrow(spread / (count - 1.0)) } else { f32::INFINITY });
             }
         }
         variances
     }
+}
+
+/// Mean colour of a pixel, from its sums.
+fn mean_xyz(sums: &[i128], count: u64) -> Xyz {
+    let [x, y, z] = [sums[0], sums[1], sums[2]].map(|sum| mean(sum, count));
+    Xyz { x, y, z }
 }
 
 /// A sum over its number of samples; 0 for none.
@@ -223,7 +230,7 @@ fn mean(sum: i128, count: u64) -> f64 {
     if count == 0 { 0.0 } else { sum as f64 / UNITS / count as f64 }
 }
 
-/// A sum over a sum; 0 for none.
+/// A sum over a count in the same units; 0 for none.
 fn quotient(sum: i128, count: i128) -> f64 {
     if count == 0 { 0.0 } else { sum as f64 / count as f64 }
 }

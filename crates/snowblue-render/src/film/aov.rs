@@ -1,35 +1,40 @@
-//! What a picture tells of its pixels beside their colour, and how the sums behind that are laid out.
+//! Arbitrary output variables (AOVs): values of a pixel beside its colour, and the layout of the sums that they need.
 //!
-//! The sums of a pixel stand side by side: X, Y and Z; with `spectrum` those of 31 wavelengths; with `variance` the
-//! squares of red, green and blue; and for each feature asked for how many samples had it, then its values.
+//! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance` the sums
+//! of squares of red, green and blue; and for each [`Aov`] the number of samples that have it, then the sums of its values.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::spectrum::SAMPLES;
 
-/// What is told of the pixels beside their colour.
+/// The values that an image has beside its colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Aovs {
     /// Radiance at each wavelength.
     pub spectrum: bool,
     /// Variance of the mean of red, green and blue.
     pub variance: bool,
-    /// Unit normal of the surface seen.
+    /// Unit normal of the first surface.
     pub normal: bool,
-    /// Reflectance of the surface seen, as a colour.
+    /// Albedo of the first surface, as a colour.
     pub albedo: bool,
-    /// Snow behind the point seen, in m.
+    /// Thickness of the snow behind the first surface, in m.
     pub thickness: bool,
     /// Angle between the normal where the path leaves the snow and the first light, in degrees.
     pub angle: bool,
 }
 
+/// A name is not that of an AOV.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is none of {names}", names = Aovs::NAMES.join(", "))]
+pub struct UnknownAov(pub String);
+
 impl Aovs {
-    /// What can be asked for; colour is there in any case.
+    /// Names of all AOVs. An image always has `rgb`.
     pub const NAMES: [&str; 7] = ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle"];
 
-    fn named(&mut self) -> [(&'static str, &mut bool); 6] {
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 6] {
         let Self { spectrum, variance, normal, albedo, thickness, angle } = self;
         let [_, names @ ..] = Self::NAMES;
         let mut names = names.into_iter();
@@ -37,32 +42,32 @@ impl Aovs {
     }
 }
 
-/// The names by commas.
+/// The names, separated by commas.
 impl fmt::Display for Aovs {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let mut copy = *self;
-        let asked = copy.named().into_iter().filter(|(_, asked)| **asked).map(|(name, _)| name);
-        formatter.write_str(&std::iter::once(Self::NAMES[0]).chain(asked).collect::<Vec<_>>().join(","))
+        let names = copy.named_flags().into_iter().filter(|(_, is_set)| **is_set).map(|(name, _)| name);
+        formatter.write_str(&std::iter::once(Self::NAMES[0]).chain(names).collect::<Vec<_>>().join(","))
     }
 }
 
-/// Reads names by commas, in any order; the error is the first one that is unknown.
+/// Parses names separated by commas, in any order.
 impl FromStr for Aovs {
-    type Err = String;
+    type Err = UnknownAov;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let mut channels = Self::default();
+    fn from_str(text: &str) -> Result<Self, UnknownAov> {
+        let mut aovs = Self::default();
         for name in text.split(',').map(str::trim).filter(|name| *name != Self::NAMES[0]) {
-            match channels.named().into_iter().find(|(one, _)| *one == name) {
-                Some((_, asked)) => *asked = true,
-                None => return Err(name.to_owned()),
+            match aovs.named_flags().into_iter().find(|(one, _)| *one == name) {
+                Some((_, flag)) => *flag = true,
+                None => return Err(UnknownAov(name.to_owned())),
             }
         }
-        Ok(channels)
+        Ok(aovs)
     }
 }
 
-/// Something that is told of the first surface on a sample's path.
+/// An AOV of the first surface on a sample's path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Aov {
     Normal,
@@ -74,8 +79,8 @@ pub(crate) enum Aov {
 impl Aov {
     pub(crate) const ALL: [Self; 4] = [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle];
 
-    /// Its channels in a file.
-    pub(crate) fn names(self) -> &'static [&'static str] {
+    /// Its channels in an image file.
+    pub(crate) fn channel_names(self) -> &'static [&'static str] {
         match self {
             Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
             Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
@@ -85,14 +90,17 @@ impl Aov {
     }
 }
 
+/// Offset of the sums of the spectrum.
+pub(crate) const SPECTRUM_OFFSET: usize = 3;
+
 impl Aovs {
-    /// Whether something is asked for that the light along the path does not tell.
-    pub(crate) fn has_features(self) -> bool {
-        Aov::ALL.into_iter().any(|feature| self.has(feature))
+    /// Whether any AOV needs the first surface on a sample's path.
+    pub(crate) fn need_first_hit(self) -> bool {
+        Aov::ALL.into_iter().any(|aov| self.contains(aov))
     }
 
-    pub(crate) fn has(self, feature: Aov) -> bool {
-        match feature {
+    pub(crate) fn contains(self, aov: Aov) -> bool {
+        match aov {
             Aov::Normal => self.normal,
             Aov::Albedo => self.albedo,
             Aov::Thickness => self.thickness,
@@ -100,8 +108,8 @@ impl Aovs {
         }
     }
 
-    /// Names of all sums of a pixel, in their order.
-    pub(crate) fn sums(self) -> Vec<String> {
+    /// Names of the sums of a pixel, in their order.
+    pub(crate) fn sum_names(self) -> Vec<String> {
         let mut names: Vec<String> = ["X", "Y", "Z"].map(String::from).into();
         if self.spectrum {
             names.extend((0..SAMPLES).map(|number| format!("S{number:02}")));
@@ -109,25 +117,35 @@ impl Aovs {
         if self.variance {
             names.extend(["R", "G", "B"].map(|name| format!("{name}_squared")));
         }
-        for feature in Aov::ALL.into_iter().filter(|feature| self.has(*feature)) {
-            let parts = feature.names().iter().map(|name| name.replace('.', "_"));
-            let first = feature.names()[0];
+        for aov in Aov::ALL.into_iter().filter(|aov| self.contains(*aov)) {
+            let values = aov.channel_names().iter().map(|name| name.replace('.', "_"));
+            let first = aov.channel_names()[0];
             names.push(format!("{}_samples", first.split('.').next().unwrap_or(first)));
-            names.extend(parts);
+            names.extend(values);
         }
         names
     }
 
-    /// Place of the sums of squares, if they are kept.
-    pub(crate) fn squares(self) -> Option<usize> {
-        self.variance.then_some(3 + if self.spectrum { SAMPLES } else { 0 })
+    /// Number of sums of a pixel.
+    pub(crate) fn sum_count(self) -> usize {
+        let aovs = Aov::ALL.into_iter().filter(|aov| self.contains(*aov));
+        self.first_aov_offset() + aovs.map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
     }
 
-    /// Place of a feature's count, which its values follow, if it is kept.
-    pub(crate) fn place(self, feature: Aov) -> Option<usize> {
-        let start = self.squares().map_or(3 + if self.spectrum { SAMPLES } else { 0 }, |squares| squares + 3);
-        let before = Aov::ALL.into_iter().take_while(|one| *one != feature).filter(|one| self.has(*one));
-        self.has(feature).then(|| start + before.map(|one| 1 + one.names().len()).sum::<usize>())
+    /// Offset of the sums of squares, if there are any.
+    pub(crate) fn squares_offset(self) -> Option<usize> {
+        self.variance.then_some(SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 })
+    }
+
+    /// Offset of the number of samples that have an AOV; the sums of its values follow.
+    pub(crate) fn offset(self, aov: Aov) -> Option<usize> {
+        let before = Aov::ALL.into_iter().take_while(|one| *one != aov).filter(|one| self.contains(*one));
+        let values_before = before.map(|one| 1 + one.channel_names().len()).sum::<usize>();
+        self.contains(aov).then(|| self.first_aov_offset() + values_before)
+    }
+
+    fn first_aov_offset(self) -> usize {
+        SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 } + if self.variance { 3 } else { 0 }
     }
 }
 
@@ -136,19 +154,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_and_names_agree() {
+    fn offsets_agree_with_names() {
         for bits in 0..64u32 {
             let [spectrum, variance, normal, albedo, thickness, angle] = [0, 1, 2, 3, 4, 5].map(|k| bits >> k & 1 == 1);
-            let channels = Aovs { spectrum, variance, normal, albedo, thickness, angle };
-            let names = channels.sums();
-            let at = |name: &str| names.iter().position(|one| one == name);
-            assert_eq!(at("R_squared"), channels.squares());
-            for (feature, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle"]) {
-                assert_eq!(at(&format!("{name}_samples")), channels.place(feature), "{names:?}");
+            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle };
+            let names = aovs.sum_names();
+            let offset = |name: &str| names.iter().position(|one| one == name);
+            assert_eq!(names.len(), aovs.sum_count());
+            assert_eq!(offset("R_squared"), aovs.squares_offset());
+            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle"]) {
+                assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
-            assert_eq!(at("S00").is_some(), spectrum);
-            assert_eq!(channels.to_string().parse(), Ok(channels));
+            assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));
+            assert_eq!(aovs.to_string().parse(), Ok(aovs));
         }
-        assert_eq!("rgb, depth".parse::<Aovs>(), Err("depth".to_owned()));
+    }
+
+    #[test]
+    fn unknown_names_are_errors() {
+        assert_eq!("rgb, depth".parse::<Aovs>(), Err(UnknownAov("depth".to_owned())));
     }
 }

@@ -4,24 +4,33 @@ use std::fmt;
 use std::num::ParseFloatError;
 use std::str::FromStr;
 
-/// Size and brightness of the picture.
+use crate::film::window::ImageSize;
+
+/// Size and exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmSettings {
-    /// Pixels from left to right.
+    /// Number of columns of pixels.
     pub width: u32,
-    /// Pixels from top to bottom.
+    /// Number of rows of pixels.
     pub height: u32,
-    /// Brightness of the PNG.
+    /// Exposure of a PNG.
     pub exposure: Exposure,
 }
 
-/// How radiance becomes brightness in a PNG; EXR files keep radiance as it is.
+impl FilmSettings {
+    /// Size of the image in pixels.
+    pub fn size(&self) -> ImageSize {
+        ImageSize { width: self.width, height: self.height }
+    }
+}
+
+/// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
-    /// The brightest percent of the pixels comes close to white.
+    /// The 99th percentile of the pixels is close to white.
     #[default]
     Auto,
-    /// Radiance times 2^stops: at 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
+    /// The factor is 2^stops. At 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
     /// 400–700 nm) is white.
     Stops(f64),
 }
@@ -36,7 +45,7 @@ impl fmt::Display for Exposure {
     }
 }
 
-/// Reads what [`Display`](fmt::Display) wrote, to the same bits.
+/// Parses the output of [`Display`](fmt::Display) to the same bits.
 impl FromStr for Exposure {
     type Err = ParseFloatError;
 

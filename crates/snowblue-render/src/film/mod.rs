@@ -1,58 +1,55 @@
-//! The picture as light: tristimulus values per pixel.
+//! Images as light: tristimulus values per pixel, exact sums over samples, AOVs and image files.
 //!
-//! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm (times 683 lm/W and
-//! the mean of ȳ on the grid, about 0.345, that is some 235 cd/m²). No chromatic adaptation: D65 light on a grey
-//! surface is neutral in sRGB, whose white D65 is, and light of another colour keeps it. In false colour (see
+//! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm. This is some 235 cd/m²:
+//! 683 lm/W times 0.345, the mean of ȳ on the wavelength grid. There is no chromatic adaptation: D65 light on a grey
+//! surface is neutral in sRGB, whose white point is D65, and other light keeps its colour. In false colour (see
 //! [`FalseColor`](crate::FalseColor)) Y = 1 is white light of 1 W m⁻² sr⁻¹ over the table's wavelengths.
 
 pub mod accumulator;
 pub mod aov;
 pub mod exposure;
 pub mod image_file;
-pub mod part_file;
 pub(crate) mod pixel_accumulator;
 pub mod provenance;
+pub mod resumable_file;
 pub mod sample_block;
 pub(crate) mod sensor;
+pub mod window;
 
 use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::exposure::Exposure;
+use crate::film::window::ImageSize;
 
-/// Automatic exposure lets the brightest percent of pixels be glaring: lamps and highlights.
+/// The fraction of pixels that automatic exposure fits into the display's range. The rest, lights and highlights, may
+/// clip.
 const AUTO_FRACTION: f64 = 0.99;
 
-/// To where automatic exposure brings the brightest of the other pixels, with 1 the brightest that a screen can show.
+/// The level to which automatic exposure maps the brightest of these pixels; 1 is the display's white.
 const AUTO_LEVEL: f64 = 0.9;
 
-/// A finished picture, row by row from the upper left.
+/// A finished image, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
-    width: u32,
-    height: u32,
+    size: ImageSize,
     pixels: Vec<Xyz>,
 }
 
 impl Film {
-    /// A picture of given pixels.
+    /// An image of the given pixels, row by row from the upper left.
     ///
     /// # Panics
     ///
-    /// When there are not `width · height` pixels.
-    pub fn new(width: u32, height: u32, pixels: Vec<Xyz>) -> Self {
-        assert_eq!(pixels.len(), width as usize * height as usize, "one value per pixel");
-        Self { width, height, pixels }
+    /// When the number of pixels is not that of the size.
+    pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
+        assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
+        Self { size, pixels }
     }
 
-    /// Pixels from left to right.
-    pub fn width(&self) -> u32 {
-        self.width
-    }
-
-    /// Pixels from top to bottom.
-    pub fn height(&self) -> u32 {
-        self.height
+    /// Size in pixels.
+    pub fn size(&self) -> ImageSize {
+        self.size
     }
 
     /// Tristimulus values, row by row from the upper left.
@@ -75,13 +72,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn automatic_exposure_brings_the_brightest_percent_near_white() {
+    fn automatic_exposure_maps_the_99th_percentile_close_to_white() {
         let pixels: Vec<Xyz> =
             (0..200).map(|k| LinearRgb { r: f64::from(k), g: f64::from(k), b: f64::from(k) }.xyz()).collect();
-        let film = Film::new(200, 1, pixels);
+        let film = Film::new(ImageSize { width: 200, height: 1 }, pixels);
         assert!((film.display_factor(Exposure::Auto) - 0.9 / 198.0).abs() < 1e-9);
         assert!((film.display_factor(Exposure::Stops(-2.0)) - 0.25).abs() < 1e-12);
-        let black = Film::new(1, 1, vec![Xyz::default()]);
+        let black = Film::new(ImageSize { width: 1, height: 1 }, vec![Xyz::default()]);
         assert!((black.display_factor(Exposure::Auto) - 1.0).abs() < 1e-12);
     }
 }

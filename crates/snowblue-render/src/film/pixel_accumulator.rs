@@ -1,113 +1,129 @@
-//! The samples of one pixel on their way into its [sums](crate::film::accumulator), by arithmetic that is quick.
+//! Fast sums over a few samples of one pixel, before they go into the [film accumulator](crate::film::accumulator).
 
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::accumulator::SQUARE_UNITS;
-use crate::film::aov::{Aov, Aovs};
-use crate::film::sensor::{Colour, Sensor};
+use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
+use crate::film::sensor::{Sensor, SensorSample};
 use crate::spectrum::{SAMPLES, Spectrum};
 
-/// Greatest sum of the magnitudes of a sample's wavelengths.
-const GREATEST_SAMPLE: f32 = (1u64 << 33) as f32;
+/// Upper limit of the sum of the magnitudes of a sample's wavelengths.
+const MAX_MAGNITUDE: f32 = (1u64 << 33) as f32;
 
-/// A sum on its way, in two halves that ordinary integers hold: units of 2⁻¹⁶ and what remains, in units of 2⁻⁶⁴.
+/// A sum split into two 64-bit integers: units of 2⁻¹⁶ and the remainder in units of 2⁻⁶⁴.
 #[derive(Debug, Clone, Copy, Default)]
-struct Running {
+struct SplitSum {
     high: i64,
     low: i64,
 }
 
-impl Running {
-    /// Adds a value of magnitude below 2³³, at most 2¹³ times before the sum is folded.
+impl SplitSum {
+    /// Adds a value of magnitude below 2³³, at most 2¹³ times between two flushes.
     #[inline]
     fn add(&mut self, value: f32) {
         const HIGH_UNITS: f64 = (1u64 << 16) as f64;
         const LOW_UNITS: f64 = (1u64 << 48) as f64;
         let scaled = f64::from(value) * HIGH_UNITS;
-        let (whole, high) = rounded(scaled);
+        let high = Rounded::of(scaled);
         // Exact: both are multiples of the last place of `scaled`, and their difference is smaller.
-        let (_, low) = rounded((scaled - whole) * LOW_UNITS);
-        self.high += high;
-        self.low += low;
+        let low = Rounded::of((scaled - high.float) * LOW_UNITS);
+        self.high += high.integer;
+        self.low += low.integer;
     }
 
-    /// Adds what has gathered to a sum and starts anew.
+    /// Adds this sum to `sum` and resets it to 0.
     #[inline]
-    fn fold(&mut self, sum: &mut i128) {
+    fn flush(&mut self, sum: &mut i128) {
         *sum = sum.saturating_add((i128::from(self.high) << 48) + i128::from(self.low));
         *self = Self::default();
     }
 }
 
-/// The nearest whole number to one of magnitude below 2⁵¹, as a float and as an integer: in 1.5 · 2⁵² + x the last place is 1,
-/// so the sum rounds, and its bits count from those of 1.5 · 2⁵². A cast would do, but Rust's casts ask for numbers out of range.
-#[inline]
-fn rounded(value: f64) -> (f64, i64) {
-    const ONES: f64 = 1.5 * (1u64 << 52) as f64;
-    let moved = value + ONES;
-    (moved - ONES, moved.to_bits().wrapping_sub(ONES.to_bits()).cast_signed())
+/// A whole number, as a float and as an integer.
+struct Rounded {
+    float: f64,
+    integer: i64,
 }
 
-/// Whether a sample can be added up; false for what is not a number, too.
-fn is_usable(sample: Colour) -> bool {
-    sample.w < GREATEST_SAMPLE
+impl Rounded {
+    /// The whole number nearest to a value of magnitude below 2⁵¹. Around 1.5 · 2⁵² the last place of a float is 1: adding
+    /// 1.5 · 2⁵² rounds the value, and the difference of the bits is the integer. Faster than a cast, which must saturate.
+    #[inline]
+    fn of(value: f64) -> Self {
+        const OFFSET: f64 = 1.5 * (1u64 << 52) as f64;
+        let shifted = value + OFFSET;
+        let integer = shifted.to_bits().wrapping_sub(OFFSET.to_bits()).cast_signed();
+        Self { float: shifted - OFFSET, integer }
+    }
 }
 
-/// The sums of one pixel on their way.
+/// Whether a sample can be added. False for a sample that is not a number.
+fn is_usable(sample: SensorSample) -> bool {
+    sample.magnitude < MAX_MAGNITUDE
+}
+
+/// Sums over a few samples of one pixel.
 #[derive(Debug)]
 pub(crate) struct PixelAccumulator {
-    channels: Aovs,
-    xyz: [Running; 3],
-    spectrum: [Running; SAMPLES],
+    aovs: Aovs,
+    xyz: [SplitSum; 3],
+    spectrum: [SplitSum; SAMPLES],
     squares: [i128; 3],
-    /// Of each feature how many samples had it, and its values.
-    features: [(i128, [Running; 3]); 4],
-    /// Samples that were no usable number.
-    pub(crate) unusable: u64,
+    first_hit: [AovSums; 4],
+    /// Samples that are not finite, or too bright.
+    pub(crate) unusable_samples: u64,
+}
+
+/// Sums of one AOV.
+#[derive(Debug, Clone, Copy, Default)]
+struct AovSums {
+    /// Number of samples that have the AOV, in units of 2⁻⁶⁴.
+    count: i128,
+    values: [SplitSum; 3],
 }
 
 impl PixelAccumulator {
-    pub(crate) fn new(channels: Aovs) -> Self {
+    pub(crate) fn new(aovs: Aovs) -> Self {
         Self {
-            channels,
+            aovs,
             xyz: Default::default(),
-            spectrum: [Running::default(); SAMPLES],
+            spectrum: [SplitSum::default(); SAMPLES],
             squares: [0; 3],
-            features: Default::default(),
-            unusable: 0,
+            first_hit: Default::default(),
+            unusable_samples: 0,
         }
     }
 
-    /// Adds one sample of the light.
+    /// Adds the radiance of a sample.
     #[inline]
-    pub(crate) fn add(&mut self, sensor: &Sensor, radiance: &Spectrum) {
+    pub(crate) fn add_radiance(&mut self, sensor: &Sensor, radiance: &Spectrum) {
         let sample = sensor.sample(radiance);
-        self.add_colour(sample);
-        if self.channels.spectrum && is_usable(sample) {
+        self.add_sample(sample);
+        if self.aovs.spectrum && is_usable(sample) {
             for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
                 sum.add(value);
             }
         }
     }
 
-    /// Adds one sample of the light, by its colour alone.
+    /// Adds a sample without its spectrum.
     #[inline]
-    pub(crate) fn add_colour(&mut self, sample: Colour) {
+    pub(crate) fn add_sample(&mut self, sample: SensorSample) {
         if !is_usable(sample) {
-            self.unusable += 1;
+            self.unusable_samples += 1;
             return;
         }
         let xyz = [sample.x, sample.y, sample.z];
         for (sum, value) in self.xyz.iter_mut().zip(xyz) {
             sum.add(value);
         }
-        if self.channels.variance {
+        if self.aovs.variance {
             let [x, y, z] = xyz.map(f64::from);
             let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x, y, z });
             for (sum, value) in self.squares.iter_mut().zip([r, g, b]) {
                 #[expect(
                     clippy::cast_possible_truncation,
-                    reason = "a fraction of a unit; too great a number saturates"
+                    reason = "drops a fraction of a unit; large squares saturate"
                 )]
                 let square = (value * value * SQUARE_UNITS) as i128;
                 *sum = sum.saturating_add(square);
@@ -115,38 +131,38 @@ impl PixelAccumulator {
         }
     }
 
-    /// Adds what a sample told of a feature, if it is asked for; values that are no usable number do not count.
-    pub(crate) fn add_feature(&mut self, feature: Aov, values: [f32; 3]) {
-        if self.channels.has(feature) && values.iter().all(|value| value.abs() < GREATEST_SAMPLE) {
-            let (count, sums) = &mut self.features[feature as usize];
-            *count += 1i128 << 64;
-            sums.iter_mut().zip(values).for_each(|(sum, value)| sum.add(value));
+    /// Adds an AOV of a sample if the layout has it and all values are usable.
+    pub(crate) fn add_aov(&mut self, aov: Aov, values: [f32; 3]) {
+        if self.aovs.contains(aov) && values.iter().all(|value| value.abs() < MAX_MAGNITUDE) {
+            let sums = &mut self.first_hit[aov as usize];
+            sums.count += 1i128 << 64;
+            sums.values.iter_mut().zip(values).for_each(|(sum, value)| sum.add(value));
         }
     }
 
-    /// Adds what has gathered to the sums of the pixel and starts anew.
+    /// Adds all sums to those of the pixel and resets them to 0.
     #[inline]
-    pub(crate) fn fold(&mut self, sums: &mut [i128]) {
-        for (running, sum) in self.xyz.iter_mut().zip(&mut *sums) {
-            running.fold(sum);
+    pub(crate) fn flush(&mut self, sums: &mut [i128]) {
+        for (split, sum) in self.xyz.iter_mut().zip(&mut *sums) {
+            split.flush(sum);
         }
-        if self.channels == Aovs::default() {
+        if self.aovs == Aovs::default() {
             return;
         }
-        if self.channels.spectrum {
-            self.spectrum.iter_mut().zip(&mut sums[3..]).for_each(|(running, sum)| running.fold(sum));
+        if self.aovs.spectrum {
+            self.spectrum.iter_mut().zip(&mut sums[SPECTRUM_OFFSET..]).for_each(|(split, sum)| split.flush(sum));
         }
-        if let Some(place) = self.channels.squares() {
-            for (gathered, sum) in self.squares.iter_mut().zip(&mut sums[place..]) {
-                *sum = sum.saturating_add(std::mem::take(gathered));
+        if let Some(offset) = self.aovs.squares_offset() {
+            for (square, sum) in self.squares.iter_mut().zip(&mut sums[offset..]) {
+                *sum = sum.saturating_add(std::mem::take(square));
             }
         }
-        for feature in Aov::ALL {
-            if let Some(place) = self.channels.place(feature) {
-                let (count, values) = &mut self.features[feature as usize];
-                sums[place] += std::mem::take(count);
-                let values = &mut values[..feature.names().len()];
-                values.iter_mut().zip(&mut sums[place + 1..]).for_each(|(running, sum)| running.fold(sum));
+        for aov in Aov::ALL {
+            if let Some(offset) = self.aovs.offset(aov) {
+                let AovSums { count, values } = &mut self.first_hit[aov as usize];
+                sums[offset] += std::mem::take(count);
+                let values = &mut values[..aov.channel_names().len()];
+                values.iter_mut().zip(&mut sums[offset + 1..]).for_each(|(split, sum)| split.flush(sum));
             }
         }
     }
@@ -159,14 +175,14 @@ mod tests {
 
     /// The sum of some values, in units.
     fn sum(values: impl IntoIterator<Item = f32>) -> i128 {
-        let (mut running, mut sum) = (Running::default(), 0);
-        values.into_iter().for_each(|value| running.add(value));
-        running.fold(&mut sum);
+        let (mut split, mut sum) = (SplitSum::default(), 0);
+        values.into_iter().for_each(|value| split.add(value));
+        split.flush(&mut sum);
         sum
     }
 
     #[test]
-    fn sums_do_not_depend_on_order_or_groups() {
+    fn sums_do_not_depend_on_order_or_grouping() {
         let values: Vec<f32> =
             (0..1000u32).map(|k| (k as f32 * 0.37).sin() * 10f32.powi((k % 19).cast_signed() - 11)).collect();
         let whole = sum(values.iter().copied());
@@ -177,38 +193,45 @@ mod tests {
     }
 
     #[test]
-    fn values_are_rounded_to_the_unit() {
+    fn values_are_rounded_to_the_nearest_unit() {
         for value in [0.0, 1.0, -1.0, 0.1, 1e-10, -3e-18, 5e-20, 2e9, 123_456.79] {
-            // A float's own value, in units, is a float again, but for its rounding to a whole number.
+            // Scaling by a power of two is exact.
             #[expect(clippy::cast_possible_truncation, reason = "rounded")]
             let expected = (f64::from(value) * UNITS).round_ties_even() as i128;
             assert_eq!(sum([value]), expected, "{value}");
         }
-        // As many of the greatest as fit between two foldings.
-        let greatest = GREATEST_SAMPLE.next_down();
-        assert_eq!(sum(std::iter::repeat_n(greatest, 1 << 13)), ((1i128 << 33) - (1 << 9)) << (64 + 13));
+        // The largest sum between two flushes.
+        let largest = MAX_MAGNITUDE.next_down();
+        assert_eq!(sum(std::iter::repeat_n(largest, 1 << 13)), ((1i128 << 33) - (1 << 9)) << (64 + 13));
     }
 
     #[test]
-    fn what_is_not_a_number_is_counted_and_dark() {
-        let sensor = Sensor::eye();
+    fn unusable_samples_are_counted_and_black() {
+        let sensor = Sensor::cie_1931();
         let mut pixel = PixelAccumulator::new(Aovs { variance: true, ..Aovs::default() });
-        let mut bad = Spectrum::ONE;
+        let mut radiance = Spectrum::ONE;
         for value in [f32::NAN, f32::INFINITY, -1e30, 1e10] {
-            bad.0[30] = value;
-            pixel.add(&sensor, &bad);
+            radiance.0[30] = value;
+            pixel.add_radiance(&sensor, &radiance);
         }
         let mut sums = [0; 6];
-        pixel.fold(&mut sums);
-        assert_eq!((pixel.unusable, sums), (4, [0; 6]));
-        // A bright sample, whose square fits once, but not five times.
-        pixel.add(&sensor, &Spectrum::constant(3.4e7));
-        pixel.fold(&mut sums);
-        assert_eq!(pixel.unusable, 4);
+        pixel.flush(&mut sums);
+        assert_eq!((pixel.unusable_samples, sums), (4, [0; 6]));
+    }
+
+    #[test]
+    fn sums_of_squares_saturate() {
+        let sensor = Sensor::cie_1931();
+        let mut pixel = PixelAccumulator::new(Aovs { variance: true, ..Aovs::default() });
+        let mut sums = [0; 6];
+        // The square of this sample fits once, but not five times.
+        pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7));
+        pixel.flush(&mut sums);
+        assert_eq!(pixel.unusable_samples, 0);
         let luminance = sums[1] as f64 / UNITS;
         assert!((luminance / 3.4e7 - 1.0).abs() < 1e-6 && sums[3] as f64 / SQUARE_UNITS > 0.9 * luminance * luminance);
-        (0..4).for_each(|_| pixel.add(&sensor, &Spectrum::constant(3.4e7)));
-        pixel.fold(&mut sums);
+        (0..4).for_each(|_| pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7)));
+        pixel.flush(&mut sums);
         assert_eq!(sums[3], i128::MAX);
     }
 }

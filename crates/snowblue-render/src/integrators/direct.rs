@@ -13,7 +13,7 @@ use snowblue_database::PcaSnow;
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable, SnowMix};
 use wide::{f32x4, i32x4};
 
-use crate::film::sensor::Colour;
+use crate::film::sensor::SensorSample;
 use crate::geometry::chord::Exit;
 use crate::geometry::lanes::{LANES, LaneMask, RayPacket4, SurfacePoints4, groups, lanes};
 use crate::scene::light::{Arrivals, Light, Source};
@@ -26,7 +26,7 @@ use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::{SAMPLES, Spectrum};
 
 /// Colours of four samples.
-pub(crate) type Colours = [Colour; LANES];
+pub(crate) type Colours = [SensorSample; LANES];
 
 /// The lamps of a scene, and what its materials make of their colours.
 #[derive(Debug)]
@@ -48,7 +48,7 @@ struct Lamp {
 #[derive(Debug)]
 enum Finish<'scene> {
     /// The colours that it reflects.
-    Diffuse(Vec<Colour>),
+    Diffuse(Vec<SensorSample>),
     /// Snow.
     Snow(LitSnow<'scene>),
 }
@@ -60,7 +60,7 @@ struct LitSnow<'scene> {
     curves: &'scene PcaSnow,
     projected: Vec<ProjectedTable>,
     /// The colours that it reflects, if they are no matter of the table.
-    constant: Option<Vec<Colour>>,
+    constant: Option<Vec<SensorSample>>,
 }
 
 /// Snow in the light of one of them.
@@ -99,7 +99,8 @@ impl<'scene> DirectLight<'scene> {
     /// everywhere.
     pub(crate) fn of(scene: &'scene Scene) -> Option<Self> {
         let settings = &scene.integrator;
-        if settings.kind != IntegratorKind::PcaSnow || settings.max_bounces > 0 || !scene.sensor.is_eye() {
+        if settings.kind != IntegratorKind::PcaSnow || settings.max_bounces > 0 || !scene.sensor.is_standard_observer()
+        {
             return None;
         }
         let lamp = |light: &Light| {
@@ -114,7 +115,7 @@ impl<'scene> DirectLight<'scene> {
     /// The colours of the light that arrives along some rays, and which of them hit anything.
     pub(crate) fn colours(&self, probe: &mut SceneQueries, rays: &RayPacket4, which: LaneMask) -> (Colours, LaneMask) {
         let surfaces = probe.camera_hits(rays, which);
-        let mut colours = [Colour::ZERO; LANES];
+        let mut colours = [SensorSample::ZERO; LANES];
         for (object, which) in groups(surfaces.found, surfaces.objects) {
             let group = Group { object, which, surfaces: &surfaces };
             match &self.finishes[probe.objects().list()[object].material] {
@@ -175,10 +176,10 @@ impl LitSnow<'_> {
             return [constant[lamp]; LANES];
         }
         let (depth_cm, angle_deg) = (straight.depth_cm(), angle_deg(arrivals, self.curves.last_angle_deg()));
-        let mut colours = [Colour::ZERO; LANES];
+        let mut colours = [SensorSample::ZERO; LANES];
         for lane in lanes(lit) {
             let [depth_cm, angle_deg] = [depth_cm, angle_deg].map(|four| four.as_array()[lane]);
-            colours[lane] = Colour::from_array(self.projected[lamp].reflectance(depth_cm, angle_deg));
+            colours[lane] = SensorSample::from_array(self.projected[lamp].reflectance(depth_cm, angle_deg));
         }
         colours
     }
@@ -190,7 +191,7 @@ impl LitBy<'_> {
     fn add_through(&self, probe: &mut SceneQueries, group: &Group, straight: &Chords, colours: &mut Colours) {
         let (along, line) = (self.along(straight), self.on_lines(probe, group));
         let both = along.which & line.which;
-        let (mut light_along, mut light_on_line) = ([Colour::ZERO; LANES], [Colour::ZERO; LANES]);
+        let (mut light_along, mut light_on_line) = ([SensorSample::ZERO; LANES], [SensorSample::ZERO; LANES]);
         let mut prefers_line = line.which & !along.which;
         for lane in lanes(both) {
             (light_along[lane], light_on_line[lane]) = (self.light(&along, lane), self.light(&line, lane));
@@ -239,10 +240,10 @@ impl LitBy<'_> {
 
     /// L = T E / π of a way.
     #[inline]
-    fn light(&self, passages: &Passages, lane: usize) -> Colour {
+    fn light(&self, passages: &Passages, lane: usize) -> SensorSample {
         let [depth_cm, angle_deg] = [passages.depth_cm, passages.angle_deg].map(|four| four.as_array()[lane]);
         let transmittance = if depth_cm <= self.projected.last_thickness_cm() {
-            Colour::from_array(self.projected.transmittance(depth_cm, angle_deg))
+            SensorSample::from_array(self.projected.transmittance(depth_cm, angle_deg))
         } else {
             let mut spectrum = Spectrum::ZERO;
             SnowMix::single(self.snow.curves).transmittance(depth_cm, angle_deg, &mut spectrum.0);
@@ -308,8 +309,8 @@ fn angle_deg(arrivals: &Arrivals, last_angle_deg: f32) -> f32x4 {
 
 impl Lamp {
     /// The colour of its light after a share of each wavelength is left.
-    fn colour_of(&self, shares: &Spectrum) -> Colour {
-        shares.0.iter().zip(self.weights).map(|(share, weights)| Colour::from_array(weights) * *share).sum()
+    fn colour_of(&self, shares: &Spectrum) -> SensorSample {
+        shares.0.iter().zip(self.weights).map(|(share, weights)| SensorSample::from_array(weights) * *share).sum()
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn add_first_hit(
     channels: Aovs,
 ) {
     let Some(surface) = probe.camera_hit(ray) else { return };
-    pixel.add_feature(Aov::Normal, surface.normal.to_array());
+    pixel.add_aov(Aov::Normal, surface.normal.to_array());
     let behind = match &scene.materials[surface.material] {
         Material::PcaSnow(_) if channels.thickness || channels.angle || channels.albedo => {
             behind(scene, probe, &surface)
@@ -34,13 +34,13 @@ pub(crate) fn add_first_hit(
     };
     if channels.albedo {
         let depth_m = behind.map_or(0.0, |behind| behind.depth_m);
-        let LinearRgb { r, g, b } = scene.sensor.surface_colour(&reflectance(scene, probe, &surface, depth_m));
-        pixel.add_feature(Aov::Albedo, [r, g, b].map(narrow));
+        let LinearRgb { r, g, b } = scene.sensor.albedo_rgb(&reflectance(scene, probe, &surface, depth_m));
+        pixel.add_aov(Aov::Albedo, [r, g, b].map(narrow));
     }
     if let Some(Behind { depth_m, angle_deg }) = behind {
-        pixel.add_feature(Aov::Thickness, [depth_m, 0.0, 0.0]);
+        pixel.add_aov(Aov::Thickness, [depth_m, 0.0, 0.0]);
         if let Some(angle_deg) = angle_deg {
-            pixel.add_feature(Aov::Angle, [angle_deg, 0.0, 0.0]);
+            pixel.add_aov(Aov::Angle, [angle_deg, 0.0, 0.0]);
         }
     }
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
-use snowblue_render::film::part_file::{Kept, Part};
+use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
+use snowblue_render::film::window::{ImageSize, Pixel};
 
 /// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
 ///
@@ -15,8 +16,8 @@ pub(super) fn merge_pictures(
     file: &PictureFile,
     exposure: Option<Exposure>,
 ) -> Result<String, Failure> {
-    let parts: Vec<Part> =
-        paths.iter().map(|path| Part::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
+    let parts: Vec<ResumableImage> =
+        paths.iter().map(|path| ResumableImage::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     check(paths, &parts)?;
     let exposure = match exposure {
         Some(exposure) => exposure,
@@ -25,28 +26,29 @@ pub(super) fn merge_pictures(
     };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
-    let mut sums = FilmAccumulator::empty(first.size, first.channels, first.wavelengths_nm, &window);
-    for (path, part) in paths.iter().zip(&parts) {
-        sums.add(&part.read(path).map_err(Failure::input)?);
+    let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
+    for part in &parts {
+        sums.add(&part.read_sums().map_err(Failure::input)?);
     }
-    if let Some((x, y)) = sums.first_empty_pixel() {
+    if let Some(Pixel { column: x, row: y }) = sums.first_empty_pixel() {
         return Err(Failure::Input(format!("no part has a sample of pixel {x},{y}: the tiles leave a gap")));
     }
-    let (columns, rows) = (window.width(), window.height());
-    let place = if (columns, rows) == first.size {
+    let ImageSize { width: columns, height: rows } = window.size();
+    let whole = first.image_size;
+    let place = if window.size() == whole {
         String::new()
     } else {
-        format!(" of {} × {}, from {},{}", first.size.0, first.size.1, window.columns.start, window.rows.start)
+        format!(" of {} × {}, from {},{}", whole.width, whole.height, window.columns.start, window.rows.start)
     };
     let count = [("Parts", paths.len().to_string())];
-    file.write(&sums, Kept { origin: &first.origin, exposure }, &count)?;
+    file.write(&sums, ResumeData { provenance: &first.provenance, exposure }, &count)?;
     let (samples, count) = (describe_samples(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
     Ok(format!("{columns} × {rows} pixels{place}, {samples} samples per pixel, from {count} {parts}"))
 }
 
 /// The exposure of all parts.
-fn common_exposure(paths: &[PathBuf], parts: &[Part]) -> Result<Exposure, Failure> {
+fn common_exposure(paths: &[PathBuf], parts: &[ResumableImage]) -> Result<Exposure, Failure> {
     let exposure = parts[0].exposure;
     match paths.iter().zip(parts).find(|(_, part)| part.exposure != exposure) {
         None => Ok(exposure),
@@ -60,18 +62,18 @@ fn common_exposure(paths: &[PathBuf], parts: &[Part]) -> Result<Exposure, Failur
 }
 
 /// Checks that the parts belong to one picture and have no common sample.
-fn check(paths: &[PathBuf], parts: &[Part]) -> Outcome {
+fn check(paths: &[PathBuf], parts: &[ResumableImage]) -> Outcome {
     for (number, (path, part)) in paths.iter().zip(parts).enumerate() {
         let names = |other: usize| format!("{} and {}", paths[other].display(), path.display());
-        if let Some(difference) = parts[0].origin.difference(&part.origin) {
+        if let Some(difference) = parts[0].provenance.difference(&part.provenance) {
             return Err(Failure::Input(format!("{} are of different pictures: {difference}", names(0))));
         }
-        if (part.channels, part.size) != (parts[0].channels, parts[0].size) {
-            let (one, other) = (parts[0].channels, part.channels);
-            return Err(Failure::Input(format!("{} have different channels: {one}, and {other}", names(0))));
+        if (part.aovs, part.image_size) != (parts[0].aovs, parts[0].image_size) {
+            let (one, other) = (parts[0].aovs, part.aovs);
+            return Err(Failure::Input(format!("{} have different AOVs: {one}, and {other}", names(0))));
         }
         for (other, before) in parts[..number].iter().enumerate() {
-            if let Some(twice) = before.coverage.overlap(&part.coverage) {
+            if let Some(twice) = before.coverage.first_overlap(&part.coverage) {
                 let (x, y, sample) = (twice.columns.start, twice.rows.start, twice.samples.start);
                 return Err(Failure::Input(format!("{} both have sample {sample} of pixel {x},{y}", names(other))));
             }

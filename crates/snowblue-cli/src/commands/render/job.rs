@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use super::interrupt;
 use super::preview::Preview;
 use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
-use snowblue_render::film::part_file::{Kept, Part};
 use snowblue_render::film::provenance::Provenance;
-use snowblue_render::render::{Watch, render_missing};
+use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
+use snowblue_render::render::{Watch, accumulator, render_missing};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
@@ -17,8 +17,8 @@ const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
 /// A picture to render.
 pub(super) struct RenderJob<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) origin: Provenance,
-    pub(super) channels: Aovs,
+    pub(super) provenance: Provenance,
+    pub(super) aovs: Aovs,
     pub(super) target: SampleBlock,
     pub(super) file: PictureFile,
     /// Further metadata of the picture.
@@ -33,8 +33,8 @@ impl RenderJob<'_> {
     /// Renders the picture, from the start or from the samples in the file.
     pub(super) fn run(mut self, resume: bool) -> Outcome {
         let mut sums = match resume.then(|| self.resumed()).transpose()?.flatten() {
-            Some(sums) => sums.widened(&self.target.window()),
-            None => FilmAccumulator::new(self.scene, self.channels, &self.target.window()),
+            Some(sums) => sums.extended_to(&self.target.window()),
+            None => accumulator(self.scene, self.aovs, &self.target.window()),
         };
         if self.is_finished(&sums) {
             self.print_note(&format!("{}: already has all of these samples\n", self.file.path.display()));
@@ -44,7 +44,7 @@ impl RenderJob<'_> {
         let bar = Progress::new("samples", self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
-        if sums.coverage().portions().is_empty() {
+        if sums.coverage().blocks().is_empty() {
             return Err(Failure::Interrupted("interrupted before the first sample; nothing is written".to_owned()));
         }
         self.write(&sums)?;
@@ -58,15 +58,15 @@ impl RenderJob<'_> {
         if !path.exists() {
             return Ok(None);
         }
-        let part = Part::open(path).map_err(Failure::input)?;
+        let part = ResumableImage::open(path).map_err(Failure::input)?;
         let differs = |what: &str| Failure::Input(format!("{}: cannot be resumed: {what}", path.display()));
-        if let Some(difference) = part.origin.difference(&self.origin) {
+        if let Some(difference) = part.provenance.difference(&self.provenance) {
             return Err(differs(&format!("it is another picture: {difference}")));
         }
-        if part.channels != self.channels {
-            return Err(differs(&format!("its channels are {}, not {}", part.channels, self.channels)));
+        if part.aovs != self.aovs {
+            return Err(differs(&format!("its AOVs are {}, not {}", part.aovs, self.aovs)));
         }
-        part.read(path).map(Some).map_err(Failure::input)
+        part.read_sums().map(Some).map_err(Failure::input)
     }
 
     /// Renders missing samples until all are done or a signal arrives.
@@ -113,7 +113,7 @@ impl RenderJob<'_> {
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
-        file.write(sums, Kept { origin: &self.origin, exposure: self.scene.film.exposure }, &self.notes)
+        file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film.exposure }, &self.notes)
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

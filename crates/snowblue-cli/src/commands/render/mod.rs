@@ -18,7 +18,7 @@ use snowblue_database::CompressedTable;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
-use snowblue_render::film::sample_block::Window;
+use snowblue_render::film::window::Window;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::file::Overrides;
 use snowblue_render::scene::material::pca_snow::PathMode;
@@ -35,7 +35,7 @@ use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, render};
   snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
   snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
   snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png
-  snowblue render scenes/block_30cm.toml --channels rgb,spectrum,normal -o block.exr
+  snowblue render scenes/block_30cm.toml --aovs rgb,spectrum,normal -o block.exr
   snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    (and 50:100 elsewhere; then merge)
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
@@ -98,10 +98,10 @@ pub(crate) struct Render {
         value_parser = parse::false_color
     )]
     false_color: Option<FalseColor>,
-    /// Aovs of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)), variance (of the mean),
-    /// normal, albedo, thickness (m), angle (degrees)
-    #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::channels)]
-    channels: Aovs,
+    /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
+    /// variance (of the mean), normal, albedo, thickness (m), angle (degrees)
+    #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::aovs)]
+    aovs: Aovs,
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
     #[arg(long)]
     keep_sums: bool,
@@ -127,7 +127,7 @@ impl Render {
             }
         };
         let file = self.file(output)?;
-        let (scene, origin) = self.load()?;
+        let (scene, provenance) = self.load()?;
         let preview = match &self.tev {
             Some(address) => Some(Preview::connect(address, file_name(output))?),
             None => None,
@@ -135,8 +135,8 @@ impl Render {
         let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
         let notes = vec![("Scene", self.scene.display().to_string()), ("Table", table)];
         let target = self.target(&scene)?;
-        let (channels, checkpoint) = (self.channels, self.checkpoint);
-        let job = RenderJob { scene: &scene, origin, target, notes, preview, channels, file, checkpoint, quiet };
+        let (aovs, checkpoint) = (self.aovs, self.checkpoint);
+        let job = RenderJob { scene: &scene, provenance, target, notes, preview, aovs, file, checkpoint, quiet };
         job.run(self.resume)
     }
 
@@ -144,11 +144,9 @@ impl Render {
     fn file(&self, output: &Path) -> Result<PictureFile, Failure> {
         let is_part = self.spp_range.is_some() || self.crop.is_some();
         let file = PictureFile::new(output, self.keep_sums || self.resume || is_part)?;
-        for (is_given, option) in [
-            (self.resume, "--resume"),
-            (self.keep_sums, "--keep-sums"),
-            (self.channels != Aovs::default(), "--channels"),
-        ] {
+        for (is_given, option) in
+            [(self.resume, "--resume"), (self.keep_sums, "--keep-sums"), (self.aovs != Aovs::default(), "--aovs")]
+        {
             if is_given {
                 file.needs_exr(option)?;
             }
@@ -207,8 +205,8 @@ impl Render {
             },
         };
         let scene = Scene::load(&self.scene, table, &overrides).map_err(Failure::input)?;
-        let origin = Provenance::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
-        Ok((scene, origin))
+        let provenance = Provenance::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
+        Ok((scene, provenance))
     }
 }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::output::Failure;
 use snowblue_color::LinearRgb;
 use snowblue_render::FilmAccumulator;
+use snowblue_render::film::window::ImageSize;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 /// Default address of tev.
@@ -49,7 +50,7 @@ impl Preview {
 
     /// Sends the current picture in linear sRGB.
     pub(super) fn show(&mut self, sums: &FilmAccumulator) -> io::Result<()> {
-        let (width, height) = sums.size();
+        let ImageSize { width, height } = sums.image_size();
         if !std::mem::replace(&mut self.is_created, true) {
             self.client.send(PacketCreateImage {
                 image_name: &self.name,
@@ -75,8 +76,8 @@ impl Preview {
             channel_strides: &[3, 3, 3],
             x: window.columns.start,
             y: window.rows.start,
-            width: window.width(),
-            height: window.height(),
+            width: window.size().width,
+            height: window.size().height,
             data: &data,
         })
     }

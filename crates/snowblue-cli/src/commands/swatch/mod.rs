@@ -10,7 +10,7 @@ use snowblue_color::exposure;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_render::FalseColor;
 use snowblue_render::film::exposure::Exposure;
-use snowblue_render::film::image_file::write_picture;
+use snowblue_render::film::image_file::write_raster_png;
 use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_transport::sample::SizeMeasure;
 use snowblue_transport::slab::Incidence;
@@ -106,7 +106,7 @@ impl Swatch {
         let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
         let title = sheet.title.replace('\u{a0}', " ");
         let notes = [("Software", &*software), ("Title", &*title), ("Description", &*sheet.closing)];
-        write_picture(&sheet.draw(), &notes, &self.output).map_err(Failure::work)?;
+        write_raster_png(&sheet.draw(), &notes, &self.output).map_err(Failure::work)?;
         let Some(path) = &self.colors else { return Ok(()) };
         let rows = colours.into_iter().flatten().map(|one| one.exposed(factor)).collect();
         write_file(path, self.results(rows).csv().as_bytes())

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use snowblue_color::Xyz;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::scene::Scene;
 use snowblue_render::{Film, render};
 
@@ -38,7 +39,7 @@ pub(super) fn render_timed(scene: &Scene) -> TimedImage {
 }
 
 pub(super) fn film(pixels: &[Xyz]) -> Film {
-    Film::new(SIDE, SIDE, pixels.to_vec())
+    Film::new(ImageSize { width: SIDE, height: SIDE }, pixels.to_vec())
 }
 
 /// The mean of each cell.

@@ -43,7 +43,7 @@ pub(super) fn png(reference: &Reference, images: &[ModeImage]) -> Result<Vec<u8>
     let mut column = |number: u32, title: &str, image: &TimedImage, below: &dyn Fn(usize) -> Srgb8| {
         let (left, lower) = (number * (SHOWN + GAP), HEAD + SHOWN + GAP);
         draw_text(&mut page, (left, HEAD - 10), title, number == 0);
-        page.lay(&magnified(&image_file::picture(&film(&image.pixels), exposure)), (left, HEAD));
+        page.lay(&magnified(&image_file::to_raster(&film(&image.pixels), exposure)), (left, HEAD));
         let compared = (0..(SIDE * SIDE) as usize).map(below).collect();
         page.lay(&magnified(&RasterImage::new(SIDE, SIDE, compared)), (left, lower));
     };

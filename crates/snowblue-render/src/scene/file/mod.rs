@@ -158,7 +158,7 @@ impl Scene {
         replace(&mut film, &mut integrator, overrides)?;
         let aspect = film.width as f32 / film.height as f32;
         let sensor = match overrides.false_color {
-            None => Sensor::eye(),
+            None => Sensor::cie_1931(),
             Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
         };
         let workshop = Workshop::new(source.path, table, overrides, &sensor);
