@@ -297,10 +297,10 @@ impl<'t> Search<'t> {
 
     /// The light through several thicknesses of a snow.
     fn look(&self, snow: &Snow, thicknesses_cm: &[f64]) -> Vec<Match> {
-        let how = (self.options.streams, Peak::of(&snow.sample));
+        let (streams, peak) = (self.options.streams, Peak::of(&snow.sample));
         let at = |wavelength_nm: &f64| -> Vec<f64> {
             let medium = self.tallies.medium(&snow.sample, *wavelength_nm, None);
-            let fluxes = medium.fluxes(thicknesses_cm, &[self.incidence], how);
+            let fluxes = medium.fluxes(thicknesses_cm, &[self.incidence], streams, peak);
             fluxes.into_iter().map(|fluxes| fluxes.transmittance).collect()
         };
         let by_wavelength: Vec<Vec<f64>> = self.target.colorimeter.wavelengths_nm().par_iter().map(at).collect();

@@ -106,7 +106,7 @@ fn larger_grains_are_more_vivid_at_one_exposure() {
     let solved = solve_alike(&sizes, &slab(sizes[0], &[30.0], &[0.0], tens()), &OPTIONS).unwrap();
     let eye = colorimeter("D65");
     let light = |size: usize| {
-        let passed: Vec<f64> = solved[size][0].iter().map(|fluxes| fluxes.transmittance).collect();
+        let passed: Vec<f64> = solved[size].spectrum(0, 0).iter().map(|fluxes| fluxes.transmittance).collect();
         eye.xyz(&passed)
     };
     let lights = [light(0), light(1), light(2)];

@@ -47,7 +47,7 @@ fn monte_carlo_hit(bencher: Bencher) {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of some millions")]
     let hits = hits as u64;
     let options = MonteCarloOptions { rays, ..MonteCarloOptions::default() };
-    bencher.counter(ItemsCount::new(hits)).bench_local(|| monte_carlo::solve(&slab, &options, &|_, _| ()).unwrap());
+    bencher.counter(ItemsCount::new(hits)).bench_local(|| monte_carlo::solve(&slab, &options, &|_| ()).unwrap());
 }
 
 /// Transmittance and reflectance at 31 wavelengths of one slab at one angle, the grains' moments being at hand.

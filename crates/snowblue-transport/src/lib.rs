@@ -40,6 +40,7 @@
 //! **Out of scope.** Where radiance goes (only fluxes are computed), and colour.
 
 mod error;
+pub mod range;
 
 pub mod quadrature;
 pub mod rng;
@@ -64,9 +65,7 @@ pub mod simplification;
 pub mod sunlight;
 
 pub use error::TransportError;
-pub use medium::{
-    Demand, GrainOptics, GrainTallies, Medium, Population, Scattering, TallyPlan, convex_extinction_per_m,
-};
+pub use medium::{Demand, GrainOptics, GrainTallies, Medium, Microstructure, Population, Scattering, TallyPlan};
 pub use optics::{Ice, IceTable, Impurities, Substance};
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};

@@ -1,86 +1,112 @@
-//! Measured snow to compare with: albedo over black panels and micro-tomograms from Vermont, February 2021 (Letcher,
-//! Parno, Courville, Farnsworth & Olivier 2022, doi:10.5194/tc-16-4343-2022, supporting data).
+//! Published measurements of snow: albedo over black panels and micro-tomograms from Vermont, February 2021 (Letcher, Parno, Courville, Farnsworth & Olivier 2022, doi:10.5194/tc-16-4343-2022, supporting data).
 
-use crate::medium::{GrainOptics, convex_extinction_per_m};
+use crate::medium::{GrainOptics, Microstructure};
 
 /// Albedo under sky light at one wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PanelAlbedo {
     /// Wavelength, in nm.
     pub wavelength_nm: f64,
-    /// Of 34 cm of undisturbed snow, and its standard deviation.
-    pub thick: [f64; 2],
-    /// Of 4.5 cm of snow laid over black panels, and its standard deviation.
-    pub thin: [f64; 2],
+    /// Albedo of 34 cm of undisturbed snow.
+    pub thick: MeanAndDeviation,
+    /// Albedo of 4.5 cm of snow laid over black panels.
+    pub thin: MeanAndDeviation,
 }
 
-/// A snow sample that was seen by X-rays, and what rays of light did in the picture.
+/// A mean and a standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanAndDeviation {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation of a single value.
+    pub standard_deviation: f64,
+}
+
+/// A point to fit a line to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+}
+
+/// The line y = offset + slope · x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Value at x = 0.
+    pub offset: f64,
+    /// Slope.
+    pub slope: f64,
+}
+
+/// An X-ray micro-tomogram of a snow sample, with optical properties from rays traced through it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tomogram {
-    /// Density, in kg/m³.
-    pub density_kg_m3: f64,
-    /// Specific surface area, in m²/kg.
-    pub surface_area_m2_kg: f64,
-    /// What light meets of the grains.
+    /// Density and specific surface area.
+    pub structure: Microstructure,
+    /// Optical properties of the grains.
     pub optics: GrainOptics,
-    /// The authors' letters: N new, R rounded, F faceted, M mixed, MF refrozen melt forms, C crust.
+    /// Kind of snow in the authors' letters: N new, R rounded, F faceted, M mixed, MF refrozen melt forms, C crust.
     pub kind: &'static str,
 }
 
 /// The albedo of thick snow and of thin snow over black panels, 12 February 2021, 400–1300 nm.
 #[must_use]
 pub fn albedo_over_black_panels() -> Vec<PanelAlbedo> {
-    let row = |fields: Vec<&'static str>| PanelAlbedo {
-        wavelength_nm: number(fields[0]),
-        thick: [number(fields[1]), number(fields[2])],
-        thin: [number(fields[3]), number(fields[4])],
+    let row = |fields: Vec<&'static str>| {
+        let albedo = |mean: usize, deviation: usize| MeanAndDeviation {
+            mean: number(fields[mean]),
+            standard_deviation: number(fields[deviation]),
+        };
+        PanelAlbedo { wavelength_nm: number(fields[0]), thick: albedo(1, 2), thin: albedo(3, 4) }
     };
     rows(include_str!("../data/albedo_vermont_2021.csv")).map(row).collect()
 }
 
-/// The micro-tomograms. Their asymmetry counts diffraction, g = (1 + g_GO)/2; here is g_GO.
+/// The micro-tomograms. The published asymmetry g = (1 + g_GO)/2 includes diffraction; this returns g_GO.
 #[must_use]
 pub fn tomograms() -> Vec<Tomogram> {
     let row = |fields: Vec<&'static str>| {
-        let (density_kg_m3, surface_area_m2_kg) = (number(fields[0]), number(fields[1]));
+        let structure = Microstructure { density_kg_m3: number(fields[0]), surface_area_m2_kg: number(fields[1]) };
         let optics = GrainOptics {
-            extinction_ratio: number(fields[2]) * 1e3 / convex_extinction_per_m(density_kg_m3, surface_area_m2_kg),
+            extinction_ratio: number(fields[2]) * 1e3 / structure.convex_extinction_per_m(),
             path_enhancement: number(fields[3]),
             asymmetry: 2.0 * number(fields[4]) - 1.0,
         };
-        Tomogram { density_kg_m3, surface_area_m2_kg, optics, kind: fields[5] }
+        Tomogram { structure, optics, kind: fields[5] }
     };
     rows(include_str!("../data/tomograms_vermont_2021.csv")).map(row).collect()
 }
 
-/// Mean and standard deviation of the samples.
+/// Mean and standard deviation of some values.
 #[must_use]
-pub fn mean_and_deviation(values: &[f64]) -> [f64; 2] {
+pub fn mean_and_deviation(values: &[f64]) -> MeanAndDeviation {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    [mean, (squares / (count - 1.0)).sqrt()]
+    MeanAndDeviation { mean, standard_deviation: (squares / (count - 1.0)).sqrt() }
 }
 
-/// Offset and slope of the straight line through points (x, y) by least squares.
+/// The least-squares line through some points.
 #[must_use]
-pub fn straight_line(points: &[(f64, f64)]) -> [f64; 2] {
+pub fn fit_line(points: &[Point]) -> Line {
     let count = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.x / count, y + point.y / count));
     let (mut products, mut squares) = (0.0, 0.0);
     for point in points {
-        products += (point.0 - x) * (point.1 - y);
-        squares += (point.0 - x).powi(2);
+        products += (point.x - x) * (point.y - y);
+        squares += (point.x - x).powi(2);
     }
     let slope = products / squares;
-    [y - slope * x, slope]
+    Line { offset: y - slope * x, slope }
 }
 
 fn rows(csv: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
     csv.lines().skip(1).map(|line| line.split(',').collect())
 }
 
-/// A number of a table that ships with this crate.
+/// Parses a number of a table that ships with this crate.
 fn number(field: &str) -> f64 {
     field.parse().unwrap_or_else(|_| unreachable!("'{field}' is not a number"))
 }
@@ -91,21 +117,23 @@ mod tests {
 
     /// Their supporting data: the first and the last row of either table.
     #[test]
-    fn tables_are_whole() {
+    fn tables_are_complete() {
         let albedo = albedo_over_black_panels();
-        assert_eq!((albedo.len(), albedo[0].thick), (181, [0.99419, 0.00848]));
-        assert_eq!((albedo[180].thin, albedo[180].wavelength_nm.round()), ([0.46215, 0.00723], 1300.0));
+        let printed = |mean, standard_deviation| MeanAndDeviation { mean, standard_deviation };
+        assert_eq!((albedo.len(), albedo[0].thick), (181, printed(0.99419, 0.00848)));
+        assert_eq!((albedo[180].thin, albedo[180].wavelength_nm.round()), (printed(0.46215, 0.00723), 1300.0));
         assert!(albedo.windows(2).all(|pair| (pair[1].wavelength_nm - pair[0].wavelength_nm - 5.0).abs() < 1e-9));
         let tomograms = tomograms();
         assert_eq!((tomograms.len(), tomograms[0].kind), (32, "MF"));
-        assert!((tomograms[31].surface_area_m2_kg - 13.12).abs() < 1e-12);
+        assert!((tomograms[31].structure.surface_area_m2_kg - 13.12).abs() < 1e-12);
         let enhancements: Vec<f64> = tomograms.iter().map(|one| one.optics.path_enhancement).collect();
-        assert!((mean_and_deviation(&enhancements)[0] - 1.53).abs() < 0.01);
+        assert!((mean_and_deviation(&enhancements).mean - 1.53).abs() < 0.01);
     }
 
     #[test]
-    fn a_line_goes_through_its_points() {
-        let [offset, slope] = straight_line(&[(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)]);
+    fn the_line_through_collinear_points_is_exact() {
+        let points = [(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)].map(|(x, y)| Point { x, y });
+        let Line { offset, slope } = fit_line(&points);
         assert!((offset - 3.0).abs() < 1e-12 && (slope - 2.0).abs() < 1e-12);
     }
 }

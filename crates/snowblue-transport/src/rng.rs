@@ -1,8 +1,7 @@
-//! Random numbers that belong to a ray, not to a thread.
+//! Random streams of rays.
 //!
-//! A ray's stream depends on (seed, ray number) alone, so any thread may trace it. The generator is PCG's 128-bit
-//! multiplicative one (O'Neill 2014); its state is spread over the seeds by SplitMix64 (Steele, Lea & Flood 2014,
-//! doi:10.1145/2714064.2660195).
+//! A ray's stream depends on (seed, ray number) alone, so any thread may trace the ray. The generator is PCG's 128-bit
+//! multiplicative one (O'Neill 2014), seeded by SplitMix64 (Steele, Lea & Flood 2014, doi:10.1145/2714064.2660195).
 
 use std::f64::consts::TAU;
 
@@ -13,25 +12,25 @@ use rand_pcg::Pcg64Mcg;
 #[derive(Debug, Clone)]
 pub struct Stream {
     generator: Pcg64Mcg,
-    /// Numbers that come first, from a low-discrepancy point, last one first.
+    /// The first numbers, from a low-discrepancy point, in reverse order.
     point: [f32; POINT_DIMENSIONS],
     point_left: usize,
 }
 
-/// Coordinates of the low-discrepancy point that a stream may start with.
+/// Dimensions of the low-discrepancy point that a stream may start with.
 pub(crate) const POINT_DIMENSIONS: usize = 16;
 
 impl Stream {
     /// The stream of ray `ray` under `seed`.
     #[must_use]
     pub fn new(seed: u64, ray: u64) -> Self {
-        let high = split_mix(seed ^ split_mix(ray));
-        let low = split_mix(high ^ ray.rotate_left(32) ^ seed);
+        let high = split_mix_64(seed ^ split_mix_64(ray));
+        let low = split_mix_64(high ^ ray.rotate_left(32) ^ seed);
         let generator = Pcg64Mcg::new((u128::from(high) << 64) | u128::from(low));
         Self { generator, point: [0.0; POINT_DIMENSIONS], point_left: 0 }
     }
 
-    /// The same, but its first numbers are point `index` of an Owen-scrambled Sobol' sequence (Burley 2020, JCGT 9(4)).
+    /// The stream of ray `ray` under `seed`, with its first numbers from point `index` of an Owen-scrambled Sobol' sequence (Burley 2020, JCGT 9(4)).
     pub(crate) fn on_sequence(seed: u64, ray: u64, index: u32, scramble: u32) -> Self {
         let mut point = [0.0; POINT_DIMENSIONS];
         for (set, four) in point.rchunks_mut(4).enumerate() {
@@ -42,10 +41,10 @@ impl Stream {
         Self { point, point_left: POINT_DIMENSIONS, ..Self::new(seed, ray) }
     }
 
-    /// A seed for the streams of all that happens to ray `ray` under `seed`.
+    /// A seed for further streams of ray `ray` under `seed`.
     #[must_use]
     pub fn key(seed: u64, ray: u64) -> u64 {
-        split_mix(seed ^ split_mix(!ray))
+        split_mix_64(seed ^ split_mix_64(!ray))
     }
 
     /// A uniform number in the open interval (0, 1).
@@ -63,13 +62,13 @@ impl Stream {
     }
 }
 
-/// Cosine and sine of a uniform share of the full turn, to rounding.
+/// Cosine and sine of a fraction of a full turn, 0–1, to rounding.
 ///
-/// The share is exact in its quadrant, so no range need be reduced: Taylor's series to the 15th and 14th power, whose
-/// rest at an eighth of a turn is below 10⁻¹⁵.
+/// The fraction is exact in its quadrant, so no range reduction is needed: Taylor series to the 15th and 14th power, with a
+/// remainder below 10⁻¹⁵ at an eighth of a turn.
 #[inline]
 pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
-    // A cast rounds down without a call; the argument is below 5.
+    // A cast truncates without a function call.
     #[expect(clippy::cast_possible_truncation, reason = "0.5 ≤ argument < 5")]
     let quadrant = (4.0 * turn + 0.5) as i32;
     let x = (turn - 0.25 * f64::from(quadrant)) * TAU;
@@ -79,7 +78,7 @@ pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
     let series = |terms: [f64; 5]| terms.into_iter().fold(0.0, |sum, term| sum * y + term);
     let sine = x * (1.0 + y * (-1.0 / 6.0 + y * (1.0 / 120.0 + y * series(odd))));
     let cosine = 1.0 + y * (-0.5 + y * (1.0 / 24.0 + y * series(even)));
-    // Quadrants 0, 1, 2, 3, and 4, which is 0 again.
+    // Quadrant 4 equals quadrant 0.
     let swap = quadrant & 1 == 1;
     let (a, b) = if swap { (sine, cosine) } else { (cosine, sine) };
     let cosine_sign = if quadrant == 1 || quadrant == 2 { -1.0 } else { 1.0 };
@@ -87,8 +86,16 @@ pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
     (cosine_sign * a, sine_sign * b)
 }
 
-/// The output function of SplitMix64 one step after `state`.
-fn split_mix(state: u64) -> u64 {
+/// The output of SplitMix64 one step after `state` (Steele, Lea & Flood 2014): a bijective hash of 64 bits.
+///
+/// Hashes of consecutive numbers are statistically independent, so that it makes independent seeds:
+/// ```
+/// # use snowblue_transport::rng::split_mix_64;
+/// let differing_bits = (split_mix_64(1) ^ split_mix_64(2)).count_ones();
+/// assert!((16..48).contains(&differing_bits));
+/// ```
+#[must_use]
+pub fn split_mix_64(state: u64) -> u64 {
     let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -102,7 +109,7 @@ mod tests {
     #[test]
     fn split_mix_matches_its_reference_sequence() {
         // First output of SplitMix64 from state 0 in the authors' program.
-        assert_eq!(split_mix(0), 0xe220_a839_7b1d_cdaf);
+        assert_eq!(split_mix_64(0), 0xe220_a839_7b1d_cdaf);
     }
 
     #[test]
@@ -111,7 +118,7 @@ mod tests {
             let turn = f64::from(i) / 4000.0;
             let (cosine, sine) = unit_circle(turn);
             let (expected_sine, expected_cosine) = (TAU * turn).sin_cos();
-            // Rounding of 2π times the share.
+            // Rounding of 2π times the fraction.
             assert!((cosine - expected_cosine).abs() < 2e-15 && (sine - expected_sine).abs() < 2e-15, "{turn}");
         }
     }
@@ -125,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn uniform_numbers_never_touch_the_ends() {
+    fn uniform_numbers_exclude_the_ends() {
         let mut stream = Stream::new(3, 0);
         assert!((0..100_000).map(|_| stream.uniform()).all(|u| u > 0.0 && u < 1.0));
     }

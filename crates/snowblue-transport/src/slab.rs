@@ -1,14 +1,18 @@
-//! The question, and its answer: a slab of snow and what it does to light.
+//! A slab of snow under light, and its reflectance, transmittance and absorptance.
 
 use std::fmt;
 
 use crate::TransportError;
+use crate::range::ParameterRange;
 use crate::sample::SnowSample;
 
-const THICKNESS_RANGE_CM: (f64, f64) = (0.0, 1e5);
-const ANGLE_RANGE_DEG: (f64, f64) = (0.0, 89.99);
+/// Thickness of a slab or layer, in cm.
+pub const THICKNESS_RANGE: ParameterRange =
+    ParameterRange { quantity: "thickness", least: 0.0, greatest: 1e5, unit: "cm" };
+/// Angle of a beam from the normal, in degrees.
+pub const ANGLE_RANGE: ParameterRange = ParameterRange { quantity: "angle", least: 0.0, greatest: 89.99, unit: "°" };
 
-/// How light falls on the slab.
+/// Light on the top of a slab.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Incidence {
     /// A parallel beam.
@@ -16,11 +20,11 @@ pub enum Incidence {
         /// Angle from the normal, in degrees.
         angle_deg: f64,
     },
-    /// Lambertian light: equal radiance from all the hemisphere.
+    /// Lambertian light: equal radiance from the whole hemisphere.
     Diffuse,
 }
 
-/// The angle in degrees, or `diffuse`.
+/// Formats as the angle in degrees, or `diffuse`.
 impl fmt::Display for Incidence {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -30,14 +34,14 @@ impl fmt::Display for Incidence {
     }
 }
 
-/// Slabs of one kind of snow: every thickness under every light at every wavelength.
+/// Slabs of one snow sample: every thickness under every incidence at every wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slab {
     /// The snow.
     pub sample: SnowSample,
     /// Thicknesses, in cm.
     pub thicknesses_cm: Vec<f64>,
-    /// Directions of the light.
+    /// Incident light.
     pub incidences: Vec<Incidence>,
     /// Wavelengths, in nm.
     pub wavelengths_nm: Vec<f64>,
@@ -52,20 +56,21 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// What one slab does to light of one wavelength: fluxes over the incident flux on a horizontal plane.
+/// Reflectance, transmittance and absorptance of a slab at one wavelength: fluxes over the incident flux on a horizontal
+/// plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiometry {
     /// Thickness of the slab, in cm.
     pub thickness_cm: f64,
-    /// Direction of the light.
+    /// Incident light.
     pub incidence: Incidence,
     /// Wavelength, in nm.
     pub wavelength_nm: f64,
-    /// Share that leaves on top.
+    /// Fraction that leaves the top.
     pub reflectance: Estimate,
-    /// Share that leaves below, direct and diffuse.
+    /// Fraction that leaves the bottom, direct and diffuse.
     pub transmittance: Estimate,
-    /// Share that stays.
+    /// Fraction that is absorbed.
     pub absorptance: Estimate,
 }
 
@@ -73,13 +78,13 @@ impl Slab {
     /// Checks the sample and every thickness, angle and wavelength.
     ///
     /// # Errors
-    /// The first quantity that is missing or lies outside its range.
+    /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
         if self.thicknesses_cm.is_empty() {
             return Err(TransportError::Nothing { quantity: "thickness" });
         }
-        self.thicknesses_cm.iter().try_for_each(|thickness_cm| check_thickness(*thickness_cm))?;
+        self.thicknesses_cm.iter().try_for_each(|thickness_cm| THICKNESS_RANGE.check(*thickness_cm))?;
         check_incidences(&self.incidences)?;
         check_wavelengths(&self.wavelengths_nm, &self.sample)
     }
@@ -91,23 +96,18 @@ impl Slab {
     }
 }
 
-/// Checks a thickness in cm.
-pub(crate) fn check_thickness(thickness_cm: f64) -> Result<(), TransportError> {
-    TransportError::check("thickness", thickness_cm, THICKNESS_RANGE_CM, " cm")
-}
-
-/// Checks that there is light and that it comes from above.
+/// Checks that there is an incidence and that every angle is in range.
 pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), TransportError> {
     if incidences.is_empty() {
         return Err(TransportError::Nothing { quantity: "angle" });
     }
     incidences.iter().try_for_each(|incidence| match incidence {
-        Incidence::Beam { angle_deg } => TransportError::check("angle", *angle_deg, ANGLE_RANGE_DEG, "°"),
+        Incidence::Beam { angle_deg } => ANGLE_RANGE.check(*angle_deg),
         Incidence::Diffuse => Ok(()),
     })
 }
 
-/// Checks that there are wavelengths and that the tables of all that the snow holds cover them.
+/// Checks that there are wavelengths and that the tables of the sample's constituents cover them.
 pub(crate) fn check_wavelengths(wavelengths_nm: &[f64], sample: &SnowSample) -> Result<(), TransportError> {
     if wavelengths_nm.is_empty() {
         return Err(TransportError::Nothing { quantity: "wavelength" });

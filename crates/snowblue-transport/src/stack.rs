@@ -1,14 +1,18 @@
-//! The question, and its answer, for layers of different snow on a ground: what comes back, what arrives below, and the
-//! fluxes at any depth.
+//! Layers of different snow on a ground under light, and their fluxes above, below and at any depth.
 
 use crate::TransportError;
+use crate::range::ParameterRange;
 use crate::sample::SnowSample;
-use crate::slab::{Estimate, Incidence, Radiometry, check_incidences, check_thickness, check_wavelengths};
+use crate::slab::{Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_wavelengths};
 
-/// A depth may exceed the sum of the thicknesses by this share: their rounding.
+/// Albedo of the ground.
+pub const GROUND_ALBEDO_RANGE: ParameterRange =
+    ParameterRange { quantity: "ground albedo", least: 0.0, greatest: 1.0, unit: "" };
+
+/// Relative rounding by which a depth may exceed the sum of the thicknesses.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
-/// Snow of one kind, and how thick it lies.
+/// A layer of one snow sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
     /// The snow.
@@ -17,30 +21,31 @@ pub struct Layer {
     pub thickness_cm: f64,
 }
 
-/// Layers of snow over a Lambertian ground, under every light at every wavelength.
+/// Layers of snow on a Lambertian ground, under every incidence at every wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack {
     /// Layers, top first.
     pub layers: Vec<Layer>,
-    /// Albedo of the ground, 0–1; over 0 a stack is a free slab.
+    /// Albedo of the ground, 0–1; with 0 the stack acts as a free slab.
     pub ground_albedo: f64,
-    /// Depths below the top at which fluxes are asked for, in cm.
+    /// Depths below the top at which to compute fluxes, in cm.
     pub depths_cm: Vec<f64>,
-    /// Directions of the light.
+    /// Incident light.
     pub incidences: Vec<Incidence>,
     /// Wavelengths, in nm.
     pub wavelengths_nm: Vec<f64>,
 }
 
-/// What a stack does to light of one wavelength from one direction.
+/// Fluxes of a stack for one incidence and wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StackRadiometry {
-    /// Fluxes over the incident flux for the whole thickness: what leaves on top, what arrives at the ground (again and
-    /// again, where the ground sends it back), and what stays in the snow, 1 − R − (1 − albedo) T.
+    /// Fluxes of the whole stack over the incident flux: R leaves the top, T arrives at the ground (including light that the
+    /// ground has reflected before), and the snow absorbs 1 − R − (1 − albedo) T.
     pub whole: Radiometry,
-    /// The part of the transmittance that met no grain: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light.
+    /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light.
     pub direct: f64,
-    /// Fluxes at each of the depths. Automatic streams keep T, not these: just under the top at 80° they are off by 1.5·10⁻⁴.
+    /// Fluxes at each of the depths. Automatic streams are chosen for T: just below the top at 80° these are off by
+    /// 1.5·10⁻⁴.
     pub profile: Vec<DepthFluxes>,
 }
 
@@ -53,18 +58,36 @@ pub struct DepthFluxes {
     pub down: Estimate,
     /// Flux upwards.
     pub up: Estimate,
-    /// Downwards less upwards: what the snow and the ground below take up.
+    /// Downwards less upwards: the flux that the snow and the ground below absorb.
     pub net: Estimate,
-    /// E-folding depth of the snow that begins at this depth (at the ground, that ends there), in cm: the way on which
-    /// light of any origin fades by e far from all faces, 1/(κ k) with the slowest mode's rate k per optical depth.
+    /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light decays
+    /// by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
     pub e_folding_depth_cm: Estimate,
+}
+
+/// A part of a layer between two depths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slice {
+    /// Index of the layer.
+    pub(crate) layer: usize,
+    /// Thickness of the slice, in cm.
+    pub(crate) thickness_cm: f64,
+}
+
+/// A stack cut at its depths.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Slices {
+    /// Slices, top first.
+    pub(crate) slices: Vec<Slice>,
+    /// The face at each depth, counted from the top.
+    pub(crate) faces: Vec<usize>,
 }
 
 impl Stack {
     /// Checks every layer, the ground, and every depth, angle and wavelength.
     ///
     /// # Errors
-    /// The first quantity that is missing or lies outside its range.
+    /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         if self.layers.is_empty() {
             return Err(TransportError::Nothing { quantity: "layer" });
@@ -73,12 +96,13 @@ impl Stack {
             layer.check()?;
             check_wavelengths(&self.wavelengths_nm, &layer.sample)?;
         }
-        TransportError::check("ground albedo", self.ground_albedo, (0.0, 1.0), "")?;
+        GROUND_ALBEDO_RANGE.check(self.ground_albedo)?;
         let bottom_cm = self.thickness_cm();
         for depth_cm in &self.depths_cm {
-            let within = (0.0..=bottom_cm * (1.0 + DEPTH_ROUNDING)).contains(depth_cm);
-            let range = (0.0, if within { *depth_cm } else { bottom_cm });
-            TransportError::check("depth", *depth_cm, range, " cm")?;
+            if !(0.0..=bottom_cm * (1.0 + DEPTH_ROUNDING)).contains(depth_cm) {
+                let depths = ParameterRange { quantity: "depth", least: 0.0, greatest: bottom_cm, unit: "cm" };
+                depths.check(*depth_cm)?;
+            }
         }
         check_incidences(&self.incidences)
     }
@@ -89,32 +113,30 @@ impl Stack {
         self.layers.iter().map(|layer| layer.thickness_cm).sum()
     }
 
-    /// The layers cut at every depth asked for: the number of the layer and the thickness of the slice.
-    ///
-    /// The second list has the number of the face at each depth, counted from the top.
-    pub(crate) fn slices(&self) -> (Vec<(usize, f64)>, Vec<usize>) {
+    /// The layers, cut at every depth.
+    pub(crate) fn slices(&self) -> Slices {
         let mut cuts = self.depths_cm.clone();
         cuts.sort_by(f64::total_cmp);
         let mut faces_cm = vec![0.0];
         let mut slices = Vec::new();
         let mut bottom_cm = 0.0;
-        for (number, layer) in self.layers.iter().enumerate() {
+        for (layer, Layer { thickness_cm, .. }) in self.layers.iter().enumerate() {
             let mut top_cm = bottom_cm;
-            bottom_cm += layer.thickness_cm;
+            bottom_cm += thickness_cm;
             for cut_cm in cuts.iter().copied().filter(|cut_cm| *cut_cm < bottom_cm) {
                 if cut_cm > top_cm {
-                    slices.push((number, cut_cm - top_cm));
+                    slices.push(Slice { layer, thickness_cm: cut_cm - top_cm });
                     faces_cm.push(cut_cm);
                     top_cm = cut_cm;
                 }
             }
-            slices.push((number, bottom_cm - top_cm));
+            slices.push(Slice { layer, thickness_cm: bottom_cm - top_cm });
             faces_cm.push(bottom_cm);
         }
-        // The first face not above the depth; beyond the last there is only rounding.
+        // The first face not above the depth; beyond the last face there is only rounding.
         let face = |depth_cm: &f64| faces_cm.partition_point(|face_cm| face_cm < depth_cm).min(slices.len());
         let faces = self.depths_cm.iter().map(face).collect();
-        (slices, faces)
+        Slices { slices, faces }
     }
 }
 
@@ -122,10 +144,10 @@ impl Layer {
     /// Checks the snow and the thickness.
     ///
     /// # Errors
-    /// The first quantity that lies outside its range.
+    /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
-        check_thickness(self.thickness_cm)
+        THICKNESS_RANGE.check(self.thickness_cm)
     }
 }
 
@@ -146,11 +168,12 @@ mod tests {
 
     #[test]
     fn slices_end_at_faces_and_depths() {
-        let (slices, faces) = stack(&[2.0, 3.0], &[5.0, 0.0, 1.0, 2.0, 4.0, 1.0]).slices();
-        assert_eq!(slices, [(0, 1.0), (0, 1.0), (1, 2.0), (1, 1.0)]);
+        let Slices { slices, faces } = stack(&[2.0, 3.0], &[5.0, 0.0, 1.0, 2.0, 4.0, 1.0]).slices();
+        let expected = [(0, 1.0), (0, 1.0), (1, 2.0), (1, 1.0)];
+        assert_eq!(slices, expected.map(|(layer, thickness_cm)| Slice { layer, thickness_cm }));
         assert_eq!(faces, [4, 0, 1, 2, 3, 1]);
-        // The sum of three tenths lies above .3, which is thus cut off as the last slice but nothing.
-        let (slices, faces) = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
+        // The sum of three tenths rounds to above .3, which leaves a last slice of no thickness.
+        let Slices { slices, faces } = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
         assert_eq!((slices.len(), faces[0]), (4, 3));
     }
 

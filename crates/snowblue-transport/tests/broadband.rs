@@ -24,7 +24,7 @@ fn curves(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64], wavele
 
 fn broadband(band: Band, curve: &[Radiometry]) -> Broadband {
     let wavelengths_nm: Vec<f64> = curve.iter().map(|row| row.wavelength_nm).collect();
-    BandWeights::new(band, SnowSample::default().range_nm(), &wavelengths_nm).unwrap().broadband(curve)
+    BandWeights::new(band, SnowSample::default().wavelength_range(), &wavelengths_nm).unwrap().broadband(curve)
 }
 
 /// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 under

@@ -42,7 +42,7 @@ fn engines_agree() {
         let walked = monte_carlo::solve(
             &slab,
             &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
-            &|_, _| (),
+            &|_| (),
         )
         .unwrap()[0];
         let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap()[0];
@@ -65,7 +65,7 @@ fn engines_disagree_about_different_snow() {
     let walked = monte_carlo::solve(
         &walked,
         &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
-        &|_, _| (),
+        &|_| (),
     )
     .unwrap()[0];
     let solved = ordinates::solve(&solved, &OrdinatesOptions::default()).unwrap()[0];
@@ -115,7 +115,7 @@ fn shared_paths_agree_with_single_ones() {
         wavelengths_nm: vec![400.0, 450.0, 500.0, 600.0, 700.0],
     };
     let run = |per_wavelength| {
-        monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 4, per_wavelength }, &|_, _| ()).unwrap()
+        monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 4, per_wavelength }, &|_| ()).unwrap()
     };
     let (shared, single) = (run(false), run(true));
     let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap();
@@ -154,7 +154,7 @@ fn engines_agree_about_layers() {
             wavelengths_nm: vec![450.0, 700.0, 1030.0],
         };
         let options = MonteCarloOptions { rays: RAYS, seed: 21, ..MonteCarloOptions::default() };
-        let walked = monte_carlo::solve_stack(&stack, &options, &|_, _| ()).unwrap();
+        let walked = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
         let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
         for (a, b) in walked.iter().zip(&solved) {
             for (a, b) in [

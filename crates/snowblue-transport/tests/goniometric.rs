@@ -25,7 +25,7 @@ fn slab(thickness_cm: f64, angles_deg: &[f64], wavelengths_nm: &[f64]) -> Slab {
 
 fn distribute(slab: &Slab, rays: u64, seed: u64, (rings, sectors): (usize, usize)) -> Vec<Distribution> {
     let options = GoniometricOptions { rays, seed, patches: PatchGrid { rings, sectors } };
-    monte_carlo::distribute(slab, &options, &|_, _| ()).unwrap()
+    monte_carlo::distribute(slab, &options, &|_| ()).unwrap()
 }
 
 /// p-value of a difference between two independent estimates.
@@ -49,7 +49,7 @@ fn patches_add_up_to_the_flux() {
     let spread = distribute(&slab, 30_000, 1, (10, 12));
     let fluxes = |seed, per_wavelength| {
         let options = MonteCarloOptions { rays: 30_000, seed, per_wavelength };
-        monte_carlo::solve(&slab, &options, &|_, _| ()).unwrap()
+        monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
     };
     let (same_rays, fluxes) = (fluxes(1, true), fluxes(2, false));
     assert_eq!((spread.len(), spread.len()), (same_rays.len(), fluxes.len()));
@@ -245,6 +245,6 @@ fn threads_change_nothing_and_bad_grids_are_refused() {
     assert_eq!(run(1), run(3));
     for (rings, sectors) in [(0, 1), (1, 0), (1001, 1), (1, 361)] {
         let options = GoniometricOptions { rays: 10, seed: 1, patches: PatchGrid { rings, sectors } };
-        assert!(monte_carlo::distribute(&slab, &options, &|_, _| ()).is_err());
+        assert!(monte_carlo::distribute(&slab, &options, &|_| ()).is_err());
     }
 }

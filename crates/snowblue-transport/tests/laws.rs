@@ -278,7 +278,7 @@ fn standard_errors_are_honest() {
         let slab = Slab { wavelengths_nm: vec![450.0, 700.0], ..default_slab(SnowSample::default(), 0.1) };
         let run = |seed| {
             let options = MonteCarloOptions { rays: 1500, seed, per_wavelength };
-            monte_carlo::solve(&slab, &options, &|_, _| ()).unwrap()
+            monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
         };
         let answers: Vec<Vec<Radiometry>> = (0..SEEDS).map(run).collect();
         for (wavelength, quantity) in [(0, 0), (1, 0), (0, 1), (1, 1), (1, 2)] {
@@ -307,7 +307,7 @@ fn threads_change_nothing() {
             let monte_carlo = monte_carlo::solve(
                 &slab,
                 &MonteCarloOptions { rays: 1000, seed: 1, ..MonteCarloOptions::default() },
-                &|_, _| (),
+                &|_| (),
             );
             let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
             (monte_carlo.unwrap(), ordinates::solve(&slab, &options).unwrap())

@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 use snowblue_transport::Scattering;
 use snowblue_transport::ordinates::{
-    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, OrdinatesOptions, Streams,
+    self, FaceFluxes, Fluxes, HomogeneousMedium, LayeredMedium, MediumLayer, OrdinatesOptions, Streams,
 };
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
@@ -25,7 +25,9 @@ fn medium(one_minus_albedo: f64, g: f64) -> HomogeneousMedium {
 
 /// Fluxes at every face, [face][light].
 fn at_faces(layers: &[(&HomogeneousMedium, f64)], albedo: f64) -> Vec<Vec<FaceFluxes>> {
-    let pile = LayeredMedium::new(layers, albedo, &LIGHTS);
+    let layers: Vec<_> =
+        layers.iter().map(|(medium, optical_depth)| MediumLayer { medium, optical_depth: *optical_depth }).collect();
+    let pile = LayeredMedium::new(&layers, albedo, &LIGHTS);
     (0..=layers.len()).map(|face| pile.fluxes(face)).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Others' numbers, with their place.
 
 use snowblue_transport::Scattering;
-use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, LayeredMedium};
+use snowblue_transport::ordinates::{Fluxes, HomogeneousMedium, LayeredMedium, MediumLayer};
 use snowblue_transport::slab::Incidence;
 
 /// A Henyey–Greenstein slab under a beam.
@@ -41,7 +41,8 @@ fn layers_of_eight_streams(layers: &[(f64, f64)], moments: &[f64; 9]) -> Vec<[f6
         .map(|(one_minus_albedo, _)| Scattering { one_minus_albedo: *one_minus_albedo, moments: moments.to_vec() })
         .map(|scattering| HomogeneousMedium::new(&scattering, 8))
         .collect();
-    let pile: Vec<_> = media.iter().zip(layers).map(|(medium, (_, depth))| (medium, *depth)).collect();
+    let pile = media.iter().zip(layers).map(|(medium, (_, depth))| MediumLayer { medium, optical_depth: *depth });
+    let pile: Vec<_> = pile.collect();
     let pile = LayeredMedium::new(&pile, 0.0, &[Incidence::Diffuse]);
     (0..=layers.len()).map(|face| pile.fluxes(face)[0]).map(|fluxes| [fluxes.down, fluxes.up]).collect()
 }

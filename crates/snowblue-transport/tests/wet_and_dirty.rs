@@ -174,7 +174,7 @@ fn no_snow_is_no_obstacle() {
     for albedo in [0.0, 0.5] {
         let stack = Stack { ground_albedo: albedo, ..one_layer(SnowSample::default(), 0.0) };
         let options = MonteCarloOptions { rays: 4000, seed: 3, ..MonteCarloOptions::default() };
-        let walked = &monte_carlo::solve_stack(&stack, &options, &|_, _| ()).unwrap()[0];
+        let walked = &monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap()[0];
         let solved = &ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap()[0].whole;
         for answer in [walked, solved] {
             // 4 σ of a chance of a half, √(1/4 /4000).
@@ -205,7 +205,7 @@ fn engines_agree_about_wet_and_dirty_snow() {
         };
         let walk = |per_wavelength| {
             let options = MonteCarloOptions { rays: 6_000, seed: 9, per_wavelength };
-            monte_carlo::solve(&slab, &options, &|_, _| ()).unwrap()
+            monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
         };
         // Snow that is mostly forward peaks asks for more streams than dry snow.
         let options = OrdinatesOptions { streams: Streams::Exactly(48), ..OrdinatesOptions::default() };
@@ -227,7 +227,7 @@ fn engines_agree_about_wet_and_dirty_layers() {
         wavelengths_nm: vec![450.0, 650.0, 1000.0],
     };
     let options = MonteCarloOptions { rays: 20_000, seed: 13, ..MonteCarloOptions::default() };
-    let walked = monte_carlo::solve_stack(&stack, &options, &|_, _| ()).unwrap();
+    let walked = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
     let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
     assert_alike(&walked, &solved.iter().map(|answer| answer.whole).collect::<Vec<_>>(), "layers");
 }

@@ -78,7 +78,7 @@ impl Bsdf {
         };
         let options = GoniometricOptions { rays: self.rays, seed: self.seed, patches: self.grid() };
         let bar = Progress::new("rays", quiet);
-        let distributions = monte_carlo::distribute(&slab, &options, &|done, all| bar.set(done, all));
+        let distributions = monte_carlo::distribute(&slab, &options, &|at| bar.set(at.traced, at.total));
         bar.finish();
         let distributions = distributions.map_err(Failure::input)?;
         let made = self.provenance()?;

@@ -50,7 +50,7 @@ pub(super) fn fill(
                     incidences: axes.incidences(),
                     wavelengths_nm: axes.wavelengths_nm.clone(),
                 };
-                let solved = monte_carlo::solve(&slab, &options, &|_, _| ())?;
+                let solved = monte_carlo::solve(&slab, &options, &|_| ())?;
                 for (density, traced) in group.iter().zip(solved.chunks_exact(curves)) {
                     let first = (g * per_grain + number(*density)) * curves;
                     place(axes, traced, first, [&mut values, &mut errors]);

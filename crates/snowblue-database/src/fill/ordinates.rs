@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use snowblue_transport::ordinates::{HomogeneousMedium, Light, Peak, Streams};
+use snowblue_transport::ordinates::{HomogeneousMedium, Light, Peak, StreamGroup, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::{Demand, GrainTallies, Medium, Population, TallyPlan};
 
@@ -67,7 +67,7 @@ fn fill_grain(axes: &Axes, samples: &[SnowSample], tallies: &GrainTallies, strea
         let like: Vec<usize> = (0..media.len()).map(like).collect();
         let mut modes: BTreeMap<(usize, usize), (HomogeneousMedium, Vec<Light>)> = BTreeMap::new();
         for (s, medium) in media.iter().enumerate() {
-            for (streams, of_group) in streams.groups(&incidences, Peak::of(&samples[s])) {
+            for StreamGroup { streams, places: of_group } in streams.groups(&incidences, Peak::of(&samples[s])) {
                 let (modes, lit) = modes.entry((like[s], streams)).or_insert_with(|| {
                     let modes = HomogeneousMedium::new(&medium.scattering, streams);
                     let lit = of_group.iter().map(|light| modes.light(&incidences[*light])).collect();

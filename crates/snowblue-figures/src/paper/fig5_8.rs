@@ -50,8 +50,8 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let samples: Vec<SnowSample> = rows.iter().map(|row| row.sample).collect();
     let solved = solve_each(&samples, &slab, &OrdinatesOptions::default())?;
     for (row, of) in rows.iter_mut().zip(&solved) {
-        let angles = of[row.thickness * ANGLES_DEG.len()..].iter().take(ANGLES_DEG.len());
-        row.lights = angles
+        row.lights = (0..ANGLES_DEG.len())
+            .map(|angle| of.spectrum(row.thickness, angle))
             .map(|fluxes| colorimeter.xyz(&fluxes.iter().map(|one| one.transmittance).collect::<Vec<_>>()))
             .collect();
     }

@@ -1,6 +1,6 @@
 //! Polar plot of the light that leaves a slab in the plane of incidence: BRDF above, BTDF below, each on its own scale.
 
-use snowblue_transport::monte_carlo::{Distribution, Patch};
+use snowblue_transport::monte_carlo::{Distribution, Patch, PlanePoint};
 use snowblue_transport::slab::{Estimate, Incidence};
 
 use super::axis::{Axis, power_of_ten};
@@ -56,8 +56,8 @@ pub fn bsdf(distributions: &[Distribution], metadata: &[(&'static str, String)])
 
 impl Half {
     /// A half whose scale holds all points and their errors.
-    fn new(points: impl Iterator<Item = (f64, Estimate)>, face: f64, up: f64) -> Self {
-        let most = points.map(|(_, e)| e.value + e.standard_error).fold(0.0, f64::max);
+    fn new(points: impl Iterator<Item = PlanePoint>, face: f64, up: f64) -> Self {
+        let most = points.map(|point| point.bsdf_per_sr.value + point.bsdf_per_sr.standard_error).fold(0.0, f64::max);
         let most = if most > 0.0 { most } else { 1.0 };
         Self { scale: Axis::linear_to_marks(0.0, most, 4.0), face, up }
     }
@@ -110,9 +110,13 @@ impl Half {
     }
 
     /// A line with a band of ± 1 standard error.
-    fn curve(&self, canvas: &mut Canvas, points: &[(f64, Estimate)], colour: &str) {
+    fn curve(&self, canvas: &mut Canvas, points: &[PlanePoint], colour: &str) {
         let shifted = |sign: f64| -> Vec<Point> {
-            points.iter().map(|(deg, e)| self.point(*deg, (e.value + sign * e.standard_error).max(0.0))).collect()
+            let point = |one: &PlanePoint| {
+                let Estimate { value, standard_error } = one.bsdf_per_sr;
+                self.point(one.theta_deg, (value + sign * standard_error).max(0.0))
+            };
+            points.iter().map(point).collect()
         };
         canvas.band(&shifted(-1.0), &shifted(1.0), colour, 0.2);
         let middle = shifted(0.0);

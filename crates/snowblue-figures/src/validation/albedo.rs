@@ -1,7 +1,7 @@
 //! Grain size and black carbon from the albedo of thick snow, and with them the albedo of thin snow over a dark panel.
 
 use snowblue_transport::inversion::{AlbedoModel, Finding, Fit, Fitted, MeasuredAlbedo, Pack, Scale};
-use snowblue_transport::measured::{PanelAlbedo, albedo_over_black_panels};
+use snowblue_transport::measured::{MeanAndDeviation, PanelAlbedo, albedo_over_black_panels};
 use snowblue_transport::ordinates::OrdinatesOptions;
 use snowblue_transport::sample::SnowSample;
 
@@ -46,11 +46,11 @@ struct Prediction {
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let answers = answers()?;
     let row = |(i, one): (usize, &PanelAlbedo)| {
-        let mut row = vec![one.wavelength_nm, one.thick[0], one.thick[1], answers.thick[i]];
-        row.push(answers.thick[i] - one.thick[0]);
-        row.extend(one.thin);
+        let mut row = vec![one.wavelength_nm, one.thick.mean, one.thick.standard_deviation, answers.thick[i]];
+        row.push(answers.thick[i] - one.thick.mean);
+        row.extend([one.thin.mean, one.thin.standard_deviation]);
         for thin in [&answers.thin, &answers.thin_refitted] {
-            row.extend([thin.middle[i], thin.low[i], thin.high[i], thin.middle[i] - one.thin[0]]);
+            row.extend([thin.middle[i], thin.low[i], thin.high[i], thin.middle[i] - one.thin.mean]);
         }
         row.into_iter().map(Cell::from).collect()
     };
@@ -93,10 +93,10 @@ fn answers() -> Result<Answers, snowblue_transport::TransportError> {
     let wavelengths_nm: Vec<f64> = measured.iter().map(|one| one.wavelength_nm).collect();
     let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() };
     let model = AlbedoModel::new(&snow, &wavelengths_nm, &OrdinatesOptions::default())?;
-    let data = |of: fn(&PanelAlbedo) -> [f64; 2], from_nm: f64| -> Vec<MeasuredAlbedo> {
+    let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64| -> Vec<MeasuredAlbedo> {
         let one = |(place, one): (usize, &PanelAlbedo)| {
-            let [albedo, deviation] = of(one);
-            MeasuredAlbedo { place, albedo, deviation }
+            let MeanAndDeviation { mean, standard_deviation } = of(one);
+            MeasuredAlbedo { wavelength: place, albedo: mean, standard_deviation }
         };
         measured.iter().enumerate().filter(|(_, one)| one.wavelength_nm >= from_nm).map(one).collect()
     };
@@ -147,7 +147,7 @@ fn fits(answers: &Answers) -> FigureTable {
         let [area, carbon, scale] = [fit.surface_area_m2_kg, fit.black_carbon_ng_g, fit.scale];
         let mut cells = vec![name.to_owned(), fitted(&area, 2), fitted(&carbon, 1), fitted(&scale, 4)];
         cells.extend([(area, 2), (carbon, 1), (scale, 4)].map(|(one, n)| format!("{:.n$}", one.standard_error)));
-        let correlations = [fit.area_carbon_correlation, fit.scale_correlations.0, fit.scale_correlations.1];
+        let correlations = [fit.area_carbon_correlation, fit.scale_area_correlation, fit.scale_carbon_correlation];
         cells.extend(correlations.map(|one| format!("{one:+.2}")));
         cells.push(format!("{:.2}", fit.chi_square_per_freedom));
         cells
@@ -191,9 +191,9 @@ fn bands(answers: &Answers) -> FigureTable {
         };
         vec![
             name,
-            error(&answers.thick, |one| one.thick[0]),
-            error(&answers.thin.middle, |one| one.thin[0]),
-            error(&answers.thin_refitted.middle, |one| one.thin[0]),
+            error(&answers.thick, |one| one.thick.mean),
+            error(&answers.thin.middle, |one| one.thin.mean),
+            error(&answers.thin_refitted.middle, |one| one.thin.mean),
         ]
     };
     let mut rows: Vec<Vec<String>> = BANDS_NM.iter().map(|band| row(*band, format!("{}–{}", band.0, band.1))).collect();
@@ -213,7 +213,7 @@ fn ratios(answers: &Answers) -> FigureTable {
         };
         vec![
             nm.to_string(),
-            format!("{:.3}", one.thin[0] / one.thick[0]),
+            format!("{:.3}", one.thin.mean / one.thick.mean),
             ours(&answers.thin),
             ours(&answers.thin_refitted),
         ]
@@ -239,9 +239,9 @@ fn draw(answers: &Answers) -> String {
     let middle = chart.panel(area(430.0, 600.0), [axis(), Axis::linear(-0.04, 0.08, 6.0)], ["", "Ours less measured"]);
     let names = ["Wavelength (nm)", "4.5 cm over 34 cm"];
     let lower = chart.panel(area(640.0, 810.0), [axis(), Axis::linear(0.9, 1.02, 6.0)], names);
-    let sets: [fn(&PanelAlbedo) -> [f64; 2]; 2] = [|one| one.thick, |one| one.thin];
+    let sets: [fn(&PanelAlbedo) -> MeanAndDeviation; 2] = [|one| one.thick, |one| one.thin];
     for (colour, of) in [THICK, THIN].into_iter().zip(sets) {
-        let measured = |sign: f64| answers.curve(|one, _| of(one)[0] + sign * of(one)[1]);
+        let measured = |sign: f64| answers.curve(|one, _| of(one).mean + sign * of(one).standard_deviation);
         chart.band(&upper, [&measured(-1.0), &measured(1.0)], Fill { colour: GREY, opacity: 0.25 });
         chart.sized_dots(&upper, &measured(0.0), colour, 1.7);
     }
@@ -249,7 +249,7 @@ fn draw(answers: &Answers) -> String {
     for (number, panel) in [&upper, &middle, &lower].into_iter().enumerate() {
         let curve = |thin: &[f64]| match number {
             0 => answers.curve(|_, i| thin[i]),
-            1 => answers.curve(|one, i| thin[i] - one.thin[0]),
+            1 => answers.curve(|one, i| thin[i] - one.thin.mean),
             _ => answers.curve(|_, i| thin[i] / answers.thick[i]),
         };
         let Prediction { middle, low, high } = &answers.thin;
@@ -261,9 +261,9 @@ fn draw(answers: &Answers) -> String {
         chart.line(panel, &curve(middle), Stroke::solid(THIN, 1.8));
         chart.line(panel, &curve(&own.middle), OWN);
     }
-    chart.sized_dots(&lower, &answers.curve(|one, _| one.thin[0] / one.thick[0]), THIN, 1.7);
+    chart.sized_dots(&lower, &answers.curve(|one, _| one.thin.mean / one.thick.mean), THIN, 1.7);
     chart.line(&upper, &answers.curve(|_, i| answers.thick[i]), Stroke::solid(THICK, 1.8));
-    chart.line(&middle, &answers.curve(|one, i| answers.thick[i] - one.thick[0]), Stroke::solid(THICK, 1.8));
+    chart.line(&middle, &answers.curve(|one, i| answers.thick[i] - one.thick.mean), Stroke::solid(THICK, 1.8));
     legend(&mut chart);
     let found = answers.fits[0].finding();
     let snow = format!("SSA {:.1} m²/kg, black carbon {:.0} ng/g", found.surface_area_m2_kg, found.black_carbon_ng_g);

@@ -1,11 +1,11 @@
 //! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and what the difference would do.
 
-use snowblue_transport::measured::{Tomogram, mean_and_deviation, straight_line, tomograms};
+use snowblue_transport::measured::{Line, Point, Tomogram, fit_line, mean_and_deviation, tomograms};
 use snowblue_transport::optics::Ice;
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak, Streams};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::Incidence;
-use snowblue_transport::{Demand, GrainOptics, GrainTallies, Medium, Population, TallyPlan, convex_extinction_per_m};
+use snowblue_transport::{Demand, GrainOptics, GrainTallies, Medium, Microstructure, Population, TallyPlan};
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
@@ -32,20 +32,26 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let samples = tomograms();
     let (ours, exact) = ours();
     let mean =
-        |quantity: fn(&Tomogram) -> f64| mean_and_deviation(&samples.iter().map(quantity).collect::<Vec<_>>())[0];
+        |quantity: fn(&Tomogram) -> f64| mean_and_deviation(&samples.iter().map(quantity).collect::<Vec<_>>()).mean;
     let theirs = GrainOptics {
         extinction_ratio: mean(|one| one.optics.extinction_ratio),
         path_enhancement: mean(|one| one.optics.path_enhancement),
         asymmetry: mean(|one| one.optics.asymmetry),
     };
-    let trend =
-        straight_line(&samples.iter().map(|one| (one.density_kg_m3, one.optics.path_enhancement)).collect::<Vec<_>>());
+    let point = |one: &Tomogram| Point { x: one.structure.density_kg_m3, y: one.optics.path_enhancement };
+    let trend = fit_line(&samples.iter().map(point).collect::<Vec<_>>());
     let row = |one: &Tomogram| {
         let GrainOptics { extinction_ratio, path_enhancement, asymmetry } = one.optics;
-        let convex = convex_extinction_per_m(one.density_kg_m3, one.surface_area_m2_kg);
+        let convex = one.structure.convex_extinction_per_m();
         let mut cells = vec![Cell::Word(one.kind.to_owned())];
-        let values =
-            [one.density_kg_m3, one.surface_area_m2_kg, extinction_ratio * convex, convex, path_enhancement, asymmetry];
+        let values = [
+            one.structure.density_kg_m3,
+            one.structure.surface_area_m2_kg,
+            extinction_ratio * convex,
+            convex,
+            path_enhancement,
+            asymmetry,
+        ];
         cells.extend(values.map(Cell::from));
         cells.extend([ours.path_enhancement, ours.asymmetry].map(Cell::from));
         cells
@@ -67,7 +73,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
             "Extinction, path enhancement B and asymmetry g (theirs without the diffraction that they add: 2g − 1) of 32 \
              micro-tomograms of Letcher et al. 2022, and the lines of our grains: κ = ρ SSA/4, B = n² = {:.3} and g = {:.3} \
              (facetness .3, 550 nm). The dashed line is the straight line through their B: {:.3} − {:.5} ρ. Nothing is tuned.",
-            ours.path_enhancement, ours.asymmetry, trend[0], -trend[1]
+            ours.path_enhancement, ours.asymmetry, trend.offset, -trend.slope
         ),
         paper: "Describes grains by size, facetness and sphericity, and compares them with no tomogram.".to_owned(),
         drawing: Drawing::Svg(draw(&samples, &ours, trend)),
@@ -89,14 +95,14 @@ fn ours() -> (GrainOptics, Vec<Medium>) {
 fn kinds(samples: &[Tomogram], ours: &GrainOptics) -> FigureTable {
     let row = |name: &str, of: &[&Tomogram]| {
         let mean = |quantity: fn(&Tomogram) -> f64, decimals: usize| {
-            let [mean, deviation] = mean_and_deviation(&of.iter().map(|one| quantity(one)).collect::<Vec<_>>());
-            format!("{mean:.decimals$} ± {deviation:.decimals$}")
+            let values = mean_and_deviation(&of.iter().map(|one| quantity(one)).collect::<Vec<_>>());
+            format!("{:.decimals$} ± {:.decimals$}", values.mean, values.standard_deviation)
         };
         vec![
             name.to_owned(),
             of.len().to_string(),
-            mean(|one| one.density_kg_m3, 0),
-            mean(|one| one.surface_area_m2_kg, 1),
+            mean(|one| one.structure.density_kg_m3, 0),
+            mean(|one| one.structure.surface_area_m2_kg, 1),
             mean(|one| one.optics.extinction_ratio, 3),
             mean(|one| one.optics.path_enhancement, 2),
             mean(|one| one.optics.asymmetry, 3),
@@ -117,10 +123,11 @@ const COMPARED_NM: [f64; 5] = [450.0, 550.0, 650.0, 900.0, 1030.0];
 /// Transmittance of 15 cm and albedo of endless snow by their means and by ours, in snow of equal density and surface area.
 fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> FigureTable {
     let sample = SnowSample::default();
-    let surface_area = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
+    let surface_area_m2_kg = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
+    let snow = Microstructure { density_kg_m3: sample.density_kg_m3, surface_area_m2_kg };
     let medium = |optics: &GrainOptics, nm: f64| {
         let absorption_per_m = Ice::new(sample.ice).absorption_per_m(nm);
-        optics.medium(sample.density_kg_m3, surface_area, absorption_per_m)
+        optics.medium(&snow, absorption_per_m)
     };
     let row = |name: &str, medium: &dyn Fn(usize) -> Medium| {
         let through = |(place, nm): (usize, &f64)| {
@@ -129,7 +136,7 @@ fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
             } else {
                 (ENDLESS_CM, Incidence::Diffuse)
             };
-            let fluxes = medium(place).fluxes(&[depth_cm], &[incidence], (Streams::Auto, Peak::Broad))[0];
+            let fluxes = medium(place).fluxes(&[depth_cm], &[incidence], Streams::Auto, Peak::Broad)[0];
             if *nm < 700.0 { format!("{:.5}", fluxes.transmittance) } else { format!("{:.4}", fluxes.reflectance) }
         };
         std::iter::once(name.to_owned()).chain(COMPARED_NM.iter().enumerate().map(through)).collect::<Vec<_>>()
@@ -145,19 +152,19 @@ fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
     ];
     let columns = ["grains", "T 450", "T 550", "T 650", "albedo 900", "albedo 1030"];
     let title = format!(
-        "T of 15 cm at 0°, diffuse albedo of endless snow: 300 kg/m³, {surface_area:.1} m²/kg; theirs by Henyey–Greenstein"
+        "T of 15 cm at 0°, diffuse albedo of endless snow: 300 kg/m³, {surface_area_m2_kg:.1} m²/kg; theirs by Henyey–Greenstein"
     );
     FigureTable::of_words("effects", &title, &columns, rows)
 }
 
-fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: [f64; 2]) -> String {
+fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: Line) -> String {
     let mut chart = Chart::new(1080.0, 430.0, "Grains of snow against micro-tomograms (Letcher et al. 2022)");
     let area = |i: usize| {
         let left = 84.0 + 310.0 * i as f64;
         Area { left, right: left + 230.0, top: 66.0, bottom: 336.0 }
     };
     let density = || Axis::linear(100.0, 700.0, 3.0);
-    let convex = |one: &Tomogram| convex_extinction_per_m(one.density_kg_m3, one.surface_area_m2_kg) * 1e-3;
+    let convex = |one: &Tomogram| one.structure.convex_extinction_per_m() * 1e-3;
     let extinction = chart.panel(
         area(0),
         [Axis::linear(0.4, 1.6, 4.0), Axis::linear(0.2, 1.6, 4.0)],
@@ -169,7 +176,7 @@ fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: [f64; 2]) -> String {
         chart.panel(area(2), [density(), Axis::linear(0.55, 0.75, 4.0)], ["Density (kg/m³)", "Asymmetry g"]);
     chart.line(&extinction, &[(0.4, 0.4), (1.6, 1.6)], OURS);
     chart.line(&paths, &[(100.0, ours.path_enhancement), (700.0, ours.path_enhancement)], OURS);
-    chart.line(&paths, &[100.0, 700.0].map(|rho| (rho, trend[0] + trend[1] * rho)), TREND);
+    chart.line(&paths, &[100.0, 700.0].map(|rho| (rho, trend.offset + trend.slope * rho)), TREND);
     chart.line(&asymmetry, &[(100.0, ours.asymmetry), (700.0, ours.asymmetry)], OURS);
     for (kind, _, colour) in KINDS {
         let points = |quantity: &dyn Fn(&Tomogram) -> (f64, f64)| -> Vec<(f64, f64)> {
@@ -177,8 +184,8 @@ fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: [f64; 2]) -> String {
         };
         let of_extinction = points(&|one| (convex(one), one.optics.extinction_ratio * convex(one)));
         chart.dots(&extinction, &of_extinction, colour);
-        chart.dots(&paths, &points(&|one| (one.density_kg_m3, one.optics.path_enhancement)), colour);
-        chart.dots(&asymmetry, &points(&|one| (one.density_kg_m3, one.optics.asymmetry)), colour);
+        chart.dots(&paths, &points(&|one| (one.structure.density_kg_m3, one.optics.path_enhancement)), colour);
+        chart.dots(&asymmetry, &points(&|one| (one.structure.density_kg_m3, one.optics.asymmetry)), colour);
     }
     let mut entries = vec![
         Entry { name: "ours", symbol: Symbol::Line(OURS) },

@@ -3,7 +3,7 @@
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, LinearRgb, Xyz};
-use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, solve_alike};
+use snowblue_transport::ordinates::{FluxSpectra, OrdinatesOptions, solve_alike};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
@@ -90,12 +90,12 @@ fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec
     // [saturation][thickness][wavelength]
     let fluxes = solve_alike(&samples, &slab, &OrdinatesOptions::default())?;
     let at_thickness = |place: usize| {
-        let xyz = |of: &Vec<Vec<Fluxes>>| {
-            let spectrum: Vec<f64> = of[place].iter().map(|fluxes| fluxes.transmittance).collect();
+        let xyz = |of: &FluxSpectra| {
+            let spectrum: Vec<f64> = of.spectrum(place, 0).iter().map(|fluxes| fluxes.transmittance).collect();
             colorimeter.xyz(&spectrum)
         };
         let dry = xyz(&fluxes[0]);
-        let light = |(saturation, of): (&f64, &Vec<Vec<Fluxes>>)| {
+        let light = |(saturation, of): (&f64, &FluxSpectra)| {
             let xyz = xyz(of);
             Light { saturation: *saturation, xyz, from_dry: ColorDifference::between(xyz, dry, colorimeter.white()) }
         };

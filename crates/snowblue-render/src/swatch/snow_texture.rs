@@ -5,6 +5,8 @@
 //! crystals, each a little lighter or darker as its facets face the light. The factors have the mean 1: the average of a
 //! textured colour, as light, is the colour itself.
 
+use snowblue_transport::rng::split_mix_64;
+
 /// A factor on light for each pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnowTexture {
@@ -33,7 +35,7 @@ impl SnowTexture {
 
     /// A texture of `width` × `height` pixels; a seed gives the same on every machine.
     pub fn new(width: u32, height: u32, seed: u64) -> Self {
-        let chance = |kind: u64| Chance(mixed(seed ^ mixed(kind)));
+        let chance = |kind: u64| Chance(split_mix_64(seed ^ split_mix_64(kind)));
         let hills = |x: f64, y: f64| -> f64 {
             let octave = |(kind, (cell, steepness)): (u64, (f64, f64))| {
                 steepness * cell * chance(kind).noise(x / cell, y / cell)
@@ -97,8 +99,8 @@ const AROUND: [i64; 5] = [-2, -1, 0, 1, 2];
 impl Chance {
     /// Uniform in 0–1; `which` tells several numbers of one point apart.
     fn at(self, (i, j): (i64, i64), which: u64) -> f64 {
-        let point = mixed(mixed(self.0 ^ i.cast_unsigned()) ^ j.cast_unsigned());
-        (mixed(point ^ which) >> 11) as f64 / (1_u64 << 53) as f64
+        let point = split_mix_64(split_mix_64(self.0 ^ i.cast_unsigned()) ^ j.cast_unsigned());
+        (split_mix_64(point ^ which) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Gradient noise: smooth, 0 at the lattice's points, with a random slope at each.
@@ -151,14 +153,6 @@ impl Chance {
 #[expect(clippy::cast_possible_truncation, reason = "pictures have fewer than 2³² pixels to a side")]
 fn cell(place: f64) -> i64 {
     place.floor() as i64
-}
-
-/// A number that shares no pattern with `number`: the finisher of SplitMix64 (Steele, Lea & Flood 2014).
-fn mixed(number: u64) -> u64 {
-    let a = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let b = (a ^ (a >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let c = (b ^ (b >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    c ^ (c >> 31)
 }
 
 #[cfg(test)]

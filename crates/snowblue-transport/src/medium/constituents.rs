@@ -1,48 +1,49 @@
-//! What light meets in a metre of snow at one wavelength: grains in air, grains in water, particles, and what lies
-//! between them. Both engines start here.
+//! The constituents of snow at one wavelength: grains in air, grains in water, particles, and the medium between them.
+//! Both engines start here.
 //!
-//! **Water in the pores.** Each grain that light meets lies in water as a whole with the probability S_w, the saturation
-//! of the pores. It then refracts with n_ice/n_water only, and its surface scatters some 60 times less. In equilibrium
-//! radiance grows as the square of the index, so that light spends n_water² times as long in water and in what lies in
-//! it: the path in a grain in water counts n_water² times towards absorption, and the water itself absorbs
+//! **Water in the pores.** A grain lies entirely in water with the probability S_w, the saturation of the pores. It then
+//! refracts with n_ice/n_water, and κ(1 − g) is some 60 times smaller. In equilibrium, radiance is proportional to the
+//! square of the index, so paths in water, and in grains in water, count n_water² times for absorption. The water itself
+//! absorbs
 //!
 //! ```text
 //! (1 − φ) S_w n_water² γ_water   per metre of snow.
 //! ```
 //!
-//! The mean path through ice in Lambertian light remains 2hφ n_ice² however wet the snow is.
+//! The mean path through ice in Lambertian light is 2hφ n_ice² at any saturation.
 //!
-//! **Particles** lie in the air of the pores, however wet the snow is. They are [`crate::optics::impurity`]: ρ c E (1 − ω) joins what the pores absorb, ρ c E ω scatters.
+//! **Particles** lie in the air of the pores at any saturation. A mass fraction c of [`crate::optics::impurity`] adds
+//! ρ c E (1 − ω) to the absorption of the pores and ρ c E ω to the scattering.
 
 use crate::optics::ice::Ice;
 use crate::optics::water;
 use crate::sample::SnowSample;
 
-/// What light of one wavelength meets in snow.
+/// The constituents of snow at one wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Constituents {
-    /// Grains with air around them.
+    /// Grains in air.
     pub(crate) in_air: Grains,
-    /// Grains with water around them; none are met in dry snow.
+    /// Grains in water; their extinction is 0 in dry snow.
     pub(crate) in_water: Grains,
-    /// Light that scatters off particles, substance by substance.
+    /// Scattering by particles of each substance.
     pub(crate) particles: Vec<Scatterer>,
-    /// What water and particles absorb on the way between grains, in 1/m.
+    /// Absorption coefficient of the water and particles between grains, in 1/m.
     pub(crate) pore_absorption_per_m: f64,
 }
 
-/// Grains in one surrounding.
+/// Grains in air or in water.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Grains {
     /// Extinction coefficient, in 1/m.
     pub(crate) extinction_per_m: f64,
-    /// Refractive index of ice over that of the surrounding.
+    /// Refractive index of ice over that of the surrounding medium.
     pub(crate) relative_index: f64,
-    /// What counts as the absorption coefficient of the ice, in 1/m.
+    /// Effective absorption coefficient of the ice, in 1/m.
     pub(crate) absorption_per_m: f64,
 }
 
-/// Particles that scatter by Henyey & Greenstein's law.
+/// Particles with the Henyey–Greenstein phase function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scatterer {
     /// Scattering coefficient, in 1/m.
@@ -52,7 +53,7 @@ pub(crate) struct Scatterer {
 }
 
 impl Constituents {
-    /// What a sample holds at a wavelength that its tables reach.
+    /// The constituents of a sample at a wavelength that its tables cover.
     pub(crate) fn new(sample: &SnowSample, wavelength_nm: f64) -> Self {
         let (ice, wet) = (Ice::new(sample.ice), sample.water_saturation);
         let (index, absorption_per_m) = (ice.index(wavelength_nm), ice.absorption_per_m(wavelength_nm));
@@ -63,13 +64,14 @@ impl Constituents {
         let mut pore_absorption_per_m = (1.0 - sample.ice_fraction()) * wet * radiance_gain * water_absorption_per_m;
         let mut particles = Vec::new();
         for (substance, mass_fraction_ng_g) in sample.impurities.present() {
-            let of = substance.at(wavelength_nm);
-            let extinction_per_m = sample.density_kg_m3 * mass_fraction_ng_g * 1e-9 * of.extinction_m2_kg;
-            pore_absorption_per_m += (1.0 - of.albedo) * extinction_per_m;
-            particles.push(Scatterer { scattering_per_m: of.albedo * extinction_per_m, asymmetry: of.asymmetry });
+            let optics = substance.at(wavelength_nm);
+            let extinction_per_m = sample.density_kg_m3 * mass_fraction_ng_g * 1e-9 * optics.extinction_m2_kg;
+            pore_absorption_per_m += (1.0 - optics.albedo) * extinction_per_m;
+            let scattering_per_m = optics.albedo * extinction_per_m;
+            particles.push(Scatterer { scattering_per_m, asymmetry: optics.asymmetry });
         }
-        let grains = |share: f64, relative_index, absorption_per_m| Grains {
-            extinction_per_m: share * extinction_per_m,
+        let grains = |fraction: f64, relative_index, absorption_per_m| Grains {
+            extinction_per_m: fraction * extinction_per_m,
             relative_index,
             absorption_per_m,
         };
@@ -81,8 +83,8 @@ impl Constituents {
         }
     }
 
-    /// Extinction coefficient of all that turns light, in 1/m: grains and particles.
-    pub(crate) fn turning_per_m(&self) -> f64 {
+    /// Extinction coefficient of all scatterers, in 1/m: grains and particles.
+    pub(crate) fn scatterer_extinction_per_m(&self) -> f64 {
         let particles: f64 = self.particles.iter().map(|particle| particle.scattering_per_m).sum();
         self.in_air.extinction_per_m + self.in_water.extinction_per_m + particles
     }
@@ -95,7 +97,7 @@ mod tests {
 
     /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb .024 per metre at 500 nm: 12,583 m²/kg · (1 − .3687) · 3·10⁻⁶.
     #[test]
-    fn soot_absorbs_by_its_mass() {
+    fn absorption_is_proportional_to_the_mass_of_black_carbon() {
         let impurities = Impurities::none().with(Substance::BlackCarbon, 10.0);
         let sooty = Constituents::new(&SnowSample { impurities, ..SnowSample::default() }, 500.0);
         assert!((sooty.pore_absorption_per_m - 0.0238).abs() < 1e-4, "{}", sooty.pore_absorption_per_m);
@@ -103,10 +105,10 @@ mod tests {
     }
 
     #[test]
-    fn water_takes_its_share_of_the_grains() {
+    fn the_saturation_is_the_fraction_of_grains_in_water() {
         let dry = Constituents::new(&SnowSample::default(), 600.0);
         let wet = Constituents::new(&SnowSample { water_saturation: 0.25, ..SnowSample::default() }, 600.0);
-        assert!((wet.turning_per_m() / dry.turning_per_m() - 1.0).abs() < 1e-15);
+        assert!((wet.scatterer_extinction_per_m() / dry.scatterer_extinction_per_m() - 1.0).abs() < 1e-15);
         assert!((wet.in_water.extinction_per_m / wet.in_air.extinction_per_m - 1.0 / 3.0).abs() < 1e-15);
         // φ = 300/917.7, n = 1.33302 and γ = .23525/m.
         let expected = (1.0 - 300.0 / 917.701_5) * 0.25 * 1.333_02 * 1.333_02 * 0.235_25;

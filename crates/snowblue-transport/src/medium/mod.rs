@@ -1,4 +1,4 @@
-//! Snow as a medium: what light meets in it, and the extinction and single scattering that follow.
+//! Snow as a medium: its constituents, random grains, and the extinction and single scattering that follow.
 
 mod constituents;
 mod grain_optics;
@@ -8,7 +8,7 @@ mod scattering;
 mod tally;
 
 pub(crate) use constituents::Constituents;
-pub use grain_optics::{GrainOptics, convex_extinction_per_m};
+pub use grain_optics::{GrainOptics, Microstructure};
 pub use grain_tallies::{Demand, GrainTallies};
 pub use population::Population;
 pub(crate) use population::{HitSizes, hit_size_m};

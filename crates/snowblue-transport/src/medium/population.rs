@@ -1,10 +1,11 @@
-//! Grains as light meets them: drawn in proportion to their projected area.
+//! Random grains, drawn in proportion to their projected area.
 
 use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Spheroid};
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNormal};
 
-/// The laws of shape and facetness of the grains that light hits. Sizes do not change directions and stand apart.
+/// Distributions of shape and facetness of grains, weighted by projected area. Sizes do not affect directions and are drawn
+/// separately ([`HitSizes`]).
 #[derive(Debug, Clone)]
 pub struct Population {
     sphericity: Quantiles,
@@ -19,7 +20,7 @@ impl Population {
         Self::new(&sample.sphericity, &sample.facetness, sample.grain_size.measure)
     }
 
-    /// Grains of given laws, number-weighted, whose sizes are given by `measure`.
+    /// Grains with given distributions by number, whose sizes are given by `measure`.
     #[must_use]
     pub fn new(sphericity: &TruncatedNormal, facetness: &TruncatedNormal, measure: SizeMeasure) -> Self {
         Self {
@@ -29,7 +30,7 @@ impl Population {
         }
     }
 
-    /// The hit grain that belongs to two uniform numbers, in ice of the given index.
+    /// The grain of the given relative index for two uniform numbers.
     #[inline]
     pub(crate) fn grain(&self, [shape, facetness]: [f64; 2], relative_index: f64) -> Grain {
         Grain {
@@ -40,7 +41,7 @@ impl Population {
     }
 }
 
-/// The sizes of hit grains: uniform in number, weighted with their square.
+/// Distribution of grain sizes: uniform in number, weighted by their square.
 #[derive(Debug, Clone)]
 pub(crate) struct HitSizes(Quantiles);
 
@@ -50,7 +51,7 @@ impl HitSizes {
     }
 }
 
-/// The size of a hit grain, in m.
+/// A random grain size, weighted by projected area, in m.
 #[inline]
 pub(crate) fn hit_size_m(sizes: &HitSizes, stream: &mut Stream) -> f64 {
     sizes.0.at(stream.uniform()) * 1e-6
@@ -60,15 +61,15 @@ pub(crate) fn hit_size_m(sizes: &HitSizes, stream: &mut Stream) -> f64 {
 mod tests {
     use super::*;
 
-    /// The inverse of a cumulative distribution that goes as s³ is a cube root.
+    /// The inverse of the cumulative distribution, which goes as s³, is a cube root.
     #[test]
-    fn hit_sizes_follow_their_square() {
+    fn hit_sizes_are_weighted_by_their_square() {
         let sizes = HitSizes::new(&GrainSize { min_um: 100.0, max_um: 900.0, measure: SizeMeasure::default() });
         for i in 1..100 {
-            let share = f64::from(i) / 100.0;
-            let expected = (100_f64.powi(3) + share * (900_f64.powi(3) - 100_f64.powi(3))).cbrt();
-            // Linear between 1024 quantiles; the cube root bends most at the thin end, by 0.03 µm.
-            assert!((sizes.0.at(share) - expected).abs() < 0.05, "{share}");
+            let probability = f64::from(i) / 100.0;
+            let expected = (100_f64.powi(3) + probability * (900_f64.powi(3) - 100_f64.powi(3))).cbrt();
+            // Linear between 1024 quantiles; the cube root deviates most at the lower end, by 0.03 µm.
+            assert!((sizes.0.at(probability) - expected).abs() < 0.05, "{probability}");
         }
     }
 }

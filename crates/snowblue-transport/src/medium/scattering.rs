@@ -2,11 +2,11 @@
 //!
 //! The phase function is p(cos Θ) = Σ (2l + 1) χ_l P_l(cos Θ), so χ_0 = 1 and χ_1 = g.
 
-/// Optical properties of a medium per unit of optical depth.
+/// Single scattering of a medium: co-albedo and phase function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scattering {
-    /// 1 − ω, the chance that an extinction event absorbs. Snow's is as small as 3·10⁻⁸, so it is carried instead
-    /// of the albedo ω, which would lose it to rounding.
+    /// 1 − ω, the probability that an extinction event absorbs. In snow it is as small as 3·10⁻⁸, so it is stored instead of
+    /// the albedo ω, which would lose it to rounding.
     pub one_minus_albedo: f64,
     /// Legendre moments χ_0 = 1, χ_1 = g, … of the phase function of the scattered light.
     pub moments: Vec<f64>,
@@ -22,10 +22,10 @@ pub struct Medium {
 }
 
 impl Scattering {
-    /// Henyey & Greenstein (1941): χ_l = g^l, with as many moments as `streams` needs.
+    /// The Henyey–Greenstein (1941) phase function, χ_l = g^l for l = 0 … `degree`. `degree` streams can be solved with it.
     #[must_use]
-    pub fn henyey_greenstein(one_minus_albedo: f64, g: f64, streams: usize) -> Self {
-        let moments = std::iter::successors(Some(1.0), |chi| Some(chi * g)).take(streams + 1).collect();
+    pub fn henyey_greenstein(one_minus_albedo: f64, g: f64, degree: usize) -> Self {
+        let moments = std::iter::successors(Some(1.0), |chi| Some(chi * g)).take(degree + 1).collect();
         Self { one_minus_albedo, moments }
     }
 
@@ -37,11 +37,14 @@ impl Scattering {
 }
 
 impl Medium {
-    /// A medium of several scatterers, each with its extinction coefficient, and of something that only absorbs.
-    pub(super) fn mix(parts: &[(f64, Scattering)], absorption_per_m: f64) -> Medium {
+    /// A mixture of media and an absorber.
+    ///
+    /// Each part j adds κ_j to the extinction; phase functions are averaged with the weights κ_j ω_j, and 1 − ω is
+    /// summed from the absorption of each, never as a difference.
+    pub(super) fn mix(parts: &[Self], absorption_per_m: f64) -> Self {
         let (mut extinction_per_m, mut absorbed_per_m, mut scattered_per_m) = (absorption_per_m, absorption_per_m, 0.0);
-        let mut moments = vec![0.0; parts[0].1.moments.len()];
-        for (part_per_m, scattering) in parts {
+        let mut moments = vec![0.0; parts[0].scattering.moments.len()];
+        for Self { extinction_per_m: part_per_m, scattering } in parts {
             let kept_per_m = part_per_m * (1.0 - scattering.one_minus_albedo);
             extinction_per_m += part_per_m;
             absorbed_per_m += part_per_m * scattering.one_minus_albedo;
@@ -51,7 +54,7 @@ impl Medium {
             }
         }
         moments.iter_mut().for_each(|moment| *moment /= scattered_per_m);
-        // The mean of one is one.
+        // Removes the rounding of χ_0 = 1.
         moments[0] = 1.0;
         let scattering = Scattering { one_minus_albedo: absorbed_per_m / extinction_per_m, moments };
         Medium { extinction_per_m, scattering }
@@ -63,11 +66,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mixture_keeps_what_is_absorbed_and_where_light_goes() {
+    fn a_mixture_conserves_absorption_and_weights_moments_by_scattering() {
         let parts = [
             (3.0, Scattering { one_minus_albedo: 0.1, moments: vec![1.0, 0.8, 0.6] }),
             (1.0, Scattering { one_minus_albedo: 0.4, moments: vec![1.0, 0.2, 0.1] }),
-        ];
+        ]
+        .map(|(extinction_per_m, scattering)| Medium { extinction_per_m, scattering });
         let Medium { extinction_per_m, scattering } = Medium::mix(&parts, 0.5);
         assert!((extinction_per_m - 4.5).abs() < 1e-15);
         assert!((scattering.one_minus_albedo - (0.3 + 0.4 + 0.5) / 4.5).abs() < 1e-15);

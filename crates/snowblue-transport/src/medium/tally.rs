@@ -1,13 +1,15 @@
-//! What a population of grains does to light, as moments: the bridge from grains to discrete ordinates.
+//! Moments of the scattering by a population of grains, for discrete ordinates.
 //!
-//! Rays are sent at grains and the Legendre polynomials of their scattering angles averaged, without bins. Absorption
-//! needs no more than the ice path: with the size s and the absorption coefficient γ, x = γs and the path ℓ per size,
-//! the share ⟨P_l(cos Θ)·(1 − e^{−xℓ})⟩ is kept at x → 0 and on a logarithmic grid of x, and averaged over the sizes
-//! with weight s² afterwards. One tally thus serves all sizes, all absorptions and all densities.
+//! Rays are traced through random grains and the Legendre polynomials of their scattering angles averaged, without bins.
+//! Absorption depends on the ice path only: with the size s, the absorption coefficient γ, x = γs and the path ℓ per size,
+//! ⟨P_l(cos Θ)·(1 − e^{−xℓ})⟩ is tabulated at x → 0 and on a logarithmic grid of x, and averaged over the sizes with weight
+//! s² afterwards. One tally thus serves all sizes, absorption coefficients and densities.
 //!
-//! The index of ice varies little, so the tally is taken at a few Chebyshev nodes in n with common random numbers and
-//! interpolated. Where a ray meets its grain comes from an Owen-scrambled Sobol' sequence (Burley 2020, JCGT 9(4)); the
-//! scrambles are independent, and their scatter gives the tally's own error.
+//! The index of ice varies little, so tallies at a few Chebyshev nodes in n, with common random numbers, are interpolated.
+//! The points where rays enter grains come from Owen-scrambled Sobol' sequences (Burley 2020, JCGT 9(4)); the scrambles are
+//! independent, and the scatter between them gives the standard error of the tally.
+
+use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
@@ -18,28 +20,28 @@ use crate::quadrature::{Quadrature, legendre_polynomials};
 use crate::rng::Stream;
 use crate::sample::GrainSize;
 
-/// Independent scrambles of the sequence; the tally's error comes from their scatter.
+/// Number of independent scrambles of the sequence, whose scatter gives the standard error.
 pub(crate) const BATCHES: usize = 16;
-/// Rays of a batch at the most: the length of the Sobol' sequence.
+/// Most rays of a batch: the length of the Sobol' sequence.
 const MOST_RAYS_PER_BATCH: u32 = 1 << 16;
-/// Rays per index node that leave a standard error of some 0.2 % in T of a 15 cm slab.
+/// Rays per index node for a standard error of some 0.2 % in T of a 15 cm slab.
 pub(crate) const DEFAULT_RAYS: u32 = 1 << 18;
-/// The grid of x = γs starts here; below, the absorbed share per x is linear in x.
+/// First x = γs of the grid; below it, the absorbed fraction per x is linear in x.
 const FIRST_ABSORPTION: f64 = 1e-4;
 const NODES_PER_DECADE: f64 = 4.0;
 
-/// How a tally is taken.
+/// Options of a tally.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TallyPlan {
-    /// Moments χ_0 … χ_degree.
+    /// Highest degree l of the moments χ_0 … χ_l.
     pub degree: usize,
-    /// Rays per index node, shared by 16 batches.
+    /// Rays per index node, divided among 16 batches.
     pub rays: u32,
     /// Seed of all randomness.
     pub seed: u64,
 }
 
-/// Moments of a population of grains, ready for any size and absorption.
+/// Moments of a population of grains, for any size and absorption coefficient.
 #[derive(Debug, Clone)]
 pub(crate) struct Tally {
     index_nodes: IndexNodes,
@@ -58,15 +60,15 @@ struct Moments {
 }
 
 impl Tally {
-    /// Sends rays at the grains of `population` for every relative index in `index_range` and every x = γs up to
+    /// Traces rays through grains of `population` for every relative index in `indices` and every x = γs up to
     /// `most_absorption`.
     pub(crate) fn new(
         population: &Population,
-        index_range: (f64, f64),
+        indices: RangeInclusive<f64>,
         most_absorption: f64,
         plan: &TallyPlan,
     ) -> Self {
-        let index_nodes = IndexNodes::between(index_range.0, index_range.1);
+        let index_nodes = IndexNodes::between(*indices.start(), *indices.end());
         let absorptions = absorption_grid(most_absorption);
         let jobs: Vec<(f64, usize)> =
             index_nodes.nodes().iter().flat_map(|n| (0..BATCHES).map(move |batch| (*n, batch))).collect();
@@ -84,20 +86,21 @@ impl Tally {
         self.sums[0][0].scattered.len() - 1
     }
 
-    /// Single scattering by grains of the given sizes, relative index and absorption coefficient in 1/m; without one of
-    /// the 16 batches, for the jackknife (Tukey 1958).
+    /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without` leaves
+    /// out one of the 16 batches, for the jackknife (Tukey 1958).
     pub(crate) fn scattering(
         &self,
         size: &GrainSize,
-        (n, absorption_per_m): (f64, f64),
+        n: f64,
+        absorption_per_m: f64,
         without: Option<usize>,
     ) -> Scattering {
         let degree = self.degree();
         let (mut moments, mut absorbed) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
         let columns = self.absorption_columns(size, absorption_per_m);
-        for (share, batches) in self.index_nodes.weights(n).into_iter().zip(&self.sums) {
+        for (index_weight, batches) in self.index_nodes.weights(n).into_iter().zip(&self.sums) {
             let kept = || batches.iter().enumerate().filter(|(i, _)| Some(*i) != without).map(|(_, batch)| batch);
-            let factor = share / kept().map(|batch| batch.weight).sum::<f64>();
+            let factor = index_weight / kept().map(|batch| batch.weight).sum::<f64>();
             for batch in kept() {
                 add_scaled(&mut moments, factor, &batch.scattered);
                 for (strength, column) in columns.iter().zip(&batch.absorbed) {
@@ -112,7 +115,7 @@ impl Tally {
         Scattering { one_minus_albedo, moments }
     }
 
-    /// What each column of absorbed moments counts, averaged over the sizes: Σ over x of x · (interpolation weights).
+    /// The weight of each column of absorbed moments, averaged over the sizes: x times the interpolation weights at x.
     fn absorption_columns(&self, size: &GrainSize, absorption_per_m: f64) -> Vec<f64> {
         let mut columns = vec![0.0; self.absorptions.len() + 1];
         let rule = Quadrature::half_range(if size.min_um < size.max_um { 6 } else { 1 });
@@ -121,8 +124,8 @@ impl Tally {
             let size_um = size.min_um + node * (size.max_um - size.min_um);
             let x = absorption_per_m * size_um * 1e-6;
             let strength = weight * size_um * size_um / mean_square * x;
-            for (column, share) in columns.iter_mut().zip(interpolation_weights(&self.absorptions, x)) {
-                *column += strength * share;
+            for (column, weight) in columns.iter_mut().zip(interpolation_weights(&self.absorptions, x)) {
+                *column += strength * weight;
             }
         }
         columns
@@ -162,7 +165,7 @@ fn add_scaled(sums: &mut [f64], factor: f64, terms: &[f64]) {
     }
 }
 
-/// A scramble for each batch under a seed.
+/// The scramble of a batch for a seed.
 fn scramble(seed: u64, batch: usize) -> u32 {
     let mut stream = Stream::new(seed, u64::MAX - batch as u64);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a uniform number times 2³² fits")]
@@ -179,7 +182,7 @@ fn absorption_grid(most: f64) -> Vec<f64> {
     grid
 }
 
-/// How much the limit x → 0 and each grid value count at `x`: linear in x below the grid, cubic in ln x on it.
+/// Interpolation weights at `x` of the limit x → 0 and of each grid value: linear in x below the grid, cubic in ln x on it.
 fn interpolation_weights(grid: &[f64], x: f64) -> Vec<f64> {
     let mut weights = vec![0.0; grid.len() + 1];
     if x <= grid[0] {
@@ -202,14 +205,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn interpolation_on_the_absorption_grid_keeps_an_exponential() {
+    fn interpolation_on_the_absorption_grid_reproduces_an_exponential() {
         let grid = absorption_grid(10.0);
         let ratio = |x: f64| if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 };
         for i in 0..600 {
             let x = 1e-6 * 10_f64.powf(f64::from(i) / 100.0);
             let weights = interpolation_weights(&grid, x);
             let value: f64 = weights.iter().zip(std::iter::once(&0.0).chain(&grid)).map(|(w, x)| w * ratio(*x)).sum();
-            // Cubic interpolation at 4 nodes a decade of a function that falls over two decades.
+            // Cubic interpolation with 4 nodes per decade of a function that falls over two decades.
             assert!((value / ratio(x) - 1.0).abs() < 2e-3, "{x} {value} {}", ratio(x));
         }
     }

@@ -1,36 +1,39 @@
-//! Goniometric mode: how the light that leaves a slab is spread over directions.
+//! Goniometric mode: the distribution over directions of the light that leaves a slab.
 //!
 //! The bidirectional scattering distribution function (BSDF) is the radiance that leaves over the irradiance of the
 //! beam, f = L/E in 1/sr: BRDF on the side of the beam, BTDF on the far side (Nicodemus et al. 1977,
-//! doi:10.6028/NBS.MONO.160). A hemisphere is laid out in patches; N rays of weight w = exp(−γℓ) give the mean over a
+//! doi:10.6028/NBS.MONO.160). A hemisphere is divided into patches; N rays of weight w = exp(−γℓ) give the mean over a
 //! patch
 //!
 //! ```text
-//! f = Σ w / (N ∫ cosθ dω),   the sum over the rays that leave through it, the integral over it.
+//! f = Σ w / (N ∫ cosθ dω),   the sum over the rays that leave through the patch, the integral over the patch.
 //! ```
 //!
-//! All patches have the same ∫ cosθ dω, so that a Lambertian surface sends each of them as many rays. Light that met no
-//! grain leaves in one direction, where no patch can hold it: it is told apart as [`Distribution::direct`].
+//! All patches have the same ∫ cosθ dω, so a Lambertian surface sends the same number of rays to each. Unscattered light
+//! leaves in a single direction; [`Distribution::direct`] holds it.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::options::{check_rays, cos_incidence};
+use super::options::{RayProgress, check_rays, cos_incidence};
 use super::rays::{estimate, trace_in_order};
 use super::walk::{Absorption, Paths, Scatterers};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
+use crate::range::ParameterRange;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Slab};
 
-const MOST_RINGS: f64 = 1000.0;
-const MOST_SECTORS: f64 = 360.0;
+const RING_RANGE: ParameterRange =
+    ParameterRange { quantity: "number of rings", least: 1.0, greatest: 1000.0, unit: "" };
+const SECTOR_RANGE: ParameterRange =
+    ParameterRange { quantity: "number of sectors", least: 1.0, greatest: 360.0, unit: "" };
 
-/// A hemisphere laid out in patches of equal ∫ cosθ dω: rings, equal in sin²θ, by sectors, equal in azimuth.
+/// A hemisphere divided into patches of equal ∫ cosθ dω: rings, equal in sin²θ, by sectors, equal in azimuth.
 ///
-/// Nothing but the beam tells left from right, so that azimuths are folded to 0–180° about the plane of incidence: a
-/// patch stands for its mirror image too.
+/// The distribution is symmetric about the plane of incidence, so azimuths are folded to 0–180°: a patch includes its
+/// mirror image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PatchGrid {
     /// Rings from the normal to the horizon.
@@ -39,23 +42,23 @@ pub struct PatchGrid {
     pub sectors: usize,
 }
 
-/// How the mode works.
+/// Options of the goniometric mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GoniometricOptions {
     /// Rays per wavelength, thickness and direction.
     pub rays: u64,
     /// Seed of all randomness.
     pub seed: u64,
-    /// The patches of either hemisphere.
+    /// Patches of each hemisphere.
     pub patches: PatchGrid,
 }
 
-/// The light that leaves through one patch of the hemisphere and its mirror image.
+/// Light that leaves through a patch of the hemisphere and its mirror image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
     /// Angle from the slab's normal, in degrees; half of the patch's ∫ cosθ dω lies on either side.
     pub theta_deg: f64,
-    /// Middle azimuth, in degrees from the way that the beam travels: 0 is forward, 180 back to the source.
+    /// Central azimuth, in degrees from the beam's direction of travel: 0 is forward, 180 is back to the source.
     pub phi_deg: f64,
     /// Solid angle, mirror image included, in sr.
     pub solid_angle_sr: f64,
@@ -63,56 +66,68 @@ pub struct Patch {
     pub bsdf_per_sr: Estimate,
 }
 
-/// Where the light of one wavelength goes.
+/// The BSDF at one angle in the plane of incidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanePoint {
+    /// Angle from the slab's normal, in degrees; negative on the side that the beam comes from.
+    pub theta_deg: f64,
+    /// BSDF, in 1/sr.
+    pub bsdf_per_sr: Estimate,
+}
+
+/// Distribution over directions of the light that leaves a slab, at one wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     /// Thickness of the slab, in cm.
     pub thickness_cm: f64,
-    /// Direction of the light that comes in.
+    /// Incident light.
     pub incidence: Incidence,
     /// Wavelength, in nm.
     pub wavelength_nm: f64,
-    /// The layout of the patches.
+    /// Layout of the patches.
     pub patches: PatchGrid,
-    /// BRDF, ring after ring from the normal, each from forward to backward.
+    /// BRDF, ring by ring from the normal, each from forward to backward.
     pub reflection: Vec<Patch>,
     /// BTDF in the same order, without the direct light.
     pub transmission: Vec<Patch>,
-    /// Share that leaves on top.
+    /// Fraction that leaves the top.
     pub reflectance: Estimate,
-    /// Share that leaves below, direct and diffuse.
+    /// Fraction that leaves the bottom, direct and diffuse.
     pub transmittance: Estimate,
-    /// Share that passes without meeting a grain; it tends to exp(−τ/μ₀).
+    /// Fraction that is transmitted unscattered; its expectation is exp(−τ/μ₀).
     pub direct: Estimate,
 }
 
 /// BRDF and BTDF for each thickness, then each incidence, then each wavelength.
 ///
-/// `progress` is told how many of how many rays are traced, now and then.
+/// `progress` is called from time to time with the number of rays traced.
 ///
 /// # Errors
 /// If the question, the number of rays or that of patches is out of range.
 pub fn distribute(
     slab: &Slab,
     options: &GoniometricOptions,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Distribution>, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
     options.patches.check()?;
     let thicknesses = slab.thicknesses_cm.iter();
-    let cases: Vec<(f64, Incidence, f64)> = thicknesses
-        .flat_map(|h| slab.incidences.iter().map(move |incidence| (*h, *incidence)))
-        .flat_map(|(h, incidence)| slab.wavelengths_nm.iter().map(move |nm| (h, incidence, *nm)))
+    let cases: Vec<Case> = thicknesses
+        .flat_map(|thickness_cm| slab.incidences.iter().map(move |incidence| (*thickness_cm, *incidence)))
+        .flat_map(|(thickness_cm, incidence)| {
+            let case = move |wavelength_nm: &f64| Case { thickness_cm, incidence, wavelength_nm: *wavelength_nm };
+            slab.wavelengths_nm.iter().map(case)
+        })
         .collect();
-    let all = cases.len() as u64 * options.rays;
-    let mut answer = Vec::new();
+    let total = cases.len() as u64 * options.rays;
+    let mut distributions = Vec::new();
     for (number, case) in (0_u64..).zip(cases) {
         let seed = Stream::key(options.seed, number);
-        let seen = |done| progress(number * options.rays + done, all);
-        answer.push(distribution(slab, case, &GoniometricOptions { seed, ..*options }, seen));
+        let report = |traced| progress(RayProgress { traced: number * options.rays + traced, total });
+        distributions.push(distribution(slab, case, &GoniometricOptions { seed, ..*options }, report));
     }
-    Ok(answer)
+    Ok(distributions)
 }
 
 impl PatchGrid {
@@ -129,12 +144,12 @@ impl PatchGrid {
     }
 
     fn check(self) -> Result<(), TransportError> {
-        TransportError::check("number of rings", self.rings as f64, (1.0, MOST_RINGS), "")?;
-        TransportError::check("number of sectors", self.sectors as f64, (1.0, MOST_SECTORS), "")
+        RING_RANGE.check(self.rings as f64)?;
+        SECTOR_RANGE.check(self.sectors as f64)
     }
 
     /// The patch that a direction belongs to.
-    fn at(self, direction: Direction) -> usize {
+    fn index(self, direction: Direction) -> usize {
         let sine_squared = 1.0 - direction.cosine * direction.cosine;
         let azimuth = direction.heading.y.abs().atan2(direction.heading.x);
         part(sine_squared, self.rings) * self.sectors + part(azimuth / PI, self.sectors)
@@ -161,48 +176,55 @@ impl Default for PatchGrid {
 }
 
 impl Distribution {
-    /// The BSDF in the plane of incidence: `patches`, one of the two hemispheres, from the backward horizon (angles below
-    /// 0°) over the normal to the forward one, as far as the first and last sectors hold it.
+    /// The BSDF near the plane of incidence, in the first and last sectors of `patches`, one of the two hemispheres: from the
+    /// backward horizon (angles below 0°) over the normal to the forward horizon.
     #[must_use]
-    pub fn in_plane(&self, patches: &[Patch]) -> Vec<(f64, Estimate)> {
+    pub fn in_plane(&self, patches: &[Patch]) -> Vec<PlanePoint> {
         let rings = patches.chunks_exact(self.patches.sectors);
-        let backward = rings.clone().rev().map(|ring| ring[ring.len() - 1]);
-        backward
-            .map(|patch| (-patch.theta_deg, patch.bsdf_per_sr))
-            .chain(rings.map(|ring| (ring[0].theta_deg, ring[0].bsdf_per_sr)))
-            .collect()
+        let point =
+            |sign: f64, patch: &Patch| PlanePoint { theta_deg: sign * patch.theta_deg, bsdf_per_sr: patch.bsdf_per_sr };
+        let backward = rings.clone().rev().map(|ring| point(-1.0, &ring[ring.len() - 1]));
+        backward.chain(rings.map(|ring| point(1.0, &ring[0]))).collect()
     }
 }
 
-/// Which of `count` equal parts of 0–1 holds `share`; the last part includes 1.
-fn part(share: f64, count: usize) -> usize {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ share ≤ 1 and count ≤ 1000")]
-    let part = (share * count as f64) as usize;
+/// Index of the one of `count` equal parts of 0–1 that holds `fraction`; the last part includes 1.
+fn part(fraction: f64, count: usize) -> usize {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ fraction ≤ 1 and count ≤ 1000")]
+    let part = (fraction * count as f64) as usize;
     part.min(count - 1)
+}
+
+/// One slab under one light.
+#[derive(Clone, Copy)]
+struct Case {
+    thickness_cm: f64,
+    incidence: Incidence,
+    wavelength_nm: f64,
 }
 
 fn distribution(
     slab: &Slab,
-    (thickness_cm, incidence, wavelength_nm): (f64, Incidence, f64),
+    Case { thickness_cm, incidence, wavelength_nm }: Case,
     options: &GoniometricOptions,
     progress: impl Fn(u64),
 ) -> Distribution {
-    let met = Constituents::new(&slab.sample, wavelength_nm);
-    let scatterers = Scatterers::new(&slab.sample, &met);
-    let absorption = Absorption::new(&met, &scatterers);
+    let constituents = Constituents::new(&slab.sample, wavelength_nm);
+    let scatterers = Scatterers::new(&slab.sample, &constituents);
+    let absorption = Absorption::new(&constituents, &scatterers);
     let optical_depth = scatterers.extinction_per_m * thickness_cm * 0.01;
     let (patches, count) = (options.patches, options.patches.count());
-    // Sums of w and w² over the patches on top, then those below, then the direct light.
+    // Sums of w and w² for the patches above, the patches below, and the direct light.
     let mut sums = vec![(0.0, 0.0); 2 * count + 1];
     let trace = |ray| {
         let mut stream = Stream::new(options.seed, ray);
-        let exit = follow(&scatterers, optical_depth, cos_incidence(incidence, &mut stream), &mut stream);
-        let bin = match exit.way {
-            Way::Reflected(direction) => patches.at(direction),
-            Way::Transmitted(direction) => count + patches.at(direction),
-            Way::Direct => 2 * count,
+        let (exit, paths) = trace_ray(&scatterers, optical_depth, cos_incidence(incidence, &mut stream), &mut stream);
+        let bin = match exit {
+            Exit::Reflected(direction) => patches.index(direction),
+            Exit::Transmitted(direction) => count + patches.index(direction),
+            Exit::Direct => 2 * count,
         };
-        (bin, absorption.left(&exit.paths))
+        (bin, absorption.transmittance(&paths))
     };
     let mut done = 0;
     trace_in_order(options.rays, trace, |block| {
@@ -213,7 +235,7 @@ fn distribution(
         done += block.len() as u64;
         progress(done);
     });
-    // A ray leaves once, so that the squares of a flux's rays are those of its patches.
+    // A ray leaves through one patch only, so the sum of squares of a flux is that of its patches.
     let flux = |part: &[(f64, f64)]| {
         let (first, second) = part.iter().fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
         estimate(first, second, options.rays)
@@ -235,7 +257,7 @@ fn distribution(
     }
 }
 
-/// An estimate over a quantity that is known.
+/// An estimate divided by an exact number.
 fn per(divisor: f64, estimate: Estimate) -> Estimate {
     Estimate { value: estimate.value / divisor, standard_error: estimate.standard_error / divisor }
 }
@@ -245,24 +267,22 @@ fn per(divisor: f64, estimate: Estimate) -> Estimate {
 struct Direction {
     /// Cosine from the normal that points into the slab.
     cosine: f64,
-    /// Its horizontal part, of unit length; the beam's lies along x.
+    /// Horizontal direction, of unit length; the beam's is the x axis.
     heading: DVec2,
 }
 
-/// How a ray left, and how far it went.
-struct Exit {
-    way: Way,
-    paths: Paths,
-}
-
-enum Way {
+/// How a ray leaves the slab.
+enum Exit {
+    /// From the top.
     Reflected(Direction),
+    /// From the bottom, scattered.
     Transmitted(Direction),
+    /// From the bottom, unscattered.
     Direct,
 }
 
-/// Follows a ray as the spectrometric walk does, random number by random number, and keeps its azimuth too.
-fn follow(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> Exit {
+/// Traces a ray until it leaves. It draws the same random numbers as [`walk`](super::walk::walk), and tracks the azimuth too.
+fn trace_ray(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> (Exit, Paths) {
     let mut direction = Direction { cosine: cos_incidence, heading: DVec2::X };
     let (mut depth, mut paths, mut scattered) = (0.0, Paths::default(), false);
     loop {
@@ -271,32 +291,32 @@ fn follow(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, strea
         if next <= 0.0 || next >= optical_depth {
             let face = if next > 0.0 { optical_depth } else { 0.0 };
             paths.free += (face - depth) / direction.cosine;
-            let way = match (next > 0.0, scattered) {
-                (false, _) => Way::Reflected(direction),
-                (true, true) => Way::Transmitted(direction),
-                (true, false) => Way::Direct,
+            let exit = match (next > 0.0, scattered) {
+                (false, _) => Exit::Reflected(direction),
+                (true, true) => Exit::Transmitted(direction),
+                (true, false) => Exit::Direct,
             };
-            return Exit { way, paths };
+            return (exit, paths);
         }
         depth = next;
         paths.free += flight;
-        let met = scatterers.meet(stream);
-        met.lengthen(hit_size_m(&scatterers.size, stream), &mut paths);
-        direction = direction.turned(met.cos_scattering, stream);
+        let collision = scatterers.collide(stream);
+        collision.add_ice_path(hit_size_m(&scatterers.size, stream), &mut paths);
+        direction = direction.scattered(collision.cos_scattering, stream);
         scattered = true;
     }
 }
 
 impl Direction {
-    /// The direction after scattering through an angle Θ with a random azimuth ψ about the way it came: in the frame
-    /// whose x axis is the heading, cosΘ (s, 0, c) + sinΘ cosψ (−c, 0, s) + sinΘ sinψ (0, 1, 0), with s² = 1 − c².
-    fn turned(self, cos_scattering: f64, stream: &mut Stream) -> Self {
+    /// The direction after scattering by an angle Θ with a random azimuth ψ about the direction of travel: in the frame with
+    /// the heading as x axis, cosΘ (s, 0, c) + sinΘ cosψ (−c, 0, s) + sinΘ sinψ (0, 1, 0), with s² = 1 − c².
+    fn scattered(self, cos_scattering: f64, stream: &mut Stream) -> Self {
         let sine = (1.0 - self.cosine * self.cosine).max(0.0).sqrt();
         let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
         let (sin_psi, cos_psi) = (TAU * stream.uniform()).sin_cos();
         let cosine = self.cosine * cos_scattering + sine * sin_scattering * cos_psi;
         let turn = DVec2::new(sine * cos_scattering - self.cosine * sin_scattering * cos_psi, sin_scattering * sin_psi);
-        // Straight up or down any heading will do.
+        // Straight up or down, any heading serves.
         let heading = self.heading.rotate(turn.normalize_or(DVec2::X)).normalize();
         Self { cosine: cosine.clamp(-1.0, 1.0), heading }
     }
@@ -313,23 +333,23 @@ mod tests {
     }
 
     #[test]
-    fn turning_keeps_the_scattering_angle() {
+    fn directions_differ_by_the_scattering_angle() {
         let mut stream = Stream::new(1, 0);
         let mut direction = Direction { cosine: 0.3, heading: DVec2::X };
         for i in 0..10_000 {
             let cos_scattering = 2.0 * stream.uniform() - 1.0;
-            let next = direction.turned(cos_scattering, &mut stream);
+            let next = direction.scattered(cos_scattering, &mut stream);
             let found = vector(direction).dot(vector(next));
-            // Sines from cosines lose half of the digits near the poles, which 10⁴ directions come close to.
+            // Sines from cosines lose half of the digits near the poles, and some of 10⁴ directions come close to them.
             assert!((found - cos_scattering).abs() < 1e-11, "{i}: {found}, not {cos_scattering}");
             direction = next;
         }
         let down = Direction { cosine: 1.0, heading: DVec2::X };
-        assert!((down.turned(0.2, &mut stream).cosine - 0.2).abs() < 1e-15);
+        assert!((down.scattered(0.2, &mut stream).cosine - 0.2).abs() < 1e-15);
     }
 
     #[test]
-    fn patches_share_the_hemisphere() {
+    fn patches_cover_the_hemisphere() {
         let grid = PatchGrid { rings: 7, sectors: 5 };
         let none = Estimate { value: 0.0, standard_error: 0.0 };
         let whole: f64 = (0..grid.count()).map(|index| grid.patch(index, none).solid_angle_sr).sum();
@@ -339,11 +359,11 @@ mod tests {
             let (theta, phi) = (patch.theta_deg.to_radians(), patch.phi_deg.to_radians());
             for mirrored in [phi, -phi] {
                 let direction = Direction { cosine: theta.cos(), heading: DVec2::from_angle(mirrored) };
-                assert_eq!(grid.at(direction), index);
-                assert_eq!(grid.at(Direction { cosine: -direction.cosine, ..direction }), index);
+                assert_eq!(grid.index(direction), index);
+                assert_eq!(grid.index(Direction { cosine: -direction.cosine, ..direction }), index);
             }
         }
         let corner = Direction { cosine: 0.0, heading: -DVec2::X };
-        assert_eq!(grid.at(corner), grid.count() - 1);
+        assert_eq!(grid.index(corner), grid.count() - 1);
     }
 }

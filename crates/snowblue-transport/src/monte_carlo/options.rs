@@ -1,22 +1,35 @@
 //! Options of the Monte Carlo engine.
 
 use crate::TransportError;
+use crate::range::ParameterRange;
 use crate::rng::Stream;
 use crate::slab::Incidence;
 
-/// Rays per wavelength that the paper uses.
+/// Number of rays.
+const RAY_RANGE: ParameterRange = ParameterRange { quantity: "number of rays", least: 2.0, greatest: 1e12, unit: "" };
+
+/// Rays per wavelength in the paper.
 pub const DEFAULT_RAYS: u64 = 100_000;
 
-/// How the engine works.
+/// Options of the Monte Carlo engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MonteCarloOptions {
-    /// Rays per direction and index node (per direction and wavelength among impurities and in snow more than half full of
-    /// water); or, one wavelength at a time, per direction, thickness and wavelength.
+    /// Rays per incidence and index node (per incidence and wavelength in snow with impurities or with more than half of its
+    /// pores filled by water); with `per_wavelength`, rays per incidence, thickness and wavelength.
     pub rays: u64,
     /// Seed of all randomness.
     pub seed: u64,
-    /// Whether to trace each wavelength and thickness on its own, as the paper did.
+    /// Whether to trace each wavelength and thickness separately, as in the paper.
     pub per_wavelength: bool,
+}
+
+/// Progress of a computation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RayProgress {
+    /// Rays traced so far.
+    pub traced: u64,
+    /// Rays to trace in all.
+    pub total: u64,
 }
 
 impl Default for MonteCarloOptions {
@@ -26,10 +39,10 @@ impl Default for MonteCarloOptions {
 }
 
 pub(super) fn check_rays(rays: u64) -> Result<(), TransportError> {
-    TransportError::check("number of rays", rays as f64, (2.0, 1e12), "")
+    RAY_RANGE.check(rays as f64)
 }
 
-/// Cosine from the normal with which a ray enters; Lambertian light has μ² uniform.
+/// Cosine from the normal of an incident ray; for Lambertian light μ² is uniform.
 pub(super) fn cos_incidence(incidence: Incidence, stream: &mut Stream) -> f64 {
     match incidence {
         Incidence::Beam { angle_deg } => angle_deg.to_radians().cos(),

@@ -1,14 +1,14 @@
-//! Many rays on many threads, summed in one order.
+//! Sums over rays that do not depend on the number of threads.
 
 use rayon::prelude::*;
 
 use crate::slab::Estimate;
 
-/// Rays that one task traces before its sums are added to the others'.
+/// Rays per task.
 const RAYS_PER_TASK: u64 = 64;
-/// Tasks whose sums are kept at a time.
+/// Tasks whose sums are held in memory at a time.
 const TASKS_PER_BLOCK: usize = 1 << 12;
-/// Rays whose single answers are kept at a time.
+/// Rays whose results are held in memory at a time.
 const RAYS_PER_BLOCK: usize = 1 << 15;
 
 /// Sums and sums of squares of N quantities over rays.
@@ -18,7 +18,7 @@ pub(crate) struct Sums<const N: usize> {
     second: [f64; N],
 }
 
-/// Traces rays 0 … `rays` − 1 and adds up what `trace` returns, in ray order, whatever the number of threads.
+/// Traces rays 0 … `rays` − 1 and sums the results of `trace` in ray order.
 pub(crate) fn sum_over_rays<const N: usize>(rays: u64, trace: impl Fn(u64) -> [f64; N] + Sync) -> Sums<N> {
     let task = |task: u64| {
         let mut sums = Sums { first: [0.0; N], second: [0.0; N] };
@@ -45,9 +45,9 @@ pub(crate) fn sum_over_rays<const N: usize>(rays: u64, trace: impl Fn(u64) -> [f
     total
 }
 
-/// Traces rays 0 … `rays` − 1 and hands what `trace` returns to `take`, in ray order, block by block.
+/// Traces rays 0 … `rays` − 1 and passes the results of `trace` to `take` in ray order, block by block.
 ///
-/// It serves where a ray adds to few of many sums: these need not be kept for every task.
+/// For rays that each add to a few of many sums.
 pub(crate) fn trace_in_order<T: Send>(rays: u64, trace: impl Fn(u64) -> T + Sync, mut take: impl FnMut(&[T])) {
     for first in (0..rays).step_by(RAYS_PER_BLOCK) {
         let last = (first + RAYS_PER_BLOCK as u64).min(rays);

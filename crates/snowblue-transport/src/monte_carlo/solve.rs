@@ -1,6 +1,6 @@
-//! A slab by Monte Carlo: all wavelengths at once, or each on its own.
+//! Slabs by Monte Carlo: all wavelengths at once, or each separately.
 
-use super::options::{MonteCarloOptions, check_rays, cos_incidence};
+use super::options::{MonteCarloOptions, RayProgress, check_rays, cos_incidence};
 use super::rays::sum_over_rays;
 use super::spectral;
 use super::walk::{Absorption, Scatterers, walk};
@@ -9,27 +9,27 @@ use crate::medium::Constituents;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Radiometry, Slab};
 
-/// Means over all rays of a slab at one wavelength that do not depend on absorption.
+/// Mean paths of all rays of a slab at one wavelength; they do not depend on absorption.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanPaths {
     /// Path between grains, in m.
     pub pore_m: Estimate,
-    /// Grains and particles hit.
+    /// Number of scattering events.
     pub hits: Estimate,
-    /// Path through ice, in m; in grains in water it counts n_water² times, as it does for absorption.
+    /// Path through ice, in m; in grains in water it counts n_water² times, as for absorption.
     pub ice_m: Estimate,
 }
 
 /// Reflectance, transmittance and absorptance for each thickness, then each incidence, then each wavelength.
 ///
-/// `progress` is told how many of how many rays are traced, from any thread.
+/// `progress` is called from any thread with the number of rays traced.
 ///
 /// # Errors
 /// If the question is out of range.
 pub fn solve(
     slab: &Slab,
     options: &MonteCarloOptions,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
@@ -40,27 +40,27 @@ pub fn solve(
     }
 }
 
-/// The paper's way: every wavelength, thickness and direction traced on its own.
+/// Traces every wavelength, thickness and incidence separately, as in the paper.
 fn solve_per_wavelength(
     slab: &Slab,
     options: &MonteCarloOptions,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Vec<Radiometry> {
     let mut answer = Vec::new();
     let cases = slab.thicknesses_cm.len() * slab.incidences.len() * slab.wavelengths_nm.len();
     for &thickness_cm in &slab.thicknesses_cm {
         for &incidence in &slab.incidences {
             for &wavelength_nm in &slab.wavelengths_nm {
-                let met = Constituents::new(&slab.sample, wavelength_nm);
-                let scatterers = Scatterers::new(&slab.sample, &met);
-                let absorption = Absorption::new(&met, &scatterers);
+                let constituents = Constituents::new(&slab.sample, wavelength_nm);
+                let scatterers = Scatterers::new(&slab.sample, &constituents);
+                let absorption = Absorption::new(&constituents, &scatterers);
                 let depth = scatterers.extinction_per_m * thickness_cm * 0.01;
                 let seed = Stream::key(options.seed, answer.len() as u64);
                 let sums = sum_over_rays(options.rays, |ray| {
                     let mut stream = Stream::new(seed, ray);
                     let passage = walk(&scatterers, depth, cos_incidence(incidence, &mut stream), &mut stream);
-                    let left = absorption.left(&passage.paths);
-                    if passage.transmitted { [0.0, left, 1.0 - left] } else { [left, 0.0, 1.0 - left] }
+                    let weight = absorption.transmittance(&passage.paths);
+                    if passage.transmitted { [0.0, weight, 1.0 - weight] } else { [weight, 0.0, 1.0 - weight] }
                 });
                 answer.push(Radiometry {
                     thickness_cm,
@@ -70,25 +70,26 @@ fn solve_per_wavelength(
                     transmittance: sums.estimate(1, options.rays),
                     absorptance: sums.estimate(2, options.rays),
                 });
-                progress(answer.len() as u64 * options.rays, cases as u64 * options.rays);
+                let traced = answer.len() as u64 * options.rays;
+                progress(RayProgress { traced, total: cases as u64 * options.rays });
             }
         }
     }
     answer
 }
 
-/// Mean paths through the first thickness of a slab under its first light, at its first wavelength.
+/// Mean paths through the first thickness of a slab under its first incidence at its first wavelength.
 ///
 /// # Errors
 /// If the question is out of range.
 pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;
-    let met = Constituents::new(&slab.sample, slab.wavelengths_nm[0]);
-    let scatterers = Scatterers::new(&slab.sample, &met);
+    let constituents = Constituents::new(&slab.sample, slab.wavelengths_nm[0]);
+    let scatterers = Scatterers::new(&slab.sample, &constituents);
     let depth = scatterers.extinction_per_m * slab.thicknesses_cm[0] * 0.01;
-    // The path in ice in water counts as often as light there absorbs more than in ice in air.
-    let in_water = met.in_water.absorption_per_m / met.in_air.absorption_per_m;
+    // The path in grains in water counts by the ratio of the effective absorption coefficients.
+    let in_water = constituents.in_water.absorption_per_m / constituents.in_air.absorption_per_m;
     let sums = sum_over_rays(options.rays, |ray| {
         let mut stream = Stream::new(options.seed, ray);
         let passage = walk(&scatterers, depth, cos_incidence(slab.incidences[0], &mut stream), &mut stream);

@@ -1,12 +1,12 @@
-//! Rays through layers of different snow over a Lambertian ground, each wavelength on its own: the check of the layered
+//! Layers of different snow on a Lambertian ground by Monte Carlo, each wavelength separately: the check of the layered
 //! ordinates.
 //!
-//! Free flights in optical depth do not know of layers; only the grains that are met do. A ray that reaches the ground is
-//! sent back with the chance of its albedo, and counts as often as it arrives.
+//! Free flights are drawn in optical depth across all layers; the layer at their end provides the grain. The ground reflects
+//! a ray with the probability of its albedo. A ray counts in the transmittance each time that it arrives at the ground.
 
-use super::options::{MonteCarloOptions, check_rays, cos_incidence};
+use super::options::{MonteCarloOptions, RayProgress, check_rays, cos_incidence};
 use super::rays::sum_over_rays;
-use super::walk::{Absorption, Paths, Scatterers, turn};
+use super::walk::{Absorption, Paths, Scatterers, scattered_cosine};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
 use crate::rng::Stream;
@@ -14,40 +14,40 @@ use crate::slab::Radiometry;
 use crate::stack::{Layer, Stack};
 
 /// A layer at one wavelength.
-struct Bed {
+struct OpticalLayer {
     scatterers: Scatterers,
     absorption: Absorption,
-    /// Optical depths of its faces below the top.
+    /// Optical depths of its top and bottom below the top of the stack.
     top: f64,
     bottom: f64,
-    /// What the pores above it absorb of light that comes straight down, as an optical depth.
+    /// Optical depth of absorption in the pores above it, along the vertical.
     pores_above: f64,
 }
 
-/// Reflectance, flux that arrives at the ground, and absorptance of the snow: for each incidence, then each wavelength.
+/// Reflectance, flux that arrives at the ground, and absorptance of the snow, for each incidence, then each wavelength.
 ///
-/// `progress` is told how many of how many rays are traced.
+/// `progress` is called with the number of rays traced.
 ///
 /// # Errors
 /// If the question is out of range.
 pub fn solve_stack(
     stack: &Stack,
     options: &MonteCarloOptions,
-    progress: &(dyn Fn(u64, u64) + Sync),
+    progress: &(dyn Fn(RayProgress) + Sync),
 ) -> Result<Vec<Radiometry>, TransportError> {
     stack.check()?;
     check_rays(options.rays)?;
     let mut answer = Vec::new();
-    let all = (stack.incidences.len() * stack.wavelengths_nm.len()) as u64 * options.rays;
+    let total = (stack.incidences.len() * stack.wavelengths_nm.len()) as u64 * options.rays;
     for &incidence in &stack.incidences {
         for &wavelength_nm in &stack.wavelengths_nm {
-            let beds = beds(stack, wavelength_nm);
-            // Other streams than those of slabs without layers.
+            let layers = optical_layers(stack, wavelength_nm);
+            // The inverted seed makes the streams independent of those of slabs.
             let seed = Stream::key(!options.seed, answer.len() as u64);
             let sums = sum_over_rays(options.rays, |ray| {
                 let mut stream = Stream::new(seed, ray);
                 let cosine = cos_incidence(incidence, &mut stream);
-                let [reflected, arrived] = pass(&beds, stack.ground_albedo, cosine, &mut stream);
+                let [reflected, arrived] = trace_ray(&layers, stack.ground_albedo, cosine, &mut stream);
                 [reflected, arrived, 1.0 - reflected - (1.0 - stack.ground_albedo) * arrived]
             });
             answer.push(Radiometry {
@@ -58,48 +58,48 @@ pub fn solve_stack(
                 transmittance: sums.estimate(1, options.rays),
                 absorptance: sums.estimate(2, options.rays),
             });
-            progress(answer.len() as u64 * options.rays, all);
+            progress(RayProgress { traced: answer.len() as u64 * options.rays, total });
         }
     }
     Ok(answer)
 }
 
-fn beds(stack: &Stack, wavelength_nm: f64) -> Vec<Bed> {
+fn optical_layers(stack: &Stack, wavelength_nm: f64) -> Vec<OpticalLayer> {
     let (mut bottom, mut pores_above) = (0.0, 0.0);
-    let bed = |Layer { sample, thickness_cm }: &Layer| {
-        let met = Constituents::new(sample, wavelength_nm);
-        let scatterers = Scatterers::new(sample, &met);
-        let absorption = Absorption::new(&met, &scatterers);
+    let layer = |Layer { sample, thickness_cm }: &Layer| {
+        let constituents = Constituents::new(sample, wavelength_nm);
+        let scatterers = Scatterers::new(sample, &constituents);
+        let absorption = Absorption::new(&constituents, &scatterers);
         let (top, above) = (bottom, pores_above);
         bottom += scatterers.extinction_per_m * thickness_cm * 0.01;
-        pores_above += met.pore_absorption_per_m * thickness_cm * 0.01;
-        Bed { scatterers, absorption, top, bottom, pores_above: above }
+        pores_above += constituents.pore_absorption_per_m * thickness_cm * 0.01;
+        OpticalLayer { scatterers, absorption, top, bottom, pores_above: above }
     };
-    stack.layers.iter().map(bed).collect()
+    stack.layers.iter().map(layer).collect()
 }
 
-/// The layer at an optical depth; beyond the last, that.
-fn at(beds: &[Bed], depth: f64) -> &Bed {
-    &beds[beds.partition_point(|bed| bed.bottom <= depth).min(beds.len() - 1)]
+/// The layer at an optical depth, or the last one.
+fn layer_at(layers: &[OpticalLayer], depth: f64) -> &OpticalLayer {
+    &layers[layers.partition_point(|layer| layer.bottom <= depth).min(layers.len() - 1)]
 }
 
-/// What pores down to an optical depth absorb of light that comes straight down.
-fn pores(beds: &[Bed], depth: f64) -> f64 {
-    let bed = at(beds, depth);
-    bed.pores_above + bed.absorption.free * (depth - bed.top)
+/// Optical depth of absorption in the pores down to an optical depth, along the vertical.
+fn pore_absorption(layers: &[OpticalLayer], depth: f64) -> f64 {
+    let layer = layer_at(layers, depth);
+    layer.pores_above + layer.absorption.free * (depth - layer.top)
 }
 
-/// Weight that leaves on top, and weight that arrives at the ground, of one ray.
-fn pass(beds: &[Bed], ground_albedo: f64, cos_incidence: f64, stream: &mut Stream) -> [f64; 2] {
-    let ground = beds[beds.len() - 1].bottom;
+/// Traces a ray: the weight that leaves the top, and the weight that arrives at the ground.
+fn trace_ray(layers: &[OpticalLayer], ground_albedo: f64, cos_incidence: f64, stream: &mut Stream) -> [f64; 2] {
+    let ground = layers[layers.len() - 1].bottom;
     let (mut depth, mut cosine) = (0.0, cos_incidence);
     let (mut absorbed, mut arrived) = (0.0_f64, 0.0);
     loop {
         let beyond = depth - stream.uniform().ln() * cosine;
         let next = beyond.clamp(0.0, ground);
-        absorbed += ((pores(beds, next) - pores(beds, depth)) / cosine).abs();
+        absorbed += ((pore_absorption(layers, next) - pore_absorption(layers, depth)) / cosine).abs();
         depth = next;
-        // Where nothing lies, the way down is to the ground.
+        // Without snow a downward ray reaches the ground, not the top.
         if cosine < 0.0 && beyond <= 0.0 {
             return [(-absorbed).exp(), arrived];
         }
@@ -111,11 +111,11 @@ fn pass(beds: &[Bed], ground_albedo: f64, cos_incidence: f64, stream: &mut Strea
             (depth, cosine) = (ground, -stream.uniform().sqrt());
             continue;
         }
-        let bed = at(beds, depth);
-        let met = bed.scatterers.meet(stream);
+        let layer = layer_at(layers, depth);
+        let collision = layer.scatterers.collide(stream);
         let mut paths = Paths::default();
-        met.lengthen(hit_size_m(&bed.scatterers.size, stream), &mut paths);
-        absorbed += bed.absorption.in_ice(paths.ice_m);
-        cosine = turn(cosine, met.cos_scattering, stream);
+        collision.add_ice_path(hit_size_m(&layer.scatterers.size, stream), &mut paths);
+        absorbed += layer.absorption.in_ice(paths.ice_m);
+        cosine = scattered_cosine(cosine, collision.cos_scattering, stream);
     }
 }

@@ -1,29 +1,28 @@
-//! Snow as a volume: what light meets that walks through it in space, for a body of any shape.
+//! Snow as a volume, for random walks of light in bodies of any shape.
 //!
-//! Who walks draws free flights with the extinction coefficient, meets a grain or a particle at the end of each
-//! ([`VolumeNode::turns`]), turns by its angle about a random azimuth, and adds up the lengths of the way; these tell at
-//! its end what is left of each wavelength ([`Volume::left`]). As in a slab, the way depends on the wavelength through
-//! the index of ice alone: walks at a few nodes of the index serve all wavelengths, each composed of them by its weights.
+//! A walk draws free flights with the extinction coefficient, takes a scattering event at the end of each
+//! ([`VolumeNode::events`]), turns by its angle about a random azimuth, and sums the path lengths, which give the
+//! attenuation at each wavelength ([`Volume::attenuation`]). As in a slab, a path depends on the wavelength through the index
+//! of ice alone: walks at a few nodes of the index serve all wavelengths, each with its weights of the nodes.
 //!
-//! The grains are met beforehand, a million at each node, and ways go along that list from random places on: what a grain does
-//! knows nothing of where the light is. The list stands for all grains as far as it is long: of its 1 − ⟨cos Θ⟩, with which the
-//! light through deep snow goes, the standard error is .4 %.
+//! Scattering events are precomputed, a million at each node, and a walk takes them in order from a random start: scattering
+//! by a grain does not depend on the position of the light. The finite list leaves a standard error of .4 % in 1 − ⟨cos Θ⟩, to
+//! which light through deep snow is proportional.
 //!
-//! **The phase function** joins two points of a way by force: from each scattering straight to a lamp. It is the share of
-//! light, per sr, that leaves a grain in a direction,
+//! **The phase function** serves next-event estimation: from each scattering event straight to a light source. It is the
+//! fraction of light, per sr, that leaves a grain in a direction,
 //!
 //! ```text
 //! P(Θ; λ) = ⟨exp(−γ(λ) ℓ) δ(Ω − Ω′)⟩,   ∫ P dΩ = ω(λ), the single-scattering albedo,
 //! ```
 //!
-//! tabulated from the same grains in bins that are even in sin Θ/2, narrow where light goes straight on and none too small
-//! where it comes back.
+//! tabulated from the same events in bins of equal width in sin Θ/2, which are narrow in the forward direction.
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::spectral::nodes;
+use super::spectral::trace_nodes;
 use super::walk::Scatterers;
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
@@ -33,142 +32,148 @@ use crate::slab::check_wavelengths;
 
 /// Bins of the phase function.
 const BINS: usize = 128;
-/// Grains that one task meets.
+/// Scattering events per task.
 const GRAINS_PER_TASK: usize = 1 << 12;
 
-/// Snow that light walks through, at some wavelengths.
+/// Snow at some wavelengths, for random walks.
 #[derive(Debug, Clone)]
 pub struct Volume {
     nodes: Vec<VolumeNode>,
     /// [wavelength]
     absorptions: Vec<Absorption>,
+    /// Absorption coefficients that no wavelength falls below.
     least: Absorption,
 }
 
-/// Snow as light sees it at one index of ice.
+/// Snow at one node of the refractive index of ice.
 #[derive(Debug, Clone)]
 pub struct VolumeNode {
     extinction_per_m: f64,
     weights: Vec<f32>,
-    turns: Vec<Turn>,
+    events: Vec<ScatteringEvent>,
     /// [bin][wavelength], in 1/sr
     phase_per_sr: Vec<f32>,
 }
 
-/// What becomes of light that meets a grain or a particle.
+/// Scattering by a grain or a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct ScatteringEvent {
     /// Cosine of the scattering angle.
     pub cos_scattering: f32,
-    /// Path through the ice of a grain that lies in air, and of one in water, in m.
-    pub ice_m: [f32; 2],
+    /// Path through the ice of a grain in air, in m.
+    pub ice_in_air_m: f32,
+    /// Path through the ice of a grain in water, in m.
+    pub ice_in_water_m: f32,
 }
 
-/// How far light went, in m.
+/// Path lengths of light in snow, in m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Lengths {
-    /// Through the ice of grains in air, and of grains in water.
-    pub ice_m: [f64; 2],
+pub struct PathLengths {
+    /// Through the ice of grains in air.
+    pub ice_in_air_m: f64,
+    /// Through the ice of grains in water.
+    pub ice_in_water_m: f64,
     /// Between grains.
     pub pores_m: f64,
 }
 
-/// How many grains are met beforehand.
+/// Options of the precomputed scattering events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GrainPlan {
-    /// Grains per index node.
+    /// Scattering events per index node.
     pub grains: u32,
     /// Seed of all randomness.
     pub seed: u64,
 }
 
-/// What lengths cost at one wavelength, in 1/m.
+/// Effective absorption coefficients at one wavelength, in 1/m.
 #[derive(Debug, Clone, Copy)]
 struct Absorption {
-    ice_per_m: [f64; 2],
+    ice_in_air_per_m: f64,
+    ice_in_water_per_m: f64,
     pores_per_m: f64,
 }
 
 impl Default for GrainPlan {
-    /// Some thousand grains a bin: P is right to 1.5 % in each, and far better in the mean over them.
+    /// Some thousand events in each bin: P has a standard error of 1.5 % in each, and far less in the mean over them.
     fn default() -> Self {
         Self { grains: 1 << 20, seed: 1 }
     }
 }
 
 impl Volume {
-    /// The volume that snow is at some wavelengths.
+    /// Precomputes scattering in `sample` at some wavelengths.
     ///
     /// # Errors
-    /// If a property of the snow is out of range, or a wavelength beyond the tables.
+    /// If a parameter of the sample is out of range, or the tables do not cover a wavelength.
     pub fn new(sample: &SnowSample, wavelengths_nm: &[f64], plan: &GrainPlan) -> Result<Self, TransportError> {
         sample.check()?;
         check_wavelengths(wavelengths_nm, sample)?;
         let constituents = |wavelength_nm: &f64| Constituents::new(sample, *wavelength_nm);
-        let met: Vec<Constituents> = wavelengths_nm.iter().map(constituents).collect();
-        let absorptions: Vec<Absorption> = met.iter().map(Absorption::new).collect();
-        let (nodes_nm, weights) = nodes(sample, wavelengths_nm, &met);
+        let of_wavelengths: Vec<Constituents> = wavelengths_nm.iter().map(constituents).collect();
+        let absorptions: Vec<Absorption> = of_wavelengths.iter().map(Absorption::new).collect();
+        let trace_nodes = trace_nodes(sample, wavelengths_nm, &of_wavelengths);
         let node = |(number, wavelength_nm): (usize, &f64)| {
             let scatterers = Scatterers::new(sample, &constituents(wavelength_nm));
             #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
-            let weights: Vec<f32> = weights.iter().map(|weights| weights[number] as f32).collect();
-            let turns = meet(&scatterers, plan);
-            let phase_per_sr = tabulate(&turns, &absorptions);
-            VolumeNode { extinction_per_m: scatterers.extinction_per_m, weights, turns, phase_per_sr }
+            let weights: Vec<f32> = trace_nodes.weights.iter().map(|weights| weights[number] as f32).collect();
+            let events = scattering_events(&scatterers, plan);
+            let phase_per_sr = tabulate_phase(&events, &absorptions);
+            VolumeNode { extinction_per_m: scatterers.extinction_per_m, weights, events, phase_per_sr }
         };
-        let nodes = nodes_nm.iter().enumerate().map(node).collect();
+        let nodes = trace_nodes.wavelengths_nm.iter().enumerate().map(node).collect();
         let least = absorptions.iter().copied().reduce(Absorption::least).unwrap_or(absorptions[0]);
         Ok(Self { nodes, absorptions, least })
     }
 
-    /// Snow at each node of the index. The mean over walks at every node, times the node's weights and summed, is unbiased.
+    /// Snow at each node of the index. The sum over the nodes of their weights times the mean over walks is unbiased.
     #[must_use]
     pub fn nodes(&self) -> &[VolumeNode] {
         &self.nodes
     }
 
-    /// An optical depth of absorption that light of no wavelength falls short of on such a way: who lets chance end ways
-    /// with the probability 1 − e^{−depth} may count it as paid.
+    /// A lower bound of the optical depth of absorption along a path, over all wavelengths.
+    ///
+    /// A walk that ends with the probability 1 − e^{−depth} (Russian roulette) has accounted for this depth.
     #[inline]
     #[must_use]
-    pub fn least_absorbed(&self, way: &Lengths) -> f64 {
-        self.least.depth(way)
+    pub fn least_absorption(&self, path: &PathLengths) -> f64 {
+        self.least.depth(path)
     }
 
-    /// The share of light of each wavelength that is left after a way, with an optical depth of absorption already paid.
-    pub fn left(&self, way: &Lengths, paid: f64, left: &mut [f32]) {
-        for (left, absorption) in left.iter_mut().zip(&self.absorptions) {
-            #[expect(clippy::cast_possible_truncation, reason = "single precision holds a share of light")]
-            let depth = (absorption.depth(way) - paid) as f32;
-            *left = (-depth).exp();
+    /// The fraction of light at each wavelength that is not absorbed along a path, given that the walk has already accounted
+    /// for the optical depth `accounted`.
+    pub fn attenuation(&self, path: &PathLengths, accounted: f64, attenuation: &mut [f32]) {
+        for (fraction, absorption) in attenuation.iter_mut().zip(&self.absorptions) {
+            #[expect(clippy::cast_possible_truncation, reason = "single precision holds a fraction of light")]
+            let depth = (absorption.depth(path) - accounted) as f32;
+            *fraction = (-depth).exp();
         }
     }
 }
 
 impl VolumeNode {
-    /// Extinction coefficient of all that turns light, in 1/m.
+    /// Extinction coefficient of all scatterers, in 1/m.
     #[inline]
     #[must_use]
     pub fn extinction_per_m(&self) -> f64 {
         self.extinction_per_m
     }
 
-    /// What a walk at this node counts for each wavelength; the weights of all nodes sum up to 1.
+    /// The weight of a walk at this node for each wavelength; the weights of all nodes sum to 1.
     #[must_use]
     pub fn weights(&self) -> &[f32] {
         &self.weights
     }
 
-    /// What the grains and particles do that light meets here, in no order. Of all nodes those at the same place did it by the same
-    /// chance.
+    /// Random scattering events. Events with the same index at different nodes have the same random numbers.
     #[inline]
     #[must_use]
-    pub fn turns(&self) -> &[Turn] {
-        &self.turns
+    pub fn events(&self) -> &[ScatteringEvent] {
+        &self.events
     }
 
-    /// The share of light, per sr, that leaves a grain at an angle with this cosine from where it was going, wavelength by
-    /// wavelength: P(Θ; λ), with ∫ P dΩ = ω.
+    /// The phase function at each wavelength, in 1/sr, for the cosine of a scattering angle: P(Θ; λ), with ∫ P dΩ = ω.
     #[inline]
     #[must_use]
     pub fn phase_per_sr(&self, cos_scattering: f64) -> &[f32] {
@@ -178,30 +183,40 @@ impl VolumeNode {
 }
 
 impl Absorption {
-    fn new(met: &Constituents) -> Self {
-        let ice_per_m = [met.in_air.absorption_per_m, met.in_water.absorption_per_m];
-        Self { ice_per_m, pores_per_m: met.pore_absorption_per_m }
+    fn new(constituents: &Constituents) -> Self {
+        Self {
+            ice_in_air_per_m: constituents.in_air.absorption_per_m,
+            ice_in_water_per_m: constituents.in_water.absorption_per_m,
+            pores_per_m: constituents.pore_absorption_per_m,
+        }
     }
 
     fn least(self, other: Self) -> Self {
         Self {
-            ice_per_m: [0, 1].map(|i| self.ice_per_m[i].min(other.ice_per_m[i])),
+            ice_in_air_per_m: self.ice_in_air_per_m.min(other.ice_in_air_per_m),
+            ice_in_water_per_m: self.ice_in_water_per_m.min(other.ice_in_water_per_m),
             pores_per_m: self.pores_per_m.min(other.pores_per_m),
         }
     }
 
     #[inline]
-    fn depth(&self, way: &Lengths) -> f64 {
-        self.ice_per_m[0] * way.ice_m[0] + self.ice_per_m[1] * way.ice_m[1] + self.pores_per_m * way.pores_m
+    fn depth(&self, path: &PathLengths) -> f64 {
+        self.ice_in_air_per_m * path.ice_in_air_m
+            + self.ice_in_water_per_m * path.ice_in_water_m
+            + self.pores_per_m * path.pores_m
     }
 }
 
-/// The bin of an angle: even in sin Θ/2 = √((1 − cos Θ)/2).
+/// The bin of an angle; bins have equal widths in sin Θ/2 = √((1 − cos Θ)/2).
 #[inline]
 fn bin(cos_scattering: f64) -> usize {
-    let place = (0.5 * (1.0 - cos_scattering)).max(0.0).sqrt() * BINS as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ place, and kept below the end")]
-    let bin = (place as usize).min(BINS - 1);
+    let position = (0.5 * (1.0 - cos_scattering)).max(0.0).sqrt() * BINS as f64;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 ≤ position, clamped to the last bin"
+    )]
+    let bin = (position as usize).min(BINS - 1);
     bin
 }
 
@@ -211,40 +226,49 @@ fn solid_angle_sr(bin: usize) -> f64 {
     4.0 * PI * (last * last - first * first)
 }
 
-/// Meets many grains.
-fn meet(scatterers: &Scatterers, plan: &GrainPlan) -> Vec<Turn> {
-    let turn = |grain: u32| {
+/// Draws random scattering events.
+fn scattering_events(scatterers: &Scatterers, plan: &GrainPlan) -> Vec<ScatteringEvent> {
+    let event = |grain: u32| {
         let mut stream = Stream::new(plan.seed, grain.into());
-        let met = scatterers.meet(&mut stream);
+        let collision = scatterers.collide(&mut stream);
         let size_m = hit_size_m(&scatterers.size, &mut stream);
-        #[expect(clippy::cast_possible_truncation, reason = "single precision is far finer than the grains' scatter")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the variation between grains is far above single precision"
+        )]
         let narrow = |value: f64| value as f32;
-        Turn { cos_scattering: narrow(met.cos_scattering), ice_m: met.ice_path.map(|path| narrow(path * size_m)) }
+        let [ice_in_air_m, ice_in_water_m] = collision.ice_path.map(|path| narrow(path * size_m));
+        ScatteringEvent { cos_scattering: narrow(collision.cos_scattering), ice_in_air_m, ice_in_water_m }
     };
-    (0..plan.grains).into_par_iter().map(turn).collect()
+    (0..plan.grains).into_par_iter().map(event).collect()
 }
 
-/// Sorts what grains let out by its angle: [bin][wavelength], in 1/sr.
-fn tabulate(turns: &[Turn], absorptions: &[Absorption]) -> Vec<f32> {
+/// Tabulates the phase function of scattering events: [bin][wavelength], in 1/sr.
+fn tabulate_phase(events: &[ScatteringEvent], absorptions: &[Absorption]) -> Vec<f32> {
     let wavelengths = absorptions.len();
-    let task = |turns: &[Turn]| {
+    let task = |events: &[ScatteringEvent]| {
         let mut sums = vec![0.0; BINS * wavelengths];
-        for turn in turns {
-            let way = Lengths { ice_m: turn.ice_m.map(f64::from), pores_m: 0.0 };
-            let sums = &mut sums[bin(turn.cos_scattering.into()) * wavelengths..][..wavelengths];
+        for event in events {
+            let path = PathLengths {
+                ice_in_air_m: event.ice_in_air_m.into(),
+                ice_in_water_m: event.ice_in_water_m.into(),
+                pores_m: 0.0,
+            };
+            let sums = &mut sums[bin(event.cos_scattering.into()) * wavelengths..][..wavelengths];
             for (sum, absorption) in sums.iter_mut().zip(absorptions) {
-                *sum += (-absorption.depth(&way)).exp();
+                *sum += (-absorption.depth(&path)).exp();
             }
         }
         sums
     };
-    let parts: Vec<Vec<f64>> = turns.par_chunks(GRAINS_PER_TASK).map(task).collect();
+    let parts: Vec<Vec<f64>> = events.par_chunks(GRAINS_PER_TASK).map(task).collect();
     let mut sums = vec![0.0; BINS * wavelengths];
     for part in parts {
         sums.iter_mut().zip(part).for_each(|(sum, term)| *sum += term);
     }
-    #[expect(clippy::cast_possible_truncation, reason = "its own scatter is far above single precision")]
-    let per_sr = |(place, sum): (usize, f64)| (sum / (turns.len() as f64 * solid_angle_sr(place / wavelengths))) as f32;
+    #[expect(clippy::cast_possible_truncation, reason = "the noise is far above single precision")]
+    let per_sr =
+        |(place, sum): (usize, f64)| (sum / (events.len() as f64 * solid_angle_sr(place / wavelengths))) as f32;
     sums.into_iter().enumerate().map(per_sr).collect()
 }
 
@@ -253,8 +277,8 @@ mod tests {
     use super::*;
     use crate::{Demand, GrainTallies, Population, TallyPlan};
 
-    /// ∫ P dΩ is the albedo and ∫ P cos Θ dΩ over it the asymmetry that the ordinates' tally of other rays finds, in dry
-    /// and in wet snow, where ice absorbs a hundred-thousandth and where it absorbs a third.
+    /// ∫ P dΩ is the albedo, and ∫ P cos Θ dΩ over it the asymmetry, of the ordinates' tally with other rays, in dry and in
+    /// wet snow, at absorptances of a grain from 10⁻⁵ to a third.
     #[test]
     fn the_phase_function_has_the_albedo_and_the_asymmetry_of_the_medium() {
         let wavelengths_nm = [450.0, 700.0, 1500.0];
@@ -271,35 +295,35 @@ mod tests {
                 for bin in 0..BINS {
                     let middle_cos = 1.0 - ((bin * bin) as f64 + ((bin + 1) * (bin + 1)) as f64) / (BINS * BINS) as f64;
                     for node in volume.nodes() {
-                        let share =
+                        let fraction =
                             f64::from(node.weights()[k] * node.phase_per_sr(middle_cos)[k]) * solid_angle_sr(bin);
-                        albedo += share;
-                        along += share * middle_cos;
+                        albedo += fraction;
+                        along += fraction * middle_cos;
                     }
                 }
                 let medium = tallies.medium(&sample, *wavelength_nm, None);
                 let lost = medium.scattering.one_minus_albedo * medium.extinction_per_m;
                 let in_pores = Constituents::new(&sample, *wavelength_nm).pore_absorption_per_m;
                 let expected = (lost - in_pores) / (medium.extinction_per_m - in_pores);
-                // 2¹⁸ ice paths of a deviation as great as their mean, on both sides: 4 σ are 1.1 %; and single precision.
+                // 2¹⁸ ice paths with a deviation as great as their mean, on both sides: 4 σ are 1.1 %; plus single precision.
                 let allowed = 0.011 * expected + 3e-6;
                 assert!((1.0 - albedo - expected).abs() < allowed, "{wavelength_nm}: {albedo} {expected}");
-                // The cosine's deviation is .4: 4 σ are .0044 of 2¹⁸ grains on both sides. Bins add less than 10⁻⁴.
+                // The deviation of the cosine is .4: 4 σ of 2¹⁸ grains on both sides are .0044. Bins add less than 10⁻⁴.
                 let asymmetry = medium.scattering.asymmetry();
                 assert!((along / albedo - asymmetry).abs() < 0.0045, "{wavelength_nm}: {} {asymmetry}", along / albedo);
             }
         }
     }
 
-    /// Chance ends no more light than the least absorbed wavelength loses.
+    /// At the least absorbed wavelength Russian roulette accounts for no more than the absorption.
     #[test]
-    fn what_is_paid_is_less_than_any_wavelength_owes() {
+    fn least_absorption_is_a_lower_bound() {
         let volume = Volume::new(&SnowSample::default(), &[420.0, 550.0, 700.0], &GrainPlan { grains: 1, seed: 1 });
         let volume = volume.unwrap();
-        let way = Lengths { ice_m: [2.0, 0.0], pores_m: 9.0 };
-        let mut left = [0.0; 3];
-        volume.left(&way, volume.least_absorbed(&way), &mut left);
-        assert!(left.iter().all(|left| *left <= 1.0) && left.iter().any(|left| *left >= 1.0), "{left:?}");
-        assert!(left[2] < 0.5 * left[1], "{left:?}");
+        let path = PathLengths { ice_in_air_m: 2.0, ice_in_water_m: 0.0, pores_m: 9.0 };
+        let mut found = [0.0; 3];
+        volume.attenuation(&path, volume.least_absorption(&path), &mut found);
+        assert!(found.iter().all(|one| *one <= 1.0) && found.iter().any(|one| *one >= 1.0), "{found:?}");
+        assert!(found[2] < 0.5 * found[1], "{found:?}");
     }
 }

@@ -1,11 +1,11 @@
-//! Fresnel's laws at a smooth interface between two clear media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
+//! Fresnel's equations at a smooth interface between two transparent media (Born & Wolf 1999, *Principles of Optics*, §1.5.2).
 //!
 //! The absorption of ice is far too weak in 300–2500 nm to change them (k < 10⁻² there), so indices are real.
 
-/// What an interface does to unpolarised light.
+/// Reflection and refraction of unpolarised light at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fresnel {
-    /// Reflected share of the power, mean of both polarisations; 1 under total internal reflection.
+    /// Reflected fraction of the power, mean of both polarisations; 1 under total internal reflection.
     pub reflectance: f64,
     /// Cosine of the angle of refraction; 0 under total internal reflection.
     pub cos_refraction: f64,
@@ -15,7 +15,7 @@ pub struct Fresnel {
 ///
 /// ```
 /// # use snowblue_transport::optics::fresnel;
-/// // Ice in air reflects two hundredths of the light that falls on it straight on.
+/// // Ice in air reflects 2 % of light at normal incidence.
 /// assert!((fresnel(1.0, 1.31).reflectance - (0.31_f64 / 2.31).powi(2)).abs() < 1e-15);
 /// ```
 #[must_use]
@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reflectance_is_the_same_from_both_sides() {
+    fn reflectance_is_equal_from_both_sides() {
         for cos in [0.9, 0.5, 0.1] {
             let down = fresnel(cos, 1.31);
             let up = fresnel(down.cos_refraction, 1.0 / 1.31);
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn brewster_angle_reflects_half_of_one_polarisation_only() {
+    fn only_s_polarised_light_is_reflected_at_the_brewster_angle() {
         let n: f64 = 1.31;
         let cos = 1.0 / n.hypot(1.0);
         let s = ((n * n - 1.0) / (n * n + 1.0)).powi(2);
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_critical_angle_all_is_reflected() {
+    fn light_beyond_the_critical_angle_is_totally_reflected() {
         assert!((fresnel(0.6, 1.0 / 1.31).reflectance - 1.0).abs() < 1e-15);
         assert!(fresnel(0.7, 1.0 / 1.31).reflectance < 1.0);
     }

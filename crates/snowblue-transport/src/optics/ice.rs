@@ -1,20 +1,22 @@
 //! Optical constants and density of ice Ih.
 //!
-//! The refractive index is n + ik. Two published tables differ by a factor of 7 at 450 nm and of 26 at 400 nm,
-//! where ice is among the clearest of solids, and the hue behind some 20 cm of snow hangs on which is right: Warren & Brandt 2008
-//! (doi:10.1029/2007JD009744, inferred from light in Antarctic snow) and Picard, Libois & Arnaud 2016
-//! (doi:10.5194/tc-10-2655-2016, by the same method with more profiles). Both are inferred, so the choice is the user's.
+//! The refractive index is n + ik. Two published tables of k differ by a factor of 7 at 450 nm and of 26 at 400 nm, where
+//! ice is among the clearest of solids: Warren & Brandt 2008 (doi:10.1029/2007JD009744, inferred from light in Antarctic
+//! snow) and Picard, Libois & Arnaud 2016 (doi:10.5194/tc-10-2655-2016, by the same method with more profiles). The hue of
+//! light behind 20 cm of snow depends on which is right. Both are inferred, so the user chooses.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use super::spectral_table::SpectralTable;
 use crate::TransportError;
+use crate::range::WavelengthRange;
 
-/// Wavelengths of the model, in nm: beyond 2500 nm ice is too black for rays.
-const MODEL_RANGE_NM: (f64, f64) = (300.0, 2500.0);
-/// First and last wavelength of the Picard 2016 table, in nm, and where Warren & Brandt take over.
-const PICARD_RANGE_NM: (f64, f64) = (320.0, 600.0);
+/// Wavelengths of the model: beyond 2500 nm ice absorbs too strongly for geometric optics.
+const MODEL_RANGE: WavelengthRange = WavelengthRange::new(300.0, 2500.0);
+/// First wavelength of the Picard 2016 table, in nm.
+const PICARD_FIRST_NM: f64 = 320.0;
+/// Wavelength from which Warren & Brandt 2008 continues the Picard 2016 table, in nm.
 const PICARD_JOIN_NM: f64 = 610.0;
 
 /// Which published absorption of ice to use.
@@ -28,7 +30,7 @@ pub enum IceTable {
 }
 
 impl IceTable {
-    /// The table that this one is in dispute with.
+    /// The other table.
     pub(crate) fn other(self) -> Self {
         match self {
             Self::WarrenBrandt2008 => Self::Picard2016,
@@ -46,47 +48,46 @@ pub struct Ice {
 static WARREN_BRANDT_2008: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../../data/warren_brandt_2008.csv")));
 
-/// Picard 2016 and, as its last row, the join.
+/// Picard 2016, with the join as its last row.
 static PICARD_2016: LazyLock<SpectralTable> = LazyLock::new(|| {
     let join = format!("{PICARD_JOIN_NM},{}", absorption_per_m_warren_brandt_2008(PICARD_JOIN_NM));
     SpectralTable::new(&[include_str!("../../data/picard_2016_absorption.csv").trim_end(), &join].join("\n"))
 });
 
 impl Ice {
-    /// Ice after the given table.
+    /// Ice by the given table.
     #[must_use]
     pub fn new(table: IceTable) -> Self {
         Self { table }
     }
 
-    /// Ice after Warren & Brandt 2008.
+    /// Ice by Warren & Brandt 2008.
     #[must_use]
     pub fn warren_brandt_2008() -> Self {
         Self::new(IceTable::WarrenBrandt2008)
     }
 
-    /// Ice after Picard, Libois & Arnaud 2016.
+    /// Ice by Picard, Libois & Arnaud 2016.
     #[must_use]
     pub fn picard_2016() -> Self {
         Self::new(IceTable::Picard2016)
     }
 
-    /// First and last wavelength, in nm, at which the table is there and ice is clear enough for real indices.
+    /// The wavelengths that the table covers and at which ice is clear enough for a real refractive index.
     #[must_use]
-    pub fn range_nm(&self) -> (f64, f64) {
+    pub fn wavelength_range(&self) -> WavelengthRange {
         match self.table {
-            IceTable::WarrenBrandt2008 => MODEL_RANGE_NM,
-            IceTable::Picard2016 => (PICARD_RANGE_NM.0, MODEL_RANGE_NM.1),
+            IceTable::WarrenBrandt2008 => MODEL_RANGE,
+            IceTable::Picard2016 => WavelengthRange { first_nm: PICARD_FIRST_NM, ..MODEL_RANGE },
         }
     }
 
-    /// Checks that the table and the model reach `wavelength_nm`.
+    /// Checks that the table and the model cover `wavelength_nm`.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] if it does not.
+    /// [`TransportError::OutOfRange`] if they do not.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
-        let (low, high) = self.range_nm();
-        TransportError::check("wavelength", wavelength_nm, (low, high), " nm")
+        self.wavelength_range().check("wavelength", wavelength_nm)
     }
 
     /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.
@@ -125,7 +126,7 @@ pub fn density_kg_m3(temperature_c: f64) -> f64 {
     917.0 - 0.1403 * temperature_c
 }
 
-/// k is interpolated log–log between the rows.
+/// Absorption coefficient of ice by Warren & Brandt 2008, in 1/m; k is interpolated log–log between the rows.
 fn absorption_per_m_warren_brandt_2008(wavelength_nm: f64) -> f64 {
     let k = WARREN_BRANDT_2008.at(wavelength_nm).double_logarithmic(2, wavelength_nm);
     4.0 * PI * k / (wavelength_nm * 1e-9)
@@ -136,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_are_whole_and_ordered() {
+    fn tables_are_complete_and_ordered() {
         // With the join, Picard 2016 has one row more than in print.
         assert_eq!((WARREN_BRANDT_2008.ordered_rows(), PICARD_2016.ordered_rows()), (Some(223), Some(58)));
     }
@@ -162,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn picard_2016_joins_warren_brandt_2008_without_a_step() {
+    fn picard_2016_is_continuous_at_the_join() {
         let (picard, warren) = (Ice::picard_2016(), Ice::warren_brandt_2008());
         let join = warren.absorption_per_m(610.0);
         assert!((picard.absorption_per_m(610.0) / join - 1.0).abs() < 1e-12);

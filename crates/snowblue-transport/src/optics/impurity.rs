@@ -1,11 +1,11 @@
-//! Impurities between the grains: small particles that absorb and scatter, given by their mass in the snow.
+//! Impurities between the grains: small absorbing and scattering particles, given by their mass fraction.
 //!
 //! A mass fraction c (mass of the substance over that of dry snow) of particles with mass extinction E, in m²/kg, adds
-//! ρ c E to the extinction coefficient of snow of density ρ; the particles scatter their albedo's share of that by
-//! Henyey & Greenstein's (1941) law. They lie outside the grains.
+//! ρ c E to the extinction coefficient of snow of density ρ; the particles scatter the fraction ω of it, their
+//! single-scattering albedo, with the Henyey–Greenstein (1941) phase function. They lie outside the grains.
 //!
-//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020), where each has a paper of
-//! its own: [`Substance::source`]. For algae it has 10⁻⁹ m² per cell, 1 ng being the mass of a cell.
+//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020); [`Substance::source`] names
+//! the paper behind each. BioSNICAR gives the extinction of algae in 10⁻⁹ m² per cell, with a mass of 1 ng per cell.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,20 +13,22 @@ use std::sync::LazyLock;
 
 use super::spectral_table::SpectralTable;
 use crate::TransportError;
+use crate::range::{ParameterRange, WavelengthRange};
 
-/// Mass fractions in ng/g: up to a hundredth of the snow.
-const MASS_FRACTION_RANGE_NG_G: (f64, f64) = (0.0, 1e7);
+/// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.
+pub const MASS_FRACTION_RANGE: ParameterRange =
+    ParameterRange { quantity: "mass fraction of an impurity", least: 0.0, greatest: 1e7, unit: "ng/g" };
 
-/// First and last wavelength of the table, in nm.
-pub const RANGE_NM: (f64, f64) = (305.0, 1495.0);
+/// Wavelengths that the table covers.
+pub const WAVELENGTH_RANGE: WavelengthRange = WavelengthRange::new(305.0, 1495.0);
 
 static TABLE: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../../data/impurities_biosnicar.csv")));
 
-/// Units of the table's extinction in m²/kg: the algae's are m² per 10⁹ cells of 1 ng.
+/// Converts the extinction of algae from m² per 10⁹ cells of 1 ng to m²/kg.
 const ALGAE_M2_KG: f64 = 1e3;
 
-/// A substance that makes snow darker.
+/// A substance that darkens snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Substance {
     /// Uncoated black carbon that absorbs 7.5 m²/g at 550 nm.
@@ -52,7 +54,7 @@ pub struct Particles {
     pub asymmetry: f64,
 }
 
-/// How much of each substance snow holds, in ng per g of dry snow.
+/// Mass fraction of each substance, in ng per g of dry snow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Impurities([f64; Substance::ALL.len()]);
 
@@ -61,7 +63,7 @@ impl Substance {
     pub const ALL: [Self; 5] =
         [Self::BlackCarbon, Self::SaharanDust, Self::ColoradoDust, Self::BrownCarbon, Self::SnowAlgae];
 
-    /// Its plain name.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -73,7 +75,7 @@ impl Substance {
         }
     }
 
-    /// Where its optical properties come from.
+    /// Source of its optical properties.
     #[must_use]
     pub fn source(self) -> &'static str {
         match self {
@@ -89,7 +91,7 @@ impl Substance {
     ///
     /// ```
     /// # use snowblue_transport::optics::Substance;
-    /// // Soot absorbs most of what it meets, desert dust scatters most of it.
+    /// // Black carbon mostly absorbs, desert dust mostly scatters.
     /// assert!(Substance::BlackCarbon.at(500.0).albedo < 0.4);
     /// assert!(Substance::SaharanDust.at(500.0).albedo > 0.8);
     /// ```
@@ -108,7 +110,7 @@ impl Substance {
     }
 }
 
-/// The plain name.
+/// Formats the name.
 impl fmt::Display for Substance {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.name())
@@ -119,8 +121,8 @@ impl FromStr for Substance {
     type Err = TransportError;
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        let found = Self::ALL.into_iter().find(|substance| substance.name() == name);
-        found.ok_or_else(|| TransportError::Unknown {
+        let substance = Self::ALL.into_iter().find(|substance| substance.name() == name);
+        substance.ok_or_else(|| TransportError::Unknown {
             quantity: "impurity",
             name: name.to_owned(),
             known: Self::ALL.map(Self::name).join(", "),
@@ -135,20 +137,20 @@ impl Impurities {
         Self::default()
     }
 
-    /// The same and, instead of what it held of one substance, this much, in ng/g.
+    /// Sets the mass fraction of one substance, in ng/g.
     #[must_use]
     pub fn with(mut self, substance: Substance, mass_fraction_ng_g: f64) -> Self {
         self.0[substance as usize] = mass_fraction_ng_g;
         self
     }
 
-    /// Whether there are none.
+    /// Whether the snow is clean.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.present().next().is_none()
     }
 
-    /// Each substance that is there, with its mass fraction in ng/g.
+    /// Each substance with a mass fraction above 0, in ng/g.
     pub fn present(&self) -> impl Iterator<Item = (Substance, f64)> {
         Substance::ALL.into_iter().zip(self.0).filter(|(_, mass_fraction)| *mass_fraction > 0.0)
     }
@@ -158,12 +160,10 @@ impl Impurities {
     /// # Errors
     /// [`TransportError::OutOfRange`] for one outside 0–10⁷ ng/g.
     pub(crate) fn check(&self) -> Result<(), TransportError> {
-        self.0.iter().try_for_each(|ng_g| {
-            TransportError::check("mass fraction of an impurity", *ng_g, MASS_FRACTION_RANGE_NG_G, " ng/g")
-        })
+        self.0.iter().try_for_each(|mass_fraction_ng_g| MASS_FRACTION_RANGE.check(*mass_fraction_ng_g))
     }
 
-    /// Checks that the table reaches `wavelength_nm`, if there is anything.
+    /// Checks that the table covers `wavelength_nm`, unless the snow is clean.
     ///
     /// # Errors
     /// [`TransportError::OutOfRange`] outside 305–1495 nm.
@@ -171,11 +171,11 @@ impl Impurities {
         if self.is_none() {
             return Ok(());
         }
-        TransportError::check("wavelength in snow with impurities", wavelength_nm, RANGE_NM, " nm")
+        WAVELENGTH_RANGE.check("wavelength in snow with impurities", wavelength_nm)
     }
 }
 
-/// `black-carbon=10, saharan-dust=500`, in ng/g, or `none`.
+/// Formats as `black-carbon=10, saharan-dust=500`, in ng/g, or `none`.
 impl fmt::Display for Impurities {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words: Vec<String> = self.present().map(|(substance, ng_g)| format!("{substance}={ng_g}")).collect();
@@ -190,12 +190,12 @@ mod tests {
 
     /// BioSNICAR's table, its rows at 305 and 505 nm.
     #[test]
-    fn the_table_is_whole_and_ordered() {
-        assert_eq!((TABLE.ordered_rows(), TABLE.range_nm()), (Some(120), RANGE_NM));
+    fn the_table_is_complete_and_ordered() {
+        assert_eq!((TABLE.ordered_rows(), TABLE.wavelength_range()), (Some(120), WAVELENGTH_RANGE));
         let soot = Particles { extinction_m2_kg: 12492.1, albedo: 0.367_635, asymmetry: 0.440_771 };
         assert_eq!(Substance::BlackCarbon.at(505.0), soot);
         assert_eq!(Substance::ALL.map(|substance| substance as usize), [0, 1, 2, 3, 4]);
-        // A cell of 9 µm radius has a cross section of 254 µm² and 1 ng: 254 m²/kg, of which it takes out about once as much.
+        // A cell of 9 µm radius and 1 ng has a cross section of 254 µm², 254 m²/kg; its extinction efficiency is about 1.
         assert!((200.0..600.0).contains(&Substance::SnowAlgae.at(500.0).extinction_m2_kg));
         let absorbed = |one: Particles| one.extinction_m2_kg * (1.0 - one.albedo);
         assert!((absorbed(Substance::BlackCarbon.at(550.0)) - 7500.0).abs() < 50.0);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_read_as_they_are_written() {
+    fn names_parse_as_they_print() {
         for substance in Substance::ALL {
             assert_eq!(substance.to_string().parse(), Ok(substance));
         }

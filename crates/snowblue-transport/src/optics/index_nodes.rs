@@ -1,25 +1,26 @@
 //! Interpolation in the refractive index of ice.
 //!
-//! Geometry and Fresnel's laws see the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over
-//! 400–700 nm. What grains do is therefore computed at a few Chebyshev nodes in n, with common random numbers, and
-//! interpolated by Lagrange's polynomial.
+//! Ray paths depend on the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over 400–700 nm.
+//! Scattering is therefore computed at a few Chebyshev nodes in n, with common random numbers, and interpolated by
+//! Lagrange's polynomial.
 //!
 //! The error with three nodes is below max|Π(n − n_i)| · f'''/6, and the product is 6·10⁻⁸ over the visible range. For
-//! T ∝ 1/(1 − g) with dg/dn = −0.9 that is 2·10⁻⁶ of T; where T = e^{−x} with x = 8 rests on √(1 − g), 2·10⁻⁵.
+//! T ∝ 1/(1 − g) with dg/dn = −0.9 that is 2·10⁻⁶ of T; for T = e^{−x} with x = 8 ∝ √(1 − g) it is 2·10⁻⁵.
 
 use std::f64::consts::PI;
 
 use super::ice::Ice;
+use crate::range::WavelengthRange;
 
-/// Nodes lie no further apart than this on average; three then serve 400–700 nm.
+/// Greatest mean distance of the nodes; 400–700 nm then take three.
 const STEP: f64 = 0.006_25;
 
-/// Indices at which something is computed, and how each wavelength is composed of them.
+/// Indices at which scattering is computed, and their weights for any other index.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct IndexNodes(Vec<f64>);
 
 impl IndexNodes {
-    /// Nodes for some wavelengths: Chebyshev's, or the wavelengths' own indices where those are no more.
+    /// Nodes for some wavelengths: Chebyshev nodes, or the indices at the wavelengths if those are not more.
     pub(crate) fn new(ice: &Ice, wavelengths_nm: &[f64]) -> Self {
         let mut own: Vec<f64> = wavelengths_nm.iter().map(|wavelength_nm| ice.index(*wavelength_nm)).collect();
         own.sort_by(f64::total_cmp);
@@ -28,7 +29,7 @@ impl IndexNodes {
         if own.len() <= between.0.len() { Self(own) } else { between }
     }
 
-    /// Chebyshev nodes between two indices, as many as keep their mean distance below [`STEP`].
+    /// Chebyshev nodes between two indices, with a mean distance of at most [`STEP`].
     pub(crate) fn between(low: f64, high: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
@@ -45,11 +46,11 @@ impl IndexNodes {
         &self.0
     }
 
-    /// The wavelengths, in nm, at which ice has the indices; all lie within `range_nm`, where its index falls.
-    pub(crate) fn wavelengths_nm(&self, ice: &Ice, range_nm: (f64, f64)) -> Vec<f64> {
+    /// The wavelengths in `range`, in nm, at which ice has the indices; its index decreases over `range`.
+    pub(crate) fn wavelengths_nm(&self, ice: &Ice, range: WavelengthRange) -> Vec<f64> {
         let wavelength = |n: &f64| {
-            let (mut low, mut high) = range_nm;
-            // As often as halves make a difference.
+            let (mut low, mut high) = (range.first_nm, range.last_nm);
+            // Bisects to double precision.
             for _ in 0..64 {
                 let middle = 0.5 * (low + high);
                 if ice.index(middle) > *n { low = middle } else { high = middle }
@@ -78,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn three_nodes_serve_the_visible_and_few_wavelengths_their_own() {
+    fn visible_light_takes_three_nodes() {
         let ice = Ice::warren_brandt_2008();
         let visible: Vec<f64> = (40..=70).map(|ten| 10.0 * f64::from(ten)).collect();
         assert_eq!(IndexNodes::new(&ice, &visible).nodes().len(), 3);
@@ -87,16 +88,16 @@ mod tests {
     }
 
     #[test]
-    fn indices_belong_to_wavelengths() {
+    fn wavelengths_have_the_indices_of_the_nodes() {
         let ice = Ice::warren_brandt_2008();
         let nodes = IndexNodes::new(&ice, &(30..=250).map(|ten| 10.0 * f64::from(ten)).collect::<Vec<_>>());
-        for (n, wavelength_nm) in nodes.nodes().iter().zip(nodes.wavelengths_nm(&ice, (300.0, 2500.0))) {
+        for (n, wavelength_nm) in nodes.nodes().iter().zip(nodes.wavelengths_nm(&ice, ice.wavelength_range())) {
             assert!((ice.index(wavelength_nm) - n).abs() < 1e-14, "{n}");
         }
     }
 
     #[test]
-    fn lagrange_keeps_polynomials() {
+    fn lagrange_reproduces_polynomials() {
         let nodes = [1.30, 1.31, 1.33];
         let weights = lagrange(&nodes, 1.325);
         let square: f64 = weights.iter().zip(nodes).map(|(w, n)| w * n * n).sum();

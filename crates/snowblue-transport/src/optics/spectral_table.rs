@@ -1,14 +1,17 @@
-//! A published table of optical constants against wavelength, as it ships in `data/`.
+//! Published tables of optical constants by wavelength, as they ship in `data/`.
+
+use crate::range::WavelengthRange;
 
 /// Rows of numbers, the wavelength in nm first, ascending.
 #[derive(Debug)]
 pub(crate) struct SpectralTable(Vec<Vec<f64>>);
 
-/// The rows on both sides of a wavelength, and the share of the way from the lower to the upper one.
-pub(crate) struct Between<'t> {
+/// The two rows that enclose a wavelength, for interpolation.
+pub(crate) struct Interpolation<'t> {
     below: &'t [f64],
     above: &'t [f64],
-    share: f64,
+    /// Position of the wavelength between the rows: 0 at `below`, 1 at `above`.
+    fraction: f64,
 }
 
 impl SpectralTable {
@@ -21,9 +24,9 @@ impl SpectralTable {
         Self(csv.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect())
     }
 
-    /// First and last wavelength, in nm.
-    pub(crate) fn range_nm(&self) -> (f64, f64) {
-        (self.0[0][0], self.0[self.0.len() - 1][0])
+    /// First and last wavelength.
+    pub(crate) fn wavelength_range(&self) -> WavelengthRange {
+        WavelengthRange::new(self.0[0][0], self.0[self.0.len() - 1][0])
     }
 
     /// The wavelengths of the rows, in nm.
@@ -31,43 +34,44 @@ impl SpectralTable {
         self.0.iter().map(|row| row[0])
     }
 
-    /// The rows on both sides of a wavelength.
+    /// Finds the rows that enclose a wavelength.
     ///
     /// # Panics
     /// Outside the table.
-    pub(crate) fn at(&self, wavelength_nm: f64) -> Between<'_> {
-        let (low, high) = self.range_nm();
+    pub(crate) fn at(&self, wavelength_nm: f64) -> Interpolation<'_> {
+        let range = self.wavelength_range();
+        let WavelengthRange { first_nm, last_nm } = range;
         assert!(
-            (low..=high).contains(&wavelength_nm),
-            "wavelength {wavelength_nm} nm is outside the table {low}–{high}"
+            range.contains(wavelength_nm),
+            "wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm"
         );
         let next = self.0.partition_point(|row| row[0] <= wavelength_nm).min(self.0.len() - 1);
         let (below, above) = (&self.0[next - 1], &self.0[next]);
-        Between { below, above, share: (wavelength_nm - below[0]) / (above[0] - below[0]) }
+        Interpolation { below, above, fraction: (wavelength_nm - below[0]) / (above[0] - below[0]) }
     }
 }
 
-impl Between<'_> {
-    /// A column, linear in the wavelength.
+impl Interpolation<'_> {
+    /// Interpolates a column, linear in the wavelength.
     pub(crate) fn linear(&self, column: usize) -> f64 {
-        self.below[column] + self.share * (self.above[column] - self.below[column])
+        self.below[column] + self.fraction * (self.above[column] - self.below[column])
     }
 
-    /// The logarithm of a column, linear in the wavelength.
+    /// Interpolates the logarithm of a column, linear in the wavelength.
     pub(crate) fn logarithmic(&self, column: usize) -> f64 {
-        (self.below[column].ln() + self.share * (self.above[column] / self.below[column]).ln()).exp()
+        (self.below[column].ln() + self.fraction * (self.above[column] / self.below[column]).ln()).exp()
     }
 
-    /// The logarithm of a column, linear in that of the wavelength.
+    /// Interpolates the logarithm of a column, linear in the logarithm of the wavelength.
     pub(crate) fn double_logarithmic(&self, column: usize, wavelength_nm: f64) -> f64 {
-        let share = (wavelength_nm / self.below[0]).ln() / (self.above[0] / self.below[0]).ln();
-        (self.below[column].ln() + share * (self.above[column] / self.below[column]).ln()).exp()
+        let fraction = (wavelength_nm / self.below[0]).ln() / (self.above[0] / self.below[0]).ln();
+        (self.below[column].ln() + fraction * (self.above[column] / self.below[column]).ln()).exp()
     }
 }
 
 #[cfg(test)]
 impl SpectralTable {
-    /// Number of rows, for tests that a table is whole; none if it is not in order.
+    /// Number of rows, or `None` if the wavelengths do not ascend or the rows differ in length.
     pub(crate) fn ordered_rows(&self) -> Option<usize> {
         self.0.is_sorted_by(|a, b| a[0] < b[0] && a.len() == b.len()).then_some(self.0.len())
     }

@@ -1,16 +1,17 @@
 //! Optical constants of pure liquid water at 20 °C, for water in the pores of snow.
 //!
 //! - Refractive index: Daimon & Masumura 2007 (doi:10.1364/AO.46.003811), Sellmeier's formula, tabulated.
-//! - Absorption: the Water Optical Properties Processor, version 3 (Röttgers, Doerffer, McKee & Schönfeld 2016), which rests
-//!   on Mason, Cone & Fry 2016 and Pope & Fry 1997 in the blue. Older compilations absorb 20–50 times as much there.
+//! - Absorption: the Water Optical Properties Processor, version 3 (Röttgers, Doerffer, McKee & Schönfeld 2016), in
+//!   the blue from Mason, Cone & Fry 2016 and Pope & Fry 1997. Older compilations are 20–50 times higher there.
 
 use std::sync::LazyLock;
 
 use super::spectral_table::SpectralTable;
 use crate::TransportError;
+use crate::range::WavelengthRange;
 
-/// First and last wavelength of both tables, in nm.
-pub const RANGE_NM: (f64, f64) = (300.0, 1400.0);
+/// Wavelengths that both tables cover.
+pub const WAVELENGTH_RANGE: WavelengthRange = WavelengthRange::new(300.0, 1400.0);
 
 static ABSORPTION: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../../data/water_absorption_wopp_v3.csv")));
@@ -18,12 +19,12 @@ static ABSORPTION: LazyLock<SpectralTable> =
 static INDEX: LazyLock<SpectralTable> =
     LazyLock::new(|| SpectralTable::new(include_str!("../../data/water_index_daimon_2007.csv")));
 
-/// Checks that both tables reach `wavelength_nm`: 300–1400 nm.
+/// Checks that both tables cover `wavelength_nm`: 300–1400 nm.
 ///
 /// # Errors
 /// [`TransportError::OutOfRange`] if they do not.
 pub fn check_wavelength(wavelength_nm: f64) -> Result<(), TransportError> {
-    TransportError::check("wavelength in wet snow", wavelength_nm, RANGE_NM, " nm")
+    WAVELENGTH_RANGE.check("wavelength in wet snow", wavelength_nm)
 }
 
 /// Refractive index of water, linear between the rows.
@@ -56,13 +57,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_are_whole_and_ordered() {
+    fn tables_are_complete_and_ordered() {
         assert_eq!((ABSORPTION.ordered_rows(), INDEX.ordered_rows()), (Some(551), Some(221)));
-        assert_eq!((ABSORPTION.range_nm(), INDEX.range_nm()), (RANGE_NM, RANGE_NM));
+        assert_eq!([ABSORPTION.wavelength_range(), INDEX.wavelength_range()], [WAVELENGTH_RANGE; 2]);
     }
 
     /// Absorption as printed: 400 nm from Mason et al. 2016, 700 nm from Röttgers et al. 2014; the index of water at the
-    /// sodium line is 1.3330 against air, 1.3334 against nothing (20 °C).
+    /// sodium line is 1.3330 against air, 1.3334 against vacuum (20 °C).
     #[test]
     fn water_in_print() {
         for (nm, absorption_per_m) in [(400.0, 0.00222), (500.0, 0.0207), (600.0, 0.2353), (700.0, 0.613)] {

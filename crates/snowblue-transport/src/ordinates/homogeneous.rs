@@ -26,6 +26,7 @@ use super::streams::check_streams;
 use crate::TransportError;
 use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
+use crate::range::ParameterRange;
 use crate::slab::Incidence;
 
 /// Fluxes over the incident flux on a horizontal plane.
@@ -94,9 +95,10 @@ impl HomogeneousMedium {
     /// [`TransportError::OutOfRange`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
     pub fn check(medium: &Scattering, streams: usize) -> Result<(), TransportError> {
         check_streams(streams)?;
-        TransportError::check("co-albedo", medium.one_minus_albedo, (0.0, 1.0), "")?;
-        TransportError::check("number of moments", medium.moments.len() as f64, (streams as f64 + 1.0, 1e9), "")?;
-        medium.moments.iter().try_for_each(|chi| TransportError::check("moment", *chi, (-1.0, 1.0), ""))?;
+        let within = |quantity, least, greatest| ParameterRange { quantity, least, greatest, unit: "" };
+        within("co-albedo", 0.0, 1.0).check(medium.one_minus_albedo)?;
+        within("number of moments", streams as f64 + 1.0, 1e9).check(medium.moments.len() as f64)?;
+        medium.moments.iter().try_for_each(|chi| within("moment", -1.0, 1.0).check(*chi))?;
         let modes = Modes::new(&medium.delta_m(streams), Quadrature::half_range(streams / 2));
         modes.map(drop).ok_or(TransportError::Unresolved { streams })
     }

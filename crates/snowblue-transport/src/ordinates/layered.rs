@@ -40,6 +40,15 @@ pub struct FaceFluxes {
     pub net: f64,
 }
 
+/// A layer of a homogeneous medium.
+#[derive(Clone, Copy)]
+pub struct MediumLayer<'m> {
+    /// The solved medium.
+    pub medium: &'m HomogeneousMedium,
+    /// Optical depth, without δ-M scaling.
+    pub optical_depth: f64,
+}
+
 /// Homogeneous layers over a Lambertian ground, solved for all faces and some lights.
 ///
 /// Faces are counted from the top, 0, to the ground, the number of layers.
@@ -121,16 +130,15 @@ struct Glow {
 }
 
 impl<'m> LayeredMedium<'m> {
-    /// Solves a pile of `layers`, top first, each a medium and an (unscaled) optical depth, over a ground of the given
-    /// albedo, under each of `incidences`.
+    /// Solves `layers`, top first, on a ground of the given albedo, under each of `incidences`.
     ///
     /// # Panics
     /// If there is no layer or the media differ in their number of streams.
     #[must_use]
-    pub fn new(layers: &[(&'m HomogeneousMedium, f64)], ground_albedo: f64, incidences: &[Incidence]) -> Self {
+    pub fn new(layers: &[MediumLayer<'m>], ground_albedo: f64, incidences: &[Incidence]) -> Self {
         let mut layers: Vec<Layer<'m>> = layers
             .iter()
-            .map(|(medium, optical_depth)| Layer {
+            .map(|MediumLayer { medium, optical_depth }| Layer {
                 medium,
                 depth: optical_depth * medium.scaled.depth_ratio,
                 downwards: None,

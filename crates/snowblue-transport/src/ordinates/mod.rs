@@ -18,8 +18,8 @@ mod solve_stack;
 mod streams;
 
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};
-pub use layered::{FaceFluxes, LayeredMedium};
+pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use solve::{OrdinatesOptions, solve};
-pub use solve_alike::{solve_alike, solve_each};
+pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
 pub use solve_stack::solve_stack;
-pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, Streams, check_streams};
+pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};

@@ -51,7 +51,7 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
         .map(|&wavelength_nm| {
             let fluxes = Jackknife::new(|without| {
                 let medium = tallies.medium(&slab.sample, wavelength_nm, without);
-                medium.fluxes(&slab.thicknesses_cm, &slab.incidences, (options.streams, Peak::of(&slab.sample)))
+                medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(&slab.sample))
             });
             let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
             let radiometry = |(case, (thickness_cm, incidence)): (usize, (f64, Incidence))| Radiometry {

@@ -11,6 +11,32 @@ use crate::medium::{Demand, GrainTallies, Population};
 use crate::sample::SnowSample;
 use crate::slab::Slab;
 
+/// Fluxes of the slabs of one sample: a spectrum for each thickness and incidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluxSpectra {
+    incidences: usize,
+    wavelengths: usize,
+    /// Thickness, incidence, wavelength; the wavelength varies fastest.
+    fluxes: Vec<Fluxes>,
+}
+
+impl FluxSpectra {
+    /// The spectrum of the slab's thickness number `thickness` under its incidence number `incidence`.
+    ///
+    /// # Panics
+    /// If the slab has fewer thicknesses or incidences.
+    #[must_use]
+    pub fn spectrum(&self, thickness: usize, incidence: usize) -> &[Fluxes] {
+        assert!(incidence < self.incidences, "incidence is {incidence}, but there are {}", self.incidences);
+        &self.fluxes[(thickness * self.incidences + incidence) * self.wavelengths..][..self.wavelengths]
+    }
+
+    /// All spectra, for each thickness, then each incidence.
+    pub fn spectra(&self) -> impl Iterator<Item = &[Fluxes]> {
+        self.fluxes.chunks_exact(self.wavelengths)
+    }
+}
+
 /// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the slab's
 /// own: for each sample, each thickness and then incidence, a spectrum.
 ///
@@ -30,7 +56,7 @@ use crate::slab::Slab;
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let fluxes = solve_alike(&[dry, wet], &slab, &options)?;
 /// // Ice in water hardly scatters, so that wet snow passes more light.
-/// assert!(fluxes[1][0][0].transmittance > 1.1 * fluxes[0][0][0].transmittance);
+/// assert!(fluxes[1].spectrum(0, 0)[0].transmittance > 1.1 * fluxes[0].spectrum(0, 0)[0].transmittance);
 /// # Ok::<(), snowblue_transport::TransportError>(())
 /// ```
 ///
@@ -40,7 +66,7 @@ pub fn solve_alike(
     samples: &[SnowSample],
     slab: &Slab,
     options: &OrdinatesOptions,
-) -> Result<Vec<Vec<Vec<Fluxes>>>, TransportError> {
+) -> Result<Vec<FluxSpectra>, TransportError> {
     options.streams.check()?;
     let first = samples.first().ok_or(TransportError::Nothing { quantity: "sample" })?;
     for sample in samples {
@@ -54,14 +80,18 @@ pub fn solve_alike(
     let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
     let plan = options.plan(&slab.incidences, peak);
     let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);
-    let solve = |sample: &SnowSample| -> Vec<Vec<Fluxes>> {
+    let solve = |sample: &SnowSample| {
         let at = |nm: &f64| {
             let medium = tallies.medium(sample, *nm, None);
-            medium.fluxes(&slab.thicknesses_cm, &slab.incidences, (options.streams, Peak::of(sample)))
+            medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(sample))
         };
         let by_wavelength: Vec<Vec<Fluxes>> = slab.wavelengths_nm.par_iter().map(at).collect();
-        let cases = slab.thicknesses_cm.len() * slab.incidences.len();
-        (0..cases).map(|case| by_wavelength.iter().map(|fluxes| fluxes[case]).collect()).collect()
+        let cases = 0..slab.thicknesses_cm.len() * slab.incidences.len();
+        FluxSpectra {
+            incidences: slab.incidences.len(),
+            wavelengths: slab.wavelengths_nm.len(),
+            fluxes: cases.flat_map(|case| by_wavelength.iter().map(move |fluxes| fluxes[case])).collect(),
+        }
     };
     Ok(samples.iter().map(solve).collect())
 }
@@ -74,7 +104,7 @@ pub fn solve_each(
     samples: &[SnowSample],
     slab: &Slab,
     options: &OrdinatesOptions,
-) -> Result<Vec<Vec<Vec<Fluxes>>>, TransportError> {
+) -> Result<Vec<FluxSpectra>, TransportError> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (place, sample) in samples.iter().enumerate() {
         match groups.iter_mut().find(|group| samples[group[0]].has_grains_of(sample)) {
@@ -87,11 +117,9 @@ pub fn solve_each(
         solve_alike(&alike, slab, options)
     };
     let solved: Vec<_> = groups.par_iter().map(solve).collect::<Result<_, _>>()?;
-    let mut answers = vec![Vec::new(); samples.len()];
-    for (place, answer) in groups.iter().flatten().zip(solved.into_iter().flatten()) {
-        answers[*place] = answer;
-    }
-    Ok(answers)
+    let mut answers: Vec<_> = groups.iter().flatten().zip(solved.into_iter().flatten()).collect();
+    answers.sort_by_key(|(place, _)| **place);
+    Ok(answers.into_iter().map(|(_, answer)| answer).collect())
 }
 
 #[cfg(test)]
@@ -111,7 +139,8 @@ mod tests {
         };
         let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
         let alone = solve(&slab, &options).unwrap();
-        let alike = solve_alike(&[slab.sample], &slab, &options).unwrap().concat().concat();
+        let alike =
+            solve_alike(&[slab.sample], &slab, &options).unwrap().remove(0).spectra().collect::<Vec<_>>().concat();
         assert_eq!(alone.len(), alike.len());
         for (alone, alike) in alone.iter().zip(&alike) {
             assert!((alone.transmittance.value / alike.transmittance - 1.0).abs() < 1e-12);
@@ -120,7 +149,7 @@ mod tests {
         let other = SnowSample { facetness: TruncatedNormal::exactly(0.5), ..slab.sample };
         assert!(solve_alike(&[slab.sample, other], &slab, &options).is_err());
         let each = solve_each(&[slab.sample, other, slab.sample], &slab, &options).unwrap();
-        let alone = |sample: SnowSample| solve_alike(&[sample], &slab, &options).unwrap().concat();
+        let alone = |sample: SnowSample| solve_alike(&[sample], &slab, &options).unwrap().remove(0);
         assert_eq!(each, [alone(slab.sample), alone(other), alone(slab.sample)]);
         assert!(solve_alike(&[], &slab, &options).is_err());
     }

@@ -8,14 +8,14 @@ use rayon::prelude::*;
 use super::homogeneous::HomogeneousMedium;
 use super::integrals::third_exponential_integral;
 use super::jackknife::Jackknife;
-use super::layered::{FaceFluxes, LayeredMedium};
+use super::layered::{FaceFluxes, LayeredMedium, MediumLayer};
 use super::solve::OrdinatesOptions;
-use super::streams::{Peak, Streams};
+use super::streams::{Peak, StreamGroup, Streams};
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium, Population};
 use crate::sample::SnowSample;
 use crate::slab::{Incidence, Radiometry};
-use crate::stack::{DepthFluxes, Layer, Stack, StackRadiometry};
+use crate::stack::{DepthFluxes, Layer, Slice, Slices, Stack, StackRadiometry};
 
 /// Tallies of all grains of a stack.
 struct Grains {
@@ -34,12 +34,6 @@ struct Seen {
     profile: Vec<(FaceFluxes, f64)>,
 }
 
-/// A stack cut at its depths: slices of layers with their thicknesses in cm, and the face at each depth.
-struct Cut {
-    slices: Vec<(usize, f64)>,
-    faces: Vec<usize>,
-}
-
 /// Fluxes above, at the depths in, and below a stack: for each incidence, then each wavelength.
 ///
 /// The standard errors are those of the grain tallies, by a jackknife over their batches.
@@ -50,15 +44,14 @@ pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<Stac
     stack.check()?;
     options.streams.check()?;
     let grains = Grains::new(stack, options);
-    let (slices, faces) = stack.slices();
-    let cut = Cut { slices, faces };
+    let slices = stack.slices();
     // [wavelength][incidence]
     let spectra: Vec<Vec<StackRadiometry>> = stack
         .wavelengths_nm
         .par_iter()
         .map(|&wavelength_nm| {
             let seen = Jackknife::new(|without| {
-                look(stack, &cut, &grains.media(stack, wavelength_nm, without), options.streams)
+                look(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams)
             });
             (0..stack.incidences.len()).map(|place| answer(stack, (place, wavelength_nm), &seen)).collect()
         })
@@ -106,13 +99,13 @@ fn peak(stack: &Stack) -> Peak {
 }
 
 /// What each light does in a stack of layers of these media.
-fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<Seen> {
+fn look(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<Seen> {
     let mut all = vec![Seen::default(); stack.incidences.len()];
     // Layers that scatter alike, as those of one snow at several densities do, share their modes.
     let first_alike =
         |layer: usize| media.iter().position(|medium| medium.scattering == media[layer].scattering).unwrap_or(layer);
-    let optical_depth = |(layer, thickness_cm): &(usize, f64)| media[*layer].extinction_per_m * thickness_cm * 0.01;
-    for (streams, places) in streams.groups(&stack.incidences, peak(stack)) {
+    let optical_depth = |slice: &Slice| media[slice.layer].extinction_per_m * slice.thickness_cm * 0.01;
+    for StreamGroup { streams, places } in streams.groups(&stack.incidences, peak(stack)) {
         let modes: Vec<Option<HomogeneousMedium>> = (0..media.len())
             .map(|layer| {
                 (first_alike(layer) == layer).then(|| HomogeneousMedium::new(&media[layer].scattering, streams))
@@ -120,18 +113,22 @@ fn look(stack: &Stack, cut: &Cut, media: &[Medium], streams: Streams) -> Vec<See
             .collect();
         let modes =
             |layer: usize| modes[first_alike(layer)].as_ref().unwrap_or_else(|| unreachable!("it is the first"));
-        let slices: Vec<_> = cut.slices.iter().map(|slice| (modes(slice.0), optical_depth(slice))).collect();
+        let slices: Vec<MediumLayer> = cut
+            .slices
+            .iter()
+            .map(|slice| MediumLayer { medium: modes(slice.layer), optical_depth: optical_depth(slice) })
+            .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
         let pile = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
         let (top, bottom) = (pile.fluxes(0), pile.fluxes(slices.len()));
         for (i, place) in places.iter().enumerate() {
             all[*place].reflectance = top[i].up;
             all[*place].transmittance = bottom[i].down;
-            all[*place].optical_depth = slices.iter().map(|(_, optical_depth)| optical_depth).sum();
+            all[*place].optical_depth = slices.iter().map(|slice| slice.optical_depth).sum();
         }
         for face in &cut.faces {
-            let (layer, _) = cut.slices[(*face).min(slices.len() - 1)];
-            let rate_per_cm = modes(layer).decay_rate() * optical_depth(&(layer, 1.0));
+            let Slice { layer, .. } = cut.slices[(*face).min(slices.len() - 1)];
+            let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
             for (place, fluxes) in places.iter().zip(pile.fluxes(*face)) {
                 all[*place].profile.push((fluxes, 1.0 / rate_per_cm));
             }

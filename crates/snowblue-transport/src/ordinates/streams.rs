@@ -74,6 +74,15 @@ pub enum Peak {
     Sharp,
 }
 
+/// Incidences that need the same number of streams.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StreamGroup {
+    /// Number of streams.
+    pub streams: usize,
+    /// Indices of the incidences.
+    pub places: Vec<usize>,
+}
+
 impl Peak {
     /// That of a sample.
     #[must_use]
@@ -111,14 +120,14 @@ impl Streams {
         incidences.iter().map(|incidence| self.under(incidence, peak)).max().unwrap_or(0)
     }
 
-    /// The lights by their streams: a number and the places in `incidences` of those who need it, fewest streams first.
+    /// Groups the incidences by the number of streams that they need, fewest streams first.
     #[must_use]
-    pub fn groups(self, incidences: &[Incidence], peak: Peak) -> Vec<(usize, Vec<usize>)> {
+    pub fn groups(self, incidences: &[Incidence], peak: Peak) -> Vec<StreamGroup> {
         let mut groups = std::collections::BTreeMap::<usize, Vec<usize>>::new();
         for (place, incidence) in incidences.iter().enumerate() {
             groups.entry(self.under(incidence, peak)).or_default().push(place);
         }
-        groups.into_iter().collect()
+        groups.into_iter().map(|(streams, places)| StreamGroup { streams, places }).collect()
     }
 }
 
@@ -152,9 +161,10 @@ mod tests {
     fn lights_are_grouped_by_their_streams() {
         let lights = [0.0, 89.0, 80.0].map(|angle_deg| Incidence::Beam { angle_deg });
         let lights = [&lights[..], &[Incidence::Diffuse]].concat();
-        assert_eq!(Streams::Auto.groups(&lights, Peak::Broad), [(16, vec![0, 2, 3]), (48, vec![1])]);
-        assert_eq!(Streams::Auto.groups(&lights, Peak::Sharp), [(64, vec![0, 2, 3]), (128, vec![1])]);
-        assert_eq!(Streams::Exactly(8).groups(&lights, Peak::Sharp), [(8, vec![0, 1, 2, 3])]);
+        let group = |streams, places: &[usize]| StreamGroup { streams, places: places.to_vec() };
+        assert_eq!(Streams::Auto.groups(&lights, Peak::Broad), [group(16, &[0, 2, 3]), group(48, &[1])]);
+        assert_eq!(Streams::Auto.groups(&lights, Peak::Sharp), [group(64, &[0, 2, 3]), group(128, &[1])]);
+        assert_eq!(Streams::Exactly(8).groups(&lights, Peak::Sharp), [group(8, &[0, 1, 2, 3])]);
         assert_eq!(Streams::Auto.most(&lights, Peak::Broad), 48);
         assert!(Streams::Exactly(7).check().is_err() && Streams::Exactly(0).check().is_err());
     }

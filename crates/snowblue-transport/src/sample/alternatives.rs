@@ -1,35 +1,38 @@
-//! What the answer hangs on: the same snow under other plausible readings.
+//! Alternative readings of a sample, to show how much a result depends on uncertain parameters.
 //!
-//! A grain size is measured in several ways, facetness and sphericity are seldom known well, and two published tables of
-//! ice disagree in the blue. Each alternative changes one of these and leaves the rest.
+//! Grain size is measured in several ways, facetness and sphericity are rarely known well, and two published tables of
+//! ice disagree in the blue. Each alternative changes one of these and keeps the rest.
 
 use super::grain_size::GrainSize;
+use super::ranges::{FACETNESS_RANGE, SPHERICITY_RANGE};
 use super::snow_sample::SnowSample;
-use super::truncated_normal::{FACETNESS_RANGE, SPHERICITY_RANGE, TruncatedNormal};
+use super::truncated_normal::TruncatedNormal;
 use crate::grain::SizeMeasure;
 use crate::optics::ice::IceTable;
+use crate::range::ParameterRange;
 
-/// How far facetness and sphericity are plausibly off.
-const FACETNESS_DOUBT: f64 = 0.2;
-const SPHERICITY_DOUBT: f64 = 0.1;
+/// Uncertainty of the facetness.
+const FACETNESS_UNCERTAINTY: f64 = 0.2;
+/// Uncertainty of the sphericity.
+const SPHERICITY_UNCERTAINTY: f64 = 0.1;
 
-/// A sample and what is different about it.
+/// A sample and how it differs from the given one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alternative {
-    /// In words: `as given`, `facetness + 0.2`, …
+    /// The difference: `as given`, `facetness + 0.2`, …
     pub name: &'static str,
-    /// The snow.
+    /// The sample.
     pub sample: SnowSample,
 }
 
-/// The sample as given, then with the other ice table, facetness ± 0.2, the other measures of size, sphericity ± 0.1.
+/// The sample as given, then with the other ice table, facetness ± 0.2, the other size measures, and sphericity ± 0.1.
 ///
-/// At the ends of what is possible a law moves less than its name says, and keeps its width.
+/// A distribution keeps its width. Near an end of the parameter's range it moves less than its name says.
 ///
 /// ```
 /// use snowblue_transport::sample::{SnowSample, alternatives};
 ///
-/// // What a grain size measures changes extinction by more than a third.
+/// // The size measure changes the extinction coefficient by more than a third.
 /// let extinctions: Vec<f64> =
 ///     alternatives(&SnowSample::default()).iter().map(|other| other.sample.extinction_per_m()).collect();
 /// let ratio = extinctions.iter().copied().fold(0.0, f64::max) / extinctions.iter().copied().fold(f64::MAX, f64::min);
@@ -42,13 +45,13 @@ pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
         IceTable::WarrenBrandt2008 => "ice warren2008",
         IceTable::Picard2016 => "ice picard2016",
     };
-    let mut found = vec![
+    let mut samples = vec![
         Alternative { name: "as given", sample: *given },
         Alternative { name, sample: SnowSample { ice: other_ice, ..*given } },
     ];
-    for (name, shift) in [("facetness - 0.2", -FACETNESS_DOUBT), ("facetness + 0.2", FACETNESS_DOUBT)] {
-        let facetness = shifted(&given.facetness, shift, FACETNESS_RANGE);
-        found.push(Alternative { name, sample: SnowSample { facetness, ..*given } });
+    for (name, shift) in [("facetness - 0.2", -FACETNESS_UNCERTAINTY), ("facetness + 0.2", FACETNESS_UNCERTAINTY)] {
+        let facetness = shifted(&given.facetness, shift, &FACETNESS_RANGE);
+        samples.push(Alternative { name, sample: SnowSample { facetness, ..*given } });
     }
     for (name, measure) in [
         ("size measure greatest-extension", SizeMeasure::GreatestExtension),
@@ -57,20 +60,21 @@ pub fn alternatives(given: &SnowSample) -> Vec<Alternative> {
     ] {
         if measure != given.grain_size.measure {
             let grain_size = GrainSize { measure, ..given.grain_size };
-            found.push(Alternative { name, sample: SnowSample { grain_size, ..*given } });
+            samples.push(Alternative { name, sample: SnowSample { grain_size, ..*given } });
         }
     }
-    for (name, shift) in [("sphericity - 0.1", -SPHERICITY_DOUBT), ("sphericity + 0.1", SPHERICITY_DOUBT)] {
-        let sphericity = shifted(&given.sphericity, shift, SPHERICITY_RANGE);
-        found.push(Alternative { name, sample: SnowSample { sphericity, ..*given } });
+    for (name, shift) in [("sphericity - 0.1", -SPHERICITY_UNCERTAINTY), ("sphericity + 0.1", SPHERICITY_UNCERTAINTY)] {
+        let sphericity = shifted(&given.sphericity, shift, &SPHERICITY_RANGE);
+        samples.push(Alternative { name, sample: SnowSample { sphericity, ..*given } });
     }
-    found
+    samples
 }
 
-/// A distribution moved as a whole, or as far as its range allows: it keeps its width.
-fn shifted(law: &TruncatedNormal, shift: f64, (low, high): (f64, f64)) -> TruncatedNormal {
-    let shift = shift.clamp(low - law.min, high - law.max);
-    TruncatedNormal { min: law.min + shift, max: law.max + shift, mean: law.mean + shift, ..*law }
+/// The distribution moved by `shift`, or as far as `range` allows.
+fn shifted(distribution: &TruncatedNormal, shift: f64, range: &ParameterRange) -> TruncatedNormal {
+    let TruncatedNormal { min, max, mean, standard_deviation } = *distribution;
+    let shift = shift.clamp(range.least - min, range.greatest - max);
+    TruncatedNormal { min: min + shift, max: max + shift, mean: mean + shift, standard_deviation }
 }
 
 #[cfg(test)]
@@ -78,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_alternative_is_possible_and_differs() {
+    fn every_alternative_is_valid_and_differs() {
         let bare = SnowSample {
             facetness: TruncatedNormal::exactly(0.05),
             sphericity: TruncatedNormal::exactly(1.0),

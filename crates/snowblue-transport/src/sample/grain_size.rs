@@ -1,15 +1,12 @@
 //! Grain sizes of a snow sample.
 
+use super::ranges::{GRAIN_SIZE_RANGE, SURFACE_AREA_RANGE};
 use crate::TransportError;
 use crate::grain::SizeMeasure;
 use crate::optics::ice;
 
-/// Half-width of the range that a mean grain size stands for, in µm (the paper's Table S1: 200–300 for 250).
+/// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
-
-const SIZE_RANGE_UM: (f64, f64) = (20.0, 5000.0);
-/// Down to grains of the greatest size.
-const SURFACE_AREA_RANGE_M2_KG: (f64, f64) = (1.4, 300.0);
 
 /// Grain sizes, uniform in number over a range, in µm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,14 +20,14 @@ pub struct GrainSize {
 }
 
 impl GrainSize {
-    /// The range that a mean greatest extension stands for, mean ± 50 µm.
+    /// The range that a mean greatest extension represents: mean ± 50 µm.
     ///
     /// # Errors
     /// [`TransportError::MeanTooSmall`] if the range would start below 20 µm, [`TransportError::OutOfRange`] if it would
     /// end above 5000 µm.
     pub fn around(mean_um: f64) -> Result<Self, TransportError> {
         let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
-        if min_um < SIZE_RANGE_UM.0 {
+        if min_um < GRAIN_SIZE_RANGE.least {
             return Err(TransportError::MeanTooSmall { mean_um });
         }
         let size = Self { min_um, max_um, measure: SizeMeasure::default() };
@@ -38,12 +35,12 @@ impl GrainSize {
         Ok(size)
     }
 
-    /// Grains of one optical diameter that have a specific surface area SSA = S/(V ρ_ice), in m²/kg.
+    /// Grains of one optical diameter with a given specific surface area SSA = S/(V ρ_ice), in m²/kg.
     ///
     /// # Errors
     /// [`TransportError::OutOfRange`] for an area outside 1.4–300 m²/kg.
     pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
-        TransportError::check("specific surface area", area_m2_kg, SURFACE_AREA_RANGE_M2_KG, " m²/kg")?;
+        SURFACE_AREA_RANGE.check(area_m2_kg)?;
         let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
         Ok(Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter })
     }
@@ -61,6 +58,6 @@ impl GrainSize {
     }
 
     pub(super) fn check(&self) -> Result<(), TransportError> {
-        TransportError::check_range("grain size", (self.min_um, self.max_um), SIZE_RANGE_UM, " µm")
+        GRAIN_SIZE_RANGE.check_interval(self.min_um, self.max_um)
     }
 }

@@ -1,8 +1,9 @@
-//! What snow is made of: a [`SnowSample`] and its parameters, kinds of snow by name, and other plausible readings of a
-//! sample.
+//! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, and alternative
+//! readings of a sample.
 
 mod alternatives;
 mod grain_size;
+mod ranges;
 mod snow_sample;
 mod snow_type;
 mod truncated_normal;
@@ -10,6 +11,10 @@ mod truncated_normal;
 pub use crate::grain::SizeMeasure;
 pub use alternatives::{Alternative, alternatives};
 pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
+pub use ranges::{
+    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SURFACE_AREA_RANGE,
+    TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
+};
 pub use snow_sample::SnowSample;
 pub use snow_type::SnowType;
 pub(crate) use truncated_normal::Quantiles;

@@ -1,36 +1,38 @@
-//! What snow is: grains of a size, a shape and a facetness, packed to a density.
+//! The composition of snow: grains of a size, shape and facetness, packed to a density.
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
 use super::grain_size::GrainSize;
-use super::truncated_normal::{FACETNESS_RANGE, SPHERICITY_RANGE, TruncatedNormal};
+use super::ranges::{
+    DENSITY_RANGE, FACETNESS_DEVIATION_RANGE, FACETNESS_RANGE, SPHERICITY_DEVIATION_RANGE, SPHERICITY_RANGE,
+    TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
+};
+use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
 use crate::grain::{SizeMeasure, Spheroid};
 use crate::optics::ice::{self, Ice, IceTable};
 use crate::optics::impurity::{self, Impurities};
 use crate::optics::water;
+use crate::range::WavelengthRange;
 
-const DENSITY_RANGE_KG_M3: (f64, f64) = (10.0, 900.0);
-const TEMPERATURE_RANGE_C: (f64, f64) = (-60.0, 0.0);
-
-/// Snow: what light meets in it.
+/// The composition of snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SnowSample {
     /// Grain sizes.
     pub grain_size: GrainSize,
     /// Riley sphericity Ψ of the grains.
     pub sphericity: TruncatedNormal,
-    /// Facetness of the grains, which becomes the roughness of their surface.
+    /// Facetness of the grains, which sets the roughness of their surface.
     pub facetness: TruncatedNormal,
     /// Density of the dry snow, in kg/m³.
     pub density_kg_m3: f64,
-    /// Share of the pores' volume that water fills.
+    /// Fraction of the pore volume that water fills.
     pub water_saturation: f64,
     /// Particles between the grains.
     pub impurities: Impurities,
-    /// Temperature, in °C; it changes nothing but the density of ice.
+    /// Temperature, in °C; it affects only the density of ice.
     pub temperature_c: f64,
-    /// Whose absorption of ice is used.
+    /// Published absorption of ice.
     pub ice: IceTable,
 }
 
@@ -41,12 +43,12 @@ impl SnowSample {
         self.density_kg_m3 / ice::density_kg_m3(self.temperature_c)
     }
 
-    /// Extinction coefficient of the grains in 1/m: κ = φ ⟨S/4⟩/⟨V⟩, since a convex body in random orientation has the mean
-    /// projected area S/4 (Cauchy).
+    /// Extinction coefficient of the grains in 1/m: κ = φ ⟨S/4⟩/⟨V⟩. A convex body in random orientation has
+    /// the mean projected area S/4 (Cauchy).
     ///
     /// ```
     /// # use snowblue_transport::sample::{GrainSize, SnowSample};
-    /// // Finer grains at equal density cut off light sooner: extinction goes as 1/size.
+    /// // At equal density extinction is inversely proportional to grain size.
     /// let fine = SnowSample { grain_size: GrainSize::around(100.0).unwrap(), ..SnowSample::default() };
     /// let coarse = SnowSample { grain_size: GrainSize::around(500.0).unwrap(), ..SnowSample::default() };
     /// assert!(fine.extinction_per_m() > 4.0 * coarse.extinction_per_m());
@@ -59,7 +61,7 @@ impl SnowSample {
         self.ice_fraction() * 0.25 * area / (volume * 1e-6)
     }
 
-    /// Whether the grains are alike in all that a tally sees: shape, facetness, what their size measures, ice.
+    /// Whether one tally serves both samples: equal shape, facetness, size measure and ice table.
     pub(crate) fn has_grains_of(&self, other: &Self) -> bool {
         (self.sphericity, self.facetness, self.grain_size.measure, self.ice)
             == (other.sphericity, other.facetness, other.grain_size.measure, other.ice)
@@ -68,35 +70,34 @@ impl SnowSample {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// The first quantity that lies outside its range.
+    /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.grain_size.check()?;
-        self.sphericity.check(["sphericity", "standard deviation of sphericity"], SPHERICITY_RANGE)?;
-        self.facetness.check(["facetness", "standard deviation of facetness"], FACETNESS_RANGE)?;
-        TransportError::check("density", self.density_kg_m3, DENSITY_RANGE_KG_M3, " kg/m³")?;
-        TransportError::check("water saturation", self.water_saturation, (0.0, 1.0), "")?;
+        self.sphericity.check(&SPHERICITY_RANGE, &SPHERICITY_DEVIATION_RANGE)?;
+        self.facetness.check(&FACETNESS_RANGE, &FACETNESS_DEVIATION_RANGE)?;
+        DENSITY_RANGE.check(self.density_kg_m3)?;
+        WATER_SATURATION_RANGE.check(self.water_saturation)?;
         self.impurities.check()?;
-        TransportError::check("temperature", self.temperature_c, TEMPERATURE_RANGE_C, " °C")
+        TEMPERATURE_RANGE.check(self.temperature_c)
     }
 
-    /// First and last wavelength, in nm, that the tables of all that the snow holds reach.
+    /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.
     #[must_use]
-    pub fn range_nm(&self) -> (f64, f64) {
-        let mut range = Ice::new(self.ice).range_nm();
-        let mut cut = |(low, high): (f64, f64)| range = (range.0.max(low), range.1.min(high));
+    pub fn wavelength_range(&self) -> WavelengthRange {
+        let mut range = Ice::new(self.ice).wavelength_range();
         if self.water_saturation > 0.0 {
-            cut(water::RANGE_NM);
+            range = range.intersection(water::WAVELENGTH_RANGE);
         }
         if !self.impurities.is_none() {
-            cut(impurity::RANGE_NM);
+            range = range.intersection(impurity::WAVELENGTH_RANGE);
         }
         range
     }
 
-    /// Checks that the tables of all that the snow holds reach `wavelength_nm`.
+    /// Checks that the tables of ice and of the water and impurities in the sample cover `wavelength_nm`.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] if one does not.
+    /// [`TransportError::OutOfRange`] if a table does not cover it.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
         Ice::new(self.ice).check_wavelength(wavelength_nm)?;
         if self.water_saturation > 0.0 {
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn surface_area_and_optical_diameter_are_one_thing() {
+    fn specific_surface_area_sets_the_optical_diameter() {
         let size = GrainSize::from_specific_surface_area(16.0, -5.0).unwrap();
         let sample = SnowSample { grain_size: size, ..SnowSample::default() };
         // κ = ρ SSA / 4 for any convex grain.

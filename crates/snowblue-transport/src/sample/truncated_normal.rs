@@ -1,17 +1,16 @@
 //! Truncated normal distributions, for the sphericity and the facetness of grains.
 
+use super::ranges::FACETNESS_RANGE;
 use crate::TransportError;
 use crate::quadrature::Quadrature;
+use crate::range::ParameterRange;
 
-/// Standard deviation that a mean facetness stands for, and the half-width of its range (the paper's Table S1).
+/// Standard deviation of the facetness that a mean represents (the paper's Table S1).
 pub const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
+/// Half-width of the facetness range that a mean represents (the paper's Table S1).
 const MEAN_FACETNESS_HALF_RANGE: f64 = 0.1;
 
-pub(crate) const SPHERICITY_RANGE: (f64, f64) = (0.5, 1.0);
-pub(crate) const FACETNESS_RANGE: (f64, f64) = (0.0, 1.0);
-const DEVIATION_RANGE: (f64, f64) = (0.0, 10.0);
-
-/// A normal distribution cut off outside a range; mean and deviation are those before truncation.
+/// A normal distribution truncated to a range; mean and standard deviation are those before truncation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruncatedNormal {
     /// Least value.
@@ -20,7 +19,7 @@ pub struct TruncatedNormal {
     pub max: f64,
     /// Mean before truncation.
     pub mean: f64,
-    /// Standard deviation before truncation; 0 is the mean alone.
+    /// Standard deviation before truncation; 0 for a single value.
     pub standard_deviation: f64,
 }
 
@@ -31,18 +30,18 @@ impl TruncatedNormal {
         Self { min: value, max: value, mean: value, standard_deviation: 0.0 }
     }
 
-    /// The facetness that a mean alone stands for: mean ± .1 within 0–1, standard deviation .075.
+    /// The facetness distribution that a mean represents: mean ± .1 within 0–1, standard deviation .075.
     #[must_use]
     pub fn facetness_around(mean: f64) -> Self {
         Self {
-            min: (mean - MEAN_FACETNESS_HALF_RANGE).max(FACETNESS_RANGE.0),
-            max: (mean + MEAN_FACETNESS_HALF_RANGE).min(FACETNESS_RANGE.1),
+            min: (mean - MEAN_FACETNESS_HALF_RANGE).max(FACETNESS_RANGE.least),
+            max: (mean + MEAN_FACETNESS_HALF_RANGE).min(FACETNESS_RANGE.greatest),
             mean,
             standard_deviation: MEAN_FACETNESS_DEVIATION,
         }
     }
 
-    /// The mean of `f` over the distribution weighted by `weight`, and the inverse of its cumulative distribution.
+    /// Quantiles of the distribution weighted by `weight`.
     pub(crate) fn weighted(&self, weight: impl Fn(f64) -> f64) -> Quantiles {
         let (low, high) = self.support();
         Quantiles::new(low, high, |x| self.relative_density(x) * weight(x))
@@ -58,9 +57,9 @@ impl TruncatedNormal {
         let (mut sum, mut norm) = (0.0, 0.0);
         for (node, weight) in rule.cosines.iter().zip(&rule.weights) {
             let x = low + node * (high - low);
-            let share = weight * self.relative_density(x);
-            sum += share * f(x);
-            norm += share;
+            let probability = weight * self.relative_density(x);
+            sum += probability * f(x);
+            norm += probability;
         }
         sum / norm
     }
@@ -75,14 +74,10 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    pub(super) fn check(
-        &self,
-        [quantity, deviation]: [&'static str; 2],
-        range: (f64, f64),
-    ) -> Result<(), TransportError> {
-        TransportError::check_range(quantity, (self.min, self.max), range, "")?;
-        TransportError::check(quantity, self.mean, (self.min, self.max), "")?;
-        TransportError::check(deviation, self.standard_deviation, DEVIATION_RANGE, "")
+    pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), TransportError> {
+        range.check_interval(self.min, self.max)?;
+        ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;
+        deviations.check(self.standard_deviation)
     }
 }
 
@@ -91,7 +86,7 @@ impl TruncatedNormal {
 pub(crate) struct Quantiles(Vec<f64>);
 
 impl Quantiles {
-    /// From a density that need not be normalised.
+    /// Tabulates a density, which need not be normalised.
     pub(crate) fn new(low: f64, high: f64, density: impl Fn(f64) -> f64) -> Self {
         if low >= high {
             return Self(vec![low]);
@@ -117,7 +112,7 @@ impl Quantiles {
         Self(values)
     }
 
-    /// The value below which the share `uniform` of the distribution lies.
+    /// The value below which the fraction `uniform` of the distribution lies.
     #[inline]
     pub(crate) fn at(&self, uniform: f64) -> f64 {
         let last = self.0.len() - 1;

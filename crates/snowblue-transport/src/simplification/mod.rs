@@ -1,4 +1,4 @@
-//! What a simpler model of snow would answer: each changes one thing in the same sample and leaves the rest.
+//! Results of simpler models of snow: each changes one property of the model and keeps the rest.
 
 use rayon::prelude::*;
 
@@ -6,21 +6,22 @@ use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Medium, Population, Scattering};
 use crate::optics::ice::Ice;
 use crate::ordinates::{OrdinatesOptions, Peak, Streams};
-use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use crate::range::ParameterRange;
+use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal, WATER_SATURATION_RANGE};
 use crate::slab::{Incidence, Slab};
 
 mod two_stream;
 use two_stream::delta_eddington;
 
-/// The wavelength whose index serves all in a model without dispersion, in nm.
+/// Wavelength of the refractive index in a model without dispersion, in nm.
 const ONE_INDEX_NM: f64 = 550.0;
-/// Below this wavelength, in nm, ice is often taken as perfectly clear.
+/// Wavelength below which ice is often assumed not to absorb, in nm.
 const CLEAR_BELOW_NM: f64 = 500.0;
 
 /// A simpler model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Simplification {
-    /// None: the reference.
+    /// No simplification, as the reference.
     Exact,
     /// The refractive index of 550 nm at all wavelengths.
     OneIndex,
@@ -40,11 +41,11 @@ pub enum Simplification {
     TwoOrdinates,
     /// The δ-Eddington approximation.
     DeltaEddington,
-    /// No simplification but for scale: the other table of ice.
+    /// The other ice table, to compare the size of the errors.
     OtherIce,
 }
 
-/// A slab whose grains are tallied once, for every simplification.
+/// A slab with its grains tallied once for all simplifications.
 pub struct Simplifier<'s> {
     slab: &'s Slab,
     options: OrdinatesOptions,
@@ -67,7 +68,7 @@ impl Simplification {
         Self::OtherIce,
     ];
 
-    /// What it does, in a few words.
+    /// A short description.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -87,14 +88,14 @@ impl Simplification {
 }
 
 impl<'s> Simplifier<'s> {
-    /// Tallies the grains of a slab of dry and clean snow under beams, and as many spheres.
+    /// Tallies the grains of a slab of dry and clean snow under beams, and smooth spheres of the same sizes.
     ///
     /// # Errors
     /// If the question is out of range, the snow holds water or impurities, or the light is diffuse.
     pub fn new(slab: &'s Slab, options: &OrdinatesOptions) -> Result<Self, TransportError> {
         slab.check()?;
         options.streams.check()?;
-        TransportError::check("water saturation", slab.sample.water_saturation, (0.0, 0.0), "")?;
+        ParameterRange { greatest: 0.0, ..WATER_SATURATION_RANGE }.check(slab.sample.water_saturation)?;
         if !slab.sample.impurities.is_none() || slab.incidences.contains(&Incidence::Diffuse) {
             return Err(TransportError::Nothing { quantity: "clean snow under beams" });
         }
@@ -106,7 +107,7 @@ impl<'s> Simplifier<'s> {
         Ok(Self { slab, options: *options, grains, spheres: tally(&spheres(&slab.sample)) })
     }
 
-    /// Transmittance by a simpler model: for each thickness, then each incidence, a spectrum.
+    /// Spectral transmittance by a simpler model, for each thickness, then each incidence.
     #[must_use]
     pub fn transmittance(&self, simplification: Simplification) -> Vec<Vec<f64>> {
         let Slab { thicknesses_cm, incidences, wavelengths_nm, .. } = self.slab;
@@ -123,7 +124,7 @@ impl<'s> Simplifier<'s> {
                     _ => self.options.streams,
                 };
                 medium
-                    .fluxes(thicknesses_cm, incidences, (streams, Peak::Broad))
+                    .fluxes(thicknesses_cm, incidences, streams, Peak::Broad)
                     .iter()
                     .map(|fluxes| fluxes.transmittance)
                     .collect()
@@ -184,7 +185,7 @@ fn spheres(sample: &SnowSample) -> SnowSample {
     SnowSample { grain_size, sphericity, facetness, ..*sample }
 }
 
-/// The same with the sizes all smaller or larger by one factor, for the extinction of the sample.
+/// Smooth spheres with all sizes scaled by one factor to the extinction coefficient of the sample.
 fn spheres_of_equal_area(sample: &SnowSample) -> SnowSample {
     let equal = spheres(sample);
     let factor = equal.extinction_per_m() / sample.extinction_per_m();
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn without_simplification_the_answer_is_the_engines() {
+    fn without_simplification_the_engines_result_is_reproduced() {
         let slab = slab();
         let simple = Simplifier::new(&slab, &options()).unwrap().transmittance(Simplification::Exact).concat();
         for (row, simple) in solve(&slab, &options()).unwrap().iter().zip(simple) {
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn each_changes_what_it_says() {
+    fn each_simplification_has_its_effect() {
         let slab = slab();
         let simplifier = Simplifier::new(&slab, &options()).unwrap();
         let exact = simplifier.transmittance(Simplification::Exact);
@@ -234,7 +235,7 @@ mod tests {
         );
         let clear = [0, 2].map(|place| ratio(Simplification::ClearIce, 0, place));
         assert!(clear[0] > 1.0 && clear[1] > 1.05 && clear[1] - 1.0 > 10.0 * (clear[0] - 1.0), "{clear:?}");
-        // Spheres of the same extension block less and scatter further forward.
+        // Spheres of the same extension have less extinction and scatter further forward.
         assert!(ratio(Simplification::SpheresOfEqualExtension, 0, 1) > ratio(Simplification::SpheresOfEqualArea, 0, 1));
         assert!(ratio(Simplification::SpheresOfEqualArea, 0, 1) > 1.1);
         assert!((ratio(Simplification::LinearAbsorption, 0, 0) - 1.0).abs() < 1e-3);

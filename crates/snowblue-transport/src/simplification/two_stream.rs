@@ -1,13 +1,13 @@
 //! The δ-Eddington approximation, the two-stream model of many land-surface and climate models (Joseph, Wiscombe & Weinman
-//! 1976, doi:10.1175/1520-0469(1976)033<2452:TDEAFR>2.0.CO;2), to see what it costs.
+//! 1976, doi:10.1175/1520-0469(1976)033<2452:TDEAFR>2.0.CO;2).
 //!
-//! With f = g², τ' = (1 − ωf)τ, 1 − ω' = (1 − ω)/(1 − ωf) and g' = g/(1 + g), transmittance is equation 15 of Meador & Weaver
-//! (1980, doi:10.1175/1520-0469(1980)037<0630:TSATRT>2.0.CO;2), where γ₁ ∓ γ₂ are 2(1 − ω') and 3(1 − ω'g')/2, and
+//! With f = g², τ' = (1 − ωf)τ, 1 − ω' = (1 − ω)/(1 − ωf) and g' = g/(1 + g), the transmittance is equation 15 of Meador &
+//! Weaver (1980, doi:10.1175/1520-0469(1980)037<0630:TSATRT>2.0.CO;2), where γ₁ ∓ γ₂ are 2(1 − ω') and 3(1 − ω'g')/2, and
 //! γ₃ = (2 − 3g'μ₀)/4.
 
 use crate::medium::Medium;
 
-/// Total transmittance of a slab over black for a beam with cosine `mu`, where kμ ≠ 1.
+/// Total transmittance of a slab over a black ground for a beam with cosine `mu`, where kμ ≠ 1.
 pub(crate) fn delta_eddington(medium: &Medium, thickness_cm: f64, mu: f64) -> f64 {
     let (lost, g) = (medium.scattering.one_minus_albedo, medium.scattering.asymmetry());
     let forward = g * g;
@@ -41,7 +41,7 @@ mod tests {
     /// Without absorption, Eddington's approximation has a closed form:
     /// T = ((2 + 3μ) + (2 − 3μ) e^{−τ/μ})/(4 + 3(1 − g)τ), here for g = 0.
     #[test]
-    fn clear_slabs_meet_eddingtons_closed_form() {
+    fn slabs_without_absorption_have_eddingtons_closed_form() {
         for (thickness_cm, mu) in [(1.0, 1.0), (5.0, 0.6), (30.0, 0.2)] {
             let tau: f64 = thickness_cm;
             let expected = ((2.0 + 3.0 * mu) + (2.0 - 3.0 * mu) * (-tau / mu).exp()) / (4.0 + 3.0 * tau);
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn deep_slabs_stay_above_nothing() {
+    fn deep_slabs_transmit_a_positive_fraction() {
         let found = delta_eddington(&medium(0.1, 0.7), 1000.0, 0.8);
         assert!(found > 0.0 && found < 1e-50, "{found}");
     }

@@ -1,6 +1,7 @@
 //! `spectrum --broadband`: averages over bands of sunlight.
 
 use snowblue_figures::Metadata;
+use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::slab::Radiometry;
 use snowblue_transport::sunlight::{self, Band, BandWeights, Broadband};
 
@@ -29,17 +30,20 @@ pub(super) fn bands(words: &str) -> Result<Bands, String> {
 
 impl Bands {
     /// Wavelengths from the lowest to the highest end of all bands, within the range of the tables.
-    pub(super) fn wavelengths(&self, range_nm: (f64, f64)) -> Wavelengths {
-        let ranges = self.0.iter().map(|band| band.range_nm(range_nm));
-        let union = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
-        let (first_nm, last_nm) = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), union);
-        let steps = std::iter::successors(Some(first_nm), |nm| Some(nm + STEP_NM));
-        Wavelengths(steps.take_while(|nm| *nm < last_nm).chain([last_nm]).collect())
+    pub(super) fn wavelengths(&self, range: WavelengthRange) -> Wavelengths {
+        let ranges = self.0.iter().map(|band| band.wavelength_range(range));
+        let Some(union) = ranges.reduce(WavelengthRange::hull) else { return Wavelengths(Vec::new()) };
+        let steps = std::iter::successors(Some(union.first_nm), |nm| Some(nm + STEP_NM));
+        Wavelengths(steps.take_while(|nm| *nm < union.last_nm).chain([union.last_nm]).collect())
     }
 
     /// Weights of each band.
-    pub(super) fn weights(&self, range_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
-        let weights = self.0.iter().map(|band| BandWeights::new(*band, range_nm, &wavelengths.0));
+    pub(super) fn weights(
+        &self,
+        range: WavelengthRange,
+        wavelengths: &Wavelengths,
+    ) -> Result<Vec<BandWeights>, Failure> {
+        let weights = self.0.iter().map(|band| BandWeights::new(*band, range, &wavelengths.0));
         weights.collect::<Result<_, _>>().map_err(Failure::input)
     }
 }
@@ -52,8 +56,7 @@ pub(super) fn values(rows: &[Radiometry], weights: &[BandWeights]) -> Vec<Broadb
 
 /// Name and ends of a band, as `solar-300-2500`; the ends depend on the range of the tables.
 pub(super) fn name(row: &Broadband) -> String {
-    let (low_nm, high_nm) = row.range_nm;
-    format!("{}-{low_nm}-{high_nm}", row.band.name())
+    format!("{}-{}-{}", row.band.name(), row.range.first_nm, row.range.last_nm)
 }
 
 /// The solar spectrum, and the irradiance of each band.
@@ -65,8 +68,8 @@ pub(super) fn metadata(rows: &[Broadband]) -> Metadata {
         }
     }
     let irradiance = |row: &&Broadband| match row.band {
-        Band::Par => format!("{} {:.2} µmol m⁻² s⁻¹", name(row), sunlight::photon_flux_umol_m2_s(row.range_nm)),
-        _ => format!("{} {:.2} W m⁻²", name(row), sunlight::irradiance_w_m2(row.range_nm)),
+        Band::Par => format!("{} {:.2} µmol m⁻² s⁻¹", name(row), sunlight::photon_flux_umol_m2_s(row.range)),
+        _ => format!("{} {:.2} W m⁻²", name(row), sunlight::irradiance_w_m2(row.range)),
     };
     let sun: Vec<String> = bands.iter().map(irradiance).collect();
     vec![("sunlight", sunlight::SPECTRUM.to_owned()), ("full sun", sun.join(", "))]
@@ -80,11 +83,11 @@ mod tests {
     fn bands_cover_their_wavelengths() {
         let all = bands(ALL_BANDS).unwrap();
         assert_eq!(all.0, Band::ALL);
-        let wavelengths = all.wavelengths((320.0, 2500.0));
+        let wavelengths = all.wavelengths(WavelengthRange::new(320.0, 2500.0));
         assert_eq!((wavelengths.0.len(), wavelengths.0[0].to_bits()), (219, 320_f64.to_bits()));
-        let par = bands("par").unwrap();
-        assert_eq!(par.wavelengths((300.0, 2500.0)).0.len(), 31);
-        assert_eq!(par.weights((300.0, 2500.0), &par.wavelengths((300.0, 2500.0))).unwrap().len(), 1);
+        let (par, range) = (bands("par").unwrap(), WavelengthRange::new(300.0, 2500.0));
+        assert_eq!(par.wavelengths(range).0.len(), 31);
+        assert_eq!(par.weights(range, &par.wavelengths(range)).unwrap().len(), 1);
         assert!(bands("ultraviolet").unwrap_err().contains("'ultraviolet'"));
     }
 }

@@ -28,6 +28,7 @@ use clap::Args;
 use serde::Deserialize;
 use snowblue_figures::{Cell, Metadata};
 use snowblue_transport::optics::Substance;
+use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::SnowType;
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
@@ -109,9 +110,8 @@ impl StackOptions {
 
 impl Pack {
     /// The range of wavelengths that the tables of all layers cover, in nm.
-    pub(super) fn range_nm(&self) -> Option<(f64, f64)> {
-        let ranges = self.layers.iter().map(|layer| layer.sample.range_nm());
-        ranges.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
+    pub(super) fn wavelength_range(&self) -> Option<WavelengthRange> {
+        self.layers.iter().map(|layer| layer.sample.wavelength_range()).reduce(WavelengthRange::intersection)
     }
 }
 

@@ -14,6 +14,7 @@ use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
 use snowblue_figures::{Cell, DataTable, Metadata, plot};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
+use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::sample::alternatives;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::stack::{Stack, StackRadiometry};
@@ -99,16 +100,16 @@ impl Spectrum {
             check_extension(path, "svg", "the plot")?;
         }
         let pack = self.stack.pack()?;
-        let range_nm = match pack.as_ref().and_then(Pack::range_nm) {
-            Some(range_nm) => range_nm,
-            None => self.sample.sample()?.range_nm(),
+        let range = match pack.as_ref().and_then(Pack::wavelength_range) {
+            Some(range) => range,
+            None => self.sample.sample()?.wavelength_range(),
         };
-        let wavelengths = self.wavelengths(range_nm)?;
+        let wavelengths = self.wavelengths(range)?;
         let slab = self.sample.slab(&self.slab, &wavelengths)?;
         if self.spread {
             return self.output.write(&self.alternatives(&slab, quiet)?, quiet);
         }
-        let weights = self.band_weights(range_nm, &wavelengths)?;
+        let weights = self.band_weights(range, &wavelengths)?;
         let snow = match &pack {
             Some(pack) => pack.metadata.clone(),
             None => self.sample.metadata()?,
@@ -130,18 +131,18 @@ impl Spectrum {
     }
 
     /// The given wavelengths, or those of the bands within the range of the tables.
-    fn wavelengths(&self, range_nm: (f64, f64)) -> Result<Wavelengths, Failure> {
+    fn wavelengths(&self, range: WavelengthRange) -> Result<Wavelengths, Failure> {
         match (&self.wavelengths, &self.broadband) {
             (Some(wavelengths), _) => Ok(wavelengths.clone()),
-            (None, Some(bands)) => Ok(bands.wavelengths(range_nm)),
+            (None, Some(bands)) => Ok(bands.wavelengths(range)),
             (None, None) => parse::wavelengths("400:700:10").map_err(Failure::Work),
         }
     }
 
     /// Weights of the bands; empty without `--broadband`.
-    fn band_weights(&self, range_nm: (f64, f64), wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
+    fn band_weights(&self, range: WavelengthRange, wavelengths: &Wavelengths) -> Result<Vec<BandWeights>, Failure> {
         match &self.broadband {
-            Some(bands) => bands.weights(range_nm, wavelengths),
+            Some(bands) => bands.weights(range, wavelengths),
             None => Ok(Vec::new()),
         }
     }
@@ -176,7 +177,7 @@ impl Spectrum {
             }
             let bar = Progress::new("rays", quiet);
             let options = self.monte_carlo_options();
-            let solve = |stack| monte_carlo::solve_stack(stack, &options, &|done, all| bar.set(done, all));
+            let solve = |stack| monte_carlo::solve_stack(stack, &options, &|at| bar.set(at.traced, at.total));
             let solved: Result<Vec<_>, _> = stacks.iter().map(solve).collect();
             bar.finish();
             let rows = solved.map_err(Failure::input)?.concat();
@@ -203,7 +204,7 @@ impl Spectrum {
             Engine::Ordinates => ordinates::solve(slab, &self.ordinates.options()).map_err(Failure::input),
             Engine::Montecarlo => {
                 let bar = Progress::new("rays", quiet);
-                let solved = monte_carlo::solve(slab, &self.monte_carlo_options(), &|done, all| bar.set(done, all));
+                let solved = monte_carlo::solve(slab, &self.monte_carlo_options(), &|at| bar.set(at.traced, at.total));
                 bar.finish();
                 solved.map_err(Failure::input)
             }

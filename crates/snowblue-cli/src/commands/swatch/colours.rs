@@ -62,7 +62,7 @@ impl Swatch {
         let solved = solve_each(&cases.samples, &slab, &self.ordinates.options()).map_err(Failure::input)?;
         let colour = |position: Position| {
             let Case { sample, thickness, incidence } = indices[position.row][position.column];
-            let fluxes = &solved[sample][thickness * slab.incidences.len() + incidence];
+            let fluxes = solved[sample].spectrum(thickness, incidence);
             self.colour(position, &subjects[position.row][position.column], &slab.wavelengths_nm, fluxes)
         };
         let row = |row: usize| -> Result<Vec<ColorRow>, Failure> {

@@ -25,7 +25,7 @@
 mod surroundings;
 
 use glam::Vec3A;
-use snowblue_transport::monte_carlo::{Lengths, Turn, Volume, VolumeNode};
+use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, narrow, off_surface};
@@ -189,10 +189,10 @@ impl<'scene> ReferenceIntegrator<'scene> {
         let Some(volume) = &self.scene.volumes[material] else { return End::Dark };
         let node = &volume.nodes()[walk.node];
         let mean_flight_m = node.extinction_per_m().recip();
-        let mut way = Lengths::default();
+        let mut way = PathLengths::default();
         // What chance lets a path pay of the least absorption.
         let fortune = -walk.stream.uniform().ln();
-        let mut grains = grains_from(node.turns(), walk.stream.uniform());
+        let mut grains = grains_from(node.events(), walk.stream.uniform());
         let mut left_m = None;
         if entering {
             left_m = self.surroundings.enter(object, &mut walk.ray);
@@ -206,22 +206,22 @@ impl<'scene> ReferenceIntegrator<'scene> {
             let length_m = leg.length_m();
             self.add_lights(walk, length_m, Some((volume, &way)));
             way.pores_m += f64::from(length_m);
-            if volume.least_absorbed(&way) > fortune {
+            if volume.least_absorption(&way) > fortune {
                 return End::Dark;
             }
             if let Leg::Flown(_) = leg {
                 walk.ray.origin = walk.ray.at(length_m);
                 self.join_lamps(walk, object, volume, &way);
                 let Some(grain) = grains.next() else { return End::Dark };
-                way.ice_m[0] += f64::from(grain.ice_m[0]);
-                way.ice_m[1] += f64::from(grain.ice_m[1]);
+                way.ice_in_air_m += f64::from(grain.ice_in_air_m);
+                way.ice_in_water_m += f64::from(grain.ice_in_water_m);
                 walk.turn(grain.cos_scattering);
-                if volume.least_absorbed(&way) > fortune {
+                if volume.least_absorption(&way) > fortune {
                     return End::Dark;
                 }
                 continue;
             }
-            walk.throughput *= left(volume, &way, volume.least_absorbed(&way));
+            walk.throughput *= left(volume, &way, volume.least_absorption(&way));
             return match leg {
                 Leg::Out { origin, .. } => {
                     walk.ray.origin = origin;
@@ -234,7 +234,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
     }
 
     /// The light that lamps without extent send to the end of a flight, and a grain there into the path.
-    fn join_lamps(&mut self, walk: &mut Walk, object: usize, volume: &Volume, way: &Lengths) {
+    fn join_lamps(&mut self, walk: &mut Walk, object: usize, volume: &Volume, way: &PathLengths) {
         for index in 0..self.beams.len() {
             let (beam, chance) = (self.beams[index], walk.stream.uniform());
             let point = walk.ray.origin;
@@ -246,7 +246,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
             let direction = beam.origin.way(point).direction;
             let Some(arrival) = beam.arrival(&SurfacePoint { point, normal: direction }) else { continue };
             let phase = volume.nodes()[walk.node].phase_per_sr(f64::from(walk.ray.direction.dot(direction)));
-            let mut share = walk.throughput * left(volume, way, volume.least_absorbed(way)) * passed;
+            let mut share = walk.throughput * left(volume, way, volume.least_absorption(way)) * passed;
             share.0.iter_mut().zip(phase).for_each(|(share, phase)| *share *= phase);
             walk.radiance.add_product(arrival.irradiance_per_power, &share, &beam.power);
         }
@@ -264,14 +264,14 @@ impl<'scene> ReferenceIntegrator<'scene> {
 
     /// The lights with extent on the next `limit_m` of a path, in snow after a way there.
     #[inline]
-    fn add_lights(&self, walk: &mut Walk, limit_m: f32, snow: Option<(&Volume, &Lengths)>) {
+    fn add_lights(&self, walk: &mut Walk, limit_m: f32, snow: Option<(&Volume, &PathLengths)>) {
         if !self.sees_lights {
             return;
         }
         for (radiance, distance_m) in self.scene.lights.iter().filter_map(|light| light.met_whole(&walk.ray, limit_m)) {
             let share = snow.map_or(Spectrum::ONE, |(volume, way)| {
-                let to_lamp = Lengths { pores_m: way.pores_m + f64::from(distance_m), ..*way };
-                left(volume, &to_lamp, volume.least_absorbed(way))
+                let to_lamp = PathLengths { pores_m: way.pores_m + f64::from(distance_m), ..*way };
+                left(volume, &to_lamp, volume.least_absorption(way))
             });
             walk.radiance.add_product(1.0, &(walk.throughput * share), &radiance);
         }
@@ -300,13 +300,13 @@ fn renormalized(vector: Vec3A) -> Vec3A {
 
 /// The grains of a list from a random place on, again and again.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
-fn grains_from(turns: &[Turn], chance: f64) -> impl Iterator<Item = &Turn> {
-    turns.iter().cycle().skip((chance * turns.len() as f64) as usize)
+fn grains_from(events: &[ScatteringEvent], chance: f64) -> impl Iterator<Item = &ScatteringEvent> {
+    events.iter().cycle().skip((chance * events.len() as f64) as usize)
 }
 
 /// What is left of each wavelength after a way through snow, with some absorption already paid.
-fn left(volume: &Volume, way: &Lengths, paid: f64) -> Spectrum {
+fn left(volume: &Volume, way: &PathLengths, paid: f64) -> Spectrum {
     let mut left = Spectrum([0.0; SAMPLES]);
-    volume.left(way, paid, &mut left.0);
+    volume.attenuation(way, paid, &mut left.0);
     left
 }

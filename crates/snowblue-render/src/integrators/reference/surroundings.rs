@@ -11,7 +11,7 @@ use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
-use snowblue_transport::monte_carlo::Lengths;
+use snowblue_transport::monte_carlo::PathLengths;
 
 /// Faces of different solids no farther apart than this are in touch, in m: as parts of one body are.
 const TOUCH_M: f32 = 1e-5;
@@ -187,7 +187,7 @@ impl<'scene> Surroundings<'scene> {
             if let Some(volume) = &self.scene.volumes[material] {
                 let pores_m = self.snow_m(object, &ray, way.distance_m);
                 let mut left = Spectrum::ZERO;
-                volume.left(&Lengths { pores_m, ..Lengths::default() }, 0.0, &mut left.0);
+                volume.attenuation(&PathLengths { pores_m, ..PathLengths::default() }, 0.0, &mut left.0);
                 passed *= left;
             }
         }

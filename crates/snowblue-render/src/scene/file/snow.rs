@@ -2,6 +2,8 @@
 
 use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
 use snowblue_transport::monte_carlo::{GrainPlan, Volume};
+use snowblue_transport::range::ParameterRange;
+use snowblue_transport::sample;
 
 use crate::error::RenderError;
 use crate::geometry::chord::Exit;
@@ -76,28 +78,31 @@ impl Range {
     /// Reads all of them, and the name of a key that has two values, if one has.
     fn read<'key>(section: &Section) -> Result<(Self, Option<&'key str>), RenderError> {
         let mut varies = None;
-        let mut read = |key: &'static str, range: std::ops::RangeInclusive<f64>, unit: &str| {
+        let mut read = |key: &'static str, range: ParameterRange| {
             varies = varies.or(section.is_list(key).then_some(key));
-            section.one_or_two(key, range, unit)
+            section.one_or_two(key, range.inclusive(), range.unit)
         };
         let mut range = Self {
-            grain_size_um: read(GRAIN_SIZE_UM, 20.0..=5000.0, "µm")?,
-            facetness: read(FACETNESS, 0.0..=1.0, "")?,
-            density_kg_m3: read(DENSITY_KG_M3, 10.0..=900.0, "kg/m³")?,
+            grain_size_um: read(GRAIN_SIZE_UM, sample::GRAIN_SIZE_RANGE)?,
+            facetness: read(FACETNESS, sample::FACETNESS_RANGE)?,
+            density_kg_m3: read(DENSITY_KG_M3, sample::DENSITY_RANGE)?,
             further: Vec::new(),
         };
         if section.has(WATER_SATURATION) {
-            range.further.push((Property::WaterSaturation, read(WATER_SATURATION, 0.0..=1.0, "")?));
+            range.further.push((Property::WaterSaturation, read(WATER_SATURATION, sample::WATER_SATURATION_RANGE)?));
         }
         if section.has(TEMPERATURE_C) {
-            range.further.push((Property::Temperature, read(TEMPERATURE_C, -60.0..=0.0, "°C")?));
+            range.further.push((Property::Temperature, read(TEMPERATURE_C, sample::TEMPERATURE_RANGE)?));
         }
         if let Some(contents) = section.table(IMPURITIES_NG_G)? {
             let impurities: Vec<Property> = Property::all().filter(|property| property.is_impurity()).collect();
             contents.only(&impurities.iter().map(|impurity| impurity.title()).collect::<Vec<_>>())?;
+            let fractions = sample::MASS_FRACTION_RANGE;
             for impurity in impurities.into_iter().filter(|impurity| contents.has(impurity.title())) {
                 varies = varies.or(contents.is_list(impurity.title()).then_some(IMPURITIES_NG_G));
-                range.further.push((impurity, contents.one_or_two(impurity.title(), 0.0..=1e7, "ng/g")?));
+                range
+                    .further
+                    .push((impurity, contents.one_or_two(impurity.title(), fractions.inclusive(), fractions.unit)?));
             }
         }
         Ok((range, varies))
