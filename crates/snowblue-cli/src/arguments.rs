@@ -23,8 +23,8 @@ use crate::commands::swatch::Swatch;
   snowblue color --thickness 5,10,15,30         the colour of the light behind it
   snowblue render scene.toml -o picture.png     a picture of a scene with snow
 
-'snowblue COMMAND --help' describes a command with its options, units and examples.
-Exit codes: 0 success, 1 failure, 2 bad input, 130 interrupted."
+'snowblue COMMAND --help' describes a command with its options, units and examples. Exit codes: 0 success, 1 failure, \
+2 bad input, 130 interrupted."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

@@ -6,7 +6,7 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{assert_names, assert_refused, shipped_scene, stderr, stdout};
+use shell::{assert_names, assert_refused, shipped_scene, snowblue, stderr, stdout};
 
 /// The scene of the README with one change, in another folder.
 fn changed_scene(folder: &Path, from: &str, to: &str) -> String {
@@ -116,10 +116,19 @@ fn bad_input_is_refused_in_one_line() {
         (&["database", "info", "no.nc"], &["no.nc"]),
         (&["render", "no.toml", "-o", "picture.png"], &["no.toml"]),
         (&["render", "no.toml", "-o", "picture.gif"], &["picture.gif", ".png", ".exr"]),
-        (&[], &["command"]),
     ] {
         assert_refused(arguments, words);
     }
+}
+
+/// Without a command, the help precedes the error.
+#[test]
+fn a_command_is_required() {
+    let output = snowblue(&[]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{message}");
+    assert_names(&message, &["Usage: snowblue", "spectrum"]);
+    assert_names(message.lines().last().unwrap(), &["snowblue:", "command"]);
 }
 
 #[test]

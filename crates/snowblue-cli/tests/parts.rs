@@ -219,8 +219,8 @@ enum Event {
 
 /// Starts a rendering that no machine finishes, sends a signal after its first checkpoint, and waits for its end.
 ///
-/// The preview tells when the checkpoint is written: each update precedes a checkpoint, so the second update follows the
-/// first checkpoint.
+/// The preview tells when the checkpoint is written: each update precedes a checkpoint, so the second update follows
+/// the first checkpoint.
 #[cfg(unix)]
 fn interrupted(folder: &Folder, output: &str, signal: &str) -> Ended {
     let viewer = TcpListener::bind("127.0.0.1:0").unwrap();

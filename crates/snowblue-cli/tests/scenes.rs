@@ -59,7 +59,7 @@ fn impossible_igloos_and_drifts_are_refused() {
         ("shape = \"igloo\"\nseam_depth = 0.1", &["seam_depth", "0.1 m"]),
         ("shape = \"drift\"\nsize = [1, 1, 0.2]\nmounds = [[0, 0, 1]]", &["mounds"]),
         ("shape = \"drift\"\nsize = [1, 1, 0.2]\nmounds = [[0, 0, 1, 0]]", &["mounds"]),
-        ("shape = \"drift\"\nsize = [1, 1, 0.01]\nrelief = 0.5", &["relief", "0.5"]),
+        ("shape = \"drift\"\nsize = [1, 1, 0.01]\nrelief = 0.5", &["-0.01 m", "height"]),
     ];
     for (object, expected) in cases {
         std::fs::write(&file, format!("{head}{object}\n")).unwrap();

@@ -24,13 +24,13 @@ pub struct Section {
 pub fn index(sections: &[Section]) -> String {
     let content: String = sections.iter().map(section_html).collect();
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Figures of snowblue</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>The blue of light through snow, figure by figure</h1>\n\
-         <p>Everything here is computed by snowblue {version}, from its engines and its tables of constants alone. \
-         Beside it stands what the paper shows or says: {PAPER}, \
-         <a href=\"https://doi.org/{DOI}\">doi:{DOI}</a>.</p>\n</header>\n\
-         <nav aria-label=\"Contents\">\n{contents}</nav>\n<main>\n{content}</main>\n</body>\n</html>\n",
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n <meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<title>Figures of snowblue</title>\n \
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>The blue of light through snow, figure by \
+         figure</h1>\n <p>Everything here is computed by snowblue {version}, from its engines and its tables of \
+         constants alone. Beside it stands what the paper shows or says: {PAPER}, <a \
+         href=\"https://doi.org/{DOI}\">doi:{DOI}</a>.</p>\n</header>\n <nav \
+         aria-label=\"Contents\">\n{contents}</nav>\n<main>\n{content}</main>\n</body>\n</html>\n",
         version = env!("CARGO_PKG_VERSION"),
         contents = contents(sections, true) + &contents(sections, false),
     )

@@ -20,10 +20,10 @@ const COLUMNS: [&str; 7] =
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "theta_deg is the angle of a patch's centre from the normal, phi_deg its azimuth from the direction of the beam \
-(0 is forward scattering, 180 backward). A patch includes its mirror image in the plane of incidence. All patches have \
-the same integral of cos theta over solid angle, pi/(RINGS*SECTORS): the flux is the sum of bsdf_per_sr times this \
-integral. Light that crosses the slab unscattered is in no patch; the metadata give it as 'direct'.
+    after_help = "theta_deg is the angle of a patch's centre from the normal, phi_deg its azimuth from the direction \
+of the beam (0 is forward scattering, 180 backward). A patch includes its mirror image in the plane of incidence. All \
+patches have the same integral of cos theta over solid angle, pi/(RINGS*SECTORS): the flux is the sum of bsdf_per_sr \
+times this integral. Light that crosses the slab unscattered is in no patch; the metadata give it as 'direct'.
 
 Examples:
   snowblue bsdf --thickness 5 --angle 60 --wavelengths 450,550,650 --plot bsdf.svg

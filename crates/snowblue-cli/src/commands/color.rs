@@ -20,9 +20,9 @@ use snowblue_transport::slab::Radiometry;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "The unattenuated light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
-A false colour is the transmittance at three wavelengths, where 1 is white; it has no illuminant, XYZ and CIELAB.
-The exposure changes only hex: 'auto' brings the brightest channel of all rows to 0.9.
+    after_help = "The unattenuated light has Y = 1 and is the white of CIELAB; there is no chromatic adaptation. A \
+false colour is the transmittance at three wavelengths, where 1 is white; it has no illuminant, XYZ and CIELAB. The \
+exposure changes only hex: 'auto' brings the brightest channel of all rows to 0.9.
 
 Examples:
   snowblue color --thickness 5,10,15,30 --illuminant D65
@@ -31,9 +31,9 @@ Examples:
   snowblue color --thickness 0.5,1,2 --false-color 1030,860,550
   snowblue color --spectrum measured.csv --illuminant E
 
-A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. It must cover 400–700 nm in
-steps of at most 20 nm; values outside are ignored. Values in equal steps that include 400 and 700 nm are summed as they
-are; others are first interpolated linearly to 400, 410, … 700 nm."
+A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. It must cover 400–700 nm in \
+steps of at most 20 nm; values outside are ignored. Values in equal steps that include 400 and 700 nm are summed as \
+they are; others are first interpolated linearly to 400, 410, … 700 nm."
 )]
 pub(crate) struct Color {
     #[command(flatten)]

@@ -11,10 +11,10 @@ use crate::output::{Failure, Outcome, Progress, check_path, print, print_message
 /// Recompute the figures and tables of the paper and of the validation
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Each figure NAME is written as NAME.svg, or NAME_PICTURE.png for renderings, with its numbers in NAME.csv and its
-tables in NAME_TABLE.csv; index.html shows all of them. Tables are also printed. The renderings (fig1, fig9, fig10,
-fig11, truth) take some minutes, all others together about one. fig11 needs models/dragon.ply, which
-scripts/fetch-models of the sources downloads.
+    after_help = "Each figure NAME is written as NAME.svg, or NAME_PICTURE.png for renderings, with its numbers in \
+NAME.csv and its tables in NAME_TABLE.csv; index.html shows all of them. Tables are also printed. The renderings \
+(fig1, fig9, fig10, fig11, truth) take some minutes, all others together about one. fig11 needs models/dragon.ply, \
+which scripts/fetch-models of the sources downloads.
 
 Examples:
   snowblue figures -o figures

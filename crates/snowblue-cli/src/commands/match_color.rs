@@ -32,15 +32,15 @@ const COLUMNS: [&str; 12] = [
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "The target is an sRGB colour, for the CIE 1931 observer and without adaptation to the illuminant. Its hue and chroma are
-matched, not its luminance: delta_e is the CIELAB 1976 difference with the light and the target both scaled to L* = 50;
-up to 2.3 the difference is not noticeable. delta_e_2000 is the same by CIEDE2000.
+    after_help = "The target is an sRGB colour, for the CIE 1931 observer and without adaptation to the illuminant. \
+Its hue and chroma are matched, not its luminance: delta_e is the CIELAB 1976 difference with the light and the target \
+both scaled to L* = 50; up to 2.3 the difference is not noticeable. delta_e_2000 is the same by CIEDE2000.
 
-Quantities that are not given are searched for: first the thickness; if it is given or cannot reach the target, the grain
-size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow closest to the default. The other rows
-have the same hue as far as possible, but transmit more or less light. Y is the luminance relative to the unattenuated
-light. exposure_stops scales it to the target's luminance; hex is the exposed colour, hex_transmitted the unexposed one.
-A target out of reach is reported on stderr.
+Quantities that are not given are searched for: first the thickness; if it is given or cannot reach the target, the \
+grain size (100–2000 µm), then the density (100–450 kg/m³). The first row is the snow closest to the default. The \
+other rows have the same hue as far as possible, but transmit more or less light. Y is the luminance relative to the \
+unattenuated light. exposure_stops scales it to the target's luminance; hex is the exposed colour, hex_transmitted the \
+unexposed one. A target out of reach is reported on stderr.
 
 Examples:
   snowblue match --target '#5fa8c4'
@@ -138,8 +138,8 @@ impl Match {
         let bound = self.thickness.is_some() || self.sample.sets_grain_size() || self.sample.sets_density();
         let within = if bound { " with the given options" } else { "" };
         format!(
-            "snowblue: {} is out of reach{within}: it is {word} than the closest light, at a distance of ΔE*ab {:.1} at \
-             L* = 50 (a* {a:+.1}, b* {b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
+            "snowblue: {} is out of reach{within}: it is {word} than the closest light, at a distance of ΔE*ab {:.1} \
+             at L* = 50 (a* {a:+.1}, b* {b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
             self.target, nearest.difference.at_middle_grey
         )
     }

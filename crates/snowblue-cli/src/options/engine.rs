@@ -9,8 +9,8 @@ use super::parse;
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Engine")]
 pub(crate) struct OrdinatesArguments {
-    /// Streams of both hemispheres together: an even number, or 'auto': 16 up to 80° and for diffuse light, 48 above; 64
-    /// and 128 in wet snow and with algae
+    /// Streams of both hemispheres together: an even number, or 'auto': 16 up to 80° and for diffuse light, 48 above;
+    /// 64 and 128 in wet snow and with algae
     #[arg(long, value_name = "N", default_value = "auto", value_parser = parse::streams)]
     pub(crate) streams: Streams,
     /// Seed of random numbers

@@ -3,8 +3,8 @@
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-/// Names of the options on the command line. It defines no option. It must be the first field of its command: clap hands
-/// each value out once, and values that are handed out no longer count.
+/// Names of the options on the command line. It defines no option. It must be the first field of its command: clap
+/// hands each value out once, and values that are handed out no longer count.
 #[derive(Debug)]
 pub(crate) struct GivenOptions(Vec<String>);
 

@@ -1,4 +1,4 @@
-//! The paper's Fig. 3: lamps, the transmittance of snow, and the colours that 3 and 31 samples make of them.
+//! The paper's Fig. 3: illuminants, the transmittance of snow, and its colours from 3 and from 31 wavelengths.
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, Xyz};
@@ -13,26 +13,27 @@ use crate::shading::{PixelSize, THREE_SAMPLES_NM, common_exposure, textured_png,
 use crate::table::{Cell, DataTable};
 
 const ILLUMINANTS: [&str; 5] = ["E", "D55", "D65", "LED-B5", "FL3.15"];
-/// What both numbers of samples are called on the command line.
+/// Numbers of samples.
 const SAMPLES: [&str; 2] = ["3", "31"];
 
-const OURS: &str = "All numbers, and the texture, are ours. Above left, spectra of five CIE illuminants, each over the power \
-    that gives it the luminance of illuminant E of power 1 on 400–700 nm. Above right, transmittance of 15 cm of snow at 0° \
-    (400 µm, facetness .3, 300 kg/m³), with the paper's three wavelengths marked: 455, 551 and 608 nm. Below, the light \
-    behind it, summed over 3 and over 31 wavelengths, at one exposure; ΔE*ab between both, brought to middle grey before the \
-    white of the 31. Most of that is the hue that three wavelengths give the bare lamp: each before the white of its own \
-    samples, the snow differs by ΔE*ab 2.27 (E), 2.47, 2.43, 2.55 and 2.19 (FL3.15) as dim as it is, where 2.3 is just seen, \
-    and by 4.8 to 5.6 at middle grey.";
+const OURS: &str = "All numbers, and the texture, are ours. Top left: spectra of five CIE illuminants, normalised to \
+    the luminance of illuminant E of power 1 on 400–700 nm. Top right: transmittance of 15 cm of snow at 0° (400 µm, \
+    facetness .3, 300 kg/m³), with the paper's three wavelengths marked: 455, 551 and 608 nm. Bottom: the light behind \
+    it, summed over 3 and over 31 wavelengths, at one exposure; ΔE*ab between them is exposed to middle grey, with the \
+    white of the 31. Most of it is the hue that three wavelengths give the illuminant. With the white of each's own \
+    samples, the snow differs by ΔE*ab 2.27 (E), 2.47, 2.43, 2.55 and 2.19 (FL3.15) unexposed, where 2.3 is just \
+    noticeable, and by 4.8 to 5.6 at middle grey.";
 const PAPER: &str = "The paper reports a noticeable difference between 3 and 31 samples, a significant impact of the \
-    illuminant, and that under E the colours still come from the transmittance. Its FL-15 is taken as the CIE's FL3.15.";
+    illuminant, and that under E the colours come from the transmittance alone. Its FL-15 is taken as the CIE's \
+    FL3.15.";
 
-/// Light behind the snow under one lamp, by 3 and by 31 samples.
+/// Light behind the snow under one illuminant, from 3 and from 31 samples.
 struct Lamp {
     illuminant: Illuminant,
     lights: [Xyz; 2],
     white: Xyz,
     difference: ColorDifference,
-    /// ΔE*ab of both, each before the white of its own samples: as dim as they are, and exposed to middle grey.
+    /// ΔE*ab with the white of each's own samples: unexposed, and exposed to middle grey.
     before_own_whites: [f64; 2],
 }
 
@@ -81,7 +82,7 @@ fn lamp(name: &str, curves: &[Vec<(f64, f64)>; 2]) -> Result<Lamp, FigureError> 
     })
 }
 
-/// Power every 5 nm, 1 on average as the eye weighs it.
+/// Power every 5 nm, normalised to a mean of 1 weighted by luminous efficiency.
 fn spectrum(name: &str) -> Result<Vec<(f64, f64)>, FigureError> {
     let illuminant: Illuminant = name.parse()?;
     let wavelengths_nm = wavelengths_nm(400, 700, 5);
@@ -142,7 +143,8 @@ fn table(lamps: &[Lamp]) -> FigureTable {
         "ΔE*ab, own whites",
         "ΔE*ab, own whites, middle grey",
     ];
-    let title = "3 and 31 samples: CIELAB before the white of 31, and differences before it and before the whites of each's own samples";
+    let title = "3 and 31 samples: CIELAB with the white of 31, and differences with it and with the whites of each's \
+                 own samples";
     FigureTable::of_words("samples", title, &columns, lamps.iter().map(row).collect())
 }
 
@@ -156,7 +158,7 @@ fn swatches_table(lamps: &[Lamp]) -> FigureTable {
     }
 }
 
-/// Powers of the lamps every 5 nm, then the transmittances at 3 and at 31 wavelengths.
+/// Powers of the illuminants every 5 nm, then the transmittances at 3 and at 31 wavelengths.
 fn curves_as_drawn(spectra: &[Vec<(f64, f64)>], curves: &[Vec<(f64, f64)>; 2]) -> Vec<Vec<Cell>> {
     let names = ILLUMINANTS.map(|name| format!("relative power of {name}")).into_iter();
     let names = names.chain(SAMPLES.map(|samples| format!("transmittance of {samples} samples")));
@@ -201,7 +203,7 @@ fn draw(spectra: &[Vec<(f64, f64)>], curves: &[Vec<(f64, f64)>; 2], lamps: &[Lam
     Ok(chart.finish(&ordinates_metadata(&[("ice", "warren2008"), ("observer", "CIE 1931"), ("numbers", "ours")])))
 }
 
-/// A row for each number of samples, a column for each lamp.
+/// A row for each number of samples, a column for each illuminant.
 fn swatches(chart: &mut Chart, lamps: &[Lamp]) -> Result<(), FigureError> {
     const SIZE: (f64, f64) = (146.0, 98.0);
     const PIXELS: PixelSize = PixelSize { width: 146, height: 98 };

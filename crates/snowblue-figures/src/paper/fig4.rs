@@ -1,5 +1,4 @@
-//! The paper's Fig. 4 drawn anew: what a look-up in the table needs to know, and the four paths along which snow can be
-//! asked, computed for one drift of snow.
+//! The paper's Fig. 4, redrawn: the quantities of a look-up, and the four path modes, computed for one drift of snow.
 
 use glam::DVec2;
 use snowblue_color::Colorimeter;
@@ -19,13 +18,13 @@ const DRIFT_CM: [DVec2; 5] = [
     DVec2::new(33.0, 11.0),
     DVec2::new(36.0, 34.0),
 ];
-/// The camera of the left drawing, and one that looks down, for the paths.
+/// The camera of the left drawing, and that of the path modes.
 const CAMERA_CM: DVec2 = DVec2::new(-22.0, 12.0);
 const CAMERA_ABOVE_CM: DVec2 = DVec2::new(-14.0, -10.0);
 const LIGHT_CM: DVec2 = DVec2::new(46.0, -6.0);
-/// Where the cameras' rays meet the snow: a share of the way up the face that they see.
+/// Height at which the cameras' rays hit the snow, as a fraction of the visible face.
 const SEEN: f64 = 0.62;
-/// Where its other ray meets the ground.
+/// Where the left camera's other ray hits the ground.
 const GROUND_CM: DVec2 = DVec2::new(-9.0, 34.0);
 const SNOW: TableSample =
     TableSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0, further: Vec::new() };
@@ -36,114 +35,127 @@ const SIGHT: &str = "#3b528b";
 const LIT: &str = "#d9860a";
 const INSIDE: &str = "#1f6feb";
 
-/// One way through the snow, and what a look-up along it says.
-struct Passage {
+/// A path through the snow, and the look-up along it.
+struct SnowPath {
     name: &'static str,
     rule: &'static str,
     exit: DVec2,
     normal: DVec2,
     depth_cm: f64,
-    /// From the outward normal to the light; 90° and more sees no light.
+    /// From the outward normal to the light; no light arrives at 90° or more.
     angle_deg: f64,
-    /// Luminance of the transmittance times the cosine, over the square of the distance from a metre.
+    /// Luminance of the transmittance times the cosine, over the square of the distance in m.
     brightness: f64,
 }
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
-    let passages = passages()?;
-    let row = |one: &Passage| {
+    let paths = paths()?;
+    let row = |one: &SnowPath| {
         let values = [one.depth_cm, one.angle_deg, one.exit.x, one.exit.y, one.brightness];
         std::iter::once(Cell::Word(one.name.to_owned())).chain(values.map(Cell::from)).collect()
     };
     let columns = ["path", "depth_cm", "angle_deg", "exit_x_cm", "exit_y_cm", "relative_luminance"];
     Ok(Figure {
-        title: "What a look-up asks, and along which path",
-        ours: "Left: the quantities of a look-up. A ray of the camera meets snow at Xᵢ; a straight path leads through it by \
-               the depth d to the exit Xₜ, where the light stands at θ from the outward normal nₜ; grain size, facetness, \
-               density, d and θ give the transmitted spectrum. Right: four rules for that path, computed for one point of this \
-               drift (400 µm, .3, 300 kg/m³), seen from above. The path along the view may end where no light falls; the normal \
-               path is exact for a slab; the brightest takes the brighter of the normal path and the one towards the light."
+        title: "The quantities of a look-up, and the path modes",
+        ours: "Left: the quantities of a look-up. A ray of the camera hits snow at Xᵢ; a straight path of depth d \
+               leads through it to the exit Xₜ, where the light is at an angle θ from the outward normal nₜ. Grain \
+               size, facetness, density, d and θ give the transmitted spectrum. Right: the four path modes, computed \
+               for one point of this drift (400 µm, .3, 300 kg/m³), seen from above. The path along the view may end \
+               where no light arrives; the normal path is exact for a slab; the brightest is the brighter of the \
+               normal path and the one towards the light."
             .to_owned(),
-        paper: "Sketches a block of snow with primary rays r₁ and r₂, secondary rays, the depth d and the angle θ: its \
+        paper:
+            "Sketches a block of snow with primary rays r₁ and r₂, secondary rays, the depth d and the angle θ. Its \
                 Algorithm 1 follows the view. This is not a copy of that drawing; the other three paths are ours."
-            .to_owned(),
-        drawing: Drawing::Svg(draw(&passages)),
-        numbers: DataTable::new(&columns, passages.iter().map(row).collect()),
-        tables: vec![look_ups(&passages)],
+                .to_owned(),
+        drawing: Drawing::Svg(draw(&paths)),
+        numbers: DataTable::new(&columns, paths.iter().map(row).collect()),
+        tables: vec![look_ups(&paths)],
         warning: None,
     })
 }
 
-fn face(share: f64) -> DVec2 {
-    DRIFT_CM[0] + (DRIFT_CM[1] - DRIFT_CM[0]) * share
+fn face(fraction: f64) -> DVec2 {
+    DRIFT_CM[0] + (DRIFT_CM[1] - DRIFT_CM[0]) * fraction
 }
 
-/// Outward normal of the side from one corner to the next.
+/// Outward normal of the side between two corners.
 fn outward(from: DVec2, to: DVec2) -> DVec2 {
     (to - from).perp().normalize() * -1.0
 }
 
-/// Where a path from the camera's face leaves the convex drift, and the normal there.
-fn leave(from: DVec2, direction: DVec2) -> (DVec2, DVec2) {
-    const STARTED_CM: f64 = 1e-6;
+/// A point on the surface, and the outward normal there.
+struct SurfacePoint {
+    position: DVec2,
+    normal: DVec2,
+}
+
+/// Where a path from the visible face leaves the convex drift.
+fn exit_of(from: DVec2, direction: DVec2) -> SurfacePoint {
+    const LEAST_DISTANCE_CM: f64 = 1e-6;
     let sides = DRIFT_CM.iter().zip(DRIFT_CM.iter().cycle().skip(1));
-    let met = sides.filter_map(|(a, b)| {
+    let hits = sides.filter_map(|(a, b)| {
         let along = *b - *a;
         let area = direction.perp_dot(along);
         let distance = (*a - from).perp_dot(along) / area;
         let normal = outward(*a, *b);
-        (direction.dot(normal) > 0.0 && distance > STARTED_CM).then_some((distance, normal))
+        (direction.dot(normal) > 0.0 && distance > LEAST_DISTANCE_CM).then_some((distance, normal))
     });
-    let nearest = met.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, DVec2::ZERO));
-    (from + direction * nearest.0, nearest.1)
+    let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, DVec2::ZERO));
+    SurfacePoint { position: from + direction * nearest.0, normal: nearest.1 }
 }
 
-fn passages() -> Result<Vec<Passage>, FigureError> {
+/// The table for one sample, and the observer.
+struct LookUp {
+    snow: PcaSnow,
+    colorimeter: Colorimeter,
+}
+
+fn paths() -> Result<Vec<SnowPath>, FigureError> {
     let snow = PcaSnow::new(snowblue_data::embedded(), &SNOW)?;
-    let colorimeter = daylight(snow.wavelengths_nm())?;
+    let look_up = LookUp { colorimeter: daylight(snow.wavelengths_nm())?, snow };
     let entry = face(SEEN);
-    let along =
-        |name, rule, direction: DVec2| passage((&snow, &colorimeter), (name, rule), entry, direction.normalize());
-    let view = along("view", "on along the ray", entry - CAMERA_ABOVE_CM);
-    let normal = along("normal", "straight in", -outward(DRIFT_CM[0], DRIFT_CM[1]));
-    let light = along("light", "towards the light", LIGHT_CM - entry);
+    let inward = -outward(DRIFT_CM[0], DRIFT_CM[1]);
+    let view = look_up.along("view", "along the viewing ray", entry - CAMERA_ABOVE_CM);
+    let normal = look_up.along("normal", "along the inward normal", inward);
+    let light = look_up.along("light", "towards the light", LIGHT_CM - entry);
     let brightest = if normal.brightness >= light.brightness {
-        along("brightest", "the brighter: normal", -outward(DRIFT_CM[0], DRIFT_CM[1]))
+        look_up.along("brightest", "the brighter: normal", inward)
     } else {
-        along("brightest", "the brighter: light", LIGHT_CM - entry)
+        look_up.along("brightest", "the brighter: light", LIGHT_CM - entry)
     };
     Ok(vec![view, normal, light, brightest])
 }
 
-fn passage(
-    (snow, colorimeter): (&PcaSnow, &Colorimeter),
-    (name, rule): (&'static str, &'static str),
-    entry: DVec2,
-    direction: DVec2,
-) -> Passage {
-    let (exit, normal) = leave(entry, direction);
-    let to_light = LIGHT_CM - exit;
-    let cosine = normal.dot(to_light.normalize());
-    let (depth_cm, angle_deg) = (entry.distance(exit), cosine.clamp(-1.0, 1.0).acos().to_degrees());
-    let mut spectrum = vec![0.0; snow.wavelengths_nm().len()];
-    snow.transmittance(single(depth_cm), single(angle_deg.min(89.0)), &mut spectrum);
-    let spectrum: Vec<f64> = spectrum.into_iter().map(f64::from).collect();
-    let received = cosine.max(0.0) / (to_light.length_squared() * 1e-4);
-    Passage { name, rule, exit, normal, depth_cm, angle_deg, brightness: received * colorimeter.xyz(&spectrum).y }
+impl LookUp {
+    /// The look-up along a path from the visible face.
+    fn along(&self, name: &'static str, rule: &'static str, direction: DVec2) -> SnowPath {
+        let entry = face(SEEN);
+        let SurfacePoint { position: exit, normal } = exit_of(entry, direction.normalize());
+        let to_light = LIGHT_CM - exit;
+        let cosine = normal.dot(to_light.normalize());
+        let (depth_cm, angle_deg) = (entry.distance(exit), cosine.clamp(-1.0, 1.0).acos().to_degrees());
+        let mut spectrum = vec![0.0; self.snow.wavelengths_nm().len()];
+        self.snow.transmittance(single(depth_cm), single(angle_deg.min(89.0)), &mut spectrum);
+        let spectrum: Vec<f64> = spectrum.into_iter().map(f64::from).collect();
+        let received = cosine.max(0.0) / (to_light.length_squared() * 1e-4);
+        let brightness = received * self.colorimeter.xyz(&spectrum).y;
+        SnowPath { name, rule, exit, normal, depth_cm, angle_deg, brightness }
+    }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "look-ups are in single precision")]
+#[expect(clippy::cast_possible_truncation, reason = "look-ups have single precision")]
 fn single(value: f64) -> f32 {
     value as f32
 }
 
-fn brightest(passages: &[Passage]) -> f64 {
-    passages.iter().map(|one| one.brightness).fold(0.0, f64::max)
+fn brightest(paths: &[SnowPath]) -> f64 {
+    paths.iter().map(|one| one.brightness).fold(0.0, f64::max)
 }
 
-fn look_ups(passages: &[Passage]) -> FigureTable {
-    let brightest = brightest(passages);
-    let row = |one: &Passage| {
+fn look_ups(paths: &[SnowPath]) -> FigureTable {
+    let brightest = brightest(paths);
+    let row = |one: &SnowPath| {
         vec![
             one.name.to_owned(),
             format!("{:.1}", one.depth_cm),
@@ -152,20 +164,20 @@ fn look_ups(passages: &[Passage]) -> FigureTable {
         ]
     };
     let columns = ["path", "d (cm)", "θ (°)", "light that arrives (%)"];
-    FigureTable::of_words("paths", "Four paths from one point", &columns, passages.iter().map(row).collect())
+    FigureTable::of_words("paths", "Four paths from one point", &columns, paths.iter().map(row).collect())
 }
 
 const TITLE: Lettering = Lettering { bold: true, ..LABEL };
 const SYMBOL: Lettering = Lettering { size: 15.0, fill: INK, anchor: "start", bold: true };
 const SMALL: Lettering = Lettering { size: 12.0, fill: GREY, ..LABEL };
 
-fn draw(passages: &[Passage]) -> String {
-    let mut canvas = Canvas::new(1100.0, 582.0, "What a look-up asks, and along which path");
+fn draw(paths: &[SnowPath]) -> String {
+    let mut canvas = Canvas::new(1100.0, 582.0, "The quantities of a look-up, and the path modes");
     quantities(&mut canvas);
-    let brightest = brightest(passages);
-    for (number, one) in passages.iter().enumerate() {
+    let brightest = brightest(paths);
+    for (number, one) in paths.iter().enumerate() {
         let corner = DVec2::new(640.0 + 225.0 * (number % 2) as f64, 80.0 + 250.0 * (number / 2) as f64);
-        path(&mut canvas, one, corner, brightest);
+        draw_path(&mut canvas, one, corner, brightest);
     }
     let made = [
         ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
@@ -207,29 +219,29 @@ fn camera(canvas: &mut Canvas, centre: DVec2) {
     );
 }
 
-/// The scene with every quantity's name.
+/// The scene with the symbols of all quantities.
 fn quantities(canvas: &mut Canvas) {
     const SCALE: f64 = 7.6;
     let at = |place: DVec2| DVec2::new(232.0, 176.0) + place * SCALE;
-    let (ground, lamp_at, eye) = (at(GROUND_CM), at(LIGHT_CM), at(CAMERA_CM));
+    let (ground, lamp_at, camera_at) = (at(GROUND_CM), at(LIGHT_CM), at(CAMERA_CM));
     canvas.text((24.0, 66.0), "The quantities of a look-up", TITLE);
     canvas.line((24.0, ground.y), (600.0, ground.y), Stroke::solid(GREY, 1.4));
     drift(canvas, &at);
-    camera(canvas, eye);
-    canvas.text((eye + DVec2::new(-34.0, -22.0)).into(), "camera", SMALL);
+    camera(canvas, camera_at);
+    canvas.text((camera_at + DVec2::new(-34.0, -22.0)).into(), "camera", SMALL);
     lamp(canvas, lamp_at, 9.0);
     canvas.text((lamp_at + DVec2::new(-12.0, -26.0)).into(), "light", SMALL);
-    // A primary ray to the ground, and the secondary one that it sends to the snow.
+    // A primary ray to the ground, and a secondary ray from there to the snow.
     let target = at(face(0.2));
-    canvas.arrow(eye.into(), ground.into(), Stroke::solid(SIGHT, 1.6));
+    canvas.arrow(camera_at.into(), ground.into(), Stroke::solid(SIGHT, 1.6));
     canvas.arrow(ground.into(), target.into(), Stroke { colour: SIGHT, width: 1.6, dashes: "6 4" });
-    canvas.text((0.55 * eye + 0.45 * ground + DVec2::new(-26.0, 8.0)).into(), "r₁", SYMBOL);
+    canvas.text((0.55 * camera_at + 0.45 * ground + DVec2::new(-26.0, 8.0)).into(), "r₁", SYMBOL);
     canvas.text((0.5 * (ground + target) + DVec2::new(-8.0, -12.0)).into(), "l₁", SYMBOL);
-    let (exit_cm, normal) = leave(face(SEEN), (face(SEEN) - CAMERA_CM).normalize());
+    let SurfacePoint { position: exit_cm, normal } = exit_of(face(SEEN), (face(SEEN) - CAMERA_CM).normalize());
     let (entry, exit) = (at(face(SEEN)), at(exit_cm));
-    canvas.arrow(eye.into(), entry.into(), Stroke::solid(SIGHT, 1.6));
-    canvas.text((0.5 * (eye + entry) + DVec2::new(-6.0, -10.0)).into(), "r₂", SYMBOL);
-    look_up(canvas, (entry, exit), (normal, lamp_at), 70.0);
+    canvas.arrow(camera_at.into(), entry.into(), Stroke::solid(SIGHT, 1.6));
+    canvas.text((0.5 * (camera_at + entry) + DVec2::new(-6.0, -10.0)).into(), "r₂", SYMBOL);
+    draw_look_up(canvas, [entry, exit], normal, lamp_at, 70.0);
     canvas.text((entry + DVec2::new(8.0, -10.0)).into(), "Xᵢ", SYMBOL);
     canvas.text((0.5 * (entry + exit) + DVec2::new(-6.0, -8.0)).into(), "d", Lettering { fill: INSIDE, ..SYMBOL });
     canvas.text((exit + DVec2::new(-30.0, 20.0)).into(), "Xₜ", SYMBOL);
@@ -240,8 +252,8 @@ fn quantities(canvas: &mut Canvas) {
     canvas.text((24.0, 496.0), "grain size, facetness, density, d, θ  →  transmitted spectrum T(λ)", LABEL);
 }
 
-/// The path within the snow, the normal at its end, and the light with its angle.
-fn look_up(canvas: &mut Canvas, (entry, exit): (DVec2, DVec2), (normal, lamp_at): (DVec2, DVec2), length: f64) {
+/// The path in the snow, the normal at its exit, and the light with its angle.
+fn draw_look_up(canvas: &mut Canvas, [entry, exit]: [DVec2; 2], normal: DVec2, lamp_at: DVec2, length: f64) {
     let to_light = lamp_at - exit;
     canvas.line(exit.into(), lamp_at.into(), Stroke { colour: LIT, width: 1.4, dashes: "5 4" });
     canvas.arrow(exit.into(), (exit + normal * length).into(), Stroke::solid(INK, 1.5));
@@ -252,8 +264,8 @@ fn look_up(canvas: &mut Canvas, (entry, exit): (DVec2, DVec2), (normal, lamp_at)
     canvas.dot(exit.into(), 4.0, INSIDE);
 }
 
-/// One path mode in a small scene.
-fn path(canvas: &mut Canvas, one: &Passage, corner: DVec2, brightest: f64) {
+/// One path mode, in a small scene.
+fn draw_path(canvas: &mut Canvas, one: &SnowPath, corner: DVec2, brightest: f64) {
     const SCALE: f64 = 2.9;
     let at = |place: DVec2| corner + DVec2::new(58.0, 46.0) + place * SCALE;
     canvas.text((corner + DVec2::new(0.0, -14.0)).into(), one.name, TITLE);
@@ -263,7 +275,7 @@ fn path(canvas: &mut Canvas, one: &Passage, corner: DVec2, brightest: f64) {
     let sight = (face(SEEN) - CAMERA_ABOVE_CM).normalize();
     canvas.arrow((entry - sight * 52.0).into(), entry.into(), Stroke::solid(SIGHT, 1.4));
     lamp(canvas, lamp_at, 4.0);
-    look_up(canvas, (entry, exit), (one.normal, lamp_at), 24.0);
+    draw_look_up(canvas, [entry, exit], one.normal, lamp_at, 24.0);
     let words = format!("d = {:.1} cm, θ = {:.0}°", one.depth_cm, one.angle_deg);
     canvas.text((corner + DVec2::new(0.0, 186.0)).into(), &words, Lettering { size: 12.0, ..LABEL });
     let arrives = if one.brightness > 0.0 {

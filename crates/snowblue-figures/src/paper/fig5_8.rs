@@ -1,4 +1,4 @@
-//! The paper's Figs. 5–8: what grain size, facetness, density and thickness do to the colour behind snow.
+//! The paper's Figs. 5–8: effects of grain size, facetness, density and thickness on the transmitted colour.
 
 use snowblue_color::{Lab, LinearRgb, Xyz};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
@@ -13,17 +13,17 @@ use crate::shading::{PixelSize, common_exposure, daylight, display_hex, textured
 use crate::table::{Cell, DataTable};
 
 const ANGLES_DEG: [f64; 6] = [0.0, 20.0, 40.0, 60.0, 80.0, 89.0];
-/// The base, 12 cm, and those of Fig. 8.
+/// The default, 12 cm, and those of Fig. 8.
 const THICKNESSES_CM: [f64; 3] = [12.0, 10.0, 25.0];
 
-const OURS: &str = "All numbers, and the texture, are ours: the light behind snow of 550 µm, facetness .3, 275 kg/m³ and 12 cm \
-    under D65, each row with one of them changed, solved directly since it lies off the table. One exposure serves all four \
-    figures, so that all swatches compare. We find what the paper reports but for one: grain size makes the greatest \
-    difference in luminance at every angle, and as ΔE*ab up to 60°; at 80° and 89° the two thicknesses differ a little more \
-    (10.25 against 10.10, 7.77 against 7.15), and with both lights brought to middle grey at every angle (12.56 against 11.88 \
-    at 0°). The table of pairs has the factors in luminance.";
-const PAPER: &str = "The paper reports markedly lighter hues for large grains, darker ones for much facetness, density and \
-    thickness, the most prominent differences for grain size, and darker hues with the angle of incidence.";
+const OURS: &str = "All numbers, and the texture, are ours: the light behind snow of 550 µm, facetness .3, 275 kg/m³ \
+    and 12 cm under D65, with one quantity changed in each row, solved directly since these values are not on the \
+    table's grid. One exposure serves all four figures. We confirm the paper's findings but one: grain size has the \
+    greatest effect on luminance at every angle, and on ΔE*ab up to 60°; at 80° and 89° thickness has a slightly \
+    greater effect (10.25 against 10.10, 7.77 against 7.15), and at middle grey at every angle (12.56 against 11.88 at \
+    0°). The table of pairs gives the factors in luminance.";
+const PAPER: &str = "The paper reports markedly lighter hues for large grains, darker ones for large facetness, \
+    density and thickness, the strongest effect for grain size, and darker hues with the angle of incidence.";
 
 /// A row of swatches.
 struct Row {
@@ -31,7 +31,7 @@ struct Row {
     quantity: &'static str,
     value: &'static str,
     sample: SnowSample,
-    /// Among [`THICKNESSES_CM`].
+    /// Index in [`THICKNESSES_CM`].
     thickness: usize,
     /// Light at each angle.
     lights: Vec<Xyz>,
@@ -81,7 +81,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     ];
     let all = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |place| cells(row, place))).collect();
     Ok(Figure {
-        title: "What snow is and how light meets it",
+        title: "Grain size, facetness, density, thickness and angle of incidence",
         ours: OURS.to_owned(),
         paper: PAPER.to_owned(),
         drawing: Drawing::Svg(draw(&rows, factor)?),
@@ -115,7 +115,7 @@ fn rows() -> Result<Vec<Row>, FigureError> {
     ])
 }
 
-/// What each of the four quantities does, straight on.
+/// Effect of each of the four quantities at 0°.
 fn pairs(rows: &[Row]) -> FigureTable {
     let row = |pair: &[Row]| {
         let [low, high] = [pair[0].lights[0].y, pair[1].lights[0].y];
@@ -132,7 +132,7 @@ fn pairs(rows: &[Row]) -> FigureTable {
     let columns = ["figure", "from → to", "Y from", "Y to", "times", "it becomes"];
     FigureTable::of_words(
         "pairs",
-        "What each quantity does to the luminance at 0°",
+        "Effect of each quantity on the luminance at 0°",
         &columns,
         rows.chunks_exact(2).map(row).collect(),
     )

@@ -1,4 +1,4 @@
-//! The choice of l', the number of principal components: what each number costs, by the paper's two criteria.
+//! The choice of l', the number of principal components: errors of each number, by the paper's two criteria.
 
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::{Fidelity, PERCEPTIBLE_DELTA_E, Spread, judge};
@@ -15,7 +15,7 @@ use crate::table::{Cell, DataTable};
 const MOST: usize = 8;
 /// The paper's number of components.
 const PAPER: usize = 2;
-/// What the paper reports of its RMSE.
+/// The paper's bound on its RMSE.
 const PAPER_RMSE: f64 = 0.002;
 const SPACES: [Space; 2] = [Space::Linear, Space::Log];
 const COLOURS: [&str; 2] = ["#d1495b", "#1f6feb"];
@@ -42,15 +42,16 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         "delta_e_worst",
         "delta_e_p99",
         "delta_e_mean",
-        "share_above_2.3",
+        "fraction_above_2.3",
         "negative_values",
     ];
     Ok(Figure {
         title: "The choice of l', the number of principal components",
         ours: words(&found, table.axes.curves()),
-        paper: "Chose the least l' by which no curve's colour differs by ΔE*ab of 2.3 or more, and found l' = 2; RMSE stayed \
-                below .002. Its text names neither the illuminant nor the white of these colours."
-            .to_owned(),
+        paper:
+            "Chose the least l' for which every curve's ΔE*ab is below 2.3, and found l' = 2; RMSE was below .002. Its \
+                text gives neither the illuminant nor the white of these colours."
+                .to_owned(),
         drawing: Drawing::Svg(draw(&found, table.axes.curves())),
         numbers: DataTable::new(&columns, rows.collect()),
         tables: vec![costs(&found, table.axes.curves())],
@@ -58,7 +59,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     })
 }
 
-/// What 1–8 components cost in a space.
+/// Errors of 1–8 components in a space.
 fn judged(table: &SnowTable, space: Space) -> Result<Vec<Fidelity>, FigureError> {
     let decomposition = Decomposition::new(table, Quantity::Transmittance, space)?;
     let judged = |count| {
@@ -75,10 +76,10 @@ fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
     };
     let two = &found[0][PAPER - 1];
     format!(
-        "All {curves} curves, seen under D65 (CIE 1931, the light as white). With l' = {PAPER} in linear space the worst curve \
-         differs by ΔE*ab = {:.2} and RMSE = {:.4}, the mean by {:.2}; {:.2} % of the curves exceed 2.3 and {} values are \
-         negative. Both criteria hold for every curve from l' = {} in linear space, and from l' = {} for the logarithms, \
-         which never turn negative.",
+        "All {curves} curves under D65 (CIE 1931, with the illuminant as white). With l' = {PAPER} in linear space the \
+         worst curve differs by ΔE*ab = {:.2} and RMSE = {:.4}, the mean by {:.2}; {:.2} % of the curves exceed 2.3 \
+         and {} values are negative. Both criteria hold for every curve from l' = {} in linear space, and from l' = {} \
+         for the logarithms, which are never negative.",
         two.delta_e.worst,
         two.rmse.worst,
         two.delta_e.mean,
@@ -105,14 +106,14 @@ fn costs(found: &[Vec<Fidelity>; 2], curves: usize) -> FigureTable {
     });
     let columns =
         ["l'", "ΔE worst", "ΔE 99 %", "ΔE mean", "% above 2.3", "RMSE worst", "RMSE 99 %", "RMSE mean", "negative"];
-    let title = format!("What l' components cost, over {curves} curves of transmittance under D65");
+    let title = format!("Errors of l' components, over {curves} curves of transmittance under D65");
     FigureTable::of_words("costs", &title, &columns, rows.collect())
 }
 
 type Measure = fn(&Fidelity) -> &Spread;
 
 fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
-    let mut chart = Chart::new(1120.0, 460.0, "What l' principal components cost");
+    let mut chart = Chart::new(1120.0, 460.0, "Errors of l' principal components");
     let measures: [(&str, f64, Measure); 2] = [
         ("ΔE*ab under D65", PERCEPTIBLE_DELTA_E, |one| &one.delta_e),
         ("RMSE of transmittance", PAPER_RMSE, |one| &one.rmse),
@@ -139,16 +140,16 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
             chart.dots(&panel, &points(|one| one.worst), colour);
         }
     }
-    let shares = chart.panel(
+    let fractions = chart.panel(
         area(2),
         [counts(), Axis::linear(0.0, 100.0, 5.0)],
         ["l', number of components", "Curves above ΔE*ab 2.3 (%)"],
     );
     for (colour, found) in COLOURS.iter().zip(found) {
-        let share = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_share);
-        let points: Vec<(f64, f64)> = found.iter().enumerate().map(share).collect();
-        chart.line(&shares, &points, Stroke::solid(colour, 2.2));
-        chart.dots(&shares, &points, colour);
+        let point = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_share);
+        let points: Vec<(f64, f64)> = found.iter().enumerate().map(point).collect();
+        chart.line(&fractions, &points, Stroke::solid(colour, 2.2));
+        chart.dots(&fractions, &points, colour);
     }
     legend(&mut chart);
     let made = [

@@ -36,9 +36,9 @@ struct Captions<'c> {
 pub(crate) fn fig1() -> Result<Figure, FigureError> {
     let captions = Captions {
         title: "A garden lamp under snow",
-        ours: "A scene of our own after the photograph: a lamp of 6600 K (LED-B5), 6 cm in radius, under a mound of snow \
-               with grains of 500 µm, 200 kg/m³. Light is pale where the snow is thin and blue where it comes from deep \
-               inside.",
+        ours: "A scene of our own after the photograph: a lamp of 6600 K (LED-B5), 6 cm in radius, under a mound of \
+               snow with grains of 500 µm, 200 kg/m³. Light is pale where the snow is thin and blue where it comes \
+               from deep inside.",
         paper: "Shows two photographs: an igloo's wall in daylight, and a garden lamp covered by snow at dusk.",
     };
     let shot = Shot {
@@ -128,11 +128,11 @@ pub(crate) fn fig10() -> Result<Figure, FigureError> {
     };
     let captions = Captions {
         title: "Inside an igloo",
-        ours: "Separate blocks of one body, 15 cm thick in the middle and 6 cm at the seams, under a uniform sky (D55); \
-               all light inside has come through the wall. Wind-packed snow: grains of 250 µm, 400 kg/m³. Light bleeds \
-               through the seams.",
-        paper: "Blocks about 15 cm thick in a directionally uniform light of D55; light bleeds through the seams. Inset: \
-                opaque blocks, lit from within. It does not specify the snow.",
+        ours: "Separate blocks of one body, 15 cm thick in the middle and 6 cm at the seams, under a uniform sky \
+               (D55); all light inside has come through the wall. Wind-packed snow: grains of 250 µm, 400 kg/m³. Light \
+               bleeds through the seams.",
+        paper: "Blocks about 15 cm thick in a directionally uniform light of D55; light bleeds through the seams. \
+                Inset: opaque blocks, lit from within. It does not specify the snow.",
     };
     let shots = [
         shot("snow", "Lit by the sky, through the wall", scenes::IGLOO),
@@ -143,8 +143,9 @@ pub(crate) fn fig10() -> Result<Figure, FigureError> {
 
 pub(crate) fn fig11() -> Result<Figure, FigureError> {
     let title = "The Stanford dragon, of snow";
-    let paper = "Grains of 250, 100 and 500 µm, facetness .3, 300 kg/m³, a point of D65 behind; the body about 30 cm in \
-                 diameter, the thickest part about 80 cm. Larger grains let more light through, of a more vivid blue.";
+    let paper = "Grains of 250, 100 and 500 µm, facetness .3, 300 kg/m³, a point of D65 behind; the body about 30 cm \
+                 in diameter, the thickest part about 80 cm. Larger grains let more light through, of a more vivid \
+                 blue.";
     if !Path::new(DRAGON_MESH).is_file() {
         let reason = format!(
             "{DRAGON_MESH} does not exist: run scripts/fetch-models in the sources of snowblue, and this command there"
@@ -162,8 +163,8 @@ pub(crate) fn fig11() -> Result<Figure, FigureError> {
             .replace(DRAGON_GRAINS, &format!("grain_size_um = {grains_um}")),
         size: PixelSize { width: 480, height: 360 },
     });
-    let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 cm \
-                thick at most, where body and front legs add up, and 30 cm in the median of its silhouette. Larger \
+    let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 \
+                cm thick at most, where body and front legs add up, and 30 cm in the median of its silhouette. Larger \
                 grains let more light through. Mesh: Stanford Computer Graphics Laboratory.";
     rendered(&Captions { title, ours, paper }, &shots)
 }

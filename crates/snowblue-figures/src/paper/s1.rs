@@ -1,4 +1,4 @@
-//! The paper's Fig. S1: the rebuilt curves of its 225 samples at 15 cm and 0°, and what rebuilding changes in them.
+//! The paper's Fig. S1: the reconstructed curves of its 225 samples at 15 cm and 0°, and their errors.
 
 use snowblue_database::pca::{Components, Decomposition};
 use snowblue_database::{Axes, Quantity, Space, Table as SnowTable};
@@ -15,16 +15,16 @@ const ANGLE_DEG: f64 = 0.0;
 
 /// One of the 225 samples.
 struct Curve {
-    /// Place among the grain sizes.
+    /// Index of the grain size.
     size: usize,
     /// Grain size, facetness and density.
     sample: [f64; 3],
     full: Vec<f64>,
-    /// By the paper's components, and by ours.
-    rebuilt: [Vec<f64>; 2],
+    /// Reconstructed from the paper's components, and from ours.
+    reconstructed: [Vec<f64>; 2],
 }
 
-/// The paper's form, and that of the embedded table.
+/// The paper's space, and that of the embedded table.
 const SPACES: [Space; 2] = [Space::Linear, Space::Log];
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
@@ -33,7 +33,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let wavelengths_nm = &table.axes.wavelengths_nm;
     let rows = curves.iter().flat_map(|curve| {
         wavelengths_nm.iter().enumerate().map(|(w, nm)| {
-            let values = [*nm, curve.full[w], curve.rebuilt[0][w], curve.rebuilt[1][w]];
+            let values = [*nm, curve.full[w], curve.reconstructed[0][w], curve.reconstructed[1][w]];
             curve.sample.into_iter().chain(values).map(Cell::from).collect()
         })
     });
@@ -43,25 +43,25 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         "density_kg_m3",
         "wavelength_nm",
         "transmittance",
-        "rebuilt_linear_2",
-        "rebuilt_log_6",
+        "reconstructed_linear_2",
+        "reconstructed_log_6",
     ];
-    let [linear, log] = [0, 1].map(|form| Errors::of(&curves, form));
+    let [linear, log] = [0, 1].map(|space| Errors::of(&curves, space));
     Ok(Figure {
-        title: "Transmittance of 225 kinds of snow, rebuilt from principal components",
+        title: "Transmittance of 225 samples of snow, reconstructed from principal components",
         ours: format!(
-            "Every sample of Table 1 at 15 cm and 0°, rebuilt from two components of the values themselves, as the paper \
-             does, out of a decomposition of all {} curves. Right: what rebuilding changes, over the full curve. Two linear \
-             components miss T by up to {:.2e}: little beside the light of coarse snow, but more than all the red light of \
-             fine snow, where {} values come out negative. Six components of the logarithms miss by {:.2} % at most and \
-             cannot turn negative.",
+            "Every sample of Table 1 at 15 cm and 0°, reconstructed from two components of the values, as in the \
+             paper, from a decomposition of all {} curves. Right: relative errors. Two linear components have errors \
+             of T up to {:.2e}, little compared with the transmittance of coarse snow, but more than all red light of \
+             fine snow, where {} values are negative. Six components of the logarithms have errors of at most {:.2} % \
+             and cannot be negative.",
             table.axes.curves(),
             linear.absolute,
             linear.negative,
             100.0 * log.relative,
         ),
-        paper: "Shows the 225 curves rebuilt with l' = 2, one for each of nine grain sizes, five degrees of facetness and five \
-                densities, at 15 cm and 0°."
+        paper: "Shows the 225 curves reconstructed with l' = 2, one for each of nine grain sizes, five values of \
+                facetness and five densities, at 15 cm and 0°."
             .to_owned(),
         drawing: Drawing::Svg(draw(&table.axes, &curves)),
         numbers: DataTable::new(&columns, rows.collect()),
@@ -72,10 +72,10 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
 
 fn curves(table: &SnowTable) -> Result<Vec<Curve>, FigureError> {
     let axes = &table.axes;
-    let place =
+    let index_of =
         |values: &[f64], value: f64| values.iter().position(|one| (one - value).abs() < 1e-9).unwrap_or_default();
-    let within =
-        place(&axes.angles_deg, ANGLE_DEG) * axes.thicknesses_cm.len() + place(&axes.thicknesses_cm, THICKNESS_CM);
+    let within = index_of(&axes.angles_deg, ANGLE_DEG) * axes.thicknesses_cm.len()
+        + index_of(&axes.thicknesses_cm, THICKNESS_CM);
     let keep = |space: Space| {
         let decomposition = Decomposition::new(table, Quantity::Transmittance, space)?;
         decomposition.keep(table, Quantity::Transmittance, space.usual_components())
@@ -85,22 +85,22 @@ fn curves(table: &SnowTable) -> Result<Vec<Curve>, FigureError> {
     let curve = |number: usize| {
         let row = number * axes.curves_per_sample() + within;
         let sample = axes.table_sample(number);
-        let rebuilt = [0, 1].map(|form| {
+        let reconstructed = [0, 1].map(|space| {
             let mut values = vec![0.0; axes.wavelengths_nm.len()];
-            kept[form].rebuild(row, SPACES[form], &mut values);
+            kept[space].rebuild(row, SPACES[space], &mut values);
             values
         });
         Curve {
-            size: place(&axes.grain_sizes_um, sample.grain_size_um),
+            size: index_of(&axes.grain_sizes_um, sample.grain_size_um),
             sample: [sample.grain_size_um, sample.facetness, sample.density_kg_m3],
             full: full[row].to_vec(),
-            rebuilt,
+            reconstructed,
         }
     };
     Ok((0..axes.samples()).map(curve).collect())
 }
 
-/// What one form does to the curves at worst.
+/// Greatest errors of the curves.
 struct Errors {
     absolute: f64,
     rmse: f64,
@@ -109,21 +109,21 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(curves: &[Curve], form: usize) -> Self {
+    fn of(curves: &[Curve], space: usize) -> Self {
         let pairs = |curve: &Curve| -> Vec<(f64, f64)> {
-            curve.full.iter().copied().zip(curve.rebuilt[form].iter().copied()).collect()
+            curve.full.iter().copied().zip(curve.reconstructed[space].iter().copied()).collect()
         };
         let worst =
             |error: fn(&(f64, f64)) -> f64| curves.iter().flat_map(pairs).map(|pair| error(&pair)).fold(0.0, f64::max);
         let rmse = |curve: &Curve| {
-            let squares: f64 = pairs(curve).iter().map(|(full, rebuilt)| (full - rebuilt).powi(2)).sum();
+            let squares: f64 = pairs(curve).iter().map(|(full, reconstructed)| (full - reconstructed).powi(2)).sum();
             (squares / curve.full.len() as f64).sqrt()
         };
         Self {
-            absolute: worst(|(full, rebuilt)| (rebuilt - full).abs()),
+            absolute: worst(|(full, reconstructed)| (reconstructed - full).abs()),
             rmse: curves.iter().map(rmse).fold(0.0, f64::max),
-            relative: worst(|(full, rebuilt)| (rebuilt / full - 1.0).abs()),
-            negative: curves.iter().flat_map(|curve| &curve.rebuilt[form]).filter(|value| **value < 0.0).count(),
+            relative: worst(|(full, reconstructed)| (reconstructed / full - 1.0).abs()),
+            negative: curves.iter().flat_map(|curve| &curve.reconstructed[space]).filter(|value| **value < 0.0).count(),
         }
     }
 }
@@ -140,7 +140,7 @@ fn errors_table(errors: [&Errors; 2]) -> FigureTable {
         ]
     };
     let columns = ["components", "worst error of T", "worst RMSE", "worst error in %", "negative values"];
-    let title = "What rebuilding does to the 225 curves at 15 cm and 0°";
+    let title = "Errors of the 225 reconstructed curves at 15 cm and 0°";
     FigureTable::of_words("errors", title, &columns, names.into_iter().zip(errors).map(row).collect())
 }
 
@@ -149,9 +149,9 @@ fn draw(axes: &Axes, curves: &[Curve]) -> String {
     let colours: Vec<String> =
         (0..axes.grain_sizes_um.len()).map(|i| ordered_colour(i, axes.grain_sizes_um.len())).collect();
     let mut drawer = Drawer { chart: &mut chart, curves, nm: &axes.wavelengths_nm, colours: &colours };
-    drawer.rebuilt();
-    drawer.errors(0, (84.0, 262.0), "l' = 2, linear: rebuilt less full, until it turns negative");
-    drawer.errors(1, (312.0, 490.0), "l' = 6, log: rebuilt less full");
+    drawer.reconstructed();
+    drawer.errors(0, (84.0, 262.0), "l' = 2, linear: error, up to the first negative value");
+    drawer.errors(1, (312.0, 490.0), "l' = 6, log: error");
     let names: Vec<String> = axes.grain_sizes_um.iter().map(|um| format!("{um} µm")).collect();
     let entries: Vec<Entry> = names
         .iter()
@@ -170,7 +170,7 @@ fn draw(axes: &Axes, curves: &[Curve]) -> String {
     chart.finish(&made)
 }
 
-/// What the panels share.
+/// Data of all panels.
 struct Drawer<'d> {
     chart: &'d mut Chart,
     curves: &'d [Curve],
@@ -180,8 +180,8 @@ struct Drawer<'d> {
 }
 
 impl Drawer<'_> {
-    fn rebuilt(&mut self) {
-        let values = || self.curves.iter().flat_map(|curve| &curve.rebuilt[0]).map(|value| 100.0 * value);
+    fn reconstructed(&mut self) {
+        let values = || self.curves.iter().flat_map(|curve| &curve.reconstructed[0]).map(|value| 100.0 * value);
         let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
         let area = Area { left: 84.0, right: 510.0, top: 84.0, bottom: 490.0 };
         let panel = self.chart.panel(
@@ -189,29 +189,29 @@ impl Drawer<'_> {
             [Axis::linear(400.0, 700.0, 6.0), Axis::linear_to_marks(low, high, 10.0)],
             ["Wavelength (nm)", "Transmittance (%)"],
         );
-        self.chart.heading((84.0, 70.0), "Rebuilt with l' = 2, linear");
-        self.lines(&panel, &|curve, w| Some(100.0 * curve.rebuilt[0][w]));
-        self.nothing(&panel);
+        self.chart.heading((84.0, 70.0), "Reconstructed with l' = 2, linear");
+        self.lines(&panel, &|curve, w| Some(100.0 * curve.reconstructed[0][w]));
+        self.zero_line(&panel);
     }
 
-    /// Errors of one form in % of the full curves, as far as the rebuilt ones are light at all.
-    fn errors(&mut self, form: usize, (top, bottom): (f64, f64), heading: &str) {
+    /// Errors in one space, in % of the full curves, where the reconstructed values are not negative.
+    fn errors(&mut self, space: usize, (top, bottom): (f64, f64), heading: &str) {
         let error = |curve: &Curve, w: usize| {
-            let ratio = curve.rebuilt[form][w] / curve.full[w];
+            let ratio = curve.reconstructed[space][w] / curve.full[w];
             (ratio >= 0.0).then_some(100.0 * (ratio - 1.0))
         };
         let shown = || self.curves.iter().flat_map(|curve| (0..self.nm.len()).filter_map(move |w| error(curve, w)));
         let (low, high) = (shown().fold(0.0, f64::min), shown().fold(0.0, f64::max));
         let area = Area { left: 610.0, right: 940.0, top, bottom };
         let nm = Axis::linear(400.0, 700.0, 6.0);
-        let (nm, name) = if form == 0 { (Axis { marks: Vec::new(), ..nm }, "") } else { (nm, "Wavelength (nm)") };
+        let (nm, name) = if space == 0 { (Axis { marks: Vec::new(), ..nm }, "") } else { (nm, "Wavelength (nm)") };
         let panel = self.chart.panel(area, [nm, Axis::linear_to_marks(low, high, 4.0)], [name, "% of T"]);
         self.chart.heading((610.0, top - 14.0), heading);
         self.lines(&panel, &error);
-        self.nothing(&panel);
+        self.zero_line(&panel);
     }
 
-    /// A line for each curve in the colour of its grains, up to its first point without a value.
+    /// A line for each curve in the colour of its grain size, up to its first point without a value.
     fn lines(&mut self, panel: &Panel, value: &dyn Fn(&Curve, usize) -> Option<f64>) {
         for (size, colour) in self.colours.iter().enumerate() {
             let through = |curve: &Curve| -> Vec<(f64, f64)> {
@@ -222,8 +222,8 @@ impl Drawer<'_> {
         }
     }
 
-    /// The line of no light, or of no error.
-    fn nothing(&mut self, panel: &Panel) {
+    /// The line of zero.
+    fn zero_line(&mut self, panel: &Panel) {
         self.chart.line(panel, &[(400.0, 0.0), (700.0, 0.0)], Stroke { colour: GREY, width: 1.2, dashes: "5 4" });
     }
 }

@@ -33,14 +33,15 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         [row.thickness_cm, row.wavelength_nm, row.reflectance.value, row.transmittance.value].map(Cell::from).to_vec()
     };
     Ok(Figure {
-        title: "The snow of Table S1, sent back and let through",
-        ours: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 (grains \
-               200–300 µm, facetness .15, 360 kg/m³), 5 nm, 0°. All curves are ours. More blue and green than red light \
-               passes, and transmittance does not fall linearly with thickness: the paper's trends hold."
+        title: "Reflectance and transmittance of the snow of Table S1",
+        ours: "Reflectance of 18 cm and transmittance of 5, 10, 18 and 30 cm of the snow in the paper's Table S1 \
+               (grains 200–300 µm, facetness .15, 360 kg/m³), every 5 nm at 0°. All curves are ours. More blue and \
+               green than red light is transmitted, and transmittance does not fall linearly with thickness: the \
+               paper's trends hold."
             .to_owned(),
-        paper: "Shows modelled reflectance beside a measured one (SISpec file 6, Salvatori et al. 2022) and transmittance at \
-                thicknesses that its text does not tell; neither is at hand as numbers. It reports more blue and green than \
-                red light, and a fall with thickness that is not linear."
+        paper: "Shows modelled reflectance beside a measured one (SISpec file 6, Salvatori et al. 2022), and \
+                transmittance at thicknesses that its text does not give; neither is available as numbers. It reports \
+                more blue and green than red light, and a nonlinear decrease with thickness."
             .to_owned(),
         drawing: Drawing::Svg(draw(&curves)),
         numbers: DataTable::new(

@@ -1,4 +1,4 @@
-//! The paper's Table 1, the axes of the table of curves, and what the embedded table adds to them.
+//! The paper's Table 1, the axes of the table of curves, and the values that the embedded table adds.
 
 use snowblue_database::Axes;
 
@@ -9,15 +9,15 @@ use crate::table::{Cell, DataTable};
 
 const ADDED: &str = "#d1495b";
 const PAPERS: &str = "#1f5fa8";
-/// Where the axes begin and end, in pixels.
+/// Ends of the axes, position of the first and distance between them, in pixels.
 const LEFT: f64 = 210.0;
 const RIGHT: f64 = 1040.0;
 const FIRST: f64 = 96.0;
 const APART: f64 = 62.0;
-/// An axis with more values than this has names at round ones only.
-const MOST_NAMED: usize = 30;
+/// An axis with more values has labels at round values only.
+const MOST_LABELS: usize = 30;
 
-/// One axis: its name and unit for people, its scale, the paper's values and ours.
+/// An axis with its name and unit, its scale, the paper's values and ours.
 struct Row {
     name: &'static str,
     unit: &'static str,
@@ -31,30 +31,30 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let rows = rows(&paper, &ours);
     let cells = |row: &Row| {
         let one = |value: &f64| {
-            let of = |values: &[f64]| Cell::Word(if holds(values, *value) { "yes" } else { "no" }.to_owned());
+            let of = |values: &[f64]| Cell::Word(if contains(values, *value) { "yes" } else { "no" }.to_owned());
             vec![Cell::Word(row.name.to_lowercase().replace(' ', "_")), (*value).into(), of(&row.paper), of(&row.ours)]
         };
         row.ours.iter().map(one).collect::<Vec<_>>()
     };
     Ok(Figure {
-        title: "What snow, how thick, under what light: the axes of the table",
+        title: "The axes of the table",
         ours: format!(
-            "The same values, curve for curve: {} samples, {} curves of {} wavelengths, each with reflectance beside \
-             transmittance. The table that comes with snowblue adds thicknesses down to 5 µm and up to a metre, and the angles \
-             75° and 85°, so that look-ups between its values hold from nothing to 100 cm: {} curves. Infrared light, water, \
-             temperature and impurities are further axes on request.",
+            "The same values: {} samples, {} curves of {} wavelengths, each with reflectance and transmittance. The \
+             table that comes with snowblue adds thicknesses down to 5 µm and up to 1 m, and the angles 75° and 85°, \
+             which makes interpolation accurate from 0 to 100 cm: {} curves. Infrared wavelengths, water, temperature \
+             and impurities are optional axes.",
             paper.samples(),
             thousands(paper.curves()),
             paper.wavelengths_nm.len(),
             thousands(ours.curves()),
         ),
         paper:
-            "Lists nine grain sizes, five degrees of facetness, five densities, eleven thicknesses and ten angles: 225 \
+            "Lists nine grain sizes, five values of facetness, five densities, eleven thicknesses and ten angles: 225 \
                 samples and 24,750 curves of transmittance, at 31 wavelengths from 400 to 700 nm."
                 .to_owned(),
         drawing: Drawing::Svg(draw(&rows)),
         numbers: DataTable::new(&["axis", "value", "paper", "embedded"], rows.iter().flat_map(cells).collect()),
-        tables: vec![values(&rows, [&paper, &ours])],
+        tables: vec![values_table(&rows, [&paper, &ours])],
         warning: None,
     })
 }
@@ -77,14 +77,14 @@ fn rows(paper: &Axes, ours: &Axes) -> Vec<Row> {
     ]
 }
 
-fn holds(values: &[f64], value: f64) -> bool {
+fn contains(values: &[f64], value: f64) -> bool {
     values.iter().any(|one| (one - value).abs() <= 1e-9 * value.abs())
 }
 
-fn values(rows: &[Row], [paper, ours]: [&Axes; 2]) -> FigureTable {
+fn values_table(rows: &[Row], [paper, ours]: [&Axes; 2]) -> FigureTable {
     let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     let one = |row: &Row| {
-        let added: Vec<f64> = row.ours.iter().copied().filter(|value| !holds(&row.paper, *value)).collect();
+        let added: Vec<f64> = row.ours.iter().copied().filter(|value| !contains(&row.paper, *value)).collect();
         let name = if row.unit.is_empty() { row.name.to_owned() } else { format!("{} ({})", row.name, row.unit) };
         let shown = if row.paper.len() > 12 { "400 410 … 700".to_owned() } else { list(&row.paper) };
         vec![name, row.paper.len().to_string(), row.ours.len().to_string(), shown, list(&added)]
@@ -93,7 +93,7 @@ fn values(rows: &[Row], [paper, ours]: [&Axes; 2]) -> FigureTable {
     let curves = [paper, ours].map(|axes| axes.curves().to_string());
     lines.push([vec!["Curves".to_owned()], curves.to_vec(), vec![String::new(), String::new()]].concat());
     let columns = ["axis", "count", "embedded", "the paper's values", "added"];
-    FigureTable::of_words("values", "Table 1, and what the embedded table adds", &columns, lines)
+    FigureTable::of_words("values", "Table 1, and the values that the embedded table adds", &columns, lines)
 }
 
 fn draw(rows: &[Row]) -> String {
@@ -122,13 +122,13 @@ fn draw_row(canvas: &mut Canvas, row: &Row, y: f64) {
     let remark = if row.unit.is_empty() { count } else { format!("{count}, {}", row.unit) };
     canvas.text((24.0, y + 17.0), &remark, Lettering { size: 12.0, fill: GREY, ..LABEL });
     canvas.line((LEFT, y), (RIGHT, y), Stroke::solid(PALE, 3.0));
-    // Many values are named by round marks alone.
-    let many = row.ours.len() > MOST_NAMED;
+    // Many values have labels at round marks only.
+    let many = row.ours.len() > MOST_LABELS;
     for value in &row.ours {
-        let papers = holds(&row.paper, *value);
+        let papers = contains(&row.paper, *value);
         let (colour, height) = if papers { (PAPERS, 23.0) } else { (ADDED, -13.0) };
         canvas.dot((x(*value), y), if many { 3.4 } else { 5.0 }, colour);
-        if !many || holds(&row.scale.marks, *value) {
+        if !many || contains(&row.scale.marks, *value) {
             let name = Lettering { size: 11.0, fill: colour, anchor: "middle", bold: false };
             canvas.text((x(*value), y + height), &value.to_string(), name);
         }

@@ -1,4 +1,4 @@
-//! Grain size and black carbon from the albedo of thick snow, and with them the albedo of thin snow over a dark panel.
+//! Surface area and black carbon fitted to the albedo of thick snow, and the albedo of thin snow predicted from them.
 
 use snowblue_transport::inversion::{AlbedoModel, Finding, Fit, Fitted, MeasuredAlbedo, Pack, Scale};
 use snowblue_transport::measured::{MeanAndDeviation, PanelAlbedo, albedo_over_black_panels};
@@ -12,17 +12,17 @@ use crate::table::{Cell, DataTable};
 
 const THICK_CM: f64 = 34.0;
 const THIN_CM: f64 = 4.5;
-/// The ground under the thick snow is not described: old grass or frozen soil. Nothing hangs on it.
+/// The ground under the thick snow, old grass or frozen soil, is not described; its albedo has no effect.
 const GROUND_ALBEDO: f64 = 0.15;
-/// Densities and panel albedos that the authors leave open: ends and middle.
+/// Densities and panel albedos, which are not reported: ends and middle of plausible ranges.
 const DENSITIES_KG_M3: [f64; 3] = [147.0, 217.0, 287.0];
 const PANEL_ALBEDOS: [f64; 3] = [0.02, 0.04, 0.06];
 /// Bands for the errors, in nm.
 const BANDS_NM: [(f64, f64); 5] = [(400.0, 500.0), (500.0, 700.0), (700.0, 900.0), (900.0, 1100.0), (1100.0, 1300.0)];
-/// From here on, 4.5 cm are as good as endless, in nm.
-const ENDLESS_FROM_NM: f64 = 1000.0;
+/// Beyond this wavelength 4.5 cm are optically infinite, in nm.
+const INFINITE_FROM_NM: f64 = 1000.0;
 
-/// Fits, and what they predict.
+/// Fits and predictions.
 struct Answers {
     measured: Vec<PanelAlbedo>,
     /// With a trusted and with a free scale.
@@ -30,13 +30,13 @@ struct Answers {
     /// The albedo of the thick snow by the fit with a trusted scale.
     thick: Vec<f64>,
     thin: Prediction,
-    /// The surface areas of the thick and the thin snow from where both are as good as endless.
+    /// Fits to the thick and the thin snow at wavelengths at which both are optically infinite.
     infrared: [Fit; 2],
-    /// What the thin snow's own surface area predicts.
+    /// Prediction with the surface area of the thin snow itself.
     thin_refitted: Prediction,
 }
 
-/// The albedo of the thin snow, for the middle and the ends of what is not known.
+/// The albedo of the thin snow, for the middle and the ends of the unknown quantities.
 struct Prediction {
     middle: Vec<f64>,
     low: Vec<f64>,
@@ -73,14 +73,15 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     ];
     Ok(Figure {
         title: "Snow from its albedo, and thin snow predicted from it",
-        ours: "Above: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard deviation) of \
-               34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm over a black panel, with our \
-               prediction for the same snow: the band spans the densities 147–287 kg/m³ and panel albedos .02–.06 that are not \
-               known. Dashed: the same with the surface area that the thin snow itself tells beyond 1000 nm, where the panel \
-               cannot be seen. Middle: ours less measured. Below: thin over thick, which no common error of the scale or of the ice table \
-               changes; grey is the band of the dashed line."
+        ours: "Top: measured albedo (Letcher et al. 2022, Vermont, 12 February 2021, sky light; bands ± 1 standard \
+               deviation) of 34 cm of snow, with our fit of surface area and black carbon, and of 4.5 cm on a black \
+               panel, with our prediction for the same snow. The band spans densities of 147–287 kg/m³ and panel \
+               albedos of .02–.06, which are not reported. Dashed: prediction with the surface area fitted to the thin \
+               snow beyond 1000 nm, where the panel has no effect. Middle: ours minus measured. Bottom: thin over \
+               thick, which does not depend on a common error of scale or of the ice table; grey is the band of the \
+               dashed line."
             .to_owned(),
-        paper: "Compares its model with one measured reflectance (Fig. S2) and with none of these measurements.".to_owned(),
+        paper: "Compares its model with one measured reflectance (Fig. S2), not with these measurements.".to_owned(),
         drawing: Drawing::Svg(draw(&answers)),
         numbers: DataTable::new(&columns, answers.measured.iter().enumerate().map(row).collect()),
         tables: vec![fits(&answers), bands(&answers), ratios(&answers)],
@@ -106,8 +107,8 @@ fn answers() -> Result<Answers, snowblue_transport::TransportError> {
     let finding = fits[0].finding();
     let bare = Pack { ground_albedo: 0.0, ..pack };
     let infrared = [
-        model.fit(&bare, &data(|one| one.thick, ENDLESS_FROM_NM), Scale::Trusted)?,
-        model.fit(&Pack { thickness_cm: THIN_CM, ..bare }, &data(|one| one.thin, ENDLESS_FROM_NM), Scale::Trusted)?,
+        model.fit(&bare, &data(|one| one.thick, INFINITE_FROM_NM), Scale::Trusted)?,
+        model.fit(&Pack { thickness_cm: THIN_CM, ..bare }, &data(|one| one.thin, INFINITE_FROM_NM), Scale::Trusted)?,
     ];
     let own = Finding { surface_area_m2_kg: infrared[1].surface_area_m2_kg.value, ..finding };
     Ok(Answers {
@@ -120,7 +121,7 @@ fn answers() -> Result<Answers, snowblue_transport::TransportError> {
     })
 }
 
-/// The thin snow over its panel, for the middle and the ends of density and panel.
+/// The thin snow on its panel, for the middle and the ends of density and panel albedo.
 fn predict(
     model: &AlbedoModel,
     pack: &Pack,
@@ -134,7 +135,7 @@ fn predict(
 }
 
 fn fits(answers: &Answers) -> FigureTable {
-    // What does not move is held, or stands at the end of its range.
+    // A parameter without an error is fixed, or at the end of its range.
     let fitted = |one: &Fitted, decimals: usize| {
         let value = one.value;
         if one.block_error > 0.0 {
@@ -202,7 +203,7 @@ fn bands(answers: &Answers) -> FigureTable {
     FigureTable::of_words("bands", "Root mean square (and mean) of ours less measured", &columns, rows)
 }
 
-/// Thin over thick, measured and by us, for the middle and the ends of what is not known.
+/// Thin over thick, measured and predicted, for the middle and the ends of the unknown quantities.
 fn ratios(answers: &Answers) -> FigureTable {
     let row = |nm: &f64| {
         let place = answers.measured.iter().position(|one| one.wavelength_nm >= *nm).unwrap_or_default();
@@ -273,7 +274,7 @@ fn draw(answers: &Answers) -> String {
 const OWN: Stroke = Stroke { colour: THIN, width: 2.0, dashes: "7 4" };
 
 impl Answers {
-    /// A quantity at each wavelength, from what is measured there and from the number of the wavelength.
+    /// A quantity at each wavelength, from the measurement and its index.
     fn curve(&self, quantity: impl Fn(&PanelAlbedo, usize) -> f64) -> Vec<(f64, f64)> {
         self.measured.iter().enumerate().map(|(i, one)| (one.wavelength_nm, quantity(one, i))).collect()
     }

@@ -1,4 +1,4 @@
-//! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and what the difference would do.
+//! Our grains against micro-tomograms: extinction, path enhancement and asymmetry, and the effect of the differences.
 
 use snowblue_transport::measured::{Line, Point, Tomogram, fit_line, mean_and_deviation, tomograms};
 use snowblue_transport::optics::Ice;
@@ -12,7 +12,7 @@ use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
 use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Stroke, Symbol};
 use crate::table::{Cell, DataTable};
 
-/// The authors' letters, with names and colours that all can tell apart (Okabe & Ito 2008).
+/// The authors' letters, with names and colours for all kinds of colour vision (Okabe & Ito 2008).
 const KINDS: [(&str, &str, &str); 5] = [
     ("N", "new (N)", "#56b4e9"),
     ("F", "faceted (F)", "#0072b2"),
@@ -25,8 +25,8 @@ const TREND: Stroke = Stroke { colour: GREY, width: 1.4, dashes: "5 4" };
 /// The wavelength of our n.
 const INDEX_NM: f64 = 550.0;
 const DEPTH_CM: f64 = 15.0;
-/// Thick enough for all of its light to come back or stay, in cm.
-const ENDLESS_CM: f64 = 1000.0;
+/// Optically infinite thickness, in cm.
+const INFINITE_CM: f64 = 1000.0;
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let samples = tomograms();
@@ -70,12 +70,13 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     Ok(Figure {
         title: "Our grains against micro-tomograms",
         ours: format!(
-            "Extinction, path enhancement B and asymmetry g (theirs without the diffraction that they add: 2g − 1) of 32 \
-             micro-tomograms of Letcher et al. 2022, and the lines of our grains: κ = ρ SSA/4, B = n² = {:.3} and g = {:.3} \
-             (facetness .3, 550 nm). The dashed line is the straight line through their B: {:.3} − {:.5} ρ. Nothing is tuned.",
+            "Extinction, path enhancement B and asymmetry g (theirs without the diffraction that they add: 2g − 1) of \
+             32 micro-tomograms of Letcher et al. 2022, and the lines of our grains: κ = ρ SSA/4, B = n² = {:.3} and g \
+             = {:.3} (facetness .3, 550 nm). The dashed line is the linear fit to their B: {:.3} − {:.5} ρ. Nothing is \
+             tuned.",
             ours.path_enhancement, ours.asymmetry, trend.offset, -trend.slope
         ),
-        paper: "Describes grains by size, facetness and sphericity, and compares them with no tomogram.".to_owned(),
+        paper: "Describes grains by size, facetness and sphericity; it has no comparison with tomograms.".to_owned(),
         drawing: Drawing::Svg(draw(&samples, &ours, trend)),
         numbers: DataTable::new(&columns, samples.iter().map(row).collect()),
         tables: vec![kinds(&samples, &ours), effects(&exact, &ours, &theirs)],
@@ -120,7 +121,8 @@ fn kinds(samples: &[Tomogram], ours: &GrainOptics) -> FigureTable {
 /// Transmittances are compared at the first three, in nm, albedos at the last two.
 const COMPARED_NM: [f64; 5] = [450.0, 550.0, 650.0, 900.0, 1030.0];
 
-/// Transmittance of 15 cm and albedo of endless snow by their means and by ours, in snow of equal density and surface area.
+/// Transmittance of 15 cm and albedo of infinite snow with their means and with ours, at equal density and surface
+/// area.
 fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> FigureTable {
     let sample = SnowSample::default();
     let surface_area_m2_kg = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
@@ -134,7 +136,7 @@ fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
             let (depth_cm, incidence) = if *nm < 700.0 {
                 (DEPTH_CM, Incidence::Beam { angle_deg: 0.0 })
             } else {
-                (ENDLESS_CM, Incidence::Diffuse)
+                (INFINITE_CM, Incidence::Diffuse)
             };
             let fluxes = medium(place).fluxes(&[depth_cm], &[incidence], Streams::Auto, Peak::Broad)[0];
             if *nm < 700.0 { format!("{:.5}", fluxes.transmittance) } else { format!("{:.4}", fluxes.reflectance) }
@@ -152,7 +154,8 @@ fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
     ];
     let columns = ["grains", "T 450", "T 550", "T 650", "albedo 900", "albedo 1030"];
     let title = format!(
-        "T of 15 cm at 0°, diffuse albedo of endless snow: 300 kg/m³, {surface_area_m2_kg:.1} m²/kg; theirs by Henyey–Greenstein"
+        "T of 15 cm at 0°, diffuse albedo of infinite snow: 300 kg/m³, {surface_area_m2_kg:.1} m²/kg; theirs by \
+         Henyey–Greenstein"
     );
     FigureTable::of_words("effects", &title, &columns, rows)
 }

@@ -1,4 +1,4 @@
-//! What simpler models cost in the colour of the light through snow. The paper says that they spoil it.
+//! Colour errors of simpler models of light through snow.
 
 use snowblue_color::ColorDifference;
 use snowblue_transport::ordinates::OrdinatesOptions;
@@ -16,18 +16,18 @@ const THICKNESSES_CM: [f64; 3] = [5.0, 15.0, 30.0];
 const ANGLES_DEG: [f64; 3] = [0.0, 60.0, 80.0];
 /// Wavelengths whose transmittance is compared, in nm.
 const COMPARED_NM: [f64; 3] = [450.0, 550.0, 650.0];
-/// The place in `THICKNESSES_CM` that the table of transmittance shows.
+/// Index in `THICKNESSES_CM` of the table of transmittance.
 const MIDDLE: usize = 1;
 const NOTICED: f64 = 2.3;
 
-/// What one simplification costs behind one slab.
+/// Errors of a simplification behind one slab.
 struct Cost {
     difference: ColorDifference,
     /// Relative error of the transmittance at each of the compared wavelengths.
     errors: Vec<f64>,
 }
 
-/// A simplification under one angle, with its cost for each thickness.
+/// A simplification at one angle, with its errors for each thickness.
 struct Case {
     simplification: Simplification,
     angle_deg: f64,
@@ -60,12 +60,12 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     ];
     let rows = cases.iter().flat_map(|case| (0..THICKNESSES_CM.len()).map(move |place| row(case, place)));
     Ok(Figure {
-        title: "What simplifications cost",
-        ours: "ΔE*ab (CIELAB, D65, its white) of the light through 5, 15 and 30 cm of snow (400 µm, facetness .3, 300 kg/m³) \
-               by a simpler model against the whole one, as it is and with both exposed to middle grey. The other table of \
-               ice, Picard 2016 in place of Warren & Brandt 2008, stands there for scale."
+        title: "Errors of simplifications",
+        ours: "ΔE*ab (CIELAB, with D65 as white) of the light through 5, 15 and 30 cm of snow (400 µm, facetness .3, \
+               300 kg/m³) by a simpler model against the complete one, unexposed and with both exposed to middle grey. \
+               The other table of ice, Picard 2016 instead of Warren & Brandt 2008, is included for scale."
             .to_owned(),
-        paper: "Names two simplifications that other renderers make, a constant index of refraction and ice that does not \
+        paper: "Names two simplifications of other renderers, a constant index of refraction and ice that does not \
                 absorb, and says that they hinder prediction; it gives no numbers."
             .to_owned(),
         drawing: Drawing::Svg(draw(&cases)),
@@ -105,7 +105,7 @@ fn cases() -> Result<Vec<Case>, FigureError> {
     Ok(cases)
 }
 
-/// Only these depend much on the angle.
+/// Only the errors of these depend much on the angle.
 fn is_two_stream(simplification: Simplification) -> bool {
     matches!(simplification, Simplification::TwoOrdinates | Simplification::DeltaEddington)
 }
@@ -126,7 +126,7 @@ fn colours(cases: &[Case]) -> FigureTable {
         cells
     };
     let columns = ["ΔE*ab", "5 cm", "15 cm", "30 cm", "5 cm grey", "15 cm grey", "30 cm grey"];
-    let title = "ΔE*ab of a simpler model, as it is and exposed to middle grey";
+    let title = "ΔE*ab of a simpler model, unexposed and exposed to middle grey";
     FigureTable::of_words("colour", title, &columns, cases.iter().map(row).collect())
 }
 
@@ -143,9 +143,9 @@ fn transmittances(cases: &[Case]) -> FigureTable {
 fn draw(cases: &[Case]) -> String {
     const LEAST: f64 = 0.01;
     let height = 34.0 * cases.len() as f64;
-    let mut chart = Chart::new(980.0, height + 150.0, "What simplifications cost in the colour of transmitted light");
+    let mut chart = Chart::new(980.0, height + 150.0, "Errors of simplifications in the colour of transmitted light");
     let count = cases.len() as f64;
-    let titles = ["ΔE*ab as it is", "ΔE*ab at middle grey"];
+    let titles = ["ΔE*ab unexposed", "ΔE*ab at middle grey"];
     let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
     for (i, (title, quantity)) in titles.into_iter().zip(quantities).enumerate() {
         let left = 200.0 + 340.0 * i as f64;
@@ -180,7 +180,7 @@ fn draw(cases: &[Case]) -> String {
 
 const JUST_NOTICED: Stroke = Stroke { colour: GREY, width: 1.4, dashes: "5 4" };
 
-/// Two digits, no more.
+/// A number with two digits.
 fn short(value: f64) -> String {
     if value < 0.005 {
         return "< 0.01".to_owned();

@@ -1,5 +1,4 @@
-//! How much water in the pores changes the colour of the light that comes through: the first of the questions that the paper
-//! leaves to future work.
+//! Effect of water in the pores on the colour of the transmitted light, which the paper leaves to future work.
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Colorimeter, LinearRgb, Xyz};
@@ -14,12 +13,12 @@ use crate::shading::{daylight, display_hex, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 
 const SATURATIONS: [f64; 11] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 1.0];
-/// Those that the table and the swatches show.
+/// Indices of the saturations in the table and the swatches.
 const SHOWN: [usize; 8] = [1, 4, 5, 6, 7, 8, 9, 10];
 const THICKNESSES_CM: [f64; 4] = [1.0, 5.0, 15.0, 30.0];
-/// What a trained eye just notices (Mahy et al. 1994).
+/// Just noticeable difference (Mahy et al. 1994).
 const NOTICED: f64 = 2.3;
-/// The drawing begins here.
+/// Lower end of the axis of ΔE.
 const LEAST: f64 = 0.002;
 
 /// The light behind snow of one wetness and thickness.
@@ -61,15 +60,16 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let rows = THICKNESSES_CM.iter().zip(&lights).flat_map(|(cm, lights)| lights.iter().map(|one| (*cm, one)));
     Ok(Figure {
         title: "Water in the pores and the colour behind snow",
-        ours: "ΔE*ab (CIELAB, D65, its white) of the light through wet snow against dry snow of equal dry density, 400 µm, \
-               facetness .3, 300 kg/m³, 0°. Left as it is; right with both lights exposed to middle grey, which leaves hue and \
-               chroma. Swatches are so exposed. Grains lie in water as a whole or not at all."
+        ours: "ΔE*ab (CIELAB, with D65 as white) of the light through wet snow against dry snow of equal dry density, \
+               400 µm, facetness .3, 300 kg/m³, 0°. Left: unexposed. Right: both exposed to middle grey, which leaves \
+               hue and chroma; the swatches have this exposure. Each grain is surrounded either by water or by air."
             .to_owned(),
-        paper: "Leaves to future work whether water in the pores matters, and whether the table needs an axis of it.".to_owned(),
+        paper: "Leaves to future work whether water in the pores matters, and whether the table needs an axis for it."
+            .to_owned(),
         drawing: Drawing::Svg(draw(&lights)),
         numbers: DataTable::new(&columns, rows.map(cells).collect()),
         tables: vec![
-            table("whole", "ΔE*ab of wet against dry snow, as it is", &lights, |one| one.as_given),
+            table("whole", "ΔE*ab of wet against dry snow, unexposed", &lights, |one| one.as_given),
             table("hue", "The same, both exposed to middle grey: hue and chroma", &lights, |one| one.at_middle_grey),
             brightness(&lights),
         ],
@@ -77,7 +77,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     })
 }
 
-/// For each thickness, for each saturation.
+/// The light, by thickness and saturation.
 fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec<Light>>, FigureError> {
     let sample = SnowSample::default();
     let samples = SATURATIONS.map(|water_saturation| SnowSample { water_saturation, ..sample });
@@ -128,11 +128,11 @@ fn draw(lights: &[Vec<Light>]) -> String {
     let (top, bottom) = (66.0, 340.0);
     let axes = || [Axis::logarithmic(0.01, 1.0), Axis::logarithmic(LEAST, 100.0)];
     let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
-    let names = ["ΔE*ab as it is", "ΔE*ab at middle grey"];
+    let names = ["ΔE*ab unexposed", "ΔE*ab at middle grey"];
     for (i, (quantity, name)) in quantities.into_iter().zip(names).enumerate() {
         let left = 84.0 + 370.0 * i as f64;
         let area = Area { left, right: left + 290.0, top, bottom };
-        let panel = chart.panel(area, axes(), ["Share of the pores filled with water", name]);
+        let panel = chart.panel(area, axes(), ["Fraction of the pores filled with water", name]);
         curves(&mut chart, &panel, lights, quantity);
     }
     let names: Vec<String> = THICKNESSES_CM.iter().map(|cm| format!("{cm} cm")).collect();
@@ -165,7 +165,7 @@ fn curves(chart: &mut Chart, panel: &Panel, lights: &[Vec<Light>], quantity: fn(
 fn swatches(chart: &mut Chart, lights: &[Vec<Light>]) {
     const SIZE: (f64, f64) = (68.0, 36.0);
     let (left, top) = (150.0, 448.0);
-    chart.heading((84.0, 420.0), "Exposed to middle grey: dry, then by the share of the pores that water fills");
+    chart.heading((84.0, 420.0), "Exposed to middle grey: dry, then by the fraction of the pores filled with water");
     for (row, (thickness_cm, lights)) in THICKNESSES_CM.iter().zip(lights).enumerate() {
         let y = top + SIZE.1 * row as f64;
         chart.text((left - 12.0, y + 23.0), &format!("{thickness_cm} cm"), "end");

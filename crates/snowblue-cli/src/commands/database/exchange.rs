@@ -14,8 +14,8 @@ use snowblue_database::file::{self, AnyTable};
     allow_negative_numbers = true,
     after_help = "A CSV file has a row for each value, with the columns grain_size_um, facetness, density_kg_m3, \
 angle_deg (degrees or 'diffuse'), thickness_cm, wavelength_nm, transmittance, reflectance, and optionally \
-water_saturation, temperature_c, black_carbon_ng_g … A NetCDF file (classic format) has the variables transmittance and \
-reflectance on dimensions of these names without units, in any order. The values must form a complete grid.
+water_saturation, temperature_c, black_carbon_ng_g … A NetCDF file (classic format) has the variables transmittance \
+and reflectance on dimensions of these names without units, in any order. The values must form a complete grid.
 
 Examples:
   snowblue database import curves.csv -o table.nc
@@ -39,8 +39,8 @@ pub(crate) struct Import {
 /// Write a table for programs that do not read NetCDF
 #[derive(Debug, Args)]
 #[command(
-    after_help = "'raw' writes FILE.json, which describes the layout, and FILE.f32 with little-endian single-precision numbers. \
-'csv' writes a row for each value, as 'import' reads it.
+    after_help = "'raw' writes FILE.json, which describes the layout, and FILE.f32 with little-endian single-precision \
+numbers. 'csv' writes a row for each value, as 'import' reads it.
 
 Examples:
   snowblue database export -o snow.json              the embedded table, for a real-time engine

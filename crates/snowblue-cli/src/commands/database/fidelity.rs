@@ -19,8 +19,8 @@ use snowblue_figures::{Cell, DataTable};
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "Each row has the errors over all reconstructed curves (worst, 99th percentile, mean), the worst curves, and the \
-singular value of the last component.
+    after_help = "Each row has the errors over all reconstructed curves (worst, 99th percentile, mean), the worst \
+curves, and the singular value of the last component.
 
 With --off-grid, look-ups at random thicknesses (0.01–100 cm) and angles (0–80° and 80–89°) are compared with direct \
 solutions. These use the rays and the seed of the table, so that the errors are those of interpolation: for samples of \
@@ -31,7 +31,7 @@ Examples:
   snowblue database fidelity full.nc
   snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 -o fidelity.csv --plot fidelity.svg
   snowblue database fidelity mc.nc --truth exact.nc          effect of Monte Carlo noise on components and colours
-  snowblue database fidelity --off-grid 200                  errors of look-ups, in the embedded and in the paper's table
+  snowblue database fidelity --off-grid 200                  errors of look-ups, ours and the paper's
   snowblue database fidelity --off-grid 200 --seed 2 small.nc"
 )]
 pub(crate) struct Fidelity {

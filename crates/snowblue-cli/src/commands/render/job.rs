@@ -124,8 +124,8 @@ impl RenderJob<'_> {
         let Statistics { odd_depth_lines, depth_lines, unusable_samples, .. } = statistics;
         if *odd_depth_lines > 0 {
             self.print_note(&format!(
-                "{odd_depth_lines} of {depth_lines} lines through snow crossed its surface an odd number of times: a mesh is open (see \
-                 --check)\n"
+                "{odd_depth_lines} of {depth_lines} lines through snow crossed its surface an odd number of times: a \
+                 mesh is open (see --check)\n"
             ));
         }
         if *unusable_samples > 0 {

@@ -59,12 +59,12 @@ pub(crate) struct Render {
     /// Compressed table of snow, NetCDF [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
-    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line) or reference (volumetric
-    /// path tracer, the ground truth for PCASnow, slow)
+    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line) or reference
+    /// (volumetric path tracer, the ground truth for PCASnow, slow)
     #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
     integrator: Option<IntegratorKind>,
-    /// Path mode of all snow, instead of the scene's: brightest (the brighter of the next two), normal (along the inward
-    /// normal), light (towards the light) or view (along the viewing ray, as in the paper)
+    /// Path mode of all snow, instead of the scene's: brightest (the brighter of the next two), normal (along the
+    /// inward normal), light (towards the light) or view (along the viewing ray, as in the paper)
     #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
     path: Option<PathMode>,
     /// Width in pixels [1–16384], instead of the scene's
@@ -91,8 +91,8 @@ pub(crate) struct Render {
     /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
-    /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are given],
-    /// under spectrally constant lights; the table must have 31 wavelengths
+    /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are
+    /// given], under spectrally constant lights; the table must have 31 wavelengths
     #[arg(
         long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
         value_parser = parse::false_color

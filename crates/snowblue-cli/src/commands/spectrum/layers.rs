@@ -4,7 +4,8 @@
 //! ice = "warren2008"          # or "picard2016"; for all layers
 //! [[layer]]                   # top first
 //! thickness_cm = 3            # the only required key
-//! grain_size_um = 200         # a mean, or [MIN, MAX]; with size_measure = "greatest-extension" | "volume-diameter" | …
+//! grain_size_um = 200         # a mean, or [MIN, MAX]
+//! size_measure = "greatest-extension"   # or "volume-diameter", "optical-diameter"
 //! # ssa_m2_kg = 40            # instead of a grain size
 //! facetness = 0.3             # a mean, or [MIN, MAX, MEAN, SD]
 //! sphericity = 0.8            # one value, or [MIN, MAX, MEAN, SD]

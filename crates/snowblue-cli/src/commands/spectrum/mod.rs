@@ -50,8 +50,8 @@ pub(crate) struct Spectrum {
     /// Averages over bands of sunlight (ASTM G173-03) instead of wavelengths: all, or some of solar, visible,
     /// near-infrared and par, separated by commas
     #[arg(
-        long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS, value_parser = broadband::bands,
-        help_heading = "Slab", conflicts_with_all = ["spread", "depths"]
+        long, value_name = "BANDS", num_args = 0..=1, default_missing_value = ALL_BANDS,
+        value_parser = broadband::bands, help_heading = "Slab", conflicts_with_all = ["spread", "depths"]
     )]
     broadband: Option<Bands>,
     /// Method of solution

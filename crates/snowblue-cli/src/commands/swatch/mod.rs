@@ -30,10 +30,10 @@ const MOST_PIXELS: u32 = 16_384;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "Rows and columns: grain-size (µm), facetness, density (kg/m³), water-saturation, thickness (cm), angle (deg),
-illuminant, with values as in the options of these names. All swatches have one exposure; 'auto' brings the greatest
-channel to 0.8 of white, at which the average of the snow texture is the colour. Brighter swatches are clipped where the
-texture is light. Hues outside sRGB lose saturation.
+    after_help = "Rows and columns: grain-size (µm), facetness, density (kg/m³), water-saturation, thickness (cm), \
+angle (deg), illuminant, with values as in the options of these names. All swatches have one exposure; 'auto' brings \
+the greatest channel to 0.8 of white, at which the average of the snow texture is the colour. Brighter swatches are \
+clipped where the texture is light. Hues outside sRGB lose saturation.
 
 Examples:
   snowblue swatch --rows grain-size=100,500 --columns angle=0,40,80 -o angles.png

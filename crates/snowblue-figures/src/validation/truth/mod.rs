@@ -1,7 +1,7 @@
 //! The four path modes of PCASnow against path-traced references: blocks and a ball in front of a lamp.
 //!
-//! The reference of a scene is the mean of a few renderings with different seeds; their scatter gives its noise. A mode is
-//! judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over all cells
+//! The reference of a scene is the mean of a few renderings with different seeds; their scatter gives its noise. A mode
+//! is judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over all cells
 //! where L₀ exceeds a hundredth of its maximum. The mean square of the noise is subtracted.
 
 mod cases;
