@@ -2,6 +2,7 @@
 
 use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_render::film::image_file;
+use snowblue_render::images::raster::PixelSize;
 use snowblue_render::{RenderError, swatch};
 
 /// The paper's three sample wavelengths, in nm.
@@ -27,16 +28,9 @@ pub fn display_hex(colour: LinearRgb) -> String {
     Srgb8::encode(colour.displayable()).to_string()
 }
 
-/// Size of a picture, in pixels.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PixelSize {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-}
-
 /// A swatch of a light times a factor, with the grey texture of snow, as the bytes of a PNG file.
 pub(crate) fn textured_png(light: Xyz, factor: f64, size: PixelSize) -> Result<Vec<u8>, RenderError> {
-    let picture = swatch::swatch(LinearRgb::from_xyz(light * factor), (size.width, size.height), Some(1));
+    let picture = swatch::swatch(LinearRgb::from_xyz(light * factor), size, Some(1));
     image_file::png_bytes(&picture, &[])
 }
 

@@ -12,7 +12,7 @@ use snowblue_render::geometry::instance::Instance;
 use snowblue_render::geometry::mesh::Mesh;
 use snowblue_render::geometry::placement::Placement;
 use snowblue_render::geometry::ray::Ray;
-use snowblue_render::geometry::triangles::Triangles;
+use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::{Overrides, Scene, render};
 
 fn main() {
@@ -57,7 +57,7 @@ fn ball() -> Instance {
         })
         .collect();
     let here = Placement::new(&DAffine3::IDENTITY).unwrap();
-    Instance::new(Mesh::new(Triangles::loose(&triangles)).into(), here)
+    Instance::new(Mesh::new(TriangleMesh::from_triangles(&triangles)).into(), here)
 }
 
 /// Rays from all around through the ball, none near the one before.

@@ -8,9 +8,9 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use snowblue_render::geometry::triangles::Triangles;
-use snowblue_render::mesh_files::read_triangles;
-use snowblue_render::mesh_tools::mending::mend;
+use snowblue_render::geometry::triangle_mesh::TriangleMesh;
+use snowblue_render::mesh_files::read_mesh_file;
+use snowblue_render::mesh_tools::repair::repair;
 use snowblue_render::mesh_tools::topology::Topology;
 
 fn main() -> ExitCode {
@@ -29,38 +29,38 @@ fn main() -> ExitCode {
 }
 
 fn run(from: &Path, to: &Path) -> Result<(), String> {
-    let torn = read_triangles(from, None).map_err(|error| error.to_string())?;
-    let mended = mend(&torn);
-    let topology = Topology::of(&mended.surface);
+    let damaged = read_mesh_file(from, None).map_err(|error| error.to_string())?;
+    let repaired = repair(&damaged);
+    let topology = Topology::of(&repaired.mesh);
     if !topology.is_closed() {
         let (open, shared) = (topology.open_edges, topology.odd_shared_edges);
         return Err(format!("{}: {open} edges are open and {shared} are odd still", from.display()));
     }
     let beside = to.with_extension("part");
-    let written = std::fs::write(&beside, ply(&mended.surface)).and_then(|()| std::fs::rename(&beside, to));
+    let written = std::fs::write(&beside, ply(&repaired.mesh)).and_then(|()| std::fs::rename(&beside, to));
     written.map_err(|error| format!("cannot write {}: {error}", to.display()))?;
     eprintln!(
         "{}: {} triangles, watertight ({} vertices merged, {} triangles dropped, holes filled: {})",
         to.display(),
         topology.triangles,
-        mended.merged_vertices,
-        mended.dropped_triangles,
-        mended.filled_edges.len()
+        repaired.merged_vertices,
+        repaired.dropped_triangles,
+        repaired.filled_holes.len()
     );
     Ok(())
 }
 
 /// A binary PLY file (Turk 1994).
-fn ply(surface: &Triangles) -> Vec<u8> {
+fn ply(surface: &TriangleMesh) -> Vec<u8> {
     let mut content = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
          property float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         surface.positions.len(),
-        surface.corners.len()
+        surface.indices.len()
     )
     .into_bytes();
     content.extend(surface.positions.iter().flat_map(|place| place.to_array()).flat_map(f32::to_le_bytes));
-    for corners in &surface.corners {
+    for corners in &surface.indices {
         content.push(3);
         content.extend(corners.iter().copied().flat_map(u32::to_le_bytes));
     }

@@ -10,46 +10,46 @@ use std::path::Path;
 use glam::{DAffine3, Vec2, Vec3, Vec3A};
 use snow::{SNOW, directions, simple_law};
 use snowblue_render::geometry::ray::Ray;
-use snowblue_render::geometry::triangles::Triangles;
+use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
-use snowblue_render::mesh_files::read_triangles;
+use snowblue_render::mesh_files::read_mesh_file;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::Overrides;
 
 /// An octahedron with bulges: vertices with texture coordinates, outwards triangles.
-fn stone() -> Triangles {
+fn stone() -> TriangleMesh {
     let positions =
         vec![Vec3::new(0.6, 0.1, 0.0), Vec3::new(-0.5, 0.0, 0.1), Vec3::new(0.0, 0.4, 0.0), Vec3::new(0.1, -0.6, 0.0)]
             .into_iter()
             .chain([Vec3::new(0.0, 0.1, 0.7), Vec3::new(0.05, 0.0, -0.4)])
             .collect::<Vec<_>>();
     let uv = positions.iter().map(|place| Vec2::new(0.5 + place.x * 0.5, 0.25 + place.y * 0.5)).collect();
-    let corners = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
-    Triangles { positions, corners, uv, ..Triangles::default() }
+    let indices = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    TriangleMesh { positions, indices, uv, ..TriangleMesh::default() }
 }
 
-fn ply(mesh: &Triangles) -> Vec<u8> {
+fn ply(mesh: &TriangleMesh) -> Vec<u8> {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float u\n\
          property float v\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
         mesh.positions.len(),
-        mesh.corners.len()
+        mesh.indices.len()
     );
     for (p, uv) in mesh.positions.iter().zip(&mesh.uv) {
         writeln!(text, "{} {} {} {} {}", p.x, p.y, p.z, uv.x, uv.y).unwrap();
     }
-    for [a, b, c] in &mesh.corners {
+    for [a, b, c] in &mesh.indices {
         writeln!(text, "3 {a} {b} {c}").unwrap();
     }
     text.into_bytes()
 }
 
-fn obj(mesh: &Triangles) -> Vec<u8> {
+fn obj(mesh: &TriangleMesh) -> Vec<u8> {
     let mut text = String::from("o stone\n");
     for (p, uv) in mesh.positions.iter().zip(&mesh.uv) {
         writeln!(text, "v {} {} {}\nvt {} {}", p.x, p.y, p.z, uv.x, uv.y).unwrap();
     }
-    for corners in &mesh.corners {
+    for corners in &mesh.indices {
         let [a, b, c] = corners.map(|corner| corner + 1);
         writeln!(text, "f {a}/{a} {b}/{b} {c}/{c}").unwrap();
     }
@@ -57,7 +57,7 @@ fn obj(mesh: &Triangles) -> Vec<u8> {
 }
 
 /// The mesh turned to y up, moved by its node, with a camera, a point light and a second copy beside it.
-fn glb(mesh: &Triangles) -> Vec<u8> {
+fn glb(mesh: &TriangleMesh) -> Vec<u8> {
     let mut binary = Vec::new();
     // The node moves it by (1, 2, 3); so its own coordinates are as much less.
     for p in &mesh.positions {
@@ -69,7 +69,7 @@ fn glb(mesh: &Triangles) -> Vec<u8> {
         // A glTF counts from the upper left corner.
         binary.extend(uv.x.to_le_bytes().into_iter().chain((1.0 - uv.y).to_le_bytes()));
     }
-    for &corner in mesh.corners.iter().flatten() {
+    for &corner in mesh.indices.iter().flatten() {
         binary.extend(u16::try_from(corner).unwrap().to_le_bytes());
     }
     let json = format!(
@@ -209,7 +209,7 @@ fn a_glb_cut_anywhere_is_refused_in_one_line() {
     let whole = glb(&stone());
     for length in (0..whole.len()).step_by(7).chain([whole.len() - 1]) {
         folder.write("cut.glb", &whole[..length]);
-        let message = read_triangles(&folder.path().join("cut.glb"), None).unwrap_err().to_string();
+        let message = read_mesh_file(&folder.path().join("cut.glb"), None).unwrap_err().to_string();
         assert!(message.contains("cut.glb: ") && !message.contains('\n'), "{length}: {message}");
     }
 }
@@ -224,11 +224,11 @@ fn broken_meshes_are_named_in_one_line() {
         let mut changed = text.clone();
         changed[at..at + to.len()].copy_from_slice(to.as_bytes());
         folder.write("broken.glb", &changed);
-        read_triangles(&folder.path().join("broken.glb"), None).unwrap_err().to_string()
+        read_mesh_file(&folder.path().join("broken.glb"), None).unwrap_err().to_string()
     };
     for (from, to, expected) in [
         (r#""count":24"#, r#""count":99"#, "accessor 2 reaches beyond the end of its buffer"),
-        (r#""count":6,"type":"VEC3""#, r#""count":2,"type":"VEC3""#, "names vertex"),
+        (r#""count":6,"type":"VEC3""#, r#""count":2,"type":"VEC3""#, "refers to vertex"),
         (r#""byteOffset":120"#, r#""byteOffset":920"#, "accessor 2 reaches beyond"),
         (r#""indices":2"#, r#""indices":7"#, "not a readable glTF file"),
         (r#""scene":0,"#, r#""scene":9,"#, "not a readable glTF file"),
@@ -238,10 +238,10 @@ fn broken_meshes_are_named_in_one_line() {
         assert!(!message.contains('\n'), "{message}");
     }
     folder.write("stone.stl", b"solid");
-    let message = read_triangles(&folder.path().join("stone.stl"), None).unwrap_err().to_string();
-    assert!(message.contains("the ending is \"stl\""), "{message}");
-    let message = read_triangles(&folder.path().join("stone.glb"), Some("tree")).unwrap_err().to_string();
-    assert!(message.contains("no node or mesh of its scene is called \"tree\""), "{message}");
+    let message = read_mesh_file(&folder.path().join("stone.stl"), None).unwrap_err().to_string();
+    assert!(message.contains("the extension is \"stl\""), "{message}");
+    let message = read_mesh_file(&folder.path().join("stone.glb"), Some("tree")).unwrap_err().to_string();
+    assert!(message.contains("its scene has no node or mesh named \"tree\""), "{message}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The paper's Figs. 5–8: effects of grain size, facetness, density and thickness on the transmitted colour.
 
 use snowblue_color::{Lab, LinearRgb, Xyz};
+use snowblue_render::images::raster::PixelSize;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
@@ -9,7 +10,7 @@ use crate::plot::Chart;
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
-use crate::shading::{PixelSize, common_exposure, daylight, display_hex, textured_png, wavelengths_nm};
+use crate::shading::{common_exposure, daylight, display_hex, textured_png, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 
 const ANGLES_DEG: [f64; 6] = [0.0, 20.0, 40.0, 60.0, 80.0, 89.0];

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use snowblue_render::film::image_file;
+use snowblue_render::images::raster::PixelSize;
 use snowblue_render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::Overrides;
@@ -10,7 +11,6 @@ use snowblue_render::scene::file::Overrides;
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, Rendering, SOFTWARE};
 use crate::scenes;
-use crate::shading::PixelSize;
 use crate::table::{Cell, DataTable};
 
 /// The dragon's mesh, relative to the working directory.

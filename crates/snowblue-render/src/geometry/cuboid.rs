@@ -247,7 +247,7 @@ mod tests {
     use glam::{EulerRot, Vec3};
 
     use crate::geometry::mesh::Mesh;
-    use crate::geometry::triangles::Triangles;
+    use crate::geometry::triangle_mesh::TriangleMesh;
 
     /// The twelve triangles of the same box.
     fn triangles(centre: Vec3, size: Vec3, axes: Mat3A) -> Vec<[Vec3; 3]> {
@@ -264,7 +264,7 @@ mod tests {
         let (centre, size) = (Vec3::new(0.3, -0.2, 0.4), Vec3::new(0.6, 0.3, 0.5));
         let axes = Mat3A::from_euler(EulerRot::XYZ, 0.4, -0.7, 1.1);
         let cuboid = Cuboid::new(centre.into(), size.into(), axes);
-        let mesh = Mesh::new(Triangles::loose(&triangles(centre, size, axes)));
+        let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles(centre, size, axes)));
         let (mut traced, mut met) = (Vec::new(), 0);
         for k in 0..5000 {
             let turn = 2.399_963 * k as f32;

@@ -8,7 +8,7 @@ pub(crate) mod lanes;
 pub mod ray;
 pub mod texture_coordinates;
 pub(crate) mod triangle;
-pub mod triangles;
+pub mod triangle_mesh;
 
 pub mod cuboid;
 pub mod ellipsoid;

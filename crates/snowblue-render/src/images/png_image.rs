@@ -1,4 +1,4 @@
-//! Pictures from PNG files as plain numbers: textures, masks and heights.
+//! PNG files as input: textures, masks and height fields.
 
 use std::io::{BufRead, Cursor, Seek};
 
@@ -7,16 +7,16 @@ use png::{BitDepth, ColorType, Transformations};
 use crate::error::RenderError;
 use crate::files::SceneFile;
 
-/// A picture as its file has it, 1 being the greatest code; transparency is left out.
+/// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PngImage {
     /// Pixels from left to right.
     pub(crate) width: usize,
     /// Pixels from top to bottom.
     pub(crate) height: usize,
-    /// Numbers of a pixel: 1 of a grey picture, else 3.
+    /// Values of a pixel: 1 in a grey image, else 3.
     pub(crate) channels: usize,
-    /// Row by row from the top.
+    /// Values, row by row from the top.
     pub(crate) values: Vec<f32>,
 }
 
@@ -27,16 +27,16 @@ impl PngImage {
         image.map_err(|reason| RenderError::ReadImage { path: file.path.clone(), reason })
     }
 
-    /// Reads a PNG of any kind; palettes become colours.
+    /// Decodes a PNG of any colour type. Palettes become colours.
     pub(crate) fn read(png: impl BufRead + Seek) -> Result<Self, String> {
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
         let mut decoder = png::Decoder::new(png);
         decoder.set_transformations(Transformations::EXPAND);
         let mut reader = decoder.read_info().map_err(malformed)?;
-        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the picture is too large")?];
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
         let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
         bytes.truncate(frame.buffer_size());
-        let codes: Vec<f32> = if frame.bit_depth == BitDepth::Sixteen {
+        let samples: Vec<f32> = if frame.bit_depth == BitDepth::Sixteen {
             let (pairs, _) = bytes.as_chunks::<2>();
             pairs.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0).collect()
         } else {
@@ -48,17 +48,17 @@ impl PngImage {
             ColorType::Rgb | ColorType::Indexed => (3, 3),
             ColorType::Rgba => (4, 3),
         };
-        let values = codes.chunks_exact(stored).flat_map(|pixel| &pixel[..channels]).copied().collect();
+        let values = samples.chunks_exact(stored).flat_map(|pixel| &pixel[..channels]).copied().collect();
         Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values })
     }
 
-    /// Linear light of the pixels, the file's numbers being sRGB; grey is alike in all channels.
-    pub(crate) fn linear(&self) -> Vec<[f32; 3]> {
+    /// Linear RGB of each pixel, decoded as sRGB. Grey images have three equal channels.
+    pub(crate) fn linear_rgb(&self) -> Vec<[f32; 3]> {
         self.pixels(|code| crate::geometry::ray::narrow(snowblue_color::transfer::decode_srgb(f64::from(code))))
     }
 
-    /// The pixels' first numbers as they are.
-    pub(crate) fn plain(&self) -> Vec<[f32; 3]> {
+    /// The values of each pixel without decoding. Grey images have three equal channels.
+    pub(crate) fn encoded_rgb(&self) -> Vec<[f32; 3]> {
         self.pixels(|code| code)
     }
 
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_picture_becomes_numbers() {
+    fn reads_every_colour_type_and_bit_depth() {
         let shade = 0x80 as f32 / 255.0;
         for (file, channels, expected) in [
             (png(ColorType::Grayscale, BitDepth::Eight, None, &[0, 0x80]), 1, vec![0.0, shade]),
@@ -106,19 +106,19 @@ mod tests {
                 vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             ),
         ] {
-            let picture = PngImage::read(file).unwrap();
-            assert_eq!((picture.width, picture.height, picture.channels), (2, 1, channels));
-            assert_eq!(picture.values, expected);
+            let image = PngImage::read(file).unwrap();
+            assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
+            assert_eq!(image.values, expected);
         }
         let deep = PngImage::read(png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
     }
 
     #[test]
-    fn srgb_codes_become_light() {
-        // Code 188 of 255 is half the light (IEC 61966-2-1).
-        let picture = PngImage::read(png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
-        assert!((picture.linear()[0][2] - 0.5).abs() < 0.003 && (picture.linear()[1][0] - 1.0).abs() < 1e-6);
-        assert!((picture.plain()[0][1] - 188.0 / 255.0).abs() < 1e-6);
+    fn decodes_srgb() {
+        // The value 188 of 255 is a linear 0.5 (IEC 61966-2-1).
+        let image = PngImage::read(png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
+        assert!((image.linear_rgb()[0][2] - 0.5).abs() < 0.003 && (image.linear_rgb()[1][0] - 1.0).abs() < 1e-6);
+        assert!((image.encoded_rgb()[0][1] - 188.0 / 255.0).abs() < 1e-6);
     }
 }

@@ -1,8 +1,26 @@
-//! Pictures as screens show them: pixels of 8-bit sRGB.
+//! Raster images in 8-bit sRGB.
 
 use snowblue_color::Srgb8;
 
-/// A picture of encoded colours.
+/// A pixel, counted from the upper left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelPosition {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+}
+
+/// Size of an image in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelSize {
+    /// Pixels from left to right.
+    pub width: u32,
+    /// Pixels from top to bottom.
+    pub height: u32,
+}
+
+/// An image of encoded colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RasterImage {
     width: u32,
@@ -11,18 +29,18 @@ pub struct RasterImage {
 }
 
 impl RasterImage {
-    /// A picture of given pixels, row by row from the upper left.
+    /// An image of given pixels, row by row from the upper left.
     ///
     /// # Panics
     ///
-    /// When there are not `width · height` pixels.
+    /// When the number of pixels is not `width · height`.
     pub fn new(width: u32, height: u32, pixels: Vec<Srgb8>) -> Self {
         assert_eq!(pixels.len(), width as usize * height as usize, "one value per pixel");
         Self { width, height, pixels }
     }
 
-    /// A picture of one colour.
-    pub fn plain(width: u32, height: u32, colour: Srgb8) -> Self {
+    /// An image of one colour.
+    pub fn filled(width: u32, height: u32, colour: Srgb8) -> Self {
         Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }
 
@@ -41,31 +59,31 @@ impl RasterImage {
         &self.pixels
     }
 
-    /// Lays another picture onto this one, its upper left corner at `(left, top)`.
+    /// Copies another image into this one, with its upper left corner at a pixel.
     ///
     /// # Panics
     ///
-    /// When it reaches beyond the edge.
-    pub fn lay(&mut self, other: &RasterImage, (left, top): (u32, u32)) {
-        let (wide, across) = (self.width as usize, other.width as usize);
-        for (row, pixels) in other.pixels.chunks_exact(across).enumerate() {
-            let start = (top as usize + row) * wide + left as usize;
-            self.pixels[start..start + across].copy_from_slice(pixels);
+    /// When the other image reaches beyond the edge.
+    pub fn paste(&mut self, other: &RasterImage, at: PixelPosition) {
+        let (width, other_width) = (self.width as usize, other.width as usize);
+        for (row, pixels) in other.pixels.chunks_exact(other_width).enumerate() {
+            let start = (at.y as usize + row) * width + at.x as usize;
+            self.pixels[start..start + other_width].copy_from_slice(pixels);
         }
     }
 
-    /// Covers a share of a pixel, 0–1, with a colour. Codes are mixed, not light: dark letters on a light ground keep the
-    /// weight that their designer gave them. What lies beyond the edge is not drawn.
-    pub(crate) fn cover(&mut self, (x, y): (i32, i32), colour: Srgb8, share: f32) {
+    /// Blends a colour over a pixel with a coverage of 0–1. Blends encoded values instead of linear light, so that dark
+    /// letters on a light background keep the weight of their design. Ignores pixels outside the image.
+    pub(crate) fn blend(&mut self, x: i32, y: i32, colour: Srgb8, coverage: f32) {
         let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let pixel = &mut self.pixels[y as usize * self.width as usize + x as usize];
             let mix = |below: u8, above: u8| {
-                let mixed = f32::from(below) + share.clamp(0.0, 1.0) * (f32::from(above) - f32::from(below));
+                let mixed = f32::from(below) + coverage.clamp(0.0, 1.0) * (f32::from(above) - f32::from(below));
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
-                    reason = "rounded, between two bytes"
+                    reason = "rounded, and between two bytes"
                 )]
                 let mixed = mixed.round() as u8;
                 mixed

@@ -1,4 +1,4 @@
-//! Meshes from files: PLY, Wavefront OBJ, glTF 2.0 and GLB, told apart by the file's ending.
+//! Mesh files: PLY, Wavefront OBJ, glTF 2.0 and GLB, chosen by file extension.
 
 pub mod gltf;
 mod obj;
@@ -8,61 +8,61 @@ use std::path::Path;
 
 use crate::error::RenderError;
 use crate::files::{FilesIn, SceneFile, SceneFiles, extension};
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::GltfFile;
 
-/// The triangles of a mesh file, in the file's own unit and axes; of glTF with the transforms of its nodes.
+/// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
 ///
-/// `part` names a piece of it: an object or group of an OBJ file, a node of a glTF with all that hangs below it. PLY
-/// files have no parts.
+/// `part` selects a part by name: an object or group of an OBJ file, or a node or mesh of a glTF with its descendants.
+/// PLY files have no parts.
 ///
 /// # Errors
 ///
-/// When the file cannot be read, is cut short or malformed, has no faces or no such part, or has a vertex that is not
-/// finite or a face that names a vertex which is not there; or when its ending is unknown.
-pub fn read_triangles(path: &Path, part: Option<&str>) -> Result<Triangles, RenderError> {
+/// When the extension is unknown, or the file cannot be read, is truncated or malformed, has no faces or no such part,
+/// has a vertex that is not finite, or a face with an index out of range.
+pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    triangles_of(&FilesIn::beside(path), &name, part)
+    read_mesh_from(&FilesIn::beside(path), &name, part)
 }
 
-/// The triangles of a mesh file that comes from anywhere; otherwise as [`read_triangles`].
+/// Reads a mesh file from a source of files; otherwise as [`read_mesh_file`].
 ///
 /// # Errors
 ///
-/// As those of [`read_triangles`].
-pub fn triangles_of(files: &dyn SceneFiles, name: &str, part: Option<&str>) -> Result<Triangles, RenderError> {
+/// As those of [`read_mesh_file`].
+pub fn read_mesh_from(files: &dyn SceneFiles, name: &str, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
     let path = files.display_name(name);
     let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
-    let triangles = match extension(&path).as_str() {
-        "ply" if part.is_some() => return Err(wrong("a PLY file has no parts; leave `part` out".into())),
+    let mesh = match extension(&path).as_str() {
+        "ply" if part.is_some() => return Err(wrong("a PLY file has no parts: omit `part`".into())),
         "ply" => ply::read(&SceneFile::read(files, name)?)?,
         "obj" => obj::read(&SceneFile::read(files, name)?, part)?,
-        "gltf" | "glb" => GltfFile::read(files, name)?.all_triangles(part)?,
-        other => return Err(wrong(format!("the ending is \"{other}\", but must be ply, obj, gltf or glb"))),
+        "gltf" | "glb" => GltfFile::read(files, name)?.mesh(part)?,
+        other => return Err(wrong(format!("the extension is \"{other}\", but must be ply, obj, gltf or glb"))),
     };
-    check(&triangles).map_err(wrong)?;
-    Ok(triangles)
+    check(&mesh).map_err(wrong)?;
+    Ok(mesh)
 }
 
-/// Whether a mesh file has y upwards by its format, as glTF says of itself.
+/// Whether the format of a mesh file defines y as up, as glTF does.
 pub fn is_y_up(path: &Path) -> bool {
     matches!(extension(path).as_str(), "gltf" | "glb")
 }
 
-/// Refuses what no mesh can be made of.
-fn check(triangles: &Triangles) -> Result<(), String> {
-    if triangles.corners.is_empty() {
+/// Checks that there are faces, positions are finite and indices are in range.
+fn check(mesh: &TriangleMesh) -> Result<(), String> {
+    if mesh.indices.is_empty() {
         return Err("the mesh has no faces, but must have at least one".into());
     }
-    for (number, place) in triangles.positions.iter().enumerate() {
-        if let Some(value) = place.to_array().into_iter().find(|value| !value.is_finite()) {
+    for (number, position) in mesh.positions.iter().enumerate() {
+        if let Some(value) = position.to_array().into_iter().find(|value| !value.is_finite()) {
             return Err(format!("a coordinate of vertex {number} is {value}, but must be finite"));
         }
     }
-    let count = triangles.positions.len();
-    for (number, corners) in triangles.corners.iter().enumerate() {
-        if let Some(index) = corners.iter().find(|&&index| index as usize >= count) {
-            return Err(format!("triangle {number} names vertex {index}, but there are {count} (0 is the first)"));
+    let count = mesh.positions.len();
+    for (number, vertices) in mesh.indices.iter().enumerate() {
+        if let Some(index) = vertices.iter().find(|&&index| index as usize >= count) {
+            return Err(format!("triangle {number} refers to vertex {index}, but there are {count} (0 is the first)"));
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
-//! Triangle meshes from Wavefront OBJ files: `v`, `vt`, `f`, `o` and `g`; every other keyword is passed over.
+//! Wavefront OBJ files. Reads `v`, `vt`, `f`, `o` and `g`; other keywords are ignored.
 //!
-//! Faces with more than three corners are cut into a fan. A vertex with two texture coordinates becomes two vertices.
-//! Six numbers after `v` are place and colour: the attributes `red`, `green` and `blue`.
+//! Faces with more than three corners become triangle fans. A vertex with two texture coordinates becomes two vertices.
+//! Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and `blue`.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -10,60 +10,62 @@ use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
 use crate::files::SceneFile;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
-/// Reads a file, or the object or group of it with a name.
-pub(super) fn read(file: &SceneFile, part: Option<&str>) -> Result<Triangles, RenderError> {
+/// Reads a file, or its object or group of a given name.
+pub(super) fn read(file: &SceneFile, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
     let (path, text) = (&file.path, file.text());
-    let mut reading = Reading { taking: part.is_none(), ..Reading::default() };
+    let mut parser = Parser { in_part: part.is_none(), ..Parser::default() };
     for (number, line) in text.lines().enumerate() {
-        reading.line(line, part).map_err(|reason| RenderError::MeshLine {
+        parser.line(line, part).map_err(|reason| RenderError::MeshLine {
             path: path.clone(),
             line: number + 1,
             reason,
         })?;
     }
     match part {
-        Some(part) if !reading.found => {
-            Err(RenderError::Mesh { path: path.clone(), reason: format!("no object or group is called \"{part}\"") })
-        }
-        _ => Ok(reading.finish()),
+        Some(part) if !parser.found => Err(RenderError::Mesh {
+            path: path.clone(),
+            reason: format!("there is no object or group named \"{part}\""),
+        }),
+        _ => Ok(parser.finish()),
     }
 }
 
-/// What has been read so far.
+/// The state of the parser.
 #[derive(Default)]
-struct Reading {
-    places: Vec<Vec3>,
+struct Parser {
+    positions: Vec<Vec3>,
     colours: Vec<[f32; 3]>,
-    texture_places: Vec<Vec2>,
-    /// Number of the vertex for a place and texture coordinates.
+    uv: Vec<Vec2>,
+    /// Vertex of the mesh for a pair of position and texture coordinate indices.
     vertices: BTreeMap<(usize, Option<usize>), u32>,
-    triangles: Triangles,
+    mesh: TriangleMesh,
     vertex_colours: Vec<[f32; 3]>,
-    /// Whether faces are those of the part asked for.
-    taking: bool,
+    /// Whether the current line belongs to the requested part.
+    in_part: bool,
+    /// Whether the requested part has occurred.
     found: bool,
 }
 
-impl Reading {
+impl Parser {
     fn line(&mut self, line: &str, part: Option<&str>) -> Result<(), String> {
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => self.place(&numbers(words)?)?,
+            Some("v") => self.position(&numbers(words)?)?,
             Some("vt") => match numbers(words)?[..] {
-                [u, v, ..] => self.texture_places.push(Vec2::new(u, v)),
-                [u] => self.texture_places.push(Vec2::new(u, 0.0)),
+                [u, v, ..] => self.uv.push(Vec2::new(u, v)),
+                [u] => self.uv.push(Vec2::new(u, 0.0)),
                 [] => return Err("texture coordinates are missing after `vt`".into()),
             },
-            Some("f") if self.taking => self.face(words)?,
+            Some("f") if self.in_part => self.face(words)?,
             Some("o" | "g") => {
                 if let Some(part) = part {
-                    self.taking = words.any(|word| word == part);
-                    self.found |= self.taking;
+                    self.in_part = words.any(|word| word == part);
+                    self.found |= self.in_part;
                 }
             }
             _ => {}
@@ -71,14 +73,14 @@ impl Reading {
         Ok(())
     }
 
-    fn place(&mut self, numbers: &[f32]) -> Result<(), String> {
+    fn position(&mut self, numbers: &[f32]) -> Result<(), String> {
         let (&[x, y, z, ref more @ ..], 3..=7) = (numbers, numbers.len()) else {
             return Err(format!("a vertex has {} numbers, but must have 3 to 7", numbers.len()));
         };
         if let Some(value) = [x, y, z].into_iter().find(|value| !value.is_finite()) {
             return Err(format!("a coordinate is {value}, but must be finite"));
         }
-        self.places.push(Vec3::new(x, y, z));
+        self.positions.push(Vec3::new(x, y, z));
         if let &[.., red, green, blue] = more {
             self.colours.push([red, green, blue]);
         }
@@ -93,42 +95,42 @@ impl Reading {
         if rest.len() < 2 {
             return Err(format!("a face has {} corners, but must have at least 3", corners.len()));
         }
-        self.triangles.corners.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        self.mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
         Ok(())
     }
 
-    /// The vertex of a corner like `7`, `7/3`, `7//5` or `-1/-1/-1`.
+    /// The vertex of a face corner such as `7`, `7/3`, `7//5` or `-1/-1/-1`.
     fn corner(&mut self, word: &str) -> Result<u32, String> {
         let mut indices = word.split('/');
-        let place = index(indices.next().unwrap_or_default(), self.places.len(), "vertex")?;
-        let texture_place = match indices.next() {
+        let position = index(indices.next().unwrap_or_default(), self.positions.len(), "vertex")?;
+        let uv = match indices.next() {
             None | Some("") => None,
-            Some(word) => Some(index(word, self.texture_places.len(), "texture coordinate")?),
+            Some(word) => Some(index(word, self.uv.len(), "texture coordinate")?),
         };
-        let fresh = u32::try_from(self.triangles.positions.len()).map_err(|_| "there are too many vertices")?;
-        let Entry::Vacant(entry) = self.vertices.entry((place, texture_place)) else {
-            return Ok(self.vertices[&(place, texture_place)]);
+        let fresh = u32::try_from(self.mesh.positions.len()).map_err(|_| "there are too many vertices")?;
+        let Entry::Vacant(entry) = self.vertices.entry((position, uv)) else {
+            return Ok(self.vertices[&(position, uv)]);
         };
         entry.insert(fresh);
-        self.triangles.positions.push(self.places[place]);
-        self.triangles.uv.extend(texture_place.map(|texture_place| self.texture_places[texture_place]));
-        self.vertex_colours.extend(self.colours.get(place));
+        self.mesh.positions.push(self.positions[position]);
+        self.mesh.uv.extend(uv.map(|uv| self.uv[uv]));
+        self.vertex_colours.extend(self.colours.get(position));
         Ok(fresh)
     }
 
-    /// Keeps texture coordinates and colours where every vertex has them.
-    fn finish(mut self) -> Triangles {
-        let count = self.triangles.positions.len();
-        if self.triangles.uv.len() != count {
-            self.triangles.uv.clear();
+    /// Drops texture coordinates and colours unless every vertex has them.
+    fn finish(mut self) -> TriangleMesh {
+        let count = self.mesh.positions.len();
+        if self.mesh.uv.len() != count {
+            self.mesh.uv.clear();
         }
-        if self.vertex_colours.len() == count && self.colours.len() == self.places.len() {
+        if self.vertex_colours.len() == count && self.colours.len() == self.positions.len() {
             for (channel, name) in COLOUR.into_iter().enumerate() {
                 let values = self.vertex_colours.iter().map(|colour| colour[channel]).collect();
-                self.triangles.attributes.insert(name.to_owned(), values);
+                self.mesh.attributes.insert(name.to_owned(), values);
             }
         }
-        self.triangles
+        self.mesh
     }
 }
 
@@ -136,14 +138,14 @@ fn numbers<'line>(words: impl Iterator<Item = &'line str>) -> Result<Vec<f32>, S
     words.map(|word| word.parse().map_err(|_| format!("\"{word}\" is not a number"))).collect()
 }
 
-/// An index counted from 1, or from -1 backwards, as one counted from 0.
+/// Converts an OBJ index, which counts from 1 or backwards from -1, to one that counts from 0.
 fn index(word: &str, count: usize, what: &str) -> Result<usize, String> {
-    let index: i64 = word.parse().map_err(|_| format!("\"{word}\" is not the number of a {what}"))?;
+    let index: i64 = word.parse().map_err(|_| format!("\"{word}\" is not a {what} index"))?;
     let counted = usize::try_from(index.unsigned_abs()).unwrap_or(usize::MAX);
     match (index, counted) {
         (1.., _) if counted <= count => Ok(counted - 1),
         (..=-1, _) if counted <= count => Ok(count - counted),
-        _ => Err(format!("a face names {what} {index}, but there are {count} so far (1 is the first)")),
+        _ => Err(format!("a face refers to {what} {index}, but there are {count} so far (1 is the first)")),
     }
 }
 
@@ -154,34 +156,36 @@ mod tests {
     const SQUARE: &str = "mtllib a.mtl\no left\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0 # note\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n\
         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\no right\ng inner other\nf -4/1 -3/4 -2/3\n";
 
-    fn read_text(text: &str, part: Option<&str>) -> Result<Triangles, String> {
+    fn read_text(text: &str, part: Option<&str>) -> Result<TriangleMesh, String> {
         let file = SceneFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };
         read(&file, part).map_err(|error| error.to_string())
     }
 
     #[test]
-    fn polygons_seams_colours_and_indices_from_the_end_are_read() {
+    fn reads_polygons_texture_seams_colours_and_negative_indices() {
         let all = read_text(SQUARE, None).unwrap();
-        assert_eq!(all.corners.len(), 3);
+        assert_eq!(all.indices.len(), 3);
         assert_eq!(all.positions.len(), 5, "one vertex has two texture coordinates");
-        assert_eq!(all.places(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
-        assert_eq!(all.uv[all.corners[2][1] as usize], Vec2::Y);
-        assert_eq!(all.attributes["green"][all.corners[2][1] as usize].to_bits(), 1f32.to_bits());
+        assert_eq!(all.corners(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+        assert_eq!(all.uv[all.indices[2][1] as usize], Vec2::Y);
+        assert_eq!(all.attributes["green"][all.indices[2][1] as usize].to_bits(), 1f32.to_bits());
     }
 
     #[test]
-    fn a_part_is_taken_by_its_name() {
-        assert_eq!(read_text(SQUARE, Some("left")).unwrap().corners.len(), 2);
-        assert_eq!(read_text(SQUARE, Some("other")).unwrap().places(0)[1], Vec3::X);
-        assert!(read_text(SQUARE, Some("middle")).unwrap_err().contains("no object or group is called \"middle\""));
+    fn reads_a_part_by_name() {
+        assert_eq!(read_text(SQUARE, Some("left")).unwrap().indices.len(), 2);
+        assert_eq!(read_text(SQUARE, Some("other")).unwrap().corners(0)[1], Vec3::X);
+        assert!(
+            read_text(SQUARE, Some("middle")).unwrap_err().contains("there is no object or group named \"middle\"")
+        );
     }
 
     #[test]
-    fn mistakes_are_named_with_their_line() {
+    fn errors_name_the_line() {
         for (right, wrong, line, expected) in [
-            ("f 1/1/1", "f 0/1/1", 12, "names vertex 0, but there are 4"),
-            ("f 1/1/1", "f 1/5/1", 12, "names texture coordinate 5"),
-            ("f -4/1", "f -5/1", 15, "names vertex -5"),
+            ("f 1/1/1", "f 0/1/1", 12, "refers to vertex 0, but there are 4"),
+            ("f 1/1/1", "f 1/5/1", 12, "refers to texture coordinate 5"),
+            ("f -4/1", "f -5/1", 15, "refers to vertex -5"),
             ("f -4/1 -3/4 -2/3", "f -4/1 -3/4", 15, "a face has 2 corners"),
             ("v 1 1 0 0 0 1", "v 1 1", 5, "a vertex has 2 numbers"),
             ("v 1 1 0 0 0 1", "v 1 nan 0", 5, "a coordinate is NaN"),

@@ -1,8 +1,8 @@
-//! Triangle meshes from PLY files (Turk 1994, "The PLY polygon file format"), ASCII or binary.
+//! PLY files (Turk 1994, "The PLY polygon file format"), ASCII or binary.
 //!
-//! Read are the vertices' `x y z`, their texture coordinates (`u v`, `s t` or `texture_u texture_v`), their further
-//! numbers as attributes by name, and the faces' `vertex_indices` (or `vertex_index`); faces with more than three
-//! corners are cut into a fan. All other elements and properties are passed over.
+//! Reads vertex positions `x y z`, texture coordinates (`u v`, `s t` or `texture_u texture_v`), further scalar vertex
+//! properties as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with more than three corners
+//! become triangle fans. Other elements and properties are ignored.
 
 use std::io::{Cursor, Seek};
 use std::path::Path;
@@ -16,18 +16,18 @@ use ply_rs_bw::ply::{
 use crate::error::RenderError;
 use crate::files::SceneFile;
 use crate::geometry::ray::narrow;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 
-const PLACE: [&str; 3] = ["x", "y", "z"];
+const POSITION: [&str; 3] = ["x", "y", "z"];
 
-/// What programs call texture coordinates.
-const TEXTURE_PLACE: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+/// Common names of texture coordinates.
+const TEXTURE_COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
 
-/// A vertex: its place, and its other numbers in the order of the header.
+/// A vertex: its position, and its attributes in the order of the header.
 #[derive(Default)]
 struct Vertex {
-    place: [f32; 3],
-    further: Vec<f32>,
+    position: [f32; 3],
+    attributes: Vec<f32>,
 }
 
 #[derive(Default)]
@@ -50,9 +50,9 @@ impl PropertyAccess for Vertex {
             Property::UChar(value) => f32::from(value),
             _ => return PropertyAccessResult::Ignored,
         };
-        match PLACE.iter().position(|axis| *axis == name) {
-            Some(axis) => self.place[axis] = value,
-            None => self.further.push(value),
+        match POSITION.iter().position(|axis| *axis == name) {
+            Some(axis) => self.position[axis] = value,
+            None => self.attributes.push(value),
         }
         PropertyAccessResult::Set
     }
@@ -64,7 +64,7 @@ impl PropertyAccess for Face {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !is_corner_list(name) {
+        if !is_index_list(name) {
             return PropertyAccessResult::Ignored;
         }
         self.0 = match property {
@@ -80,12 +80,12 @@ impl PropertyAccess for Face {
     }
 }
 
-fn is_corner_list(name: &str) -> bool {
+fn is_index_list(name: &str) -> bool {
     name == "vertex_indices" || name == "vertex_index"
 }
 
-/// The triangles of a PLY file, in the file's own unit.
-pub(super) fn read(file: &SceneFile) -> Result<Triangles, RenderError> {
+/// Reads a PLY file, in the file's own unit.
+pub(super) fn read(file: &SceneFile) -> Result<TriangleMesh, RenderError> {
     let path = &file.path;
     let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
     let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
@@ -97,19 +97,19 @@ pub(super) fn read(file: &SceneFile) -> Result<Triangles, RenderError> {
         }
         let read = match element.name.as_str() {
             "vertex" => {
-                names = further_names(element).map_err(wrong)?;
+                names = attribute_names(element).map_err(wrong)?;
                 payload(&mut reader, element, &header).map(|read| vertices = read)
             }
             "face" => payload(&mut reader, element, &header).map(|read| faces = read),
             _ => payload::<DefaultElement>(&mut reader, element, &header).map(drop),
         };
         if let Err(error) = read {
-            // In a binary file lines mean nothing, bytes do.
+            // Binary files have no lines, so the message gives the byte.
             let byte = reader.get_mut().stream_position().ok().filter(|_| header.encoding != Encoding::Ascii);
             return Err(malformed(path, &error, byte));
         }
     }
-    triangles(&vertices, &faces, &names).map_err(wrong)
+    mesh(&vertices, &faces, &names).map_err(wrong)
 }
 
 fn payload<T: PropertyAccess>(
@@ -132,25 +132,25 @@ fn malformed(path: &Path, error: &ParseError, byte: Option<u64>) -> RenderError 
     }
 }
 
-/// The names of a vertex' numbers other than its place, in the order of the file.
-fn further_names(element: &ElementDef) -> Result<Vec<String>, String> {
+/// The names of the scalar vertex properties other than the position, in file order.
+fn attribute_names(element: &ElementDef) -> Result<Vec<String>, String> {
     let scalars: Vec<&String> = element
         .properties
         .iter()
         .filter(|(_, property)| matches!(property.data_type, PropertyType::Scalar(_)))
         .map(|(name, _)| name)
         .collect();
-    match PLACE.iter().find(|axis| !scalars.iter().any(|name| name == *axis)) {
+    match POSITION.iter().find(|axis| !scalars.iter().any(|name| name == *axis)) {
         Some(axis) => Err(format!("vertices have no coordinate `{axis}`")),
-        None => Ok(scalars.into_iter().filter(|name| !PLACE.contains(&name.as_str())).cloned().collect()),
+        None => Ok(scalars.into_iter().filter(|name| !POSITION.contains(&name.as_str())).cloned().collect()),
     }
 }
 
-fn triangles(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<Triangles, String> {
-    let mut triangles = Triangles {
-        positions: vertices.iter().map(|vertex| Vec3::from_array(vertex.place)).collect(),
-        corners: Vec::with_capacity(faces.len()),
-        ..Triangles::default()
+fn mesh(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<TriangleMesh, String> {
+    let mut mesh = TriangleMesh {
+        positions: vertices.iter().map(|vertex| Vec3::from_array(vertex.position)).collect(),
+        indices: Vec::with_capacity(faces.len()),
+        ..TriangleMesh::default()
     };
     for (number, face) in faces.iter().enumerate() {
         if face.0.len() < 3 {
@@ -158,24 +158,24 @@ fn triangles(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<Tr
         }
         let corner = |index: i64| {
             u32::try_from(index).ok().filter(|&index| (index as usize) < vertices.len()).ok_or_else(|| {
-                format!("face {number} names vertex {index}, but there are {} (0 is the first)", vertices.len())
+                format!("face {number} refers to vertex {index}, but there are {} (0 is the first)", vertices.len())
             })
         };
         for pair in face.0[1..].windows(2) {
-            triangles.corners.push([corner(face.0[0])?, corner(pair[0])?, corner(pair[1])?]);
+            mesh.indices.push([corner(face.0[0])?, corner(pair[0])?, corner(pair[1])?]);
         }
     }
-    let values = |column: usize| vertices.iter().map(move |vertex| vertex.further[column]);
+    let values = |column: usize| vertices.iter().map(move |vertex| vertex.attributes[column]);
     let column = |name: &str| names.iter().position(|other| other == name);
-    for [u, v] in TEXTURE_PLACE {
+    for [u, v] in TEXTURE_COORDINATES {
         if let (Some(u), Some(v)) = (column(u), column(v)) {
-            triangles.uv = values(u).zip(values(v)).map(|(u, v)| Vec2::new(u, v)).collect();
+            mesh.uv = values(u).zip(values(v)).map(|(u, v)| Vec2::new(u, v)).collect();
         }
     }
     for (index, name) in names.iter().enumerate() {
-        triangles.attributes.insert(name.clone(), values(index).collect());
+        mesh.attributes.insert(name.clone(), values(index).collect());
     }
-    Ok(triangles)
+    Ok(mesh)
 }
 
 fn one_line(message: &str) -> String {
@@ -184,8 +184,8 @@ fn one_line(message: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Triangles, Vec2, Vec3};
-    use crate::mesh_files::triangles_of;
+    use super::{TriangleMesh, Vec2, Vec3};
+    use crate::mesh_files::read_mesh_from;
     use std::collections::BTreeMap;
     use std::fmt::Write;
 
@@ -193,20 +193,20 @@ mod tests {
         property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
     const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
-    fn read(content: &[u8]) -> Result<Triangles, String> {
+    fn read(content: &[u8]) -> Result<TriangleMesh, String> {
         let files = BTreeMap::from([("mesh.ply".to_owned(), content.to_vec())]);
-        triangles_of(&files, "mesh.ply", None).map_err(|error| error.to_string())
+        read_mesh_from(&files, "mesh.ply", None).map_err(|error| error.to_string())
     }
 
     #[test]
     fn polygons_become_fans() {
         let triangles = read(format!("{HEADER}{VERTICES}4 0 1 2 3\n3 0 1 2\n").as_bytes()).unwrap();
-        assert_eq!(triangles.corners.len(), 3);
-        assert_eq!(triangles.places(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+        assert_eq!(triangles.indices.len(), 3);
+        assert_eq!(triangles.corners(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     }
 
     #[test]
-    fn binary_files_with_other_properties_are_read() {
+    fn reads_binary_files_with_other_properties() {
         let mut content = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\n\
             property double y\nproperty uchar red\nproperty double z\nelement face 1\nproperty uchar flags\n\
             property list uchar uint vertex_index\nend_header\n"
@@ -219,19 +219,19 @@ mod tests {
         content.extend([7, 3]);
         content.extend([0u32, 1, 2].into_iter().flat_map(u32::to_le_bytes));
         let triangles = read(&content).unwrap();
-        assert_eq!(triangles.places(0), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.5)));
+        assert_eq!(triangles.corners(0), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.5)));
         assert_eq!(triangles.attributes["red"], [255.0; 3]);
         assert!(triangles.uv.is_empty());
-        // Every shorter file is refused, wherever it is cut.
+        // Every truncated file is refused.
         for length in 0..content.len() {
-            assert!(read(&content[..length]).is_err(), "cut to {length} bytes");
+            assert!(read(&content[..length]).is_err(), "truncated to {length} bytes");
         }
         let cut = read(&content[..content.len() - 2]).unwrap_err();
         assert!(cut.contains("near byte "), "{cut}");
     }
 
     #[test]
-    fn texture_coordinates_are_known_by_their_usual_names() {
+    fn reads_texture_coordinates_by_their_common_names() {
         let header = HEADER.replace(
             "property float z\n",
             "property float z\nproperty float s\nproperty uchar wet\nproperty float t\n",
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_in_one_line_with_the_file() {
+    fn errors_are_one_line_and_name_the_file() {
         let face = "3 0 1 2\n";
         let mut no_faces = HEADER.replace("element face 2\nproperty list uchar int vertex_indices\n", "");
         write!(no_faces, "{VERTICES}").unwrap();
@@ -255,8 +255,8 @@ mod tests {
             (format!("{HEADER}0 0 0\n"), "not a readable PLY"),
             (no_faces, "no faces"),
             (format!("{HEADER}0 0 0\n1 1e99 0\n1 1 0\n0 1 0\n{face}{face}"), "vertex 1 is inf"),
-            (format!("{HEADER}{VERTICES}{face}3 0 1 4\n"), "face 1 names vertex 4"),
-            (format!("{HEADER}{VERTICES}{face}3 0 1 -1\n"), "face 1 names vertex -1"),
+            (format!("{HEADER}{VERTICES}{face}3 0 1 4\n"), "face 1 refers to vertex 4"),
+            (format!("{HEADER}{VERTICES}{face}3 0 1 -1\n"), "face 1 refers to vertex -1"),
             (format!("{HEADER}{VERTICES}{face}2 0 1\n"), "face 1 has 2 corners"),
             (HEADER.replace(" z", " w") + VERTICES + face + face, "no coordinate `z`"),
             (HEADER.replace("vertex 4", "vertex 4000000000000000000") + VERTICES, "not a readable PLY"),

@@ -1,5 +1,4 @@
-//! The solids of a scene looked at one by one, without light: their size, whether they are closed, and whether random
-//! lines find them so.
+//! Checks of the objects of a scene: size, volume, topology, and crossings of random lines.
 
 use glam::Vec3A;
 
@@ -12,36 +11,36 @@ use crate::scene::Scene;
 use crate::scene::material::Material;
 use crate::scene::objects::Object;
 
-/// Random lines tried through each object.
+/// Number of random lines through each object.
 const LINES: u32 = 10_000;
 
-/// What was found out about an object.
+/// The checks of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inspection {
-    /// What the scene calls it.
+    /// Name of the object in the scene.
     pub name: String,
     /// Whether it is snow, which should be watertight.
     pub is_snow: bool,
-    /// Its axis-parallel extent in m; none for an endless plane.
+    /// Axis-aligned extent in m; none for a plane.
     pub size_m: Option<Vec3A>,
-    /// Its volume in m³; none where its surface is open, turned inside out in parts, or endless.
+    /// Volume in m³; none if the surface is open, inconsistently oriented or infinite.
     pub volume_m3: Option<f64>,
-    /// How its triangles hang together; without triangles for a shape that has none.
+    /// Topology of its mesh; without triangles for other shapes.
     pub topology: Topology,
-    /// Of random lines through the ball around it those that crossed it.
+    /// Number of random lines through its bounding sphere that crossed it.
     pub lines: u32,
-    /// Of these, those that crossed it an odd number of times.
+    /// Number of these lines that crossed it an odd number of times.
     pub odd_lines: u32,
 }
 
 impl Inspection {
-    /// Whether depths through it are those of a solid.
+    /// Whether it is a closed solid, so that depths through it are well defined.
     pub fn is_watertight(&self) -> bool {
         self.size_m.is_some() && self.topology.is_closed() && self.odd_lines == 0
     }
 }
 
-/// Looks at every object of a scene.
+/// Checks every object of a scene.
 pub fn inspect(scene: &Scene) -> Vec<Inspection> {
     let is_snow = |object: &Object| matches!(scene.materials[object.material], Material::PcaSnow(_));
     let numbered = (0u32..).zip(scene.objects.list());
@@ -54,41 +53,50 @@ fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
         Shape::Ellipsoid(ellipsoid) => (Topology::default(), Some(ellipsoid.volume_m3())),
         Shape::Plane(_) => (Topology::default(), None),
         Shape::Mesh(instance) => {
-            let surface = instance.mesh().source();
-            let topology = Topology::of(surface);
-            let whole = topology.is_closed() && topology.reversed_edges == 0;
-            (topology, whole.then(|| volume(surface) * instance.placement().volume_factor()))
+            let mesh = instance.mesh().triangles();
+            let topology = Topology::of(mesh);
+            let is_solid = topology.is_closed() && topology.reversed_edges == 0;
+            (topology, is_solid.then(|| volume(mesh) * instance.placement().volume_factor()))
         }
     };
-    let (lines, odd_lines) = try_lines(number, &object.shape);
+    let RandomLines { crossing, odd } = random_lines(number, &object.shape);
     Inspection {
         name: object.name.clone(),
         is_snow,
         size_m: extent(&object.shape).map(|bounds| bounds.high - bounds.low),
         volume_m3,
         topology,
-        lines,
-        odd_lines,
+        lines: crossing,
+        odd_lines: odd,
     }
 }
 
-/// The box around a shape, for a mesh that of its triangles' corners: the box for tracing rays is wider.
+/// Tight bounds of a shape. The bounds of a mesh for ray tracing are padded.
 fn extent(shape: &Shape) -> Option<Bounds> {
     let Shape::Mesh(instance) = shape else {
         return shape.bounds();
     };
-    let surface = instance.mesh().source();
-    let place = |&corner: &u32| instance.placement().point(surface.positions[corner as usize].into()).into();
-    Some(Bounds::of(surface.corners.iter().flatten().map(place)))
+    let mesh = instance.mesh().triangles();
+    let corner = |&index: &u32| instance.placement().point(mesh.positions[index as usize].into()).into();
+    Some(Bounds::of(mesh.indices.iter().flatten().map(corner)))
 }
 
-/// How many of some random lines cross a shape, and how many of these an odd number of times.
-fn try_lines(number: u32, shape: &Shape) -> (u32, u32) {
+/// Random lines through an object.
+#[derive(Default)]
+struct RandomLines {
+    /// Number of lines that cross it.
+    crossing: u32,
+    /// Number of these that cross it an odd number of times.
+    odd: u32,
+}
+
+fn random_lines(number: u32, shape: &Shape) -> RandomLines {
+    let mut lines = RandomLines::default();
     let Some(bounds) = shape.bounds() else {
-        return (0, 0);
+        return lines;
     };
     let (centre, radius_m) = (0.5 * (bounds.low + bounds.high), 0.5 * bounds.diagonal_m());
-    let (mut lines, mut odd, mut crossings) = (0, 0, Vec::new());
+    let mut crossings = Vec::new();
     for line in 0..LINES {
         let [a, b, c, d] = Sampler::new(1, number, line).next_four();
         let (from, to) = (on_sphere(a, b), on_sphere(c, d));
@@ -97,13 +105,13 @@ fn try_lines(number: u32, shape: &Shape) -> (u32, u32) {
         };
         crossings.clear();
         shape.crossings(&Ray { origin: centre + radius_m * from, direction }, &mut crossings);
-        lines += u32::from(!crossings.is_empty());
-        odd += u32::from(crossings.len() % 2 == 1);
+        lines.crossing += u32::from(!crossings.is_empty());
+        lines.odd += u32::from(crossings.len() % 2 == 1);
     }
-    (lines, odd)
+    lines
 }
 
-/// A point spread evenly over the unit sphere, from two numbers in [0, 1).
+/// A uniformly distributed point on the unit sphere, from two uniform numbers.
 fn on_sphere(u: f32, v: f32) -> Vec3A {
     let z = 1.0 - 2.0 * u;
     let radius = (1.0 - z * z).max(0.0).sqrt();

@@ -1,5 +1,5 @@
-//! Tools that look at triangle meshes or mend them.
+//! Mesh checks and repair.
 
 pub mod inspection;
-pub mod mending;
+pub mod repair;
 pub mod topology;

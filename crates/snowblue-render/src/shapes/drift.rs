@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::geometry::ray::narrow;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::shapes::height_field::Heights;
 use crate::shapes::relief::relief;
 
@@ -36,7 +36,7 @@ impl Mound {
 /// # Errors
 ///
 /// When the surface dips below the bottom.
-pub fn drift(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Result<Triangles, String> {
+pub fn drift(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Result<TriangleMesh, String> {
     let longer_m = size_m.x.max(size_m.y);
     let points = |side_m: f64| whole((GRID as f64 * side_m / longer_m).ceil().max(2.0));
     let (columns, rows) = (points(size_m.x), points(size_m.y));

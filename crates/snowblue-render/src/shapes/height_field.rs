@@ -1,5 +1,4 @@
-//! Solids under a surface of heights: drifts, fields, dunes. The surface is closed by walls around it and a level bottom,
-//! so that it can be snow.
+//! Height fields: solids between a surface given by heights on a grid and a level bottom, closed by side walls.
 
 use std::io::Cursor;
 
@@ -8,10 +7,10 @@ use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
 use crate::files::{SceneFile, SceneFiles};
-use crate::geometry::triangles::{Triangles, closed_grids};
+use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
 use crate::images::png_image::PngImage;
 
-/// Heights on a grid, row by row from the far side (greatest y) to the near, each from left to right.
+/// Heights on a grid, row by row from the far side (greatest y) to the near side, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heights {
     columns: usize,
@@ -19,16 +18,16 @@ pub struct Heights {
 }
 
 impl Heights {
-    /// A grid of rows of one length.
+    /// A grid with a number of columns.
     ///
     /// # Errors
     ///
-    /// When there are fewer than two rows or columns, a height is not finite, or there are more than 2²⁸.
+    /// When there are fewer than two rows or columns, an incomplete row, more than 2²⁸ heights, or one that is not finite.
     pub fn new(columns: usize, values: Vec<f32>) -> Result<Self, String> {
         let rows = values.len().checked_div(columns).unwrap_or(0);
         if rows < 2 || columns < 2 || rows * columns != values.len() || values.len() > 1 << 28 {
             return Err(format!(
-                "heights are a grid of {columns} × {rows}, but must be 2 × 2 at least, and 2^28 at most"
+                "heights are a grid of {columns} × {rows}, but must be at least 2 × 2, and at most 2^28 in all"
             ));
         }
         match values.iter().find(|height| !height.is_finite()) {
@@ -37,29 +36,29 @@ impl Heights {
         }
     }
 
-    /// Heights of a grey PNG, white being 1, or of the first channel of an EXR.
+    /// Reads a grey PNG, where white is 1, or the first channel of an EXR.
     ///
     /// # Errors
     ///
-    /// When the file cannot be read, or is neither.
+    /// When the file cannot be read or has another extension.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let file = SceneFile::read(files, name)?;
         let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
         let (columns, values) = match file.extension().as_str() {
             "png" => read_png(&file)?,
             "exr" => read_exr(&file).map_err(wrong)?,
-            other => return Err(wrong(format!("the ending is \"{other}\", but heights must be png or exr"))),
+            other => return Err(wrong(format!("the extension is \"{other}\", but must be png or exr"))),
         };
         Self::new(columns, values).map_err(wrong)
     }
 
-    /// The solid between these heights and a level bottom, over the rectangle of a size about the origin: a height h lies
-    /// at z = h · `size.z`. Texture coordinates go from (0, 0), left and near, to (1, 1), right and far.
+    /// The solid between these heights and a level bottom, centred on the z axis: a height h lies at z = h · `size.z`.
+    /// Texture coordinates run from (0, 0) at the near left to (1, 1) at the far right.
     ///
     /// # Errors
     ///
-    /// When the bottom lies as high as the least height.
-    pub fn solid(&self, size: Vec3, bottom: f32) -> Result<Triangles, String> {
+    /// When the bottom is not below the least height.
+    pub fn solid(&self, size: Vec3, bottom: f32) -> Result<TriangleMesh, String> {
         let least = self.values.iter().fold(f32::INFINITY, |least, &height| least.min(height * size.z));
         if bottom >= least {
             return Err(format!("bottom is {bottom} m, but must lie below the least height of {least} m"));
@@ -68,7 +67,7 @@ impl Heights {
         let uv = |column: usize, row: usize| {
             Vec2::new(column as f32 / (columns - 1) as f32, 1.0 - row as f32 / (rows - 1) as f32)
         };
-        let mut solid = Triangles::default();
+        let mut solid = TriangleMesh::default();
         let mut add = |uv: Vec2, z: f32| {
             solid.positions.push(Vec3::new((uv.x - 0.5) * size.x, (uv.y - 0.5) * size.y, z));
             solid.uv.push(uv);
@@ -79,8 +78,8 @@ impl Heights {
         for index in 0..self.values.len() {
             add(uv(index % columns, index / columns), bottom);
         }
-        // From below, where the bottom is outside, rows run from far to near.
-        solid.corners = closed_grids(count(columns), count(rows));
+        // `closed_grids` faces the second grid outwards, here the bottom; seen from below, rows run from far to near.
+        solid.indices = closed_grids(count(columns), count(rows));
         Ok(solid)
     }
 }
@@ -91,12 +90,12 @@ fn count(count: usize) -> u32 {
 }
 
 fn read_png(file: &SceneFile) -> Result<(usize, Vec<f32>), RenderError> {
-    let picture = PngImage::decode(file)?;
-    if picture.channels > 1 {
-        let reason = "the picture is coloured, but heights must be grey".into();
+    let image = PngImage::decode(file)?;
+    if image.channels > 1 {
+        let reason = "the image is coloured, but must be grey".into();
         return Err(RenderError::Mesh { path: file.path.clone(), reason });
     }
-    Ok((picture.width, picture.values))
+    Ok((image.width, image.values))
 }
 
 fn read_exr(file: &SceneFile) -> Result<(usize, Vec<f32>), String> {
@@ -104,7 +103,7 @@ fn read_exr(file: &SceneFile) -> Result<(usize, Vec<f32>), String> {
     let image =
         image.from_buffered(Cursor::new(&file.bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;
-    let channel = layer.channel_data.list.first().ok_or("the picture has no channel")?;
+    let channel = layer.channel_data.list.first().ok_or("the image has no channel")?;
     Ok((layer.size.width(), channel.sample_data.values_as_f32().collect()))
 }
 
@@ -121,29 +120,29 @@ mod tests {
     }
 
     #[test]
-    fn the_solid_is_closed_and_holds_the_mean_height() {
+    fn the_solid_is_closed_and_its_volume_is_area_times_mean_height() {
         let (columns, rows) = (7, 5);
         let slope = |k: usize| 1.0 + (k % columns) as f32 / 6.0 + (k / columns) as f32 / 4.0;
         let heights = Heights::new(columns, (0..columns * rows).map(slope).collect()).unwrap();
         let solid = heights.solid(Vec3::new(3.0, 2.0, 0.1), -0.2).unwrap();
         let topology = Topology::of(&solid);
         assert!(topology.is_closed() && topology.reversed_edges == 0 && topology.merged_vertices == 0, "{topology:?}");
-        // Heights rise evenly from 0.1 to 0.3 m: 0.2 m in the mean, above a bottom at −0.2 m.
+        // Heights rise evenly from 0.1 to 0.3 m, with a mean of 0.2 m, above a bottom at −0.2 m.
         assert!((volume(&solid) - 3.0 * 2.0 * 0.4).abs() < 1e-6);
-        // The far right corner is the highest of the first row; texture coordinates say where it is.
+        // The far right corner is the highest of the first row.
         assert_eq!(solid.positions[6], Vec3::new(1.5, 1.0, 0.2));
         assert_eq!(solid.uv[6], Vec2::ONE);
     }
 
     #[test]
-    fn a_bottom_above_the_ground_and_odd_grids_are_refused() {
+    fn rejects_a_bottom_above_the_surface_and_incomplete_grids() {
         assert!(Heights::new(2, vec![0.0; 4]).unwrap().solid(Vec3::ONE, 0.0).unwrap_err().contains("bottom is 0 m"));
         assert!(Heights::new(3, vec![0.0; 3]).is_err());
         assert!(Heights::new(2, vec![0.0, 1.0, f32::NAN, 0.0]).unwrap_err().contains("NaN"));
     }
 
     #[test]
-    fn pictures_of_16_bits_are_read() {
+    fn reads_16_bit_png() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drift.png");
         let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), 2, 2);
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_of_an_exr_are_those_of_its_first_channel_from_far_to_near() {
+    fn reads_the_first_channel_of_an_exr_from_far_to_near() {
         use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drift.EXR");
@@ -168,7 +167,7 @@ mod tests {
         Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
         let heights = read(&path).unwrap();
         assert_eq!(heights, Heights::new(3, values).unwrap());
-        // The first row lies far, at greatest y.
+        // The first row is the far one, at greatest y.
         let solid = heights.solid(Vec3::new(4.0, 2.0, 0.1), -1.0).unwrap();
         assert_eq!((solid.positions[0], solid.positions[5]), (Vec3::new(-2.0, 1.0, 0.025), Vec3::new(2.0, -1.0, 0.0)));
         std::fs::write(&path, b"no picture").unwrap();

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec3, IVec3};
 
-use crate::geometry::triangles::{Triangles, closed_grids};
+use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
 use crate::shapes::relief::{relief, uniform};
 
 /// Side of the facets, in m.
@@ -54,7 +54,7 @@ pub struct Igloo {
 impl Igloo {
     /// The blocks, course by course from the ground; the king block is the last. The centre of the sphere is the
     /// origin, and the ground is at z = 0.
-    pub fn blocks(&self) -> Vec<Triangles> {
+    pub fn blocks(&self) -> Vec<TriangleMesh> {
         let mut blocks = Vec::new();
         for course in 0..self.courses {
             let middle = 0.5 * (self.rise(course, 0.0) + self.rise(course + 1, 0.0));
@@ -102,7 +102,7 @@ impl Igloo {
         joint.turn + (f64::from(joint.number) + uneven + 2.0 * slant) * TAU / joint.count + lap
     }
 
-    fn block(&self, course: u32, number: u32, left: &Joint, right: &Joint) -> Triangles {
+    fn block(&self, course: u32, number: u32, left: &Joint, right: &Joint) -> TriangleMesh {
         let radius_m = self.middle_radius_m();
         let direction = |u: f64, v: f64| {
             let azimuth = self.azimuth(left, v) * (1.0 - u) + self.azimuth(right, v) * u;
@@ -126,7 +126,7 @@ impl Igloo {
     }
 
     /// The round block that closes the top.
-    fn king_block(&self) -> Triangles {
+    fn king_block(&self) -> TriangleMesh {
         let radius_m = self.middle_radius_m();
         let half_m = radius_m * (FRAC_PI_2 - self.rise(self.courses, 0.0));
         let stretch = 1.0 + OVERLAP_M / half_m;
@@ -147,10 +147,10 @@ impl Igloo {
         offset_m: f64,
         direction: &dyn Fn(f64, f64) -> DVec3,
         edge_m: &dyn Fn(f64, f64) -> (f64, f64),
-    ) -> Triangles {
+    ) -> TriangleMesh {
         let [columns, rows] = size_m.map(|side_m| (side_m / FACET_M).ceil().max(8.0));
         let (width, height) = (whole(columns) + 1, whole(rows) + 1);
-        let mut block = Triangles::default();
+        let mut block = TriangleMesh::default();
         for outside in [false, true] {
             for row in 0..height {
                 for column in 0..width {
@@ -163,7 +163,7 @@ impl Igloo {
                 }
             }
         }
-        block.corners = closed_grids(width, height);
+        block.indices = closed_grids(width, height);
         block
     }
 
@@ -223,7 +223,7 @@ fn whole(count: f64) -> u32 {
 
 /// The middle of a block's inner face, for tests: the vertex in the middle of its grid.
 #[cfg(test)]
-fn middle_of_inner_face(block: &Triangles) -> glam::Vec3 {
+fn middle_of_inner_face(block: &TriangleMesh) -> glam::Vec3 {
     let half = &block.positions[..block.positions.len() / 2];
     let mean = half.iter().sum::<glam::Vec3>() / half.len() as f32;
     *half.iter().min_by(|a, b| a.distance(mean).total_cmp(&b.distance(mean))).unwrap()

@@ -96,7 +96,7 @@ impl Swatch {
         };
         let sheet = SwatchSheet {
             title: self.title(&subjects[0][0]),
-            closing: self.description(factor)?,
+            footer: self.description(factor)?,
             columns: self.columns.as_ref().map_or_else(single_step, Axis::sheet),
             rows: self.rows.as_ref().map_or_else(single_step, Axis::sheet),
             colours: colours.iter().map(|row| row.iter().map(|one| one.colour * factor).collect()).collect(),
@@ -105,7 +105,7 @@ impl Swatch {
         };
         let software = format!("snowblue {}", env!("CARGO_PKG_VERSION"));
         let title = sheet.title.replace('\u{a0}', " ");
-        let notes = [("Software", &*software), ("Title", &*title), ("Description", &*sheet.closing)];
+        let notes = [("Software", &*software), ("Title", &*title), ("Description", &*sheet.footer)];
         write_raster_png(&sheet.draw(), &notes, &self.output).map_err(Failure::work)?;
         let Some(path) = &self.colors else { return Ok(()) };
         let rows = colours.into_iter().flatten().map(|one| one.exposed(factor)).collect();

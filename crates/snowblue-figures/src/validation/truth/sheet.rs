@@ -4,8 +4,8 @@ use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_render::RenderError;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
-use snowblue_render::images::raster::RasterImage;
-use snowblue_render::swatch::lettering::Lettering;
+use snowblue_render::images::raster::{PixelPosition, RasterImage};
+use snowblue_render::swatch::lettering::{Lettering, TextOrigin};
 
 use super::comparison::Reference;
 use super::image::{SIDE, TimedImage, cell_of, cells, film};
@@ -39,13 +39,16 @@ const DARK: Srgb8 = Srgb8 { r: 120, g: 120, b: 120 };
 pub(super) fn png(reference: &Reference, images: &[ModeImage]) -> Result<Vec<u8>, RenderError> {
     let exposure = Exposure::Stops(film(&reference.mean.pixels).display_factor(Exposure::Auto).log2());
     let (width, height) = (5 * (SHOWN + GAP) + SCALE, HEAD + 2 * SHOWN + GAP);
-    let mut page = RasterImage::plain(width, height, PAPER);
+    let mut page = RasterImage::filled(width, height, PAPER);
     let mut column = |number: u32, title: &str, image: &TimedImage, below: &dyn Fn(usize) -> Srgb8| {
         let (left, lower) = (number * (SHOWN + GAP), HEAD + SHOWN + GAP);
         draw_text(&mut page, (left, HEAD - 10), title, number == 0);
-        page.lay(&magnified(&image_file::to_raster(&film(&image.pixels), exposure)), (left, HEAD));
+        page.paste(
+            &magnified(&image_file::to_raster(&film(&image.pixels), exposure)),
+            PixelPosition { x: left, y: HEAD },
+        );
         let compared = (0..(SIDE * SIDE) as usize).map(below).collect();
-        page.lay(&magnified(&RasterImage::new(SIDE, SIDE, compared)), (left, lower));
+        page.paste(&magnified(&RasterImage::new(SIDE, SIDE, compared)), PixelPosition { x: left, y: lower });
     };
     let shown = |ratios: &[f64], pixel: usize| {
         let cell = cell_of(pixel);
@@ -67,7 +70,7 @@ pub(super) fn png(reference: &Reference, images: &[ModeImage]) -> Result<Vec<u8>
 fn draw_scale(page: &mut RasterImage, (left, top): (u32, u32)) {
     let stops = |y: u32| FULL_STOPS * (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(SHOWN));
     let pixels = (0..SHOWN).flat_map(|y| [colour(stops(y).exp2()); BAR as usize]).collect();
-    page.lay(&RasterImage::new(BAR, SHOWN, pixels), (left, top));
+    page.paste(&RasterImage::new(BAR, SHOWN, pixels), PixelPosition { x: left, y: top });
     for (ratio, label) in MARKS {
         let place = 0.5 * (1.0 - ratio.log2() / FULL_STOPS) * f64::from(SHOWN);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the page")]
@@ -79,7 +82,7 @@ fn draw_scale(page: &mut RasterImage, (left, top): (u32, u32)) {
 
 fn draw_text(page: &mut RasterImage, (left, baseline): (u32, u32), text: &str, bold: bool) {
     let style = Lettering { size_px: if bold { 15.0 } else { 14.0 }, bold, colour: INK };
-    style.draw(page, (left as f32, baseline as f32), text);
+    style.draw(page, TextOrigin { left_px: left as f32, baseline_px: baseline as f32 }, text);
 }
 
 /// A picture with each pixel magnified to a square.

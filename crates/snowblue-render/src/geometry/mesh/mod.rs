@@ -10,7 +10,7 @@ use crate::bvh::bvh8::{Bvh8, BvhRay};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
 use crate::geometry::triangle::{FourTriangles, ShearedRay, TriangleHit};
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 
 /// Padding of the hierarchy's boxes as a share of the mesh's greatest coordinate and size: 16 units in the last
 /// place, where a box test rounds three times.
@@ -20,7 +20,7 @@ const BOX_PADDING: f32 = 16.0 * f32::EPSILON;
 #[derive(Debug)]
 pub struct Mesh {
     /// The triangles as the file has them.
-    source: Triangles,
+    source: TriangleMesh,
     /// The triangles of the hierarchy's leaves.
     leaves: Vec<FourTriangles>,
     hierarchy: Bvh8,
@@ -33,28 +33,28 @@ impl Mesh {
     /// # Panics
     ///
     /// When there is no triangle, or a coordinate is not finite: the file readers refuse both.
-    pub fn new(source: Triangles) -> Self {
-        assert!(!source.corners.is_empty(), "a mesh has at least one triangle");
-        let triangles = || (0..source.corners.len()).map(|triangle| source.places(triangle));
+    pub fn new(source: TriangleMesh) -> Self {
+        assert!(!source.indices.is_empty(), "a mesh has at least one triangle");
+        let triangles = || (0..source.indices.len()).map(|triangle| source.corners(triangle));
         let tight = Bounds::of(triangles().flatten());
         let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
         let hierarchy = {
             let padded: Vec<_> = triangles().map(|corners| Bounds::of(corners.into_iter()).padded(padding)).collect();
             Bvh8::over(&padded)
         };
-        let four = |leaf| FourTriangles::new(hierarchy.things(leaf).map(|triangle| source.places(triangle)));
+        let four = |leaf| FourTriangles::new(hierarchy.things(leaf).map(|triangle| source.corners(triangle)));
         let leaves = (0..hierarchy.leaf_count()).map(four).collect();
         Self { source, leaves, hierarchy, bounds: tight.padded(padding) }
     }
 
-    /// The triangles as their file has them.
-    pub fn source(&self) -> &Triangles {
+    /// The indexed triangles.
+    pub fn triangles(&self) -> &TriangleMesh {
         &self.source
     }
 
     /// Texture coordinates at a place, if the file has them.
     pub fn uv(&self, place: &MeshLocation) -> Option<Vec2> {
-        self.source.corners[place.triangle as usize]
+        self.source.indices[place.triangle as usize]
             .iter()
             .zip(place.weights)
             .try_fold(Vec2::ZERO, |sum, (&at, weight)| Some(sum + *self.source.uv.get(at as usize)? * weight))
@@ -63,7 +63,7 @@ impl Mesh {
     /// A further value of the file's vertices at a place, by its name there.
     pub fn attribute(&self, name: &str, place: &MeshLocation) -> Option<f32> {
         let values = self.source.attributes.get(name)?;
-        let corners = self.source.corners[place.triangle as usize];
+        let corners = self.source.indices[place.triangle as usize];
         Some(corners.iter().zip(place.weights).map(|(&at, weight)| values[at as usize] * weight).sum())
     }
 

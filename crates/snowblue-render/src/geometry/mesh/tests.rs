@@ -49,7 +49,7 @@ pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
 #[test]
 fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
     let triangles = sphere(16);
-    let mesh = Mesh::new(Triangles::loose(&triangles));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
     let mut crossings = Vec::new();
     let mut through = 0;
     for (k, direction) in directions(4000).enumerate() {
@@ -69,7 +69,7 @@ fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
 #[test]
 fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
     for triangles in [cube(1, |step| step as f32), sphere(8)] {
-        let mesh = Mesh::new(Triangles::loose(&triangles));
+        let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
         let mut crossings = Vec::new();
         let mut through = 0;
         for (k, direction) in directions(20_000).enumerate() {
@@ -95,7 +95,7 @@ fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
 
 #[test]
 fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
-    let mesh = Mesh::new(Triangles::loose(&sphere(8)));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(8)));
     for along in [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X, Vec3A::NEG_Y, Vec3A::NEG_Z] {
         for signs in 0..8 {
             let signed =
@@ -115,7 +115,7 @@ fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
     // Far from the origin and small: coordinates are coarse against the triangles.
     let shift = Vec3::new(3.0, -5.0, 2.0);
     let triangles: Vec<_> = sphere(24).into_iter().map(|corners| corners.map(|c| c * 0.01 + shift)).collect();
-    let mesh = Mesh::new(Triangles::loose(&triangles));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
     let mut crossings = Vec::new();
     for (k, mut direction) in directions(30_000).enumerate() {
         if k % 4 == 0 {
@@ -133,7 +133,7 @@ fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
 fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
     // Lines parallel to a cube's edges through the corners of its squares.
     let at = |step: usize| 0.7 + step as f32 * 0.1;
-    let mesh = Mesh::new(Triangles::loose(&cube(16, at)));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&cube(16, at)));
     let mut crossings = Vec::new();
     for axis in 0..3 {
         for (i, j) in (1..16).flat_map(|i| (1..16).map(move |j| (i, j))) {
@@ -149,7 +149,7 @@ fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
 
 #[test]
 fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
-    let mesh = Mesh::new(Triangles::loose(&sphere(16)));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(16)));
     let mut crossings = Vec::new();
     for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
         for k in 0..64 {
@@ -163,7 +163,7 @@ fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
 
 #[test]
 fn first_hit_blocking_and_crossings_tell_the_same_distances() {
-    let mesh = Mesh::new(Triangles::loose(&sphere(12)));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(12)));
     for direction in directions(500) {
         let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
         let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
@@ -185,7 +185,7 @@ fn first_hit_blocking_and_crossings_tell_the_same_distances() {
 
 #[test]
 fn a_single_triangle_is_a_mesh() {
-    let mesh = Mesh::new(Triangles::loose(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
+    let mesh = Mesh::new(TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
     let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
     let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
     assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);

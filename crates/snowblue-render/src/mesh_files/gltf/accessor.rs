@@ -1,27 +1,27 @@
-//! Numbers from the buffers of a glTF, with every length checked: section 3.6 of the glTF 2.0 specification (Khronos
+//! glTF accessors: numbers read from buffers with all lengths checked (glTF 2.0 specification, section 3.6, Khronos
 //! Group 2021).
 
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
 
-/// The numbers of an accessor, element after element; integers that are marked as normalised become shares of 1.
+/// The numbers of an accessor, element by element. Normalised integers become fractions of 1.
 ///
 /// # Errors
 ///
-/// When the elements are not of these dimensions, lie beyond the end of their buffer, or are stored as differences
-/// (sparse), which is not read.
+/// When the elements have other dimensions or reach beyond the end of their buffer, or when the accessor is sparse,
+/// which is not supported.
 pub(super) fn numbers(accessor: &Accessor, dimensions: Dimensions, buffers: &[Vec<u8>]) -> Result<Vec<f64>, String> {
     let number = accessor.index();
     let wrong = |reason: &str| format!("accessor {number} {reason}");
     if accessor.sparse().is_some() {
-        return Err(wrong("is sparse, which is not read"));
+        return Err(wrong("is sparse, which is not supported"));
     }
     if accessor.dimensions() != dimensions {
         let (found, wanted) = (accessor.dimensions(), dimensions);
-        return Err(format!("accessor {number} holds elements of kind {found:?}, but must hold {wanted:?}"));
+        return Err(format!("accessor {number} has elements of type {found:?}, but must have {wanted:?}"));
     }
     let view = accessor.view().ok_or_else(|| wrong("has no data"))?;
-    let beyond = || wrong("reaches beyond the end of its buffer: the file is cut short or malformed");
+    let beyond = || wrong("reaches beyond the end of its buffer: the file is truncated or malformed");
     let part = buffers
         .get(view.buffer().index())
         .and_then(|buffer| buffer.get(view.offset()..view.offset().checked_add(view.length())?))
@@ -52,7 +52,7 @@ fn value(bytes: &[u8], kind: DataType, normalized: bool) -> f64 {
         (DataType::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), 32_767.0),
         (DataType::U32, &[a, b, c, d]) => (f64::from(u32::from_le_bytes([a, b, c, d])), 4_294_967_295.0),
         (DataType::F32, &[a, b, c, d]) => return f64::from(f32::from_le_bytes([a, b, c, d])),
-        // The bytes are cut by the size of their kind.
+        // Unreachable: the caller passes as many bytes as the type has.
         _ => (f64::NAN, 1.0),
     };
     if normalized { (value / greatest).max(-1.0) } else { value }

@@ -1,12 +1,12 @@
 //! glTF 2.0 and GLB files (Khronos Group 2021, "glTF 2.0 specification", ISO/IEC 12113:2022): nodes with their
-//! transforms, meshes, materials by name, cameras, and lights by the extension KHR_lights_punctual.
+//! transforms, meshes, materials, cameras, and lights by the extension KHR_lights_punctual.
 //!
-//! Read of a mesh are triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and the
-//! attributes of one number whose names begin with an underscore; of a material its base colour, which may be a PNG. Left
-//! out are points and lines, skins, morph targets, and all that makes a surface shine.
+//! Reads triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and application-specific
+//! scalar attributes, whose names begin with an underscore; of materials the base colour, a factor and a PNG texture.
+//! Ignores points and lines, skins, morph targets and all other material properties.
 
 mod accessor;
-mod paint;
+mod material;
 mod punctual;
 
 use std::collections::BTreeMap;
@@ -22,17 +22,17 @@ use gltf::{Gltf, Node, Primitive, Semantic};
 use crate::error::RenderError;
 use crate::files::{FilesIn, SceneFile, SceneFiles, name_beside};
 use crate::geometry::ray::narrow;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 
 use accessor::numbers;
 
-pub use paint::GltfMaterial;
+pub use material::GltfMaterial;
 pub use punctual::{LightKind, PunctualLight};
 
-/// Takes the axes of glTF, y upwards and z towards the viewer, to those of a scene, z upwards and y away.
+/// Maps the axes of glTF (y up, z towards the viewer) to those of a scene (z up, y away from the viewer).
 pub const Y_UP_TO_Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
-/// A glTF with its buffers.
+/// A glTF file with its buffers.
 #[derive(Debug)]
 pub struct GltfFile {
     name: String,
@@ -41,41 +41,49 @@ pub struct GltfFile {
     buffers: Vec<Vec<u8>>,
 }
 
-/// A node in its place.
+/// A node with its transform to the root.
 #[derive(Debug, Clone)]
 pub struct PlacedNode<'file> {
-    /// The node in the file.
     node: Node<'file>,
-    /// From its coordinates to where the root was put.
+    /// Maps the node's coordinates to those of the scene.
     pub to_root: DAffine3,
-    /// Whether it, or a node that it hangs from, has the name that was asked for.
+    /// Whether the node, its mesh or an ancestor has the requested name.
     named: bool,
 }
 
+/// The triangles of a mesh that have the same material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GltfSurface {
+    /// Index of the material in the file; none for the default material.
+    pub material: Option<usize>,
+    /// The triangles, in object space.
+    pub mesh: TriangleMesh,
+}
+
 impl PlacedNode<'_> {
-    /// Its name, or its mesh's, or its number in the file.
+    /// The name of the node or its mesh, or else its index in the file.
     pub fn name(&self) -> String {
         let mesh_name = self.node.mesh().and_then(|mesh| mesh.name().map(str::to_owned));
         self.node.name().map(str::to_owned).or(mesh_name).unwrap_or_else(|| format!("node {}", self.node.index()))
     }
 
-    /// Number of its mesh in the file, if it has one.
+    /// Index of its mesh in the file, if it has one.
     pub fn mesh(&self) -> Option<usize> {
         self.node.mesh().map(|mesh| mesh.index())
     }
 }
 
 impl GltfFile {
-    /// Reads a `.gltf` or `.glb` file and the buffers that it names.
+    /// Reads a `.gltf` or `.glb` file and its buffers.
     ///
     /// # Errors
     ///
-    /// When a file cannot be read, or is cut short or malformed.
+    /// When a file cannot be read, or is truncated or malformed.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
         Self::read(&FilesIn::beside(path), &path.file_name().unwrap_or_default().to_string_lossy())
     }
 
-    /// The same from anywhere. Buffers are named relative to the file's own name.
+    /// Reads a file and its buffers from a source of files. Buffer names are relative to the file's own name.
     ///
     /// # Errors
     ///
@@ -94,11 +102,11 @@ impl GltfFile {
         Ok(Self { name: name.to_owned(), path, gltf, buffers })
     }
 
-    /// The nodes of the file's scene, each after the one that it hangs from, with the root placed by `root`.
+    /// The nodes of the default scene, parents before children, with the root transformed by `root`.
     ///
     /// # Errors
     ///
-    /// When the file has no scene, or a node of it hangs from two others, as in a ring.
+    /// When the file has no scene, or a node has two parents or is its own ancestor.
     pub fn nodes(&self, root: DAffine3) -> Result<Vec<PlacedNode<'_>>, RenderError> {
         self.nodes_named(root, None)
     }
@@ -109,14 +117,14 @@ impl GltfFile {
         let mut nodes = Vec::new();
         let mut pending: Vec<_> = scene.nodes().map(|node| (node, root, name.is_none())).collect();
         pending.reverse();
-        let mut placed = vec![false; self.gltf.nodes().len()];
+        let mut visited = vec![false; self.gltf.nodes().len()];
         while let Some((node, parent, named)) = pending.pop() {
             let index = node.index();
-            if std::mem::replace(&mut placed[index], true) {
-                return Err(self.wrong(format!("node {index} hangs from two nodes")));
+            if std::mem::replace(&mut visited[index], true) {
+                return Err(self.wrong(format!("node {index} has two parents")));
             }
-            let own = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
-            let to_root = parent * DAffine3::from_mat4(own);
+            let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
+            let to_root = parent * DAffine3::from_mat4(local);
             let mesh_named = node.mesh().is_some_and(|mesh| name.is_some() && mesh.name() == name);
             let named = named || mesh_named || (name.is_some() && node.name() == name);
             let children: Vec<_> = node.children().collect();
@@ -126,54 +134,56 @@ impl GltfFile {
         Ok(nodes)
     }
 
-    /// All triangles of the file in its own axes, or those of the nodes or meshes with a name and of what hangs below.
+    /// All triangles of the file in its own axes, or those of the nodes or meshes named `part` and their descendants.
     ///
     /// # Errors
     ///
-    /// When a mesh is malformed or nothing has that name.
-    pub fn all_triangles(&self, part: Option<&str>) -> Result<Triangles, RenderError> {
-        let mut triangles = Triangles::default();
+    /// When a mesh is malformed, or no node or mesh has that name.
+    pub fn mesh(&self, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
+        let mut whole = TriangleMesh::default();
         let mut found = false;
         for node in self.nodes_named(DAffine3::IDENTITY, part)?.iter().filter(|node| node.named) {
             found = true;
-            for (_, surface) in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
-                triangles.append(&surface, &node.to_root).map_err(|reason| self.wrong(reason))?;
+            for surface in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
+                whole.append(&surface.mesh, &node.to_root).map_err(|reason| self.wrong(reason))?;
             }
         }
         match part {
-            Some(part) if !found => Err(self.wrong(format!("no node or mesh of its scene is called \"{part}\""))),
-            _ => Ok(triangles),
+            Some(part) if !found => Err(self.wrong(format!("its scene has no node or mesh named \"{part}\""))),
+            _ => Ok(whole),
         }
     }
 
-    /// The triangles of a mesh in its own coordinates, by the number of their material.
+    /// The triangles of a mesh in object space, grouped by material.
     ///
     /// # Errors
     ///
-    /// When its data are malformed or missing.
-    pub fn surfaces(&self, mesh: usize) -> Result<Vec<(Option<usize>, Triangles)>, RenderError> {
-        let mut surfaces: Vec<(Option<usize>, Triangles)> = Vec::new();
+    /// When the mesh data are malformed or missing.
+    pub fn surfaces(&self, mesh: usize) -> Result<Vec<GltfSurface>, RenderError> {
+        let mut surfaces: Vec<GltfSurface> = Vec::new();
         for primitive in self.gltf.meshes().nth(mesh).into_iter().flat_map(|mesh| mesh.primitives()) {
-            let surface = self.primitive(&primitive).map_err(|reason| self.wrong(format!("mesh {mesh}: {reason}")))?;
+            let triangles =
+                self.primitive(&primitive).map_err(|reason| self.wrong(format!("mesh {mesh}: {reason}")))?;
             let material = primitive.material().index();
-            match surfaces.iter_mut().find(|(other, _)| *other == material) {
-                Some((_, whole)) => {
-                    whole.append(&surface, &DAffine3::IDENTITY).map_err(|reason| self.wrong(reason))?;
+            match surfaces.iter_mut().find(|surface| surface.material == material) {
+                Some(surface) => {
+                    surface.mesh.append(&triangles, &DAffine3::IDENTITY).map_err(|reason| self.wrong(reason))?;
                 }
-                None => surfaces.push((material, surface)),
+                None => surfaces.push(GltfSurface { material, mesh: triangles }),
             }
         }
-        surfaces.retain(|(_, surface)| !surface.corners.is_empty());
+        surfaces.retain(|surface| !surface.mesh.indices.is_empty());
         Ok(surfaces)
     }
 
-    fn primitive(&self, primitive: &Primitive) -> Result<Triangles, String> {
+    fn primitive(&self, primitive: &Primitive) -> Result<TriangleMesh, String> {
         let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
-        let places = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
-        let places = read(places, Dimensions::Vec3)?;
+        let positions = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
+        let positions = read(positions, Dimensions::Vec3)?;
         let positions: Vec<Vec3> =
-            places.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect();
-        if let Some(value) = positions.iter().flat_map(|place| place.to_array()).find(|value| !value.is_finite()) {
+            positions.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect();
+        if let Some(value) = positions.iter().flat_map(|position| position.to_array()).find(|value| !value.is_finite())
+        {
             return Err(format!("a coordinate is {value}, but must be finite"));
         }
         let indices: Vec<u32> = match primitive.indices() {
@@ -181,12 +191,15 @@ impl GltfFile {
             None => (0..u32::try_from(positions.len()).map_err(|_| "there are too many vertices")?).collect(),
         };
         if let Some(index) = indices.iter().find(|&&index| index as usize >= positions.len()) {
-            return Err(format!("a triangle names vertex {index}, but there are {} (0 is the first)", positions.len()));
+            return Err(format!(
+                "a triangle refers to vertex {index}, but there are {} (0 is the first)",
+                positions.len()
+            ));
         }
         let uv = match primitive.get(&Semantic::TexCoords(0)) {
             Some(accessor) => {
                 let values = read(accessor, Dimensions::Vec2)?;
-                // A glTF counts them from the upper left corner of the picture.
+                // The origin of glTF is the upper left corner of the image, ours the lower left.
                 values.chunks_exact(2).map(|uv| Vec2::new(narrow(uv[0]), narrow(1.0 - uv[1]))).collect()
             }
             None => Vec::new(),
@@ -210,9 +223,9 @@ impl GltfFile {
         }
         let count = positions.len();
         if (!uv.is_empty() && uv.len() != count) || attributes.values().any(|values: &Vec<f32>| values.len() != count) {
-            return Err("its attributes have different numbers of vertices".into());
+            return Err("its attributes differ in their numbers of vertices".into());
         }
-        Ok(Triangles { positions, corners: triangles(primitive.mode(), &indices), uv, attributes })
+        Ok(TriangleMesh { positions, indices: triangles(primitive.mode(), &indices), uv, attributes })
     }
 
     fn wrong(&self, reason: String) -> RenderError {
@@ -220,7 +233,7 @@ impl GltfFile {
     }
 }
 
-/// The corners of triangles from a list, a strip or a fan; points and lines have none.
+/// The triangles of a list, strip or fan; none of points and lines.
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::Triangles => indices.chunks_exact(3).map(|corner| [corner[0], corner[1], corner[2]]).collect(),
@@ -242,7 +255,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "it was an unsigned integer of 32 bits at most"
+    reason = "accessors hold unsigned integers of at most 32 bits"
 )]
 fn whole(index: f64) -> u32 {
     index as u32
@@ -268,7 +281,7 @@ impl Neighbours<'_> {
         };
         if bytes.len() < buffer.length() {
             let (found, wanted) = (bytes.len(), buffer.length());
-            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is cut short");
+            let reason = format!("buffer {number} has {found} bytes, but must have {wanted}: the file is truncated");
             return Err(wrong(reason));
         }
         Ok(bytes)
@@ -282,7 +295,7 @@ impl Neighbours<'_> {
             return SceneFile::read(self.files, &name).map(|file| file.bytes);
         };
         let text = data.split_once(";base64,").map(|(_, text)| text);
-        let text = text.ok_or_else(|| wrong("is encoded in another way than base64".into()))?;
+        let text = text.ok_or_else(|| wrong("must be encoded as base64".into()))?;
         STANDARD.decode(text).map_err(|error| wrong(format!("is not base64: {error}")))
     }
 }

@@ -82,9 +82,9 @@ pub(super) fn read_gltf(
 type Part = (Option<usize>, Arc<Mesh>, DAffine3);
 
 fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderError> {
-    let centred = file.surfaces(mesh)?.into_iter().map(|(material, surface)| {
-        let (centred, map) = surface.centred();
-        (material, Arc::new(Mesh::new(centred)), map)
+    let centred = file.surfaces(mesh)?.into_iter().map(|surface| {
+        let centred = surface.mesh.centred();
+        (surface.material, Arc::new(Mesh::new(centred.mesh)), centred.to_original)
     });
     Ok(centred.collect())
 }
@@ -127,7 +127,7 @@ impl Palette<'_> {
     }
 
     fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
-        let paint = self.file.paint(material, &FilesIn::beside(self.path))?;
+        let paint = self.file.base_colour_texture(material, &FilesIn::beside(self.path))?;
         Ok(paint.map_or_else(|| self.workshop.even(material.base_colour), |texture| self.workshop.painted(texture)))
     }
 }

@@ -156,7 +156,7 @@ fn read_mask(section: &Section, workshop: &Workshop) -> Result<Mask, RenderError
     match section.text("attribute")? {
         None => {
             section.only(&["texture", TEXTURE_SCALE_M])?;
-            read_texture(section, workshop.scene, PngImage::plain).map(Mask::RasterImage)
+            read_texture(section, workshop.scene, PngImage::encoded_rgb).map(Mask::RasterImage)
         }
         Some(name) => {
             section.only(&["attribute", "range"])?;

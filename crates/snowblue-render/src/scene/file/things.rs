@@ -15,9 +15,9 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::plane::Plane;
 use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
-use crate::mesh_files::{is_y_up, read_triangles};
+use crate::mesh_files::{is_y_up, read_mesh_file};
 use crate::scene::file::GREATEST_COORDINATE_M;
 use crate::scene::file::materials::Named;
 use crate::scene::file::placing::{Placing, check_reach, placement, read_body, read_material_name};
@@ -52,8 +52,8 @@ impl Meshes {
         if let Some((mesh, map)) = self.0.get(&key) {
             return Ok((Arc::clone(mesh), *map));
         }
-        let (centred, map) = read_triangles(&key.0, part)?.centred();
-        let mesh = Arc::new(Mesh::new(centred));
+        let centred = read_mesh_file(&key.0, part)?.centred();
+        let (mesh, map) = (Arc::new(Mesh::new(centred.mesh)), centred.to_original);
         self.0.insert(key, (Arc::clone(&mesh), map));
         Ok((mesh, map))
     }
@@ -203,12 +203,12 @@ fn read_igloo(section: &Section, placing: &Placing) -> Result<Vec<Shape>, Render
     igloo.blocks().into_iter().map(|block| made(section, placing, block)).collect()
 }
 
-/// Triangles made here, in their place.
-fn made(section: &Section, placing: &Placing, triangles: Triangles) -> Result<Shape, RenderError> {
-    let (centred, map) = triangles.centred();
+/// Puts triangles made here in their place.
+fn made(section: &Section, placing: &Placing, triangles: TriangleMesh) -> Result<Shape, RenderError> {
+    let centred = triangles.centred();
     let wrong = |reason: String| section.error(format!("object: {reason}"));
-    let placement = placement(&(placing.to_scene() * map)).map_err(wrong)?;
-    let instance = Instance::new(Arc::new(Mesh::new(centred)), placement);
+    let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;
+    let instance = Instance::new(Arc::new(Mesh::new(centred.mesh)), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
 }

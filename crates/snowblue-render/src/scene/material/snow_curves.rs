@@ -50,7 +50,7 @@ impl Mask {
         let Self::Attribute { name, range: [low, high] } = self else {
             return Texture::check(shape);
         };
-        let attributes = shape.mesh().map(|mesh| &mesh.source().attributes);
+        let attributes = shape.mesh().map(|mesh| &mesh.triangles().attributes);
         let Some(values) = attributes.and_then(|attributes| attributes.get(name)) else {
             let known =
                 attributes.map(|attributes| attributes.keys().map(String::as_str).collect::<Vec<_>>().join(", "));

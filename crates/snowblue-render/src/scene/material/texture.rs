@@ -38,9 +38,9 @@ impl Texture {
         let Some(mesh) = shape.mesh() else {
             return Ok(());
         };
-        match mesh.source().uv.iter().find(|uv| !uv.is_finite()) {
+        match mesh.triangles().uv.iter().find(|uv| !uv.is_finite()) {
             Some(uv) => Err(format!("texture coordinates of a vertex are {}, {}, but must be finite", uv.x, uv.y)),
-            None if mesh.source().uv.is_empty() => {
+            None if mesh.triangles().uv.is_empty() => {
                 Err("the material has a texture, but the mesh no texture coordinates".into())
             }
             None => Ok(()),

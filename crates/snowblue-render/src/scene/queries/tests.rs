@@ -17,14 +17,14 @@ use crate::geometry::placement::Placement;
 use crate::geometry::plane::Plane;
 use crate::geometry::ray::{Ray, off_surface};
 use crate::geometry::shape::Shape;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::scene::objects::{Object, Objects, Side, SurfaceInteraction};
 
 /// An upright box, a turned one that touches it, a ball, a mesh and a plane; as many more boxes as are asked for.
 fn objects(more: usize, body: Option<&str>) -> Objects {
     let turned = Mat3A::from_rotation_z(0.5) * Mat3A::from_rotation_x(0.3);
     let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.2, 0.1)) * DAffine3::from_scale(DVec3::splat(0.4));
-    let mesh = Arc::new(Mesh::new(Triangles::loose(&sphere(6))));
+    let mesh = Arc::new(Mesh::new(TriangleMesh::from_triangles(&sphere(6))));
     let cube = |centre, axes| Shape::Cuboid(Cuboid::new(centre, Vec3A::new(0.8, 0.6, 0.7), axes));
     let mut shapes = vec![
         cube(Vec3A::ZERO, Mat3A::IDENTITY),
