@@ -1,4 +1,5 @@
-//! Published measurements of snow: albedo over black panels and micro-tomograms from Vermont, February 2021 (Letcher, Parno, Courville, Farnsworth & Olivier 2022, doi:10.5194/tc-16-4343-2022, supporting data).
+//! Published measurements of snow: albedo over black panels and micro-tomograms from Vermont, February 2021 (Letcher,
+//! Parno, Courville, Farnsworth & Olivier 2022, doi:10.5194/tc-16-4343-2022, supporting data).
 
 use crate::medium::{GrainOptics, Microstructure};
 

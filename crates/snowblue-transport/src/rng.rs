@@ -30,7 +30,8 @@ impl Stream {
         Self { generator, point: [0.0; POINT_DIMENSIONS], point_left: 0 }
     }
 
-    /// The stream of ray `ray` under `seed`, with its first numbers from point `index` of an Owen-scrambled Sobol' sequence (Burley 2020, JCGT 9(4)).
+    /// The stream of ray `ray` under `seed`, with its first numbers from point `index` of an Owen-scrambled Sobol'
+    /// sequence (Burley 2020, JCGT 9(4)).
     pub(crate) fn on_sequence(seed: u64, ray: u64, index: u32, scramble: u32) -> Self {
         let mut point = [0.0; POINT_DIMENSIONS];
         for (set, four) in point.rchunks_mut(4).enumerate() {
@@ -64,8 +65,8 @@ impl Stream {
 
 /// Cosine and sine of a fraction of a full turn, 0–1, to rounding.
 ///
-/// The fraction is exact in its quadrant, so no range reduction is needed: Taylor series to the 15th and 14th power, with a
-/// remainder below 10⁻¹⁵ at an eighth of a turn.
+/// The fraction is exact in its quadrant, so no range reduction is needed: Taylor series to the 15th and 14th power,
+/// with a remainder below 10⁻¹⁵ at an eighth of a turn.
 #[inline]
 pub(crate) fn unit_circle(turn: f64) -> (f64, f64) {
     // A cast truncates without a function call.

@@ -56,8 +56,8 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// Reflectance, transmittance and absorptance of a slab at one wavelength: fluxes over the incident flux on a horizontal
-/// plane.
+/// Reflectance, transmittance and absorptance of a slab at one wavelength: fluxes over the incident flux on a
+/// horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiometry {
     /// Thickness of the slab, in cm.

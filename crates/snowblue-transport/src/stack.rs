@@ -39,8 +39,8 @@ pub struct Stack {
 /// Fluxes of a stack for one incidence and wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StackRadiometry {
-    /// Fluxes of the whole stack over the incident flux: R leaves the top, T arrives at the ground (including light that the
-    /// ground has reflected before), and the snow absorbs 1 − R − (1 − albedo) T.
+    /// Fluxes of the whole stack over the incident flux: R leaves the top, T arrives at the ground (including light
+    /// that the ground has reflected before), and the snow absorbs 1 − R − (1 − albedo) T.
     pub whole: Radiometry,
     /// Unscattered part of the transmittance: exp(−τ/μ₀), or 2 E₃(τ) for Lambertian light.
     pub direct: f64,
@@ -60,8 +60,8 @@ pub struct DepthFluxes {
     pub up: Estimate,
     /// Downwards less upwards: the flux that the snow and the ground below absorb.
     pub net: Estimate,
-    /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light decays
-    /// by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
+    /// E-folding depth of the snow below this depth (at the ground, above it), in cm: the distance over which light
+    /// decays by e far from all faces, 1/(κ k) with the rate k of the slowest mode per optical depth.
     pub e_folding_depth_cm: Estimate,
 }
 

@@ -1,14 +1,14 @@
 //! Broadband reflectance, transmittance and absorptance of snow in bands of sunlight.
 //!
-//! The spectrum is ASTM G173-03, hemispherical (global): sun and clear sky on a plane tilted by 37° towards the sun, at an
-//! air mass of 1.5; 1000.37 W/m² over 280–4000 nm, of which 0.8 % lie beyond 2500 nm. A broadband value is the weighted mean
-//! of a curve:
+//! The spectrum is ASTM G173-03, hemispherical (global): sun and clear sky on a plane tilted by 37° towards the sun, at
+//! an air mass of 1.5; 1000.37 W/m² over 280–4000 nm, of which 0.8 % lie beyond 2500 nm. A broadband value is the
+//! weighted mean of a curve:
 //!
 //! ρ = ∫ ρ(λ) E(λ) g(λ) dλ / ∫ E(λ) g(λ) dλ,
 //!
-//! with g = 1 for energy and g = λ for photons. Photosynthetically active radiation (PAR) weights all photons of 400–700 nm
-//! equally (McCree 1972, doi:10.1016/0002-1571(72)90045-3). Curve and spectrum are piecewise linear, and their product is
-//! integrated exactly: the pieces are cubic at most, for which Simpson's rule has no error.
+//! with g = 1 for energy and g = λ for photons. Photosynthetically active radiation (PAR) weights all photons of
+//! 400–700 nm equally (McCree 1972, doi:10.1016/0002-1571(72)90045-3). Curve and spectrum are piecewise linear, and
+//! their product is integrated exactly: the pieces are cubic at most, for which Simpson's rule has no error.
 //!
 //! **Simplified.** The spectrum is the same for every incidence. Under a low sun or clouds the spectrum differs, which
 //! changes the albedo by a few hundredths.
@@ -90,8 +90,8 @@ impl Band {
     }
 
     /// First and last wavelength in snow whose tables cover `available`
-    /// ([`SnowSample::wavelength_range`](crate::sample::SnowSample::wavelength_range)), which bounds the solar band and the
-    /// end of the near-infrared band.
+    /// ([`SnowSample::wavelength_range`](crate::sample::SnowSample::wavelength_range)), which bounds the solar band and
+    /// the end of the near-infrared band.
     #[must_use]
     pub fn wavelength_range(self, available: WavelengthRange) -> WavelengthRange {
         match self {
@@ -114,8 +114,8 @@ impl BandWeights {
     /// Weights of ascending wavelengths for snow whose tables cover `available`.
     ///
     /// # Errors
-    /// [`TransportError::Descending`] if they do not ascend, [`TransportError::Uncovered`] if they do not reach the ends of the
-    /// band or have a gap of more than [`MOST_STEP_NM`] in it.
+    /// [`TransportError::Descending`] if they do not ascend, [`TransportError::Uncovered`] if they do not reach the
+    /// ends of the band or have a gap of more than [`MOST_STEP_NM`] in it.
     pub fn new(band: Band, available: WavelengthRange, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
         let range = band.wavelength_range(available);
         check_cover(band, range, wavelengths_nm)?;
@@ -126,8 +126,8 @@ impl BandWeights {
 
     /// Integrates the curve of one slab and one incidence, at the wavelengths of the weights, over the band.
     ///
-    /// The standard errors assume fully correlated errors at all wavelengths, as where the wavelengths share their rays or
-    /// their tally; for independent errors they are too large.
+    /// The standard errors assume fully correlated errors at all wavelengths, as where the wavelengths share their rays
+    /// or their tally; for independent errors they are too large.
     ///
     /// # Panics
     /// If the curve does not have one value for each wavelength.
@@ -224,7 +224,8 @@ fn check_cover(band: Band, range: WavelengthRange, wavelengths_nm: &[f64]) -> Re
     }
 }
 
-/// ∫ E g h dλ over a range, with the hat function h of each wavelength: 1 there, 0 at its neighbours, linear in between.
+/// ∫ E g h dλ over a range, with the hat function h of each wavelength: 1 there, 0 at its neighbours, linear in
+/// between.
 fn integrals(wavelengths_nm: &[f64], range: WavelengthRange, weight: impl Fn(f64) -> f64) -> Vec<f64> {
     let inside = |nm: &f64| range.first_nm < *nm && *nm < range.last_nm;
     let mut cuts: Vec<f64> = G173.wavelengths_nm().chain(wavelengths_nm.iter().copied()).filter(inside).collect();

@@ -28,9 +28,9 @@ fn broadband(band: Band, curve: &[Radiometry]) -> Broadband {
 }
 
 /// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 under
-/// the zenith, with the specific surface area S in cm²/g, and a term for lower suns. Theirs is snow of Mie spheres under
-/// an atmosphere of its own; ours comes out .02 darker throughout. In the visible pure snow has .96–.99 (Wiscombe & Warren
-/// 1980, as told in the abstract of their part II).
+/// the zenith, with the specific surface area S in cm²/g, and a term for lower suns. Theirs is snow of Mie spheres
+/// under an atmosphere of its own; ours comes out .02 darker throughout. In the visible pure snow has .96–.99 (Wiscombe
+/// & Warren 1980, as told in the abstract of their part II).
 #[test]
 fn deep_pure_snow_is_that_of_others() {
     let angles_deg: [f64; 2] = [0.0, 60.0];

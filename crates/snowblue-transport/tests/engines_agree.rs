@@ -1,7 +1,7 @@
 //! Two independent engines give one answer (law 9): snow that differs in everything, within 4 standard errors of both.
 //!
-//! The Monte Carlo engine traces grain by grain through the slab; discrete ordinates solve the equation of transfer with
-//! the moments of the same grains. They share the grain itself and nothing else.
+//! The Monte Carlo engine traces grain by grain through the slab; discrete ordinates solve the equation of transfer
+//! with the moments of the same grains. They share the grain itself and nothing else.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

@@ -38,8 +38,8 @@ fn worst(p_values: &[f64]) -> (f64, f64) {
     (p_values.iter().copied().fold(1.0, f64::min), sidak_level(LEVEL, p_values.len()))
 }
 
-/// ∫ f cosθ dω over all patches is the flux, and the flux is that of the spectrometric mode: within the error of its one
-/// trace for all wavelengths, and to rounding where that traces the same rays one wavelength at a time.
+/// ∫ f cosθ dω over all patches is the flux, and the flux is that of the spectrometric mode: within the error of its
+/// one trace for all wavelengths, and to rounding where that traces the same rays one wavelength at a time.
 #[test]
 fn patches_add_up_to_the_flux() {
     let slab = Slab {
@@ -86,8 +86,8 @@ fn patches_add_up_to_the_flux() {
 
 /// Mean BSDF between rings of incidence and patches of exit: [ring in][ring out][sector] on either side.
 ///
-/// The mean over incidence within a ring is Gauss's with three nodes in sin²θ, in which the BSDF is smooth away from the
-/// horizon: the outermost ring is left out.
+/// The mean over incidence within a ring is Gauss's with three nodes in sin²θ, in which the BSDF is smooth away from
+/// the horizon: the outermost ring is left out.
 fn between_rings(slab: &Slab, (rings, sectors): (usize, usize), rays: u64) -> Vec<Vec<[Estimate; 2]>> {
     let nodes = [(0.5 - 0.15_f64.sqrt(), 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + 0.15_f64.sqrt(), 5.0 / 18.0)];
     let angle = |ring: usize, node: f64| ((ring as f64 + node) / rings as f64).sqrt().asin().to_degrees();

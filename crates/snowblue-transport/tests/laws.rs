@@ -169,8 +169,8 @@ fn transmittance_depends_on_load_and_becomes_exponential() {
     assert!((slope / expected - 1.0).abs() < 1e-5, "{slope} {expected}");
 }
 
-/// Law 8, the paper's trends: coarser grains pass more; facets, density, thickness and slant pass less; blue passes more
-/// than red.
+/// Law 8, the paper's trends: coarser grains pass more; facets, density, thickness and slant pass less; blue passes
+/// more than red.
 #[test]
 fn trends() {
     let base = SnowSample::default();

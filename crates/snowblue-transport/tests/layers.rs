@@ -117,8 +117,8 @@ fn like_media_are_one_medium() {
     }
 }
 
-/// A ground of albedo A under one layer: R + A T T*/(1 − A R*) and T/(1 − A R*), with R* and T* those of the layer under
-/// Lambertian light.
+/// A ground of albedo A under one layer: R + A T T*/(1 − A R*) and T/(1 − A R*), with R* and T* those of the layer
+/// under Lambertian light.
 #[test]
 fn ground_adds_a_geometric_series() {
     for (one_minus_albedo, g, depth) in CASES {
@@ -250,7 +250,8 @@ fn profiles_of_a_snow_pack() {
         // A tally of 2¹⁵ rays leaves per mille to per cent.
         assert!(errors.iter().all(|e| e.standard_error > 0.0 && e.standard_error < 0.2 * e.value), "{errors:?}");
     }
-    // Light enters coarse snow deepest, then the loose and fine, then the dense and middling; blue deeper than infrared.
+    // Light enters coarse snow deepest, then the loose and fine, then the dense and middling; blue deeper than
+    // infrared.
     let e_folding_depth = |answer: usize, depth: usize| answers[answer].profile[depth].e_folding_depth_cm.value;
     let (fresh, middling, old) = (e_folding_depth(0, 1), e_folding_depth(0, 2), e_folding_depth(0, 4));
     assert!(old > fresh && fresh > middling, "{old} {fresh} {middling}");

@@ -54,8 +54,8 @@ fn assert_fluxes(found: [f64; 2], printed: [f64; 2]) {
     }
 }
 
-/// Two isotropic layers: Ozisik & Shouman (1980, J. Quant. Spectrosc. Radiat. Transfer 24, 441), Table 1, lines 4, 1 and
-/// 13, with the figures that the test programme of DISORT (Stamnes et al. 2000, tests 8a–c) prints for 8 streams.
+/// Two isotropic layers: Ozisik & Shouman (1980, J. Quant. Spectrosc. Radiat. Transfer 24, 441), Table 1, lines 4, 1
+/// and 13, with the figures that the test programme of DISORT (Stamnes et al. 2000, tests 8a–c) prints for 8 streams.
 #[test]
 fn two_isotropic_layers() {
     let isotropic = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -70,8 +70,8 @@ fn two_isotropic_layers() {
 }
 
 /// Six layers of depth l and albedo .6 + .05 l, isotropic and with forward scattering: Devaux, Grandjean, Ishiguro &
-/// Siewert (1979, Astrophys. Space Sci. 62, 225), Tables VI and VII, with the figures of DISORT's tests 9a and 9b at the
-/// depths 0, 1.05, 2.1, 6 and 21.
+/// Siewert (1979, Astrophys. Space Sci. 62, 225), Tables VI and VII, with the figures of DISORT's tests 9a and 9b at
+/// the depths 0, 1.05, 2.1, 6 and 21.
 #[test]
 fn six_layers() {
     let layers = [(0.35, 1.0), (0.3, 0.05), (0.3, 1.05), (0.3, 0.9), (0.25, 3.0), (0.2, 4.0), (0.15, 5.0), (0.1, 6.0)];

@@ -47,8 +47,8 @@ struct Step {
 
 /// The random walk itself: move to a height, leave or meet a facet, turn upside down after each refraction.
 ///
-/// Smith's Λ for GGX slopes is ½(r/|z| − 1) for directions that go up and −½(r/|z| + 1) for those that go down, with
-/// r² = α²(x² + y²) + z² (Heitz 2014, JCGT 3(2), eq. 72): the length of the direction in the space where facets are those
+/// Smith's Λ for GGX slopes is ½(r/|z| − 1) for directions that go up and −½(r/|z| + 1) for those that go down, with r²
+/// = α²(x² + y²) + z² (Heitz 2014, JCGT 3(2), eq. 72): the length of the direction in the space where facets are those
 /// of a hemisphere.
 fn walk(mut direction: DVec3, roughness: f64, mut step: Step, stream: &mut Stream) -> Outcome {
     let mut beyond = false;

@@ -25,8 +25,8 @@ pub(crate) struct Minimum {
     pub(crate) values: Vec<f64>,
     /// Sum of the squared residuals.
     pub(crate) sum_of_squares: f64,
-    /// (JᵀJ)⁻¹, the covariance of the parameters if the residuals are independent with unit variance. A parameter at an end
-    /// of its range counts as known: its row and column are 0.
+    /// (JᵀJ)⁻¹, the covariance of the parameters if the residuals are independent with unit variance. A parameter at an
+    /// end of its range counts as known: its row and column are 0.
     pub(crate) covariance: DMatrix<f64>,
 }
 

@@ -1,9 +1,9 @@
 //! Inversion of a spectral albedo: the specific surface area and the black carbon that fit it best.
 //!
-//! In the infrared the albedo of thick snow depends on the surface area, since light takes longer paths through the ice of
-//! larger grains; in the visible it depends on impurities (Warren & Wiscombe 1980; Gallet et al. 2009,
-//! doi:10.5194/tc-3-167-2009). Grains are tallied once; each trial then costs an eigenproblem per wavelength. The light is
-//! that of an overcast sky, Lambertian.
+//! In the infrared the albedo of thick snow depends on the surface area, since light takes longer paths through the ice
+//! of larger grains; in the visible it depends on impurities (Warren & Wiscombe 1980; Gallet et al. 2009,
+//! doi:10.5194/tc-3-167-2009). Grains are tallied once; each trial then costs an eigenproblem per wavelength. The light
+//! is that of an overcast sky, Lambertian.
 
 use rayon::prelude::*;
 
@@ -76,8 +76,8 @@ pub struct Fitted {
     pub value: f64,
     /// Standard error if the errors at all wavelengths are independent; 0 at an end of the parameter's range.
     pub standard_error: f64,
-    /// Standard error by a jackknife over blocks of 10 neighbouring wavelengths, which includes correlated errors of the
-    /// measurement and of the model.
+    /// Standard error by a jackknife over blocks of 10 neighbouring wavelengths, which includes correlated errors of
+    /// the measurement and of the model.
     pub block_error: f64,
 }
 

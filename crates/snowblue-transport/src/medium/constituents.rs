@@ -3,8 +3,8 @@
 //!
 //! **Water in the pores.** A grain lies entirely in water with the probability S_w, the saturation of the pores. It then
 //! refracts with n_ice/n_water, and κ(1 − g) is some 60 times smaller. In equilibrium, radiance is proportional to the
-//! square of the index, so paths in water, and in grains in water, count n_water² times for absorption. The water itself
-//! absorbs
+//! square of the index, so paths in water, and in grains in water, count n_water² times for absorption. The water
+//! itself absorbs
 //!
 //! ```text
 //! (1 − φ) S_w n_water² γ_water   per metre of snow.
@@ -95,7 +95,8 @@ mod tests {
     use super::*;
     use crate::optics::impurity::{Impurities, Substance};
 
-    /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb .024 per metre at 500 nm: 12,583 m²/kg · (1 − .3687) · 3·10⁻⁶.
+    /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb .024 per metre at 500 nm: 12,583 m²/kg · (1 − .3687) ·
+    /// 3·10⁻⁶.
     #[test]
     fn absorption_is_proportional_to_the_mass_of_black_carbon() {
         let impurities = Impurities::none().with(Substance::BlackCarbon, 10.0);

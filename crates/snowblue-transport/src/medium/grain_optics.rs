@@ -36,8 +36,8 @@ impl Microstructure {
 }
 
 impl GrainOptics {
-    /// The medium of snow with these grains at a wavelength where ice has the absorption coefficient γ = `absorption_per_m`:
-    /// the absorption coefficient of snow is γ B φ, and the phase function is Henyey–Greenstein.
+    /// The medium of snow with these grains at a wavelength where ice has the absorption coefficient γ =
+    /// `absorption_per_m`: the absorption coefficient of snow is γ B φ, and the phase function is Henyey–Greenstein.
     #[must_use]
     pub fn medium(&self, snow: &Microstructure, absorption_per_m: f64) -> Medium {
         let extinction_per_m = self.extinction_ratio * snow.convex_extinction_per_m();

@@ -64,8 +64,8 @@ impl GrainTallies {
         Self { in_air: tally(&|one| one.in_air), in_water: demand.wet.then(|| tally(&|one| one.in_water)) }
     }
 
-    /// The medium of a sample within the demand at a wavelength; `without` leaves out one of the 16 batches of the tallies, for
-    /// the jackknife (Tukey 1958).
+    /// The medium of a sample within the demand at a wavelength; `without` leaves out one of the 16 batches of the
+    /// tallies, for the jackknife (Tukey 1958).
     ///
     /// # Panics
     /// If the sample is wet and the demand is not.
@@ -109,8 +109,8 @@ impl GrainTallies {
         }
     }
 
-    /// Single scattering by grains in air with any refractive index in the range of the demand and any absorption coefficient,
-    /// in 1/m.
+    /// Single scattering by grains in air with any refractive index in the range of the demand and any absorption
+    /// coefficient, in 1/m.
     pub(crate) fn in_air(&self, size: &GrainSize, index: f64, absorption_per_m: f64) -> Scattering {
         self.in_air.scattering(size, index, absorption_per_m, None)
     }

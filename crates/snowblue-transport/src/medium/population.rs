@@ -4,8 +4,8 @@ use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Spheroid};
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNormal};
 
-/// Distributions of shape and facetness of grains, weighted by projected area. Sizes do not affect directions and are drawn
-/// separately ([`HitSizes`]).
+/// Distributions of shape and facetness of grains, weighted by projected area. Sizes do not affect directions and are
+/// drawn separately.
 #[derive(Debug, Clone)]
 pub struct Population {
     sphericity: Quantiles,

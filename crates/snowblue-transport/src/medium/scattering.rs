@@ -5,8 +5,8 @@
 /// Single scattering of a medium: co-albedo and phase function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scattering {
-    /// 1 − ω, the probability that an extinction event absorbs. In snow it is as small as 3·10⁻⁸, so it is stored instead of
-    /// the albedo ω, which would lose it to rounding.
+    /// 1 − ω, the probability that an extinction event absorbs. In snow it is as small as 3·10⁻⁸, so it is stored
+    /// instead of the albedo ω, which would lose it to rounding.
     pub one_minus_albedo: f64,
     /// Legendre moments χ_0 = 1, χ_1 = g, … of the phase function of the scattered light.
     pub moments: Vec<f64>,
@@ -22,7 +22,8 @@ pub struct Medium {
 }
 
 impl Scattering {
-    /// The Henyey–Greenstein (1941) phase function, χ_l = g^l for l = 0 … `degree`. `degree` streams can be solved with it.
+    /// The Henyey–Greenstein (1941) phase function, χ_l = g^l for l = 0 … `degree`. `degree` streams can be solved with
+    /// it.
     #[must_use]
     pub fn henyey_greenstein(one_minus_albedo: f64, g: f64, degree: usize) -> Self {
         let moments = std::iter::successors(Some(1.0), |chi| Some(chi * g)).take(degree + 1).collect();

@@ -1,13 +1,13 @@
 //! Moments of the scattering by a population of grains, for discrete ordinates.
 //!
-//! Rays are traced through random grains and the Legendre polynomials of their scattering angles averaged, without bins.
-//! Absorption depends on the ice path only: with the size s, the absorption coefficient γ, x = γs and the path ℓ per size,
-//! ⟨P_l(cos Θ)·(1 − e^{−xℓ})⟩ is tabulated at x → 0 and on a logarithmic grid of x, and averaged over the sizes with weight
-//! s² afterwards. One tally thus serves all sizes, absorption coefficients and densities.
+//! Rays are traced through random grains and the Legendre polynomials of their scattering angles averaged, without
+//! bins. Absorption depends on the ice path only: with the size s, the absorption coefficient γ, x = γs and the path ℓ
+//! per size, ⟨P_l(cos Θ)·(1 − e^{−xℓ})⟩ is tabulated at x → 0 and on a logarithmic grid of x, and averaged over the
+//! sizes with weight s² afterwards. One tally thus serves all sizes, absorption coefficients and densities.
 //!
-//! The index of ice varies little, so tallies at a few Chebyshev nodes in n, with common random numbers, are interpolated.
-//! The points where rays enter grains come from Owen-scrambled Sobol' sequences (Burley 2020, JCGT 9(4)); the scrambles are
-//! independent, and the scatter between them gives the standard error of the tally.
+//! The index of ice varies little, so tallies at a few Chebyshev nodes in n, with common random numbers, are
+//! interpolated. The points where rays enter grains come from Owen-scrambled Sobol' sequences (Burley 2020, JCGT 9(4));
+//! the scrambles are independent, and the scatter between them gives the standard error of the tally.
 
 use std::ops::RangeInclusive;
 
@@ -86,8 +86,8 @@ impl Tally {
         self.sums[0][0].scattered.len() - 1
     }
 
-    /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without` leaves
-    /// out one of the 16 batches, for the jackknife (Tukey 1958).
+    /// Single scattering by grains of the given sizes, relative index n and absorption coefficient in 1/m; `without`
+    /// leaves out one of the 16 batches, for the jackknife (Tukey 1958).
     pub(crate) fn scattering(
         &self,
         size: &GrainSize,
@@ -182,7 +182,8 @@ fn absorption_grid(most: f64) -> Vec<f64> {
     grid
 }
 
-/// Interpolation weights at `x` of the limit x → 0 and of each grid value: linear in x below the grid, cubic in ln x on it.
+/// Interpolation weights at `x` of the limit x → 0 and of each grid value: linear in x below the grid, cubic in ln x on
+/// it.
 fn interpolation_weights(grid: &[f64], x: f64) -> Vec<f64> {
     let mut weights = vec![0.0; grid.len() + 1];
     if x <= grid[0] {

@@ -9,8 +9,8 @@
 //! f = Σ w / (N ∫ cosθ dω),   the sum over the rays that leave through the patch, the integral over the patch.
 //! ```
 //!
-//! All patches have the same ∫ cosθ dω, so a Lambertian surface sends the same number of rays to each. Unscattered light
-//! leaves in a single direction; [`Distribution::direct`] holds it.
+//! All patches have the same ∫ cosθ dω, so a Lambertian surface sends the same number of rays to each. Unscattered
+//! light leaves in a single direction; [`Distribution::direct`] holds it.
 
 use std::f64::consts::{PI, TAU};
 
@@ -176,8 +176,8 @@ impl Default for PatchGrid {
 }
 
 impl Distribution {
-    /// The BSDF near the plane of incidence, in the first and last sectors of `patches`, one of the two hemispheres: from the
-    /// backward horizon (angles below 0°) over the normal to the forward horizon.
+    /// The BSDF near the plane of incidence, in the first and last sectors of `patches`, one of the two hemispheres:
+    /// from the backward horizon (angles below 0°) over the normal to the forward horizon.
     #[must_use]
     pub fn in_plane(&self, patches: &[Patch]) -> Vec<PlanePoint> {
         let rings = patches.chunks_exact(self.patches.sectors);
@@ -281,7 +281,8 @@ enum Exit {
     Direct,
 }
 
-/// Traces a ray until it leaves. It draws the same random numbers as [`walk`](super::walk::walk), and tracks the azimuth too.
+/// Traces a ray until it leaves. It draws the same random numbers as [`walk`](super::walk::walk), and tracks the
+/// azimuth too.
 fn trace_ray(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> (Exit, Paths) {
     let mut direction = Direction { cosine: cos_incidence, heading: DVec2::X };
     let (mut depth, mut paths, mut scattered) = (0.0, Paths::default(), false);
@@ -308,8 +309,8 @@ fn trace_ray(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, st
 }
 
 impl Direction {
-    /// The direction after scattering by an angle Θ with a random azimuth ψ about the direction of travel: in the frame with
-    /// the heading as x axis, cosΘ (s, 0, c) + sinΘ cosψ (−c, 0, s) + sinΘ sinψ (0, 1, 0), with s² = 1 − c².
+    /// The direction after scattering by an angle Θ with a random azimuth ψ about the direction of travel: in the frame
+    /// with the heading as x axis, cosΘ (s, 0, c) + sinΘ cosψ (−c, 0, s) + sinΘ sinψ (0, 1, 0), with s² = 1 − c².
     fn scattered(self, cos_scattering: f64, stream: &mut Stream) -> Self {
         let sine = (1.0 - self.cosine * self.cosine).max(0.0).sqrt();
         let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();

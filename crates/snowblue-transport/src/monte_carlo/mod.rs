@@ -1,8 +1,9 @@
 //! The Monte Carlo engine: random walks of light from grain to grain, as in the paper.
 //!
-//! A ray is never absorbed as a whole: it carries the weight exp(−γℓ) of its path ℓ through ice. One set of rays thus serves
-//! all wavelengths and thicknesses; tracing each wavelength separately, as in the paper, remains as a check. Every result
-//! has a standard error. Random streams belong to rays and batches of rays, so any number of threads gives the same bits.
+//! A ray is never absorbed as a whole: it carries the weight exp(−γℓ) of its path ℓ through ice. One set of rays thus
+//! serves all wavelengths and thicknesses; tracing each wavelength separately, as in the paper, remains as a check.
+//! Every result has a standard error. Random streams belong to rays and batches of rays, so any number of threads gives
+//! the same bits.
 
 mod goniometric;
 mod options;

@@ -14,8 +14,8 @@ pub const DEFAULT_RAYS: u64 = 100_000;
 /// Options of the Monte Carlo engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MonteCarloOptions {
-    /// Rays per incidence and index node (per incidence and wavelength in snow with impurities or with more than half of its
-    /// pores filled by water); with `per_wavelength`, rays per incidence, thickness and wavelength.
+    /// Rays per incidence and index node (per incidence and wavelength in snow with impurities or with more than half
+    /// of its pores filled by water); with `per_wavelength`, rays per incidence, thickness and wavelength.
     pub rays: u64,
     /// Seed of all randomness.
     pub seed: u64,

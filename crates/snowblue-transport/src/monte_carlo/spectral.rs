@@ -7,9 +7,9 @@
 //!   h; a ray that leaves the top without passing h is reflected by that slab.
 //! - **Densities.** Walks are in optical depth.
 //! - **Grains.** Scattering by a grain does not depend on the position or direction of the ray. The rays of a batch
-//!   therefore share one sequence of scattering events, each ray from its entry on, with its own flights, azimuths and
-//!   sizes. Each ray sees a random sequence, so every mean is unbiased; the rays of a batch are correlated, so the batch is
-//!   the unit of the standard error.
+//! therefore share one sequence of scattering events, each ray from its entry on, with its own flights, azimuths and
+//! sizes. Each ray sees a random sequence, so every mean is unbiased; the rays of a batch are correlated, so the batch
+//! is the unit of the standard error.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -132,8 +132,8 @@ pub(super) struct TraceNodes {
 /// Chooses the wavelengths at which rays are traced for `wavelengths_nm`.
 ///
 /// The index of ice varies little and smoothly, so a few nodes serve. Scattering by particles varies too much between
-/// wavelengths, so snow with particles is traced at each wavelength. So is snow with much water: scattering by ice in water
-/// goes as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
+/// wavelengths, so snow with particles is traced at each wavelength. So is snow with much water: scattering by ice in
+/// water goes as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
 pub(super) fn trace_nodes(sample: &SnowSample, wavelengths_nm: &[f64], constituents: &[Constituents]) -> TraceNodes {
     if sample.water_saturation > MOST_WATER || constituents.iter().any(|one| !one.particles.is_empty()) {
         let count = wavelengths_nm.len();
@@ -236,7 +236,8 @@ impl Trace {
         self.nodes[0].depths.len() * self.absorptions.len()
     }
 
-    /// Moves a ray to its next scattering event and counts the depths passed for the first time; false if the ray leaves.
+    /// Moves a ray to its next scattering event and counts the depths passed for the first time; false if the ray
+    /// leaves.
     fn fly(&self, ray: &mut Ray, node: usize, sums: &mut BatchSums) -> bool {
         let (wavelengths, depths) = (self.absorptions.len(), &self.nodes[node].depths);
         let (start, flight, cosine, paths) = (ray.depth, -ray.stream.uniform().ln(), ray.cosine, ray.paths);
@@ -288,8 +289,8 @@ impl Sums {
         }
     }
 
-    /// The ratio of two sums, weight over rays, and its standard error from the scatter of Σ weight − mean · rays over the
-    /// batches (Cochran 1977, *Sampling Techniques*, eq. 6.13).
+    /// The ratio of two sums, weight over rays, and its standard error from the scatter of Σ weight − mean · rays over
+    /// the batches (Cochran 1977, *Sampling Techniques*, eq. 6.13).
     fn estimate(&self, quantity: usize, place: usize) -> Estimate {
         let mean = self.value[quantity][place] / self.rays;
         let scatter =

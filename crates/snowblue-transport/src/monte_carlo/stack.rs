@@ -1,8 +1,9 @@
 //! Layers of different snow on a Lambertian ground by Monte Carlo, each wavelength separately: the check of the layered
 //! ordinates.
 //!
-//! Free flights are drawn in optical depth across all layers; the layer at their end provides the grain. The ground reflects
-//! a ray with the probability of its albedo. A ray counts in the transmittance each time that it arrives at the ground.
+//! Free flights are drawn in optical depth across all layers; the layer at their end provides the grain. The ground
+//! reflects a ray with the probability of its albedo. A ray counts in the transmittance each time that it arrives at
+//! the ground.
 
 use super::options::{MonteCarloOptions, RayProgress, check_rays, cos_incidence};
 use super::rays::sum_over_rays;

@@ -2,12 +2,12 @@
 //!
 //! A walk draws free flights with the extinction coefficient, takes a scattering event at the end of each
 //! ([`VolumeNode::events`]), turns by its angle about a random azimuth, and sums the path lengths, which give the
-//! attenuation at each wavelength ([`Volume::attenuation`]). As in a slab, a path depends on the wavelength through the index
-//! of ice alone: walks at a few nodes of the index serve all wavelengths, each with its weights of the nodes.
+//! attenuation at each wavelength ([`Volume::attenuation`]). As in a slab, a path depends on the wavelength through the
+//! index of ice alone: walks at a few nodes of the index serve all wavelengths, each with its weights of the nodes.
 //!
-//! Scattering events are precomputed, a million at each node, and a walk takes them in order from a random start: scattering
-//! by a grain does not depend on the position of the light. The finite list leaves a standard error of .4 % in 1 − ⟨cos Θ⟩, to
-//! which light through deep snow is proportional.
+//! Scattering events are precomputed, a million at each node, and a walk takes them in order from a random start:
+//! scattering by a grain does not depend on the position of the light. The finite list leaves a standard error of .4 %
+//! in 1 − ⟨cos Θ⟩, to which light through deep snow is proportional.
 //!
 //! **The phase function** serves next-event estimation: from each scattering event straight to a light source. It is the
 //! fraction of light, per sr, that leaves a grain in a direction,
@@ -141,8 +141,8 @@ impl Volume {
         self.least.depth(path)
     }
 
-    /// The fraction of light at each wavelength that is not absorbed along a path, given that the walk has already accounted
-    /// for the optical depth `accounted`.
+    /// The fraction of light at each wavelength that is not absorbed along a path, given that the walk has already
+    /// accounted for the optical depth `accounted`.
     pub fn attenuation(&self, path: &PathLengths, accounted: f64, attenuation: &mut [f32]) {
         for (fraction, absorption) in attenuation.iter_mut().zip(&self.absorptions) {
             #[expect(clippy::cast_possible_truncation, reason = "single precision holds a fraction of light")]
@@ -277,8 +277,8 @@ mod tests {
     use super::*;
     use crate::{Demand, GrainTallies, Population, TallyPlan};
 
-    /// ∫ P dΩ is the albedo, and ∫ P cos Θ dΩ over it the asymmetry, of the ordinates' tally with other rays, in dry and in
-    /// wet snow, at absorptances of a grain from 10⁻⁵ to a third.
+    /// ∫ P dΩ is the albedo, and ∫ P cos Θ dΩ over it the asymmetry, of the ordinates' tally with other rays, in dry
+    /// and in wet snow, at absorptances of a grain from 10⁻⁵ to a third.
     #[test]
     fn the_phase_function_has_the_albedo_and_the_asymmetry_of_the_medium() {
         let wavelengths_nm = [450.0, 700.0, 1500.0];
@@ -305,10 +305,12 @@ mod tests {
                 let lost = medium.scattering.one_minus_albedo * medium.extinction_per_m;
                 let in_pores = Constituents::new(&sample, *wavelength_nm).pore_absorption_per_m;
                 let expected = (lost - in_pores) / (medium.extinction_per_m - in_pores);
-                // 2¹⁸ ice paths with a deviation as great as their mean, on both sides: 4 σ are 1.1 %; plus single precision.
+                // 2¹⁸ ice paths with a deviation as great as their mean, on both sides: 4 σ are 1.1 %; plus single
+                // precision.
                 let allowed = 0.011 * expected + 3e-6;
                 assert!((1.0 - albedo - expected).abs() < allowed, "{wavelength_nm}: {albedo} {expected}");
-                // The deviation of the cosine is .4: 4 σ of 2¹⁸ grains on both sides are .0044. Bins add less than 10⁻⁴.
+                // The deviation of the cosine is .4: 4 σ of 2¹⁸ grains on both sides are .0044. Bins add less than
+                // 10⁻⁴.
                 let asymmetry = medium.scattering.asymmetry();
                 assert!((along / albedo - asymmetry).abs() < 0.0045, "{wavelength_nm}: {} {asymmetry}", along / albedo);
             }

@@ -151,8 +151,8 @@ impl Absorption {
 
 /// Traces a ray that enters a slab of `optical_depth` with the given cosine from the normal.
 ///
-/// Grains are points: the path through a grain does not move the ray. Their orientation is random, so the azimuth of each
-/// scattering is uniform and the direction reduces to its cosine from the normal.
+/// Grains are points: the path through a grain does not move the ray. Their orientation is random, so the azimuth of
+/// each scattering is uniform and the direction reduces to its cosine from the normal.
 pub(crate) fn walk(scatterers: &Scatterers, optical_depth: f64, cos_incidence: f64, stream: &mut Stream) -> Passage {
     let (mut depth, mut cosine) = (0.0, cos_incidence);
     let mut passage = Passage { transmitted: false, hits: 0, paths: Paths::default() };

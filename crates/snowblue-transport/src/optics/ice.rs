@@ -1,9 +1,9 @@
 //! Optical constants and density of ice Ih.
 //!
-//! The refractive index is n + ik. Two published tables of k differ by a factor of 7 at 450 nm and of 26 at 400 nm, where
-//! ice is among the clearest of solids: Warren & Brandt 2008 (doi:10.1029/2007JD009744, inferred from light in Antarctic
-//! snow) and Picard, Libois & Arnaud 2016 (doi:10.5194/tc-10-2655-2016, by the same method with more profiles). The hue of
-//! light behind 20 cm of snow depends on which is right. Both are inferred, so the user chooses.
+//! The refractive index is n + ik. Two published tables of k differ by a factor of 7 at 450 nm and of 26 at 400 nm,
+//! where ice is among the clearest of solids: Warren & Brandt 2008 (doi:10.1029/2007JD009744, inferred from light in
+//! Antarctic snow) and Picard, Libois & Arnaud 2016 (doi:10.5194/tc-10-2655-2016, by the same method with more
+//! profiles). The hue of light behind 20 cm of snow depends on which is right. Both are inferred, so the user chooses.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;

@@ -4,8 +4,9 @@
 //! ρ c E to the extinction coefficient of snow of density ρ; the particles scatter the fraction ω of it, their
 //! single-scattering albedo, with the Henyey–Greenstein (1941) phase function. They lie outside the grains.
 //!
-//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020); [`Substance::source`] names
-//! the paper behind each. BioSNICAR gives the extinction of algae in 10⁻⁹ m² per cell, with a mass of 1 ng per cell.
+//! Optical properties are those of BioSNICAR (Cook et al. 2020, doi:10.5194/tc-14-309-2020); [`Substance::source`]
+//! names the paper behind each. BioSNICAR gives the extinction of algae in 10⁻⁹ m² per cell, with a mass of 1 ng per
+//! cell.
 
 use std::fmt;
 use std::str::FromStr;
@@ -195,7 +196,8 @@ mod tests {
         let soot = Particles { extinction_m2_kg: 12492.1, albedo: 0.367_635, asymmetry: 0.440_771 };
         assert_eq!(Substance::BlackCarbon.at(505.0), soot);
         assert_eq!(Substance::ALL.map(|substance| substance as usize), [0, 1, 2, 3, 4]);
-        // A cell of 9 µm radius and 1 ng has a cross section of 254 µm², 254 m²/kg; its extinction efficiency is about 1.
+        // A cell of 9 µm radius and 1 ng has a cross section of 254 µm², 254 m²/kg; its extinction efficiency is about
+        // 1.
         assert!((200.0..600.0).contains(&Substance::SnowAlgae.at(500.0).extinction_m2_kg));
         let absorbed = |one: Particles| one.extinction_m2_kg * (1.0 - one.albedo);
         assert!((absorbed(Substance::BlackCarbon.at(550.0)) - 7500.0).abs() < 50.0);

@@ -1,7 +1,7 @@
 //! Interpolation in the refractive index of ice.
 //!
-//! Ray paths depend on the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over 400–700 nm.
-//! Scattering is therefore computed at a few Chebyshev nodes in n, with common random numbers, and interpolated by
+//! Ray paths depend on the wavelength through the index alone, and that varies little: 1.3194 to 1.3069 over 400–700
+//! nm. Scattering is therefore computed at a few Chebyshev nodes in n, with common random numbers, and interpolated by
 //! Lagrange's polynomial.
 //!
 //! The error with three nodes is below max|Π(n − n_i)| · f'''/6, and the product is 6·10⁻⁸ over the visible range. For

@@ -62,8 +62,8 @@ mod tests {
         assert_eq!([ABSORPTION.wavelength_range(), INDEX.wavelength_range()], [WAVELENGTH_RANGE; 2]);
     }
 
-    /// Absorption as printed: 400 nm from Mason et al. 2016, 700 nm from Röttgers et al. 2014; the index of water at the
-    /// sodium line is 1.3330 against air, 1.3334 against vacuum (20 °C).
+    /// Absorption as printed: 400 nm from Mason et al. 2016, 700 nm from Röttgers et al. 2014; the index of water at
+    /// the sodium line is 1.3330 against air, 1.3334 against vacuum (20 °C).
     #[test]
     fn water_in_print() {
         for (nm, absorption_per_m) in [(400.0, 0.00222), (500.0, 0.0207), (600.0, 0.2353), (700.0, 0.613)] {

@@ -1,5 +1,5 @@
-//! δ-M scaling: the forward peak of a phase function, beyond what the quadrature resolves, is taken as unscattered light
-//! (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
+//! δ-M scaling: the forward peak of a phase function, beyond what the quadrature resolves, is taken as unscattered
+//! light (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMYRA>2.0.CO;2).
 
 use crate::medium::Scattering;
 

@@ -34,8 +34,8 @@ pub(crate) struct Modes {
 impl Modes {
     /// Solves `medium` on the directions of `rule`.
     ///
-    /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can happen to
-    /// phase functions with a peak that the rule does not resolve, though never to those of snow.
+    /// None if E or O is not positive definite. The basis is orthonormal for the lower degrees only, so this can happen
+    /// to phase functions with a peak that the rule does not resolve, though never to those of snow.
     pub(crate) fn new(medium: &Scaled, rule: &Quadrature) -> Option<Self> {
         let n = rule.order();
         let basis = legendre_basis(n);

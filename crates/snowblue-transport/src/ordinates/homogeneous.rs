@@ -12,8 +12,8 @@
 //! (Δ + diag k t) a = Vᵀ M 1,     (Γ + diag t/k) b = Hᵀ M 1,
 //! ```
 //!
-//! both symmetric, positive definite and regular at k = 0, and what arrives at the far side is
-//! c = a − (t/k) b = (Δ + diag k t)⁻¹ sech²(k τ/2) b: a product of positive quantities that may be as small as it likes.
+//! both symmetric, positive definite and regular at k = 0, and what arrives at the far side is c = a − (t/k) b = (Δ +
+//! diag k t)⁻¹ sech²(k τ/2) b: a product of positive quantities that may be as small as it likes.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -1,9 +1,9 @@
 //! Fluxes at any face of a pile of homogeneous layers over a Lambertian ground.
 //!
 //! **A pile is a ladder of conductors.** With S = I⁺ + I⁻ as the voltage and M D = M (I⁺ − I⁻) as the current, all that
-//! lies beyond a face answers with M D = M H y Hᵀ M S, where y is a symmetric, positive semidefinite matrix in the modes of
-//! the layer at hand. From φ'' = k² φ a layer of depth τ is a shunt k tanh(kτ/2) at each face and a resistor sinh(kτ)/k
-//! between them, so that the answer y' at its near face follows from y at its far face by sums alone:
+//! lies beyond a face answers with M D = M H y Hᵀ M S, where y is a symmetric, positive semidefinite matrix in the
+//! modes of the layer at hand. From φ'' = k² φ a layer of depth τ is a shunt k tanh(kτ/2) at each face and a resistor
+//! sinh(kτ)/k between them, so that the answer y' at its near face follows from y at its far face by sums alone:
 //!
 //! ```text
 //! z = y + k tanh(kτ/2),     y' = k tanh(kτ/2) + z (z + e)⁻¹ e,     e = k/sinh(kτ),
@@ -315,8 +315,8 @@ impl Sight {
 
 /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
 ///
-/// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that fades from the top,
-/// (a − a'/k)/2, and one that fades from the bottom and makes up the rest of the amplitude there.
+/// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that fades from the
+/// top, (a − a'/k)/2, and one that fades from the bottom and makes up the rest of the amplitude there.
 fn escape(layer: &Layer, cosine: f64) -> [DVector<f64>; 3] {
     let direction = layer.medium.direction(cosine);
     let (depth, per_cosine) = (layer.depth, 1.0 / cosine);

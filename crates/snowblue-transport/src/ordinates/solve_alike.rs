@@ -37,8 +37,8 @@ impl FluxSpectra {
     }
 }
 
-/// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the slab's
-/// own: for each sample, each thickness and then incidence, a spectrum.
+/// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the
+/// slab's own: for each sample, each thickness and then incidence, a spectrum.
 ///
 /// ```
 /// use snowblue_transport::ordinates::{OrdinatesOptions, solve_alike};

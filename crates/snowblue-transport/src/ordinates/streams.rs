@@ -14,9 +14,9 @@
 //! diffuse  2.0e-5    1.6e-6    3.4e-7    7.2e-9    8e-10
 //! ```
 //!
-//! Grains in water, and algae, scatter so far forward (1 − g ≈ .004) that the same errors take more streams. Worst relative
-//! error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it), .01–50 cm,
-//! 400–1200 nm:
+//! Grains in water, and algae, scatter so far forward (1 − g ≈ .004) that the same errors take more streams. Worst
+//! relative error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it),
+//! .01–50 cm, 400–1200 nm:
 //!
 //! ```text
 //! streams      16        32        48        64        96       128
@@ -28,8 +28,8 @@
 //! diffuse   8.0e-4    1.5e-5    3.0e-6    7.0e-7    1.0e-7    2.0e-8
 //! ```
 //!
-//! There reflectance is harder than transmittance: where a thin saturated layer sends back 10⁻⁴, a hundredth of that is off
-//! at 64 streams.
+//! There reflectance is harder than transmittance: where a thin saturated layer sends back 10⁻⁴, a hundredth of that is
+//! off at 64 streams.
 //!
 //! In dry layers of .0005–.5 cm, 16 streams keep 8·10⁻⁵ up to 80° and in diffuse light, and 48 keep 6·10⁻⁵ at 89°.
 
@@ -56,8 +56,8 @@ const GRAZING_DEG: f64 = 80.0;
 /// How many ordinates an engine takes, counting both hemispheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Streams {
-    /// In dry snow 16 up to 80° and for diffuse light, 48 beyond: T within 10⁻⁴ of 128 streams up to 89.5°, within 4·10⁻⁴
-    /// to 89.9°. In wet snow and among algae 64 and 128: T within 10⁻⁴ up to 85°, 6·10⁻⁴ at 89°.
+    /// In dry snow 16 up to 80° and for diffuse light, 48 beyond: T within 10⁻⁴ of 128 streams up to 89.5°, within
+    /// 4·10⁻⁴ to 89.9°. In wet snow and among algae 64 and 128: T within 10⁻⁴ up to 85°, 6·10⁻⁴ at 89°.
     #[default]
     Auto,
     /// An even number, for all angles.

@@ -23,8 +23,8 @@ impl GrainSize {
     /// The range that a mean greatest extension represents: mean ± 50 µm.
     ///
     /// # Errors
-    /// [`TransportError::MeanTooSmall`] if the range would start below 20 µm, [`TransportError::OutOfRange`] if it would
-    /// end above 5000 µm.
+    /// [`TransportError::MeanTooSmall`] if the range would start below 20 µm, [`TransportError::OutOfRange`] if it
+    /// would end above 5000 µm.
     pub fn around(mean_um: f64) -> Result<Self, TransportError> {
         let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
         if min_um < GRAIN_SIZE_RANGE.least {

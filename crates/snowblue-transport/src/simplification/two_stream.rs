@@ -1,9 +1,9 @@
-//! The δ-Eddington approximation, the two-stream model of many land-surface and climate models (Joseph, Wiscombe & Weinman
-//! 1976, doi:10.1175/1520-0469(1976)033<2452:TDEAFR>2.0.CO;2).
+//! The δ-Eddington approximation, the two-stream model of many land-surface and climate models (Joseph, Wiscombe &
+//! Weinman 1976, doi:10.1175/1520-0469(1976)033<2452:TDEAFR>2.0.CO;2).
 //!
-//! With f = g², τ' = (1 − ωf)τ, 1 − ω' = (1 − ω)/(1 − ωf) and g' = g/(1 + g), the transmittance is equation 15 of Meador &
-//! Weaver (1980, doi:10.1175/1520-0469(1980)037<0630:TSATRT>2.0.CO;2), where γ₁ ∓ γ₂ are 2(1 − ω') and 3(1 − ω'g')/2, and
-//! γ₃ = (2 − 3g'μ₀)/4.
+//! With f = g², τ' = (1 − ωf)τ, 1 − ω' = (1 − ω)/(1 − ωf) and g' = g/(1 + g), the transmittance is equation 15 of
+//! Meador & Weaver (1980, doi:10.1175/1520-0469(1980)037<0630:TSATRT>2.0.CO;2), where γ₁ ∓ γ₂ are 2(1 − ω') and 3(1 −
+//! ω'g')/2, and γ₃ = (2 − 3g'μ₀)/4.
 
 use crate::medium::Medium;
 

@@ -1,0 +1,36 @@
+//! Prints the fluxes at several depths of a snowpack on dark soil, under diffuse light of 450 nm and of 700 nm:
+//! `cargo run -p snowblue-transport --example snowpack`.
+
+#![allow(clippy::print_stdout, reason = "the example prints its result")]
+
+use snowblue_transport::ordinates::{self, OrdinatesOptions};
+use snowblue_transport::{Impurities, Incidence, Layer, SnowSample, SnowType, Stack, Substance, TransportError};
+
+fn main() -> Result<(), TransportError> {
+    let black_carbon = Impurities::none().with(Substance::BlackCarbon, 20.0);
+    let stack = Stack {
+        layers: vec![
+            Layer { sample: SnowType::Fresh.sample()?, thickness_cm: 3.0 },
+            Layer {
+                sample: SnowSample { impurities: black_carbon, ..SnowType::WindPacked.sample()? },
+                thickness_cm: 5.0,
+            },
+            Layer { sample: SnowType::Rounded.sample()?, thickness_cm: 12.0 },
+        ],
+        ground_albedo: 0.15,
+        depths_cm: vec![0.0, 1.0, 3.0, 8.0, 20.0],
+        incidences: vec![Incidence::Diffuse],
+        wavelengths_nm: vec![450.0, 700.0],
+    };
+    for result in ordinates::solve_stack(&stack, &OrdinatesOptions::default())? {
+        println!("{} nm: albedo {:.4}", result.whole.wavelength_nm, result.whole.reflectance.value);
+        println!("   depth      down        up    e-folding depth");
+        for at in &result.profile {
+            println!(
+                "{:5} cm {:9.5} {:9.5} {:12.1} cm",
+                at.depth_cm, at.down.value, at.up.value, at.e_folding_depth_cm.value
+            );
+        }
+    }
+    Ok(())
+}
