@@ -1,4 +1,4 @@
-//! Look-ups and compression, on one thread: `cargo bench -p snowblue-database`.
+//! Benchmarks of look-up, compression and filling: `cargo bench -p snowblue-database`.
 
 #![allow(clippy::unwrap_used, reason = "a bench may panic")]
 
@@ -12,14 +12,14 @@ fn main() {
 
 fn table(axes: &Axes) -> Table {
     let options = FillOptions::by_ordinates(1 << 12);
-    fill::fill(axes, &options, &|_, _| ()).unwrap().0
+    fill::fill(axes, &options, &|_| ()).unwrap()
 }
 
-/// Both forms, each with the components that it is meant for: the paper's two, and the embedded table's six.
-const FORMS: [&str; 2] = ["paper, 2 components", "log, 6 components"];
+/// Both spaces with their default components: the paper's two, and the embedded table's six.
+const SCHEMES: [&str; 2] = ["paper, 2 components", "log, 6 components"];
 
-fn snow(form: &str) -> PcaSnow {
-    let (space, components, axes) = if form == FORMS[0] {
+fn snow(scheme: &str) -> PcaSnow {
+    let (space, components, axes) = if scheme == SCHEMES[0] {
         (Space::Linear, 2, Axes::paper())
     } else {
         (Space::Log, 6, Axes::with_thin_and_thick_knots())
@@ -29,48 +29,48 @@ fn snow(form: &str) -> PcaSnow {
     PcaSnow::new(&CompressedTable::new(&table(&axes), space, components).unwrap(), &sample).unwrap()
 }
 
-/// Places all over the splines, so that neither memory nor branches know the next one.
-fn places() -> Vec<(f32, f32)> {
+/// Points spread over the table, so that caches and branch prediction do not help.
+fn points() -> Vec<(f32, f32)> {
     let fraction = |turn: f32, number: u16| (turn * f32::from(number)).fract();
     (0..1024).map(|n| (0.01 * 5000_f32.powf(fraction(0.618_034, n)), 89.0 * fraction(0.754_877, n))).collect()
 }
 
-/// Coefficients at some thickness and angle.
-#[divan::bench(args = FORMS)]
-fn look_up_coefficients(bencher: Bencher, form: &str) {
-    let (snow, places) = (snow(form), places());
+/// The coefficients at a thickness and an angle.
+#[divan::bench(args = SCHEMES)]
+fn look_up_coefficients(bencher: Bencher, scheme: &str) {
+    let (snow, points) = (snow(scheme), points());
     let mut coefficients = [0.0; 32];
     let mut next = 0;
     bencher.bench_local(|| {
-        next = (next + 1) % places.len();
-        let (thickness_cm, angle_deg) = black_box(places[next]);
+        next = (next + 1) % points.len();
+        let (thickness_cm, angle_deg) = black_box(points[next]);
         snow.transmittance_coefficients(thickness_cm, angle_deg, &mut coefficients);
         coefficients[0]
     });
 }
 
-/// A spectrum of 31 wavelengths at some thickness and angle.
-#[divan::bench(args = FORMS)]
-fn look_up_spectrum(bencher: Bencher, form: &str) {
-    let (snow, places) = (snow(form), places());
+/// A spectrum of 31 wavelengths at a thickness and an angle.
+#[divan::bench(args = SCHEMES)]
+fn look_up_spectrum(bencher: Bencher, scheme: &str) {
+    let (snow, points) = (snow(scheme), points());
     let mut spectrum = [0.0; 31];
     let mut next = 0;
     bencher.bench_local(|| {
-        next = (next + 1) % places.len();
-        let (thickness_cm, angle_deg) = black_box(places[next]);
+        next = (next + 1) % points.len();
+        let (thickness_cm, angle_deg) = black_box(points[next]);
         snow.transmittance(thickness_cm, angle_deg, &mut spectrum);
         spectrum[0]
     });
 }
 
-/// The singular value decomposition of 24,750 × 31 values, twice, and its coefficients.
+/// Two singular value decompositions of 24,750 × 31 values, and their coefficients.
 #[divan::bench(sample_count = 10)]
 fn compress(bencher: Bencher) {
     let table = table(&Axes::paper());
     bencher.bench_local(|| CompressedTable::new(&table, Space::Log, 3).unwrap());
 }
 
-/// 24,750 curves of transmittance and reflectance, the grain tally aside from 4096 rays a node.
+/// 24,750 curves of transmittance and reflectance, with a grain tally of 4096 rays per node.
 #[divan::bench(sample_count = 10)]
 fn fill_the_papers_table() -> Table {
     table(&Axes::paper())

@@ -1,10 +1,10 @@
-//! The axes of a table: what snow, how thick, under what light, at which wavelengths.
+//! The axes of a table: snow, light, thickness and wavelength.
 
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use crate::{DatabaseError, Property, TableSample};
+use crate::{DatabaseError, Property, PropertyAxis, PropertyValue, TableSample};
 
 /// Values along each axis, ascending. The last axis runs fastest in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +15,9 @@ pub struct Axes {
     pub facetness: Vec<f64>,
     /// Densities of the dry snow, in kg/m³.
     pub densities_kg_m3: Vec<f64>,
-    /// What else the snow differs in, each property with its values; what is not here has its usual value.
-    pub further: Vec<(Property, Vec<f64>)>,
-    /// Whether Lambertian light stands before the angles.
+    /// Axes of further properties; the others have their default values.
+    pub properties: Vec<PropertyAxis>,
+    /// Whether the first light is diffuse (Lambertian), before the angles.
     pub diffuse: bool,
     /// Angles of incidence from the normal, in degrees.
     pub angles_deg: Vec<f64>,
@@ -27,14 +27,33 @@ pub struct Axes {
     pub wavelengths_nm: Vec<f64>,
 }
 
-/// What stands for Lambertian light on the axis of angles in files.
+/// An axis with its name and unit in files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedAxis {
+    /// Name.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Values, ascending.
+    pub values: Vec<f64>,
+}
+
+/// A value on a named axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Coordinate {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) value: f64,
+}
+
+/// The value for diffuse light on the axis of angles in files.
 pub const DIFFUSE_ANGLE_DEG: f64 = -1.0;
-/// Greatest angle of incidence, in degrees.
-const MOST_ANGLE_DEG: f64 = 89.99;
-/// Thin and thick knots beside the paper's thicknesses, in cm, for splines that hold from nothing to a metre of snow.
+/// Largest angle of incidence of an axis, in degrees.
+const MAX_ANGLE_DEG: f64 = 89.99;
+/// Thicknesses below and above the paper's, in cm, for splines that are accurate from 0 cm to 1 m.
 const THIN_KNOTS_CM: [f64; 11] = [0.000_5, 0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12, 0.25, 0.5];
 const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
-/// The paper's angles with two more where transmittance bends most, in degrees.
+/// The paper's angles and two more where transmittance curves most, in degrees.
 const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 89.0];
 
 impl Axes {
@@ -50,7 +69,7 @@ impl Axes {
             grain_sizes_um: steps(100, 500, 50),
             facetness: vec![0.1, 0.3, 0.5, 0.7, 0.9],
             densities_kg_m3: steps(200, 400, 50),
-            further: Vec::new(),
+            properties: Vec::new(),
             diffuse: false,
             angles_deg: [steps(0, 80, 10), vec![89.0]].concat(),
             thicknesses_cm: vec![1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 25.0, 35.0, 50.0],
@@ -72,8 +91,8 @@ impl Axes {
         Self { wavelengths_nm: steps(400, 700, 5), ..Self::with_thin_and_thick_knots() }
     }
 
-    /// Grains, thicknesses and angles of Table 1 at one density, from 300 to 2500 nm: snow knows only the product of
-    /// density and thickness, and beyond 1400 nm no light passes a centimetre.
+    /// Grains, thicknesses and angles of the embedded table at one density, from 300 to 2500 nm. One density is enough,
+    /// since transport depends only on the product of density and thickness.
     #[must_use]
     pub fn infrared() -> Self {
         Self {
@@ -84,39 +103,45 @@ impl Axes {
         }
     }
 
-    /// Every axis by its name in files, with its unit and values, slowest first.
+    /// Every axis with its name and unit in files, slowest first.
     #[must_use]
-    pub fn named(&self) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+    pub fn named(&self) -> Vec<NamedAxis> {
+        let axis = |name, unit, values: &[f64]| NamedAxis { name, unit, values: values.to_vec() };
         let mut named = vec![
-            ("grain_size", "um", self.grain_sizes_um.clone()),
-            ("facetness", "1", self.facetness.clone()),
-            ("density", "kg m-3", self.densities_kg_m3.clone()),
+            axis("grain_size", "um", &self.grain_sizes_um),
+            axis("facetness", "1", &self.facetness),
+            axis("density", "kg m-3", &self.densities_kg_m3),
         ];
-        named.extend(self.further.iter().map(|(property, values)| (property.name(), property.unit(), values.clone())));
+        named.extend(
+            self.properties
+                .iter()
+                .map(|PropertyAxis { property, values }| axis(property.name(), property.unit(), values)),
+        );
         let diffuse = self.diffuse.then_some(DIFFUSE_ANGLE_DEG);
+        let angles_deg: Vec<f64> = diffuse.into_iter().chain(self.angles_deg.iter().copied()).collect();
         named.extend([
-            ("angle", "degree", diffuse.into_iter().chain(self.angles_deg.iter().copied()).collect()),
-            ("thickness", "cm", self.thicknesses_cm.clone()),
-            ("wavelength", "nm", self.wavelengths_nm.clone()),
+            axis("angle", "degree", &angles_deg),
+            axis("thickness", "cm", &self.thicknesses_cm),
+            axis("wavelength", "nm", &self.wavelengths_nm),
         ]);
         named
     }
 
-    /// Axes from their values by the names of [`Axes::named`], further properties in the order in which they come.
+    /// Axes from their values by the names of [`Axes::named`], further properties in the given order.
     ///
     /// # Errors
-    /// The name of an axis that is not there.
+    /// The name of a missing axis.
     pub(crate) fn from_named<'n>(values: impl IntoIterator<Item = (&'n str, Vec<f64>)>) -> Result<Self, &'static str> {
         let mut values: Vec<(&str, Vec<f64>)> = values.into_iter().collect();
         let mut required = |name: &'static str| {
-            let place = values.iter().position(|(other, _)| *other == name).ok_or(name)?;
-            Ok(values.remove(place).1)
+            let index = values.iter().position(|(other, _)| *other == name).ok_or(name)?;
+            Ok(values.remove(index).1)
         };
         let mut axes = Self {
             grain_sizes_um: required("grain_size")?,
             facetness: required("facetness")?,
             densities_kg_m3: required("density")?,
-            further: Vec::new(),
+            properties: Vec::new(),
             diffuse: false,
             angles_deg: required("angle")?,
             thicknesses_cm: required("thickness")?,
@@ -127,26 +152,28 @@ impl Axes {
             axes.angles_deg.remove(0);
         }
         let property = |name: &str| Property::all().find(|property| property.name() == name);
-        axes.further = values.into_iter().filter_map(|(name, values)| Some((property(name)?, values))).collect();
+        let axis = |(name, values)| Some(PropertyAxis { property: property(name)?, values });
+        axes.properties = values.into_iter().filter_map(axis).collect();
         Ok(axes)
     }
 
-    /// The values of a curve by the names and units of its axes, slowest first, the wavelength apart.
+    /// The values of a curve on all axes but the wavelength, slowest first.
     #[must_use]
-    pub(crate) fn place(&self, curve: usize) -> Vec<(&'static str, &'static str, f64)> {
-        let named = self.named();
+    pub(crate) fn coordinates(&self, curve: usize) -> Vec<Coordinate> {
+        let mut named = self.named();
+        named.pop();
         let mut rest = curve;
-        let mut place: Vec<_> = named[..named.len() - 1]
+        let mut coordinates: Vec<Coordinate> = named
             .iter()
             .rev()
-            .map(|(name, unit, values)| {
+            .map(|NamedAxis { name, unit, values }| {
                 let value = values[rest % values.len()];
                 rest /= values.len();
-                (*name, *unit, value)
+                Coordinate { name, unit, value }
             })
             .collect();
-        place.reverse();
-        place
+        coordinates.reverse();
+        coordinates
     }
 
     /// Number of curves.
@@ -155,47 +182,47 @@ impl Axes {
         self.samples() * self.curves_per_sample()
     }
 
-    /// Number of snow samples: sizes × facetness × densities × the values of every further property.
+    /// Number of snow samples: sizes × facetness × densities × values of every further property.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.grains() * self.samples_per_grain()
     }
 
-    /// Number of kinds of grain: sizes × facetness, the facetness running faster.
+    /// Number of kinds of grain: sizes × facetness. The facetness runs faster.
     #[must_use]
     pub fn grains(&self) -> usize {
         self.grain_sizes_um.len() * self.facetness.len()
     }
 
-    /// Number of samples of one kind of grain, which lie side by side.
+    /// Number of samples of one kind of grain, which are contiguous.
     #[must_use]
     pub fn samples_per_grain(&self) -> usize {
-        let further: usize = self.further.iter().map(|(_, values)| values.len()).product();
-        self.densities_kg_m3.len() * further
+        let properties: usize = self.properties.iter().map(|axis| axis.values.len()).product();
+        self.densities_kg_m3.len() * properties
     }
 
-    /// Curves of one sample, which lie side by side: lights × thicknesses.
+    /// Number of curves of one sample, which are contiguous: lights × thicknesses.
     #[must_use]
     pub fn curves_per_sample(&self) -> usize {
         self.incidences().len() * self.thicknesses_cm.len()
     }
 
-    /// The lights: Lambertian, if it is there, then the angles.
+    /// The lights: diffuse light if there is any, then the angles.
     #[must_use]
     pub fn incidences(&self) -> Vec<Incidence> {
         let beams = self.angles_deg.iter().map(|angle_deg| Incidence::Beam { angle_deg: *angle_deg });
         self.diffuse.then_some(Incidence::Diffuse).into_iter().chain(beams).collect()
     }
 
-    /// Sample number `number`, with ice after the given table, not checked.
+    /// Sample number `number` with the given ice constants, not checked.
     ///
     /// # Errors
-    /// If the mean grain size stands for no range.
+    /// If there is no range of grain sizes around the mean.
     pub fn sample(&self, number: usize, ice: IceTable) -> Result<SnowSample, DatabaseError> {
         self.table_sample(number).snow(ice)
     }
 
-    /// Sample number `number` by its values.
+    /// Sample number `number` as values on the axes.
     #[must_use]
     pub fn table_sample(&self, number: usize) -> TableSample {
         let mut rest = number;
@@ -205,16 +232,16 @@ impl Axes {
             value
         };
         // From the fastest axis to the slowest.
-        let further: Vec<(Property, f64)> =
-            self.further.iter().rev().map(|(property, values)| (*property, next(values))).collect();
+        let value = |axis: &PropertyAxis| PropertyValue { property: axis.property, value: next(&axis.values) };
+        let properties: Vec<PropertyValue> = self.properties.iter().rev().map(value).collect();
         let (density_kg_m3, facetness) = (next(&self.densities_kg_m3), next(&self.facetness));
-        TableSample { grain_size_um: next(&self.grain_sizes_um), facetness, density_kg_m3, further }
+        TableSample { grain_size_um: next(&self.grain_sizes_um), facetness, density_kg_m3, properties }
     }
 
-    /// What a curve belongs to, as words: for reports of worst cases.
+    /// The sample, light and thickness of a curve, in words.
     #[must_use]
     pub fn describe(&self, curve: usize) -> String {
-        let word = |(name, unit, value): (&str, &str, f64)| match name {
+        let word = |Coordinate { name, unit, value }: Coordinate| match name {
             "grain_size" => format!("{value} µm"),
             "density" => format!("{value} kg/m³"),
             "thickness" => format!("{value} cm"),
@@ -223,16 +250,16 @@ impl Axes {
             _ if unit == "1" => format!("{} {value}", name.replace('_', " ")),
             _ => format!("{} {value} {unit}", name.replace('_', " ")),
         };
-        let words: Vec<String> = self.place(curve).into_iter().map(word).collect();
+        let words: Vec<String> = self.coordinates(curve).into_iter().map(word).collect();
         words.join(", ")
     }
 
-    /// Checks that every axis has finite values in ascending order, that there are two thicknesses or more, all above
-    /// 0 cm, that there is light, that no property comes twice, and that the model reaches every sample, angle and
-    /// wavelength.
+    /// Checks that every axis has finite values in ascending order, that there is a light and at least two thicknesses,
+    /// all above 0 cm, that no property occurs twice, and that every sample, angle and wavelength is in the model's
+    /// range.
     ///
     /// # Errors
-    /// The first axis or quantity that is otherwise.
+    /// The first axis or quantity that is not.
     pub fn check(&self, ice: IceTable) -> Result<(), DatabaseError> {
         self.check_order()?;
         let slab = |sample| Slab {
@@ -244,12 +271,12 @@ impl Axes {
         (0..self.samples()).try_for_each(|number| Ok(slab(self.sample(number, ice)?).check()?))
     }
 
-    /// The same without asking whether the model reaches it: other models' tables may hold what ours does not.
+    /// The same without the model's range, for tables of other models.
     ///
     /// # Errors
-    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is otherwise.
+    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not.
     pub fn check_order(&self) -> Result<(), DatabaseError> {
-        for (name, _, values) in self.named() {
+        for NamedAxis { name, values, .. } in self.named() {
             let why = match values
                 .windows(2)
                 .find(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
@@ -262,17 +289,17 @@ impl Axes {
             return Err(DatabaseError::Axis { name, why });
         }
         let wrong = |name, what| Err(DatabaseError::AxisRange { name, what });
-        for (number, (property, _)) in self.further.iter().enumerate() {
-            if self.further[..number].iter().any(|(other, _)| other == property) {
-                return wrong(property.name(), "one list of values");
+        for (number, axis) in self.properties.iter().enumerate() {
+            if self.properties[..number].iter().any(|other| other.property == axis.property) {
+                return wrong(axis.property.name(), "one list of values");
             }
         }
-        // A thickness of 0 is not a knot: look-ups know what no snow does.
+        // A thickness of 0 is not a knot: its transmittance is 1.
         if self.thicknesses_cm.len() < 2 || self.thicknesses_cm[0] <= 0.0 {
             return wrong("thickness", "two values or more, all above 0 cm");
         }
         let beams = |within: &dyn Fn(f64) -> bool| self.angles_deg.iter().all(|angle_deg| within(*angle_deg));
-        if !beams(&|angle_deg| (0.0..=MOST_ANGLE_DEG).contains(&angle_deg)) {
+        if !beams(&|angle_deg| (0.0..=MAX_ANGLE_DEG).contains(&angle_deg)) {
             return wrong("angle", "values in 0–89.99°");
         }
         Ok(())
@@ -285,12 +312,12 @@ pub(crate) fn is_axis(name: &str) -> bool {
     always.contains(&name) || Property::all().any(|property| property.name() == name)
 }
 
-/// Whether an angle stands for Lambertian light.
+/// Whether an angle in a file means diffuse light.
 pub(crate) fn is_diffuse(angle_deg: f64) -> bool {
     angle_deg.to_bits() == DIFFUSE_ANGLE_DEG.to_bits()
 }
 
-/// A number in words, with an exponent where it would be long.
+/// Formats a number, with an exponent where it would be long.
 fn short(value: f64) -> String {
     if value == 0.0 || (1e-4..1e7).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
 }
@@ -306,9 +333,9 @@ mod tests {
 
     fn wet_and_sooty() -> Axes {
         Axes {
-            further: vec![
-                (Property::WaterSaturation, vec![0.0, 0.1]),
-                (Property::Impurity(Substance::BlackCarbon), vec![0.0, 10.0, 100.0]),
+            properties: vec![
+                PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.1] },
+                PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![0.0, 10.0, 100.0] },
             ],
             diffuse: true,
             ..Axes::paper()
@@ -316,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_samples_and_words_of_curves_agree() {
+    fn sample_numbers_and_curve_descriptions_agree() {
         let axes = wet_and_sooty();
         assert_eq!((axes.samples(), axes.curves_per_sample()), (225 * 6, 11 * 11));
         // The last sample of all, and the one before it.
@@ -339,14 +366,15 @@ mod tests {
     }
 
     #[test]
-    fn axes_that_the_model_does_not_reach_are_refused() {
+    fn axes_beyond_the_range_of_the_model_are_refused() {
         wet_and_sooty().check(IceTable::default()).unwrap();
+        let temperature = |values| PropertyAxis { property: Property::Temperature, values };
         let message = |axes: Axes| axes.check(IceTable::default()).unwrap_err().to_string();
         let infrared = Axes { wavelengths_nm: vec![500.0, 1500.0], ..wet_and_sooty() };
         assert!(message(infrared).contains("with impurities is 1500 nm"));
-        let twice = Axes { further: vec![(Property::Temperature, vec![-5.0]); 2], ..Axes::paper() };
+        let twice = Axes { properties: vec![temperature(vec![-5.0]), temperature(vec![-5.0])], ..Axes::paper() };
         assert_eq!(message(twice), "the axis temperature must have one list of values");
-        let warm = Axes { further: vec![(Property::Temperature, vec![-5.0, 5.0])], ..Axes::paper() };
+        let warm = Axes { properties: vec![temperature(vec![-5.0, 5.0])], ..Axes::paper() };
         assert!(message(warm).contains("temperature is 5 °C"));
         Axes::infrared().check(IceTable::default()).unwrap();
     }

@@ -1,155 +1,184 @@
-//! One snow as a table knows it: which of the table's samples make it up, and how much of each.
+//! A snow sample as a weighted sum of a table's samples.
 //!
-//! The paper takes the grid's own values alone. In log space the coefficients of the samples around are interpolated, by
-//! cubics ([`crate::cubic`]) in the logarithm of the grain size, in facetness, in the square root of an impurity's mass
-//! fraction (absorption goes in proportion to the fraction, and ln T with the root of absorption), and in what else the
-//! table has an axis of. Nothing is extrapolated.
+//! The paper takes only the samples of the grid. In log space the coefficients of the neighbouring samples are
+//! interpolated by cubics ([`crate::cubic`]): in the logarithm of the grain size, in facetness, in the square root of
+//! an impurity's mass fraction (absorption is proportional to the fraction, and ln T to the root of absorption), and in
+//! the value of every other property that the table has an axis of. Nothing is extrapolated.
 //!
-//! Density is exact in dry snow, clean or not: κ is in proportion to it and scattering is not touched, so that snow of
-//! density ρ and thickness h is snow of density ρ' and thickness h ρ/ρ'. In wet snow the water between the grains goes
-//! another way than the grains, and density is interpolated like the rest.
+//! Density is exact in dry snow, also with impurities: extinction is proportional to it and scattering does not change,
+//! so snow of density ρ and thickness h is equivalent to snow of density ρ' and thickness h ρ/ρ'. In wet snow the
+//! fractions of ice and water change with density, and density is interpolated like the other properties.
 
 use snowblue_transport::sample::SnowSample;
 
 use crate::pca::Components;
-use crate::{Axes, CompressedTable, DatabaseError, Property, TableSample, cubic};
+use crate::{Axes, CompressedTable, DatabaseError, Property, PropertyAxis, PropertyValue, TableSample, cubic};
 
-/// Samples of a table by their numbers, each with its weight, and how much thickness_scale the snow seems in their density.
+/// A sample of a table, or a value of an axis, with its weight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Weighted {
+    index: usize,
+    weight: f64,
+}
+
+/// Weighted samples of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Blend {
-    pub(crate) samples: Vec<(usize, f64)>,
+    samples: Vec<Weighted>,
+    /// Thickness at their density over thickness of the snow.
     pub(crate) thickness_scale: f64,
 }
 
-/// How finely two values on an axis are told apart, relative to them.
+/// An axis of samples, and the sample's value.
+struct SampleAxis<'axes> {
+    name: &'static str,
+    /// Unit with a leading space, or empty.
+    unit: &'static str,
+    values: &'axes [f64],
+    value: f64,
+    kind: AxisKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AxisKind {
+    GrainSize,
+    Facetness,
+    Density,
+    Property(Property),
+}
+
+/// Largest relative difference of two values that count as one.
 const SAME: f64 = 1e-9;
 
 impl Blend {
-    /// The one sample of the table that this snow is.
+    /// The sample of the table that this one is.
     ///
     /// # Errors
     /// [`DatabaseError::OffGrid`] if a value is not on its axis, [`DatabaseError::NoAxis`] if it has none.
     pub(crate) fn on_grid(axes: &Axes, sample: &TableSample) -> Result<Self, DatabaseError> {
         check_properties(axes, sample)?;
         let mut number = 0;
-        for (name, unit, values, value) in places(axes, sample) {
+        for SampleAxis { name, unit, values, value, .. } in sample_axes(axes, sample) {
             let known = || values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
-            let place = values.iter().position(|known| same(*known, value));
-            let place = place.ok_or_else(|| DatabaseError::OffGrid { quantity: name, value, known: known(), unit })?;
-            number = number * values.len() + place;
+            let index = values.iter().position(|known| same(*known, value));
+            let index = index.ok_or_else(|| DatabaseError::OffGrid { quantity: name, value, known: known(), unit })?;
+            number = number * values.len() + index;
         }
-        Ok(Self { samples: vec![(number, 1.0)], thickness_scale: 1.0 })
+        Ok(Self { samples: vec![Weighted { index: number, weight: 1.0 }], thickness_scale: 1.0 })
     }
 
-    /// The samples around this snow.
+    /// The samples around this one.
     ///
     /// # Errors
-    /// [`DatabaseError::OffAxis`] if a value lies beyond its axis, [`DatabaseError::NoAxis`] if it has none, or if the
-    /// density is none that snow has.
+    /// [`DatabaseError::OffAxis`] if a value is beyond its axis, [`DatabaseError::NoAxis`] if it has none, or if the
+    /// density is out of the model's range.
     pub(crate) fn between(axes: &Axes, sample: &TableSample) -> Result<Self, DatabaseError> {
         check_properties(axes, sample)?;
         SnowSample { density_kg_m3: sample.density_kg_m3, ..SnowSample::default() }.check()?;
-        let dry = sample.property(Property::WaterSaturation) <= 0.0;
-        let mut blend = Self { samples: vec![(0, 1.0)], thickness_scale: 1.0 };
-        for (axis, (name, unit, values, value)) in places(axes, sample).into_iter().enumerate() {
-            let weights = if axis == DENSITY_AXIS && dry {
-                let (place, known) = nearest(values, value);
-                blend.thickness_scale = if same(known, value) { 1.0 } else { value / known };
-                vec![(place, 1.0)]
+        let is_dry = sample.property(Property::WaterSaturation) <= 0.0;
+        let mut blend = Self { samples: vec![Weighted { index: 0, weight: 1.0 }], thickness_scale: 1.0 };
+        for SampleAxis { name, unit, values, value, kind } in sample_axes(axes, sample) {
+            let weights = if kind == AxisKind::Density && is_dry {
+                let index = nearest(values, value);
+                blend.thickness_scale = if same(values[index], value) { 1.0 } else { value / values[index] };
+                vec![Weighted { index, weight: 1.0 }]
             } else {
-                weights(values, value, coordinate(axes, axis)).ok_or_else(|| DatabaseError::OffAxis {
+                weights(values, value, kind.coordinate()).ok_or_else(|| DatabaseError::OffAxis {
                     quantity: name,
                     value,
                     covered: covered(values, unit),
                     unit,
                 })?
             };
-            let beside = |(number, share): (usize, f64)| {
-                weights.iter().map(move |(place, weight)| (number * values.len() + place, share * weight))
+            let neighbours = |sample: Weighted| {
+                weights.iter().map(move |value| Weighted {
+                    index: sample.index * values.len() + value.index,
+                    weight: sample.weight * value.weight,
+                })
             };
-            blend.samples = blend.samples.iter().copied().flat_map(beside).collect();
+            blend.samples = blend.samples.iter().copied().flat_map(neighbours).collect();
         }
         Ok(blend)
     }
 
-    /// The coefficients of this snow's curves, without Lambertian light: [angle][thickness][component].
+    /// The coefficients of this snow's curves, without diffuse light: [angle][thickness][component].
     pub(crate) fn coefficients(&self, table: &CompressedTable, components: &Components) -> Vec<f64> {
         let per_light = table.axes.thicknesses_cm.len() * components.count;
         let per_sample = table.axes.curves_per_sample() * components.count;
-        // Lambertian light, which stands first, is not looked up.
+        // Diffuse light comes first and is not looked up.
         let skipped = if table.axes.diffuse { per_light } else { 0 };
         let mut blended = vec![0.0; per_sample - skipped];
-        for (number, weight) in &self.samples {
-            let one = &components.coefficients[number * per_sample + skipped..(number + 1) * per_sample];
+        for Weighted { index, weight } in &self.samples {
+            let one = &components.coefficients[index * per_sample + skipped..(index + 1) * per_sample];
             blended.iter_mut().zip(one).for_each(|(sum, value)| *sum += weight * f64::from(*value));
         }
         blended
     }
 }
 
-/// The density's place among the axes of samples.
-const DENSITY_AXIS: usize = 2;
-
-/// Every axis of samples, slowest first, with its name and unit for messages, its values and the sample's.
-fn places<'a>(axes: &'a Axes, sample: &TableSample) -> Vec<(&'static str, &'static str, &'a [f64], f64)> {
-    let mut places = vec![
-        ("grain size", " µm", &axes.grain_sizes_um[..], sample.grain_size_um),
-        ("facetness", "", &axes.facetness[..], sample.facetness),
-        ("density", " kg/m³", &axes.densities_kg_m3[..], sample.density_kg_m3),
+/// Every axis of samples, slowest first.
+fn sample_axes<'a>(axes: &'a Axes, sample: &TableSample) -> Vec<SampleAxis<'a>> {
+    let axis = |kind, name, unit, values: &'a [f64], value| SampleAxis { name, unit, values, value, kind };
+    let mut all = vec![
+        axis(AxisKind::GrainSize, "grain size", " µm", &axes.grain_sizes_um, sample.grain_size_um),
+        axis(AxisKind::Facetness, "facetness", "", &axes.facetness, sample.facetness),
+        axis(AxisKind::Density, "density", " kg/m³", &axes.densities_kg_m3, sample.density_kg_m3),
     ];
-    for (property, values) in &axes.further {
-        places.push((property.title(), property.unit_beside(), values, sample.property(*property)));
+    for PropertyAxis { property, values } in &axes.properties {
+        let kind = AxisKind::Property(*property);
+        all.push(axis(kind, property.title(), property.unit_suffix(), values, sample.property(*property)));
     }
-    places
+    all
 }
 
-/// A property that the table has no axis of must have its usual value.
+/// Checks that properties without an axis have their default values.
 fn check_properties(axes: &Axes, sample: &TableSample) -> Result<(), DatabaseError> {
-    for (property, value) in &sample.further {
-        let has = axes.further.iter().any(|(other, _)| other == property);
-        if !has && !same(*value, property.usual()) {
-            let (quantity, unit, usual) = (property.title(), property.unit_beside(), property.usual());
-            return Err(DatabaseError::NoAxis { quantity, value: *value, unit, usual });
+    for PropertyValue { property, value } in &sample.properties {
+        let has = axes.properties.iter().any(|other| other.property == *property);
+        if !has && !same(*value, property.default_value()) {
+            let (quantity, unit, default) = (property.title(), property.unit_suffix(), property.default_value());
+            return Err(DatabaseError::NoAxis { quantity, value: *value, unit, default });
         }
     }
     Ok(())
 }
 
-/// In what a value is interpolated.
-fn coordinate(axes: &Axes, axis: usize) -> fn(f64) -> f64 {
-    match axis {
-        0 => f64::ln,
-        1 | DENSITY_AXIS => |value| value,
-        further => match axes.further[further - DENSITY_AXIS - 1].0 {
-            Property::Impurity(_) => f64::sqrt,
-            Property::WaterSaturation | Property::Temperature => |value| value,
-        },
+impl AxisKind {
+    /// The function of a value in which it is interpolated.
+    fn coordinate(self) -> fn(f64) -> f64 {
+        match self {
+            Self::GrainSize => f64::ln,
+            Self::Property(Property::Impurity(_)) => f64::sqrt,
+            Self::Facetness | Self::Density | Self::Property(Property::WaterSaturation | Property::Temperature) => {
+                |value| value
+            }
+        }
     }
 }
 
-/// What each value of an axis counts at `value`; nothing beyond the axis.
-fn weights(values: &[f64], value: f64, coordinate: fn(f64) -> f64) -> Option<Vec<(usize, f64)>> {
-    if let Some(place) = values.iter().position(|known| same(*known, value)) {
-        return Some(vec![(place, 1.0)]);
+/// The weights of an axis's values at `value`; `None` beyond the axis.
+fn weights(values: &[f64], value: f64, coordinate: fn(f64) -> f64) -> Option<Vec<Weighted>> {
+    if let Some(index) = values.iter().position(|known| same(*known, value)) {
+        return Some(vec![Weighted { index, weight: 1.0 }]);
     }
     if !(values[0]..=values[values.len() - 1]).contains(&value) {
         return None;
     }
     let knots: Vec<f64> = values.iter().map(|value| coordinate(*value)).collect();
-    Some(cubic::weights(&knots, coordinate(value)))
+    let weights = cubic::weights(&knots, coordinate(value)).into_iter();
+    Some(weights.map(|(index, weight)| Weighted { index, weight }).collect())
 }
 
-/// The value of an axis that is nearest by ratio, and its place.
-fn nearest(values: &[f64], value: f64) -> (usize, f64) {
-    let far = |known: f64| (known / value).ln().abs();
-    let places = values.iter().copied().enumerate();
-    places.min_by(|(_, a), (_, b)| far(*a).total_cmp(&far(*b))).unwrap_or((0, value))
+/// The index of the value that is nearest by ratio.
+fn nearest(values: &[f64], value: f64) -> usize {
+    let distance = |index: &usize| (values[*index] / value).ln().abs();
+    (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
-/// What an axis covers, in words.
+/// The range of an axis, in words.
 fn covered(values: &[f64], unit: &str) -> String {
     match values {
-        [only] => format!("has {only}{unit} alone"),
+        [only] => format!("has only {only}{unit}"),
         [low, .., high] => format!("covers {low}–{high}{unit}"),
         [] => "has none".to_owned(),
     }

@@ -1,15 +1,16 @@
-//! Cubic interpolation between unevenly spaced knots: the Lagrange polynomial through the four nearest knots, two on either
-//! side (de Boor 2001, *A Practical Guide to Splines*, ch. I).
+//! Cubic interpolation between unevenly spaced knots: the Lagrange polynomial through the four nearest knots, two on
+//! either side (de Boor 2001, *A Practical Guide to Splines*, ch. I).
 //!
-//! Where neighbouring gaps differ by more than a factor of [`MAX_GAP_RATIO`], a cubic would oscillate, so a straight line
-//! replaces it. The interpolation is continuous, exact for cubics and at its knots, and needs no end conditions. It is
-//! linear in the values, so interpolating coefficients is the same as interpolating the logarithms of the spectra that they
-//! represent.
+//! Where neighbouring gaps differ by more than a factor of [`MAX_GAP_RATIO`], a cubic would oscillate, so a straight
+//! line replaces it. The interpolation is continuous, exact for cubics and at its knots, and needs no end conditions.
+//! It is linear in the values, so interpolating coefficients is the same as interpolating the logarithms of the spectra
+//! that they represent.
 
 /// Largest ratio of neighbouring gaps for which a cubic is used.
 const MAX_GAP_RATIO: f64 = 2.5;
 
-/// Weights of the neighbouring knots at `x`: of all knots if there are fewer than four, of one knot where `x` is that knot.
+/// Weights of the neighbouring knots at `x`: of all knots if there are fewer than four, of one knot where `x` is that
+/// knot.
 pub(crate) fn weights(knots: &[f64], x: f64) -> Vec<(usize, f64)> {
     let points = knots.len().min(4);
     let below = knots.partition_point(|knot| *knot <= x);

@@ -1,18 +1,18 @@
-//! What can be wrong with a table, its file or a question to it.
+//! Errors of tables, of their files and of look-ups.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use snowblue_transport::TransportError;
 
-/// Why a table cannot be made, read or asked.
+/// Why a table cannot be filled, read, written or looked up.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
-    /// An axis is empty or its values do not ascend.
+    /// The values of an axis do not ascend, or there are none.
     #[error("the axis {name} must ascend, but {why}")]
     Axis {
         /// The axis.
         name: &'static str,
-        /// What it does instead.
+        /// What is wrong with it.
         why: String,
     },
     /// The values of an axis are out of range.
@@ -23,88 +23,88 @@ pub enum DatabaseError {
         /// What it must have.
         what: &'static str,
     },
-    /// The snow of an axis value is out of the model's range.
+    /// A sample of the axes is out of the model's range.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// A number of components that the table does not have.
-    #[error("components are {components}, but must lie in 1–{most}")]
+    #[error("components is {components}, but must lie in 1–{max}")]
     Components {
-        /// What was asked.
+        /// The number requested.
         components: usize,
-        /// How many there can be.
-        most: usize,
+        /// The largest number.
+        max: usize,
     },
     /// Criteria that no number of components meets.
-    #[error("even {most} components do not keep {quantity} within the criteria")]
+    #[error("{max} components, the most there are, do not keep {quantity} within the criteria")]
     Criteria {
         /// Transmittance or reflectance.
         quantity: &'static str,
-        /// How many there can be.
-        most: usize,
+        /// The largest number of components.
+        max: usize,
     },
-    /// A curve has a value whose logarithm does not exist.
+    /// A curve has a value without a logarithm.
     #[error("{quantity} of the curve {curve} is {value}, which has no logarithm; use the linear space")]
     NoLogarithm {
         /// Transmittance or reflectance.
         quantity: &'static str,
-        /// Which snow.
+        /// The curve.
         curve: String,
         /// The value.
         value: f64,
     },
     /// A sample that is not on the grid of a table in linear space.
-    #[error("{quantity} is {value}{unit}, but the paper's form takes the table's own values alone: {known}{unit}")]
+    #[error("{quantity} is {value}{unit}, but the paper's scheme has only the table's own values: {known}{unit}")]
     OffGrid {
         /// The axis.
         quantity: &'static str,
-        /// What was asked.
+        /// The value requested.
         value: f64,
         /// The values on the axis.
         known: String,
-        /// Unit with a leading space, or nothing.
+        /// Unit with a leading space, or empty.
         unit: &'static str,
     },
-    /// A sample beyond the table.
+    /// A sample beyond an axis of the table.
     #[error("{quantity} is {value}{unit}, but the table {covered}")]
     OffAxis {
         /// The axis.
         quantity: &'static str,
-        /// What was asked.
+        /// The value requested.
         value: f64,
-        /// What the table covers, in words.
+        /// The range of the axis, in words.
         covered: String,
-        /// Unit with a leading space, or nothing.
+        /// Unit with a leading space, or empty.
         unit: &'static str,
     },
-    /// A property that the table knows nothing of.
-    #[error("{quantity} is {value}{unit}, but the table has no axis of it and holds {usual}{unit} alone")]
+    /// A property that the table has no axis of.
+    #[error("{quantity} is {value}{unit}, but the table has no such axis and holds only {default}{unit}")]
     NoAxis {
         /// The property.
         quantity: &'static str,
-        /// What was asked.
+        /// The value requested.
         value: f64,
-        /// Unit with a leading space, or nothing.
+        /// Unit with a leading space, or empty.
         unit: &'static str,
-        /// What the table's snow has.
-        usual: f64,
+        /// The value of the table's samples.
+        default: f64,
     },
-    /// A table that does not say how it was filled.
+    /// A table whose metadata do not say how it was filled.
     #[error(
-        "the table's attribute {name} does not tell how discrete ordinates filled it, so that nothing can be computed to compare with"
+        "the table's attribute {name} is missing or invalid: only tables filled by discrete ordinates can be compared"
     )]
     Metadata {
         /// The attribute.
         name: &'static str,
     },
-    /// The singular value decomposition did not converge.
-    #[error("the singular value decomposition did not converge")]
+    /// The singular value decomposition did not converge, or a value is not finite.
+    #[error("the singular value decomposition failed: the table has values that are not finite")]
     Decomposition,
-    /// A part of a table that there is not.
+    /// A part that a table does not have.
     #[error("part is {number}/{of}, but parts count from 1, and {grains} kinds of grain make at most {grains} parts")]
     Part {
-        /// The part that was requested.
+        /// The part requested.
         number: usize,
-        /// The number of parts.
+        /// The number of parts requested.
         of: usize,
         /// The largest number of parts.
         grains: usize,
@@ -115,7 +115,7 @@ pub enum DatabaseError {
         /// What is wrong with them, by their names.
         what: String,
     },
-    /// A file that is not a table of snow.
+    /// A file that cannot be read or written, or is not a table of snow.
     #[error("{path}: {what}")]
     File {
         /// The file.
@@ -123,18 +123,22 @@ pub enum DatabaseError {
         /// What is wrong with it.
         what: String,
     },
-    /// A colour without light has no hue to look for.
+    /// A target colour without luminance.
     #[error("the target is black, which has no hue: its luminance must be above 0")]
     DarkTarget,
-    /// Snow so thick that its transmitted light has no colour.
-    #[error(
-        "no light that an eye could see comes through {thickness_cm} cm of this snow: less than 1e-12 of the bare light's luminance"
-    )]
+    /// Snow so thick that the transmitted light is invisible.
+    #[error("{thickness_cm} cm of this snow transmit less than 1e-12 of the luminance, too little to have a colour")]
     NoLight {
         /// The thickness in cm.
         thickness_cm: f64,
     },
-    /// Colour of these wavelengths cannot be judged.
+    /// Wavelengths that do not determine a colour.
     #[error(transparent)]
     Color(#[from] snowblue_color::ColorError),
+}
+
+impl DatabaseError {
+    pub(crate) fn file(path: &Path, what: impl Into<String>) -> Self {
+        Self::File { path: path.to_owned(), what: what.into() }
+    }
 }

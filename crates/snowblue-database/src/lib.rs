@@ -1,4 +1,6 @@
-//! Curves of snow on named axes: filled, compressed, judged, looked up, kept in files.
+#![doc = include_str!("../README.md")]
+//!
+//! # Data flow
 //!
 //! ```text
 //! Axes ─► fill ─► Table ─► pca ─► CompressedTable ─► lookup (PcaSnow) ─► a spectrum
@@ -6,17 +8,21 @@
 //! ```
 //!
 //! A [`Table`] holds transmittance and reflectance for every grain size, facetness, density, angle, thickness and
-//! wavelength; [`fill::fill`] computes it by either engine. A [`CompressedTable`] keeps a few principal components of it
-//! ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one snow out of a compressed
-//! table, ready to be asked for a spectrum at any thickness and angle: the paper's Algorithm 1. [`fidelity`] tells what
-//! compression and interpolation cost, and [`mod@file`] reads and writes NetCDF.
+//! wavelength; [`fill::fill`] computes it by either engine, [`shard`] in parts. A [`CompressedTable`] keeps a few
+//! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
+//! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
+//! 1. [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
+//! [`mod@file`] reads and writes NetCDF, and [`exchange`] imports and exports other formats.
 //!
-//! **Simplified.** Between the table's values everything is interpolated, in log space; in the paper's form grain size,
-//! facetness and density are taken at the grid's values only, as in the paper.
+//! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
+//! grain size, facetness and density take only the values of the grid, as in the paper.
 //!
-//! **Out of scope.** What snow does to light (`snowblue-transport`), and what becomes of a spectrum (`snowblue-render`).
+//! **Out of scope.** Light transport in snow (`snowblue-transport`), and the use of spectra in pictures
+//! (`snowblue-render`).
 
 pub mod error;
+
+mod interval;
 
 pub mod axes;
 pub mod property;
@@ -27,6 +33,7 @@ pub mod fill;
 pub mod shard;
 
 pub mod pca;
+mod svd;
 
 mod blend;
 mod cubic;
@@ -43,8 +50,9 @@ pub mod exchange;
 
 pub use axes::Axes;
 pub use error::DatabaseError;
+pub use interval::Interval;
 pub use lookup::PcaSnow;
 pub use pca::{CompressedTable, Space};
-pub use property::Property;
+pub use property::{Property, PropertyAxis, PropertyValue};
 pub use table::{Quantity, Table};
 pub use table_sample::TableSample;

@@ -1,14 +1,14 @@
-//! Snow whose transmitted light has a wanted colour, but for its luminance.
+//! Finds snow whose transmitted light has a target colour, except for its luminance.
 //!
-//! Light through snow runs along nearly one curve of chromaticities, from that of the bare light into deep blue: more snow,
-//! denser snow and finer grains all move it the same way, since deep in snow ln T goes with h √(σ_a κ (1 − g)). One *free
-//! parameter* is therefore enough to meet a colour, and what it meets is met by other snows too, which differ in how much
-//! light they pass. Free parameters are fitted one after the other: the next one only when the one before stands at the
-//! end of its range.
+//! The chromaticities of light through snow lie close to one curve, from that of the bare light to deep blue. Thicker
+//! snow, denser snow and finer grains all move along it in the same direction, since deep in snow ln T is proportional
+//! to h √(σ_a κ (1 − g)). One *free parameter* is therefore enough to match a colour, and several samples match it,
+//! which differ in transmitted luminance. Free parameters are fitted in order, each only if the one before ends at a
+//! limit of its range.
 //!
-//! What is made least is ΔE*ab with both lights brought to L* = 50: at a dark target's own luminance any hue would pass for
-//! any other. A range is scanned, and the interval around the best value is scanned again, finer, until it is narrow. All
-//! light is solved by discrete ordinates, with one tally of grains for all snows.
+//! The fit minimises ΔE*ab with both colours scaled to L* = 50, since at the luminance of a dark target all hues look
+//! alike. It scans the range, then repeatedly the interval around the best value. All light is solved by discrete
+//! ordinates, with one grain tally for all samples.
 
 use rayon::prelude::*;
 use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz, difference::MIDDLE_GREY};
@@ -17,32 +17,32 @@ use snowblue_transport::sample::{GrainSize, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
-use crate::DatabaseError;
 use crate::fidelity::PERCEPTIBLE_DELTA_E;
+use crate::{DatabaseError, Interval};
 
-/// Mean grain sizes that are tried, in µm: from very fine to coarse snow (Fierz et al. 2009: below 0.2 mm and 1–2 mm).
-pub const GRAIN_SIZES_UM: (f64, f64) = (100.0, 2000.0);
-/// Densities that are tried, in kg/m³: those of a snowpack (Varsa & Baranoski 2024, "Background").
-pub const DENSITIES_KG_M3: (f64, f64) = (100.0, 450.0);
-/// Thicknesses that are tried, in cm: the paper's.
-pub const THICKNESSES_CM: (f64, f64) = (0.0, 100.0);
+/// Range of mean grain sizes, in µm: very fine to coarse snow (Fierz et al. 2009: below 0.2 mm and 1–2 mm).
+pub const GRAIN_SIZES_UM: Interval = Interval { low: 100.0, high: 2000.0 };
+/// Range of densities, in kg/m³: those of a snowpack (Varsa & Baranoski 2024, "Background").
+pub const DENSITIES_KG_M3: Interval = Interval { low: 100.0, high: 450.0 };
+/// Range of thicknesses, in cm: the paper's.
+pub const THICKNESSES_CM: Interval = Interval { low: 0.0, high: 100.0 };
 
-/// Other snows of the same colour, by their mean grain size in µm or, where that is given, their density in kg/m³.
+/// Alternatives of the same colour: mean grain sizes in µm or, where the grain size is given, densities in kg/m³.
 const OTHER_SIZES_UM: [f64; 4] = [100.0, 200.0, 500.0, 1000.0];
 const OTHER_DENSITIES_KG_M3: [f64; 3] = [100.0, 200.0, 400.0];
 
-/// Values of the first scan of a range, and of each finer one.
-const COARSE: u32 = 64;
-const FINE: u32 = 16;
-/// A scan ends when its interval is this narrow, relative to the end of the range.
-const NARROW: f64 = 1e-7;
-/// A parameter that brings less than this ΔE is left as it was.
-const WORTH: f64 = 1e-4;
-/// Luminance, with the bare light's Y = 1, below which no light counts: of full sun (10⁵ lx)
-/// 10⁻¹² leave a ten-thousandth of starlight (10⁻³ lx), which has no colour to an eye.
-const LEAST_LUMINANCE: f64 = 1e-12;
+/// Steps of the first scan of a range, and of each finer one.
+const COARSE_STEPS: u32 = 64;
+const FINE_STEPS: u32 = 16;
+/// Width of the last scanned interval, relative to the upper end of the range.
+const TOLERANCE: f64 = 1e-7;
+/// Smallest improvement in ΔE for which a parameter changes.
+const MIN_IMPROVEMENT: f64 = 1e-4;
+/// Smallest luminance of a colour, relative to the bare light: 10⁻¹² of full sun (10⁵ lx) is a ten-thousandth of
+/// starlight (10⁻³ lx).
+const MIN_LUMINANCE: f64 = 1e-12;
 
-/// What can be fitted to meet a colour.
+/// A parameter that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// Thickness, in cm.
@@ -55,73 +55,84 @@ pub enum Parameter {
 
 /// A free parameter and its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Free {
-    /// What is free.
+pub struct FreeParameter {
+    /// The parameter.
     pub parameter: Parameter,
     /// The range, in the parameter's unit.
-    pub range: (f64, f64),
+    pub range: Interval,
 }
 
-/// The colour that is wanted, and the eye and the light that see it.
+/// The target colour, with the observer and the light.
 #[derive(Debug, Clone, Copy)]
 pub struct Target<'c> {
-    /// The colour; its luminance does not count.
+    /// The colour. Its luminance is not matched.
     pub color: Xyz,
     /// The white of CIELAB.
     pub white: Xyz,
-    /// From transmittance to colour.
+    /// Converts transmittance to colour.
     pub colorimeter: &'c Colorimeter,
 }
 
-/// The snow that is there before anything is fitted, and what can be.
+/// The sample to start from, and the parameters to fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Snow {
-    /// What is not free stays as it is here.
+pub struct Problem {
+    /// The sample. Parameters that are not free keep their values.
     pub sample: SnowSample,
-    /// Thickness, in cm, unless it is free.
+    /// Thickness in cm, unless it is free.
     pub thickness_cm: f64,
     /// The light.
     pub incidence: Incidence,
-    /// The free parameters in the order in which they are fitted.
-    pub free: Vec<Free>,
+    /// The free parameters, in the order of fitting.
+    pub free: Vec<FreeParameter>,
 }
 
-/// Snow that comes as close as it can.
+/// The closest snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
-    /// The snow.
+    /// The sample.
     pub sample: SnowSample,
-    /// Its thickness, in cm.
+    /// Its thickness in cm.
     pub thickness_cm: f64,
-    /// The light that comes through, with the bare light's Y = 1.
+    /// The transmitted light, where the bare light has Y = 1.
     pub light: Xyz,
     /// The difference of this light from the target.
     pub difference: ColorDifference,
 }
 
 impl Match {
-    /// Whether an eye would see no difference, both lights at L* = 50.
+    /// Whether the difference is imperceptible with both colours at L* = 50.
     #[must_use]
     pub fn within_reach(&self) -> bool {
         self.difference.at_middle_grey <= PERCEPTIBLE_DELTA_E
     }
 
-    /// How the target differs from this light, both at L* = 50: in a word, and by Δa* and Δb*.
+    /// How the target differs from the transmitted light, both at L* = 50.
     #[must_use]
-    pub fn direction(&self, target: &Target) -> (&'static str, f64, f64) {
+    pub fn deviation(&self, target: &Target) -> Deviation {
         let lab = |color: Xyz| Lab::from_xyz(color.with_luminance(MIDDLE_GREY), target.white);
         let (wanted, found) = (lab(target.color), lab(self.light));
-        (direction(wanted, found), wanted.a - found.a, wanted.b - found.b)
+        Deviation { word: direction(wanted, found), delta_a: wanted.a - found.a, delta_b: wanted.b - found.b }
     }
 }
 
-/// Hue angles in CIELAB, in degrees, that light through snow has under daylight, with some room: from cyan to blue.
-const BLUES_DEG: (f64, f64) = (190.0, 305.0);
-/// Hue angles at which another name begins, and the names.
-const HUES_DEG: [(f64, &str); 5] =
-    [(0.0, "redder"), (60.0, "yellower"), (105.0, "greener"), (BLUES_DEG.1, "more purple"), (350.0, "redder")];
+/// The difference of a target from the closest light, both at L* = 50.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// What the target is in comparison, such as "redder".
+    pub word: &'static str,
+    /// Δa*.
+    pub delta_a: f64,
+    /// Δb*.
+    pub delta_b: f64,
+}
 
-/// What a wanted colour is more than the one that was found: what its hue is called, unless that is blue itself.
+/// CIELAB hue angles of daylight through snow, with a margin, in degrees: cyan to blue.
+const BLUES_DEG: Interval = Interval { low: 190.0, high: 305.0 };
+/// Hue angles in degrees at which a name begins, and the names.
+const HUES_DEG: [(f64, &str); 5] =
+    [(0.0, "redder"), (60.0, "yellower"), (105.0, "greener"), (BLUES_DEG.high, "more purple"), (350.0, "redder")];
+
+/// What the target is in comparison with the light found: the name of its hue, unless that is blue.
 fn direction(wanted: Lab, found: Lab) -> &'static str {
     let more_chroma = wanted.chroma() - found.chroma();
     let apart = (wanted.a - found.a).hypot(wanted.b - found.b);
@@ -130,7 +141,7 @@ fn direction(wanted: Lab, found: Lab) -> &'static str {
     if mostly_chroma && more_chroma < 0.0 {
         return "paler";
     }
-    if (BLUES_DEG.0..BLUES_DEG.1).contains(&hue_deg) {
+    if (BLUES_DEG.low..BLUES_DEG.high).contains(&hue_deg) {
         let turned = found.a * wanted.b - found.b * wanted.a;
         return match (mostly_chroma, turned > 0.0) {
             (true, _) => "more saturated",
@@ -142,26 +153,25 @@ fn direction(wanted: Lab, found: Lab) -> &'static str {
     named.map_or(HUES_DEG[0].1, |(_, name)| name)
 }
 
-/// The snow that comes closest, then others of the same colour as far as they reach, with other grain sizes or else densities.
+/// Finds the closest snow, then alternatives with other grain sizes or else densities.
 ///
-/// Of snows that let the same light through, all those without thickness, the first stands for all; others through which no
-/// light comes are left out.
+/// Alternatives that transmit the same light as an earlier match, or none, are omitted.
 ///
 /// # Errors
-/// [`DatabaseError::DarkTarget`] if the target has no luminance, [`DatabaseError::NoLight`] if nothing comes through
-/// the first even in the best case, and what is out of the model's range.
-pub fn closest(target: &Target, snow: &Snow, options: &OrdinatesOptions) -> Result<Vec<Match>, DatabaseError> {
+/// [`DatabaseError::DarkTarget`] if the target has no luminance, [`DatabaseError::NoLight`] if the first match
+/// transmits no light, [`DatabaseError::Transport`] if a parameter is out of the model's range.
+pub fn closest(target: &Target, problem: &Problem, options: &OrdinatesOptions) -> Result<Vec<Match>, DatabaseError> {
     if target.color.y <= 0.0 {
         return Err(DatabaseError::DarkTarget);
     }
-    let others = others(snow)?;
-    for one in std::iter::once(snow).chain(&others) {
+    let alternatives = alternatives(problem)?;
+    for one in std::iter::once(problem).chain(&alternatives) {
         one.check(target.colorimeter.wavelengths_nm())?;
     }
     options.streams.check()?;
-    let search = Search::new(target, snow, options);
-    let mut found = vec![search.closest(snow)?];
-    for other in &others {
+    let search = Search::new(target, problem, options);
+    let mut found = vec![search.closest(problem)?];
+    for other in &alternatives {
         match search.closest(other) {
             Ok(new) if found.iter().all(|one| one.light != new.light) => found.push(new),
             Ok(_) | Err(DatabaseError::NoLight { .. }) => {}
@@ -171,24 +181,24 @@ pub fn closest(target: &Target, snow: &Snow, options: &OrdinatesOptions) -> Resu
     Ok(found)
 }
 
-/// The like of a snow with another value of the second of its free parameters, where there is one.
-fn others(snow: &Snow) -> Result<Vec<Snow>, DatabaseError> {
-    let Some(second) = snow.free.get(1) else { return Ok(Vec::new()) };
+/// The problem with other values of its second free parameter, if there is one.
+fn alternatives(problem: &Problem) -> Result<Vec<Problem>, DatabaseError> {
+    let Some(second) = problem.free.get(1) else { return Ok(Vec::new()) };
     let values: &[f64] = match second.parameter {
         Parameter::GrainSize => &OTHER_SIZES_UM,
         Parameter::Density => &OTHER_DENSITIES_KG_M3,
         Parameter::Thickness => &[],
     };
-    let like = |value: &f64| {
-        let mut other = snow.clone();
+    let with = |value: &f64| {
+        let mut other = problem.clone();
         other.set(second.parameter, *value)?;
         other.free.remove(1);
         Ok(other)
     };
-    values.iter().map(like).collect()
+    values.iter().map(with).collect()
 }
 
-impl Snow {
+impl Problem {
     /// Sets a parameter.
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), DatabaseError> {
         match parameter {
@@ -202,17 +212,17 @@ impl Snow {
         Ok(())
     }
 
-    /// Checks the snow as it is and at both ends of every range.
+    /// Checks the sample and both ends of every range.
     fn check(&self, wavelengths_nm: &[f64]) -> Result<(), DatabaseError> {
-        let slab = |snow: &Self| Slab {
-            sample: snow.sample,
-            thicknesses_cm: vec![snow.thickness_cm],
-            incidences: vec![snow.incidence],
+        let slab = |problem: &Self| Slab {
+            sample: problem.sample,
+            thicknesses_cm: vec![problem.thickness_cm],
+            incidences: vec![problem.incidence],
             wavelengths_nm: wavelengths_nm.to_vec(),
         };
         slab(self).check()?;
         for free in &self.free {
-            for end in [free.range.0, free.range.1] {
+            for end in [free.range.low, free.range.high] {
                 let mut at_end = self.clone();
                 at_end.set(free.parameter, end)?;
                 slab(&at_end).check()?;
@@ -222,7 +232,7 @@ impl Snow {
     }
 }
 
-/// Grains tallied once for every snow.
+/// A search with one grain tally for every sample.
 struct Search<'t> {
     target: &'t Target<'t>,
     incidence: Incidence,
@@ -230,76 +240,83 @@ struct Search<'t> {
     options: OrdinatesOptions,
 }
 
+/// The best value of a free parameter.
+struct BestValue {
+    value: f64,
+    found: Match,
+}
+
 impl<'t> Search<'t> {
-    fn new(target: &'t Target<'t>, snow: &Snow, options: &OrdinatesOptions) -> Self {
-        let alone = Demand::of_sample(&snow.sample, target.colorimeter.wavelengths_nm());
-        // Sizes reach beyond their mean.
-        let demand = Demand { largest_um: alone.largest_um.max(1.5 * GRAIN_SIZES_UM.1), ..alone };
+    fn new(target: &'t Target<'t>, problem: &Problem, options: &OrdinatesOptions) -> Self {
+        let demand = Demand::of_sample(&problem.sample, target.colorimeter.wavelengths_nm());
+        // The range of sizes extends beyond their mean.
+        let demand = Demand { largest_um: demand.largest_um.max(1.5 * GRAIN_SIZES_UM.high), ..demand };
         let plan = TallyPlan {
-            degree: options.streams.most(&[snow.incidence], Peak::of(&snow.sample)),
+            degree: options.streams.most(&[problem.incidence], Peak::of(&problem.sample)),
             rays: options.tally_rays,
             seed: options.seed,
         };
-        let tallies = GrainTallies::new(&Population::of_sample(&snow.sample), &demand, &plan);
-        Self { target, incidence: snow.incidence, tallies, options: *options }
+        let tallies = GrainTallies::new(&Population::of_sample(&problem.sample), &demand, &plan);
+        Self { target, incidence: problem.incidence, tallies, options: *options }
     }
 
-    /// Fits one free parameter after the other until one need not go to the end of its range.
-    fn closest(&self, snow: &Snow) -> Result<Match, DatabaseError> {
-        let mut snow = snow.clone();
-        let mut best = self.look(&snow, &[snow.thickness_cm])[0];
-        for free in snow.free.clone() {
-            let (value, found) = self.scan(&snow, free)?;
-            if found.difference.at_middle_grey < best.difference.at_middle_grey - WORTH {
-                snow.set(free.parameter, value)?;
+    /// Fits the free parameters in order until one ends inside its range.
+    fn closest(&self, problem: &Problem) -> Result<Match, DatabaseError> {
+        let mut problem = problem.clone();
+        let mut best = self.evaluate_thicknesses(&problem, &[problem.thickness_cm])[0];
+        for free in problem.free.clone() {
+            let BestValue { value, found } = self.scan(&problem, free)?;
+            if found.difference.at_middle_grey < best.difference.at_middle_grey - MIN_IMPROVEMENT {
+                problem.set(free.parameter, value)?;
                 best = found;
             }
-            if free.range.0 < value && value < free.range.1 {
+            if free.range.low < value && value < free.range.high {
                 break;
             }
         }
-        if best.light.y >= LEAST_LUMINANCE {
+        if best.light.y >= MIN_LUMINANCE {
             Ok(best)
         } else {
             Err(DatabaseError::NoLight { thickness_cm: best.thickness_cm })
         }
     }
 
-    /// The best value of a free parameter, the others standing.
-    fn scan(&self, snow: &Snow, free: Free) -> Result<(f64, Match), DatabaseError> {
+    /// Finds the best value of a free parameter with the others fixed.
+    fn scan(&self, problem: &Problem, free: FreeParameter) -> Result<BestValue, DatabaseError> {
         let mut values = coarse_values(free.range);
         loop {
-            let found = self.look_at(snow, free.parameter, &values)?;
+            let found = self.evaluate(problem, free.parameter, &values)?;
             let delta = |number: &usize| found[*number].difference.at_middle_grey;
             let best = (0..values.len()).min_by(|a, b| delta(a).total_cmp(&delta(b))).unwrap_or_default();
             let (below, above) = (values[best.saturating_sub(1)], values[(best + 1).min(values.len() - 1)]);
-            if above - below <= NARROW * free.range.1 {
-                return Ok((values[best], found[best]));
+            if above - below <= TOLERANCE * free.range.high {
+                return Ok(BestValue { value: values[best], found: found[best] });
             }
-            values = (0..=FINE).map(|i| below + (above - below) * f64::from(i) / f64::from(FINE)).collect();
-            // The ends of the range are kept as they are, and told from values inside.
-            values[FINE as usize] = above;
+            values = (0..=FINE_STEPS).map(|i| below + (above - below) * f64::from(i) / f64::from(FINE_STEPS)).collect();
+            // Rounding must not move the end of the range inside.
+            values[FINE_STEPS as usize] = above;
         }
     }
 
-    fn look_at(&self, snow: &Snow, parameter: Parameter, values: &[f64]) -> Result<Vec<Match>, DatabaseError> {
+    fn evaluate(&self, problem: &Problem, parameter: Parameter, values: &[f64]) -> Result<Vec<Match>, DatabaseError> {
         if parameter == Parameter::Thickness {
-            return Ok(self.look(snow, values));
+            return Ok(self.evaluate_thicknesses(problem, values));
         }
         let mut found = Vec::with_capacity(values.len());
         for value in values {
-            let mut other = snow.clone();
+            let mut other = problem.clone();
             other.set(parameter, *value)?;
-            found.extend(self.look(&other, &[other.thickness_cm]));
+            found.extend(self.evaluate_thicknesses(&other, &[other.thickness_cm]));
         }
         Ok(found)
     }
 
-    /// The light through several thicknesses of a snow.
-    fn look(&self, snow: &Snow, thicknesses_cm: &[f64]) -> Vec<Match> {
-        let (streams, peak) = (self.options.streams, Peak::of(&snow.sample));
+    /// The light through several thicknesses of a sample.
+    fn evaluate_thicknesses(&self, problem: &Problem, thicknesses_cm: &[f64]) -> Vec<Match> {
+        let sample = problem.sample;
+        let (streams, peak) = (self.options.streams, Peak::of(&sample));
         let at = |wavelength_nm: &f64| -> Vec<f64> {
-            let medium = self.tallies.medium(&snow.sample, *wavelength_nm, None);
+            let medium = self.tallies.medium(&sample, *wavelength_nm, None);
             let fluxes = medium.fluxes(thicknesses_cm, &[self.incidence], streams, peak);
             fluxes.into_iter().map(|fluxes| fluxes.transmittance).collect()
         };
@@ -307,30 +324,31 @@ impl<'t> Search<'t> {
         let one = |(number, thickness_cm): (usize, &f64)| {
             let spectrum: Vec<f64> = by_wavelength.iter().map(|values| values[number]).collect();
             let light = self.target.colorimeter.xyz(&spectrum);
-            let difference = if light.y >= LEAST_LUMINANCE {
+            let difference = if light.y >= MIN_LUMINANCE {
                 ColorDifference::between(light, self.target.color, self.target.white)
             } else {
                 ColorDifference::INFINITE
             };
-            Match { sample: snow.sample, thickness_cm: *thickness_cm, light, difference }
+            Match { sample, thickness_cm: *thickness_cm, light, difference }
         };
         thicknesses_cm.iter().enumerate().map(one).collect()
     }
 }
 
-/// Values over a range in equal steps of the logarithm, down to a thousandth of its end, and its start.
-fn coarse_values((least, most): (f64, f64)) -> Vec<f64> {
-    if least >= most {
-        return vec![least];
+/// Values over a range: its low end, and equal steps of the logarithm from a thousandth of its high end.
+fn coarse_values(range: Interval) -> Vec<f64> {
+    let Interval { low, high } = range;
+    if low >= high {
+        return vec![low];
     }
-    let first = least.max(1e-3 * most);
-    let step = |i: u32| first * (most / first).powf(f64::from(i) / f64::from(COARSE));
-    let mut values: Vec<f64> = (0..COARSE).map(step).collect();
-    values.push(most);
-    if least < first {
-        values.insert(0, least);
+    let first = low.max(1e-3 * high);
+    let step = |i: u32| first * (high / first).powf(f64::from(i) / f64::from(COARSE_STEPS));
+    let mut values: Vec<f64> = (0..COARSE_STEPS).map(step).collect();
+    values.push(high);
+    if low < first {
+        values.insert(0, low);
     } else {
-        values[0] = least;
+        values[0] = low;
     }
     values
 }

@@ -1,4 +1,4 @@
-//! What snow may differ in beside grain size, facetness and density: further axes of a table.
+//! Properties of snow beyond grain size, facetness and density: optional axes of a table.
 
 use snowblue_transport::optics::Substance;
 use snowblue_transport::sample::SnowSample;
@@ -6,12 +6,30 @@ use snowblue_transport::sample::SnowSample;
 /// A property of snow that a table may have an axis of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Property {
-    /// Share of the pores that water fills.
+    /// Fraction of the pore volume filled with water.
     WaterSaturation,
     /// Temperature, in °C.
     Temperature,
     /// Mass fraction of an impurity, in ng/g.
     Impurity(Substance),
+}
+
+/// A property with a value in its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PropertyValue {
+    /// The property.
+    pub property: Property,
+    /// Its value.
+    pub value: f64,
+}
+
+/// A property with its values along an axis of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PropertyAxis {
+    /// The property.
+    pub property: Property,
+    /// Its values, ascending.
+    pub values: Vec<f64>,
 }
 
 impl Property {
@@ -20,7 +38,7 @@ impl Property {
         [Self::WaterSaturation, Self::Temperature].into_iter().chain(Substance::ALL.into_iter().map(Self::Impurity))
     }
 
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,7 +52,7 @@ impl Property {
         }
     }
 
-    /// Its unit in files.
+    /// Unit in files.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -44,13 +62,13 @@ impl Property {
         }
     }
 
-    /// Whether it is the mass fraction of an impurity.
+    /// Whether the property is the mass fraction of an impurity.
     #[must_use]
     pub fn is_impurity(self) -> bool {
         matches!(self, Self::Impurity(_))
     }
 
-    /// Its name in messages.
+    /// Name in messages.
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
@@ -60,9 +78,9 @@ impl Property {
         }
     }
 
-    /// Its unit behind a number in messages: with a leading space, or nothing.
+    /// Unit after a number in messages, with a leading space, or empty.
     #[must_use]
-    pub fn unit_beside(self) -> &'static str {
+    pub fn unit_suffix(self) -> &'static str {
         match self {
             Self::WaterSaturation => "",
             Self::Temperature => " °C",
@@ -70,16 +88,16 @@ impl Property {
         }
     }
 
-    /// The value that snow has where nothing is said of it: dry, clean, −5 °C.
+    /// Value of snow whose property is not given: dry, clean, −5 °C.
     #[must_use]
-    pub fn usual(self) -> f64 {
+    pub fn default_value(self) -> f64 {
         match self {
             Self::WaterSaturation | Self::Impurity(_) => 0.0,
             Self::Temperature => SnowSample::default().temperature_c,
         }
     }
 
-    /// Gives a sample this property.
+    /// Sets the property of a sample.
     pub fn set(self, sample: &mut SnowSample, value: f64) {
         match self {
             Self::WaterSaturation => sample.water_saturation = value,

@@ -1,50 +1,62 @@
-//! A table in parts, for machines that do not know of each other.
+//! A table in parts, filled by independent machines.
 //!
-//! Shard i of n holds some of the table's grains (size × facetness): the i-th of n runs of neighbours where the facetness
-//! runs slower, since a facetness costs a grain tally. Its values are the table's to the last bit, so that a merged table
-//! is the one that a single machine would have filled. Machines whose functions round otherwise are told apart.
+//! Part i of n holds some of the table's grains (size × facetness). Grains are ordered with the facetness running
+//! slower, since each facetness costs a grain tally, and part i is the i-th of n consecutive runs. Its values are bit
+//! for bit those of the table, so a merged table is the one that a single machine would have filled. Shards of machines
+//! whose mathematical functions round differently are not merged.
 
 use std::fmt;
 use std::str::FromStr;
 
-use crate::fill::{self, FillOptions, FillTimes, Values};
+use crate::fill::{self, FillOptions, FillProgress};
+use crate::table::{Attribute, CurveValues, Quantity, StandardErrors};
 use crate::{Axes, DatabaseError, Table};
 
-/// Which part of how many.
+/// A part of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Part {
-    /// From 1.
+    /// Number of the part, from 1.
     pub number: usize,
-    /// How many parts there are.
+    /// Number of parts.
     pub of: usize,
 }
 
-/// Some grains of a table.
+/// The values of a part of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shard {
     /// Axes of the whole table.
     pub axes: Axes,
-    /// Which part this is.
+    /// The part.
     pub part: Part,
     /// The values of its grains, in the order of [`Part::grains`].
-    pub values: Values,
-    /// How the table is made, by name.
-    pub metadata: Vec<(String, String)>,
-    /// [`arithmetic`] of the machine that filled it.
+    pub values: CurveValues,
+    /// Provenance.
+    pub metadata: Vec<Attribute>,
+    /// [`math_fingerprint`] of the machine that filled it.
     pub arithmetic: String,
+}
+
+/// A shard with a name for messages, such as its file's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedShard {
+    /// The name.
+    pub name: String,
+    /// The shard.
+    pub shard: Shard,
 }
 
 /// A fingerprint of the machine's exponentials, logarithms and cosines.
 ///
-/// They come from the system's C library, which has several for different processors: their last bits differ by 10⁻¹³ in a
-/// table's values. Shards of different fingerprints make a table, but not the one that either machine would make.
+/// They come from the system's C library, which has variants for different processors. Their last bits change the
+/// values of a table by 10⁻¹³. Shards of different fingerprints would make a table that neither machine would make
+/// alone.
 #[must_use]
-pub fn arithmetic() -> String {
+pub fn math_fingerprint() -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for step in 1..=2000 {
         let x = 0.01 * f64::from(step);
         for value in [(-x).exp(), (-x).exp_m1(), x.ln(), x.cos(), x.tanh(), x.powf(0.37)] {
-            // FNV-1a (Fowler, Noll & Vo), a double at a time.
+            // FNV-1a (Fowler, Noll & Vo), one double at a time.
             hash = (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3);
         }
     }
@@ -52,7 +64,7 @@ pub fn arithmetic() -> String {
 }
 
 impl Part {
-    /// The grains of this part; the parts differ by one grain at the most.
+    /// The grains of this part. The sizes of the parts differ by at most one grain.
     #[must_use]
     pub fn grains(self, axes: &Axes) -> Vec<usize> {
         let (sizes, kinds) = (axes.grain_sizes_um.len(), axes.facetness.len());
@@ -60,14 +72,15 @@ impl Part {
         (at(self.number - 1)..at(self.number)).map(|place| (place % sizes) * kinds + place / sizes).collect()
     }
 
-    /// Checks that there is such a part and that it holds something.
+    /// Checks that the part exists and is not empty.
     ///
     /// # Errors
     /// [`DatabaseError::Part`] otherwise.
     pub fn check(self, axes: &Axes) -> Result<(), DatabaseError> {
+        let Self { number, of } = self;
         let grains = axes.grains();
-        let there = (1..=self.of).contains(&self.number) && self.of <= grains;
-        if there { Ok(()) } else { Err(DatabaseError::Part { number: self.number, of: self.of, grains }) }
+        let exists = (1..=of).contains(&number) && of <= grains;
+        if exists { Ok(()) } else { Err(DatabaseError::Part { number, of, grains }) }
     }
 }
 
@@ -93,39 +106,69 @@ impl FromStr for Part {
 /// Fills one part of the table that [`fill::fill`] fills.
 ///
 /// # Errors
-/// If there is no such part, or an axis or option is out of range.
+/// If the part does not exist, or an axis or option is out of range.
 pub fn fill_part(
     axes: &Axes,
     options: &FillOptions,
     part: Part,
-    progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<(Shard, FillTimes), DatabaseError> {
+    progress: &(dyn Fn(FillProgress) + Sync),
+) -> Result<Shard, DatabaseError> {
     part.check(axes)?;
-    let (values, times) = fill::fill_grains(axes, options, &part.grains(axes), progress)?;
-    let metadata = fill::metadata(options);
-    Ok((Shard { axes: axes.clone(), part, values, metadata, arithmetic: arithmetic() }, times))
+    let values = fill::fill_grains(axes, options, &part.grains(axes), progress)?;
+    Ok(Shard { axes: axes.clone(), part, values, metadata: options.metadata(), arithmetic: math_fingerprint() })
 }
 
-/// Puts all parts of a table together. Each shard comes with a name that stands in messages.
+/// Merges all parts of a table.
 ///
 /// # Errors
-/// [`DatabaseError::Shards`] if one is missing, comes twice, or is of another table.
-pub fn merge(shards: &[(String, Shard)]) -> Result<Table, DatabaseError> {
+/// [`DatabaseError::Shards`] if a part is missing, occurs twice, or belongs to another table.
+pub fn merge(shards: &[NamedShard]) -> Result<Table, DatabaseError> {
+    check(shards)?;
+    let first = &shards[0].shard;
+    let gather = |values: &dyn Fn(&CurveValues) -> &[f64]| {
+        let per_grain = first.axes.curves() / first.axes.grains() * first.axes.wavelengths_nm.len();
+        let mut whole = vec![0.0; first.axes.grains() * per_grain];
+        for NamedShard { shard, .. } in shards {
+            let blocks = values(&shard.values).chunks_exact(per_grain);
+            for (grain, block) in shard.part.grains(&shard.axes).into_iter().zip(blocks) {
+                whole[grain * per_grain..][..per_grain].copy_from_slice(block);
+            }
+        }
+        whole
+    };
+    let error = |quantity: Quantity| gather(&|values| values.errors.as_ref().map_or(&[], |errors| errors.of(quantity)));
+    let errors = first.values.errors.is_some().then(|| StandardErrors {
+        transmittance: error(Quantity::Transmittance),
+        reflectance: error(Quantity::Reflectance),
+    });
+    let values = CurveValues {
+        transmittance: gather(&|values| &values.transmittance),
+        reflectance: gather(&|values| &values.reflectance),
+        errors,
+    };
+    Ok(Table::new(first.axes.clone(), values, first.metadata.clone()))
+}
+
+/// Checks that the shards are all parts of one table.
+fn check(shards: &[NamedShard]) -> Result<(), DatabaseError> {
     let refused = |what: String| Err(DatabaseError::Shards { what });
-    let Some((first_name, first)) = shards.first() else {
+    let Some(NamedShard { name: first_name, shard: first }) = shards.first() else {
         return refused("there are none".to_owned());
     };
     let mut holders: Vec<Option<&String>> = vec![None; first.part.of];
-    for (name, shard) in shards {
-        let why = match shard {
-            shard if shard.part.of != first.part.of => "has another number of parts than",
-            shard if shard.axes != first.axes => "has other axes than",
-            shard if shard.metadata != first.metadata => "was made in another way than",
-            shard if shard.arithmetic != first.arithmetic => {
-                "was filled by another kind of processor or C library than"
-            }
-            shard if shard.values.errors.is_some() != first.values.errors.is_some() => "has other variables than",
-            _ => "",
+    for NamedShard { name, shard } in shards {
+        let why = if shard.part.of != first.part.of {
+            "has another number of parts than"
+        } else if shard.axes != first.axes {
+            "has other axes than"
+        } else if shard.metadata != first.metadata {
+            "was filled with other options than"
+        } else if shard.arithmetic != first.arithmetic {
+            "was filled by another kind of processor or C library than"
+        } else if shard.values.errors.is_some() != first.values.errors.is_some() {
+            "has other variables than"
+        } else {
+            ""
         };
         if !why.is_empty() {
             return refused(format!("{name} {why} {first_name}"));
@@ -139,25 +182,7 @@ pub fn merge(shards: &[(String, Shard)]) -> Result<Table, DatabaseError> {
     if !missing.is_empty() {
         return refused(format!("of {} parts these are missing: {}", holders.len(), missing.join(", ")));
     }
-    let gathered = |values: &dyn Fn(&Values) -> &[f64]| {
-        let per_grain = first.axes.curves() / first.axes.grains() * first.axes.wavelengths_nm.len();
-        let mut whole = vec![0.0; first.axes.grains() * per_grain];
-        for (_, shard) in shards {
-            let blocks = values(&shard.values).chunks_exact(per_grain);
-            for (grain, block) in shard.part.grains(&shard.axes).into_iter().zip(blocks) {
-                whole[grain * per_grain..][..per_grain].copy_from_slice(block);
-            }
-        }
-        whole
-    };
-    let error = |quantity: usize| gathered(&|values| values.errors.as_ref().map_or(&[], |errors| &errors[quantity]));
-    Ok(Table {
-        axes: first.axes.clone(),
-        transmittance: gathered(&|values| &values.transmittance),
-        reflectance: gathered(&|values| &values.reflectance),
-        errors: first.values.errors.is_some().then(|| [error(0), error(1)]),
-        metadata: first.metadata.clone(),
-    })
+    Ok(())
 }
 
 #[cfg(test)]
@@ -165,19 +190,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arithmetic_is_repeatable() {
-        assert_eq!((arithmetic(), arithmetic().len()), (arithmetic(), 16));
+    fn math_fingerprint_is_repeatable() {
+        assert_eq!((math_fingerprint(), math_fingerprint().len()), (math_fingerprint(), 16));
     }
 
     #[test]
-    fn parts_share_the_grains() {
+    fn every_grain_is_in_one_part() {
         let axes = Axes::paper();
         for of in [1, 2, 7, 45] {
             let mut grains: Vec<usize> = (1..=of).flat_map(|number| Part { number, of }.grains(&axes)).collect();
             grains.sort_unstable();
             assert_eq!(grains, (0..45).collect::<Vec<_>>());
         }
-        // Nine sizes of one facetness are one part of five.
+        // Part 2 of 5 holds the nine sizes of the second facetness.
         assert!(Part { number: 2, of: 5 }.grains(&axes).iter().all(|grain| grain % 5 == 1));
         assert!(Part { number: 0, of: 5 }.check(&axes).is_err() && Part { number: 1, of: 46 }.check(&axes).is_err());
         assert_eq!("3/8".parse(), Ok(Part { number: 3, of: 8 }));

@@ -1,8 +1,8 @@
 //! Natural cubic splines over the thickness of snow, for several components at once.
 //!
-//! Between knots y is cubic with a continuous second derivative, which is 0 at both ends (de Boor 2001, *A Practical Guide
-//! to Splines*, ch. IV). The spline is linear in the values at the knots, so interpolating coefficients is the same as
-//! interpolating the spectra that they represent.
+//! Between knots y is cubic with a continuous second derivative, which is 0 at both ends (de Boor 2001, *A Practical
+//! Guide to Splines*, ch. IV). The spline is linear in the values at the knots, so interpolating coefficients is the
+//! same as interpolating the spectra that they represent.
 
 use wide::f32x8;
 
@@ -88,7 +88,8 @@ impl Knots {
 
 const SIXTH: f32 = 1.0 / 6.0;
 
-/// The weights at `x`, which is at or above the first knot. Beyond the last knot the spline continues as a straight line.
+/// The weights at `x`, which is at or above the first knot. Beyond the last knot the spline continues as a straight
+/// line.
 #[inline]
 pub(crate) fn piece(knots: &Knots, x: f32) -> Piece {
     let Position { knot, width, fraction: t } = knots.position(x);

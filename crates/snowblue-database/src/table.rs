@@ -2,12 +2,12 @@
 
 use crate::Axes;
 
-/// What a curve tells.
+/// The quantity of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Light that leaves below over light that falls on top.
+    /// Light that leaves at the bottom over light that falls on the top.
     Transmittance,
-    /// Light that leaves on top over light that falls on top.
+    /// Light that leaves at the top over light that falls on the top.
     Reflectance,
 }
 
@@ -15,7 +15,7 @@ impl Quantity {
     /// Both, in the order of files.
     pub const ALL: [Self; 2] = [Self::Transmittance, Self::Reflectance];
 
-    /// Its name in files and messages.
+    /// Name in files and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -25,22 +25,86 @@ impl Quantity {
     }
 }
 
+/// A line of a table's provenance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attribute {
+    /// Name, in files that of a global attribute.
+    pub name: String,
+    /// Value.
+    pub value: String,
+}
+
+impl Attribute {
+    /// An attribute of a name and a value.
+    pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
+        Self { name: name.into(), value: value.into() }
+    }
+}
+
+/// Standard errors of the values of a table, in the same order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StandardErrors {
+    /// Of transmittance.
+    pub transmittance: Vec<f64>,
+    /// Of reflectance.
+    pub reflectance: Vec<f64>,
+}
+
+/// Values of the curves of a table or of a part of one. The wavelength runs fastest.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CurveValues {
+    /// Transmittance.
+    pub transmittance: Vec<f64>,
+    /// Reflectance.
+    pub reflectance: Vec<f64>,
+    /// Standard errors, if the values are estimates.
+    pub errors: Option<StandardErrors>,
+}
+
 /// Transmittance and reflectance on all axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// The axes.
     pub axes: Axes,
-    /// Transmittance, the wavelength running fastest.
+    /// Transmittance. The wavelength runs fastest.
     pub transmittance: Vec<f64>,
     /// Reflectance, in the same order.
     pub reflectance: Vec<f64>,
-    /// Standard errors of both in the same order, where they are known.
-    pub errors: Option<[Vec<f64>; 2]>,
-    /// How the table was made, by name.
-    pub metadata: Vec<(String, String)>,
+    /// Standard errors, if the values are estimates.
+    pub errors: Option<StandardErrors>,
+    /// Provenance.
+    pub metadata: Vec<Attribute>,
+}
+
+impl StandardErrors {
+    /// Standard errors of a quantity.
+    #[must_use]
+    pub fn of(&self, quantity: Quantity) -> &[f64] {
+        match quantity {
+            Quantity::Transmittance => &self.transmittance,
+            Quantity::Reflectance => &self.reflectance,
+        }
+    }
+}
+
+impl CurveValues {
+    /// Values of a quantity.
+    #[must_use]
+    pub fn of(&self, quantity: Quantity) -> &[f64] {
+        match quantity {
+            Quantity::Transmittance => &self.transmittance,
+            Quantity::Reflectance => &self.reflectance,
+        }
+    }
 }
 
 impl Table {
+    /// Puts axes, values and provenance together.
+    pub(crate) fn new(axes: Axes, values: CurveValues, metadata: Vec<Attribute>) -> Self {
+        let CurveValues { transmittance, reflectance, errors } = values;
+        Self { axes, transmittance, reflectance, errors, metadata }
+    }
+
     /// All values of a quantity.
     #[must_use]
     pub fn values(&self, quantity: Quantity) -> &[f64] {
@@ -50,7 +114,7 @@ impl Table {
         }
     }
 
-    /// The curves of a quantity in order, each with a value for every wavelength.
+    /// The curves of a quantity in order, each with one value per wavelength.
     pub fn curves(&self, quantity: Quantity) -> std::slice::ChunksExact<'_, f64> {
         self.values(quantity).chunks_exact(self.axes.wavelengths_nm.len())
     }

@@ -1,4 +1,4 @@
-//! Laws of the look-up, and what its own grid and the snow between a table's values cost.
+//! Laws of the look-up, and the errors of its grid and of interpolated samples.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and look-ups are single")]
 
@@ -6,16 +6,18 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use snowblue_color::Illuminant;
-use snowblue_database::fidelity::off_grid::{OffGrid, off_grid};
+use snowblue_database::fidelity::off_grid::{OffGridOptions, evaluate_off_grid};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::lookup::SnowMix;
-use snowblue_database::{Axes, CompressedTable, DatabaseError, PcaSnow, Property, Quantity, Space, Table, TableSample};
+use snowblue_database::{
+    Axes, CompressedTable, DatabaseError, PcaSnow, Property, PropertyAxis, Quantity, Space, Table, TableSample,
+};
 use snowblue_transport::optics::Substance;
 
 const SNOW: TableSample = TableSample::new(300.0, 0.3, 300.0);
 
 fn fill(axes: &Axes) -> Table {
-    fill::fill(axes, &FillOptions::by_ordinates(1 << 12), &|_, _| ()).unwrap().0
+    fill::fill(axes, &FillOptions::by_ordinates(1 << 12), &|_| ()).unwrap()
 }
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
@@ -44,9 +46,9 @@ fn reflectance(snow: &PcaSnow, thickness_cm: f32, angle_deg: f32) -> [f32; 31] {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Sums that are looked up at once are those of the spectrum, for eyes of any colour.
+    /// Projected sums are those of the spectrum, for any observer.
     #[test]
-    fn weighed_sums_are_those_of_the_spectrum(
+    fn projected_sums_are_those_of_the_spectrum(
         logarithm in -9.0..4.6_f32, angle_deg in 0.0..89.0_f32, middle in 0.0..30.0_f32, width in 1.0..10.0_f32,
     ) {
         let thickness_cm = logarithm.exp();
@@ -57,14 +59,16 @@ proptest! {
             let sum = |c: usize| spectrum.iter().zip(&weights).map(|(value, weight)| value * weight[c]).sum::<f32>();
             [0, 1, 2, 3].map(sum)
         };
+        let spectra = [transmittance, reflectance].map(|look_up| sums(look_up(&LOOKED_UP, thickness_cm, angle_deg)));
         let pairs = [
-            (projected.transmittance(thickness_cm, angle_deg), sums(transmittance(&LOOKED_UP, thickness_cm, angle_deg))),
-            (projected.reflectance(thickness_cm, angle_deg), sums(reflectance(&LOOKED_UP, thickness_cm, angle_deg))),
+            (projected.transmittance(thickness_cm, angle_deg), spectra[0]),
+            (projected.reflectance(thickness_cm, angle_deg), spectra[1]),
         ];
         for (looked_up, summed) in pairs {
             for (one, other) in looked_up.into_iter().zip(summed) {
-                // ln of a mean of exponentials bends by the variance of their slopes, (.1/cm)² in the deepest snow, whose
-                // cells are 0.5 cm wide: .01 · .25/8 at the most, and less as only some of the wavelengths still shine.
+                // The logarithm of a mean of exponentials curves by the variance of their rates, (0.1/cm)² in the
+                // deepest snow, whose cells are 0.5 cm wide: at most 0.01 · 0.25/8, and less because few wavelengths
+                // remain.
                 prop_assert!((one - other).abs() <= 2e-4 * other, "{thickness_cm} cm, {angle_deg}°: {one} {other}");
             }
         }
@@ -72,24 +76,24 @@ proptest! {
         prop_assert!(projected.transmittance(thickness_cm, 90.0)[1] <= 0.0);
     }
 
-    /// More snow passes less, reflects no less, and gives back no more than it gets, at any angle and across all cells.
+    /// Thicker snow transmits less and reflects no less, and R + T stays at most 1, at any angle and across all cells.
     #[test]
-    fn thicker_snow_is_darker(logarithm in -9.0..5.0_f32, angle_deg in 0.0..89.0_f32, step in 0.01..0.5_f32) {
+    fn thicker_snow_transmits_less(logarithm in -9.0..5.0_f32, angle_deg in 0.0..89.0_f32, step in 0.01..0.5_f32) {
         let (thin, thick) = (logarithm.exp(), (logarithm + step).exp());
         let (before, after) = (transmittance(&LOOKED_UP, thin, angle_deg), transmittance(&LOOKED_UP, thick, angle_deg));
         let (dark, bright) = (reflectance(&LOOKED_UP, thin, angle_deg), reflectance(&LOOKED_UP, thick, angle_deg));
         for w in 0..31 {
             prop_assert!(before[w] >= after[w] && before[w] < 1.0 + 1e-6, "{thin} {angle_deg} {w}");
             prop_assert!(bright[w] >= dark[w] * (1.0 - 1e-4), "{thin} {angle_deg} {w}");
-            // Straight lines between knots and nodes; in layers of a few grains' breadth the table itself has too few.
+            // Errors of the linear interpolation; the table has few knots in layers of a few grains' thickness.
             let most = if thin < 0.01 { 1.05 } else { 1.005 };
             prop_assert!(before[w] + dark[w] <= most, "{thin} {angle_deg} {w}");
         }
     }
 
-    /// A step of a millionth changes nothing that can be seen, wherever it is: neither cells nor knots leave a jump.
+    /// A step of a millionth changes little anywhere: neither cells nor knots are discontinuities.
     #[test]
-    fn neighbours_are_alike(logarithm in -9.0..4.6_f32, angle_deg in 0.0..88.9_f32) {
+    fn transmittance_is_continuous(logarithm in -9.0..4.6_f32, angle_deg in 0.0..88.9_f32) {
         let thickness_cm = logarithm.exp();
         let here = transmittance(&LOOKED_UP, thickness_cm, angle_deg);
         for beside in [
@@ -97,7 +101,7 @@ proptest! {
             transmittance(&LOOKED_UP, thickness_cm, angle_deg + 1e-5),
         ] {
             for (a, b) in here.iter().zip(beside) {
-                // ln T of up to 50, times a millionth and some roundings.
+                // ln T of up to 50, times a millionth, and rounding.
                 prop_assert!((a - b).abs() <= 1e-4 * a.abs(), "{thickness_cm} {angle_deg}: {a} {b}");
             }
         }
@@ -105,7 +109,7 @@ proptest! {
 }
 
 #[test]
-fn no_snow_passes_everything() {
+fn transmittance_at_zero_thickness_is_one() {
     for angle_deg in [0.0, 33.0, 88.0] {
         assert!(transmittance(&LOOKED_UP, 0.0, angle_deg).iter().all(|t| t.to_bits() == 1.0_f32.to_bits()));
         assert!(transmittance(&LOOKED_UP, 1e-7, angle_deg).iter().all(|t| (t - 1.0).abs() < 1e-3));
@@ -113,10 +117,10 @@ fn no_snow_passes_everything() {
     }
 }
 
-/// At the table's own places the resampled curves are the table's, within the straight lines of the grid: .3 % of T and,
-/// in layers from .008 cm, .6 % of R.
+/// At the table's own points the resampled curves are the table's within the linear interpolation: 0.3 % of T and, in
+/// layers from 0.008 cm, 0.6 % of R.
 #[test]
-fn resampling_keeps_the_table() {
+fn resampling_preserves_the_table() {
     let axes = &TABLE.axes;
     let sample = 2 * 2 + 1;
     let mut rebuilt = [0.0; 31];
@@ -136,9 +140,9 @@ fn resampling_keeps_the_table() {
     }
 }
 
-/// Dry snow knows only the product of density and thickness: any density, also beyond the table's, is exact.
+/// Dry snow depends only on the product of density and thickness: any density, also beyond the table's, is exact.
 #[test]
-fn density_is_a_thickness() {
+fn density_scales_the_thickness() {
     for (density_kg_m3, known) in [(100.0, 250.0), (280.0, 300.0), (600.0, 300.0)] {
         let one = PcaSnow::new(&COMPRESSED, &TableSample { density_kg_m3, ..SNOW }).unwrap();
         let other = PcaSnow::new(&COMPRESSED, &TableSample { density_kg_m3: known, ..SNOW }).unwrap();
@@ -153,15 +157,13 @@ fn density_is_a_thickness() {
     }
 }
 
-/// Wet, cold and sooty snow between the values of its axes is near a direct solution with the same rays. The first traces
-/// of soot are the hardest: ice itself absorbs next to nothing in the blue.
-/// Mixtures have the mean of the logarithms, of densities that lie on different sides of the table's own too.
+/// Mixes have the mean of the logarithms, also of densities on different sides of the table's.
 #[test]
-fn between_two_snows_logarithms_are_mixed() {
+fn mixes_interpolate_logarithms() {
     let snow = |grain, density| PcaSnow::new(&COMPRESSED, &TableSample::new(grain, 0.3, density)).unwrap();
     let (first, second) = (snow(220.0, 230.0), snow(350.0, 320.0));
-    for share in [0.0, 0.25, 1.0_f32] {
-        let mixed = SnowMix::new(&first, &second, share);
+    for fraction in [0.0, 0.25, 1.0_f32] {
+        let mixed = SnowMix::new(&first, &second, fraction);
         for (thickness_cm, angle_deg) in [(0.02, 10.0), (3.0, 0.0), (40.0, 75.0), (90.0, 88.0)] {
             let mut found = [[f32::NAN; 31]; 2];
             mixed.transmittance(thickness_cm, angle_deg, &mut found[0]);
@@ -171,9 +173,12 @@ fn between_two_snows_logarithms_are_mixed() {
             for (quantity, found) in found.iter().enumerate() {
                 for (k, found) in found.iter().enumerate() {
                     let [one, other] = [0, 1].map(|end: usize| f64::from(ends[end][quantity][k]).ln());
-                    let expected = (one + f64::from(share) * (other - one)).exp();
-                    // ln of up to 50 in single precision, once more than in the ends.
-                    assert!((f64::from(*found) / expected - 1.0).abs() < 2e-5, "{share} {thickness_cm} {quantity} {k}");
+                    let expected = (one + f64::from(fraction) * (other - one)).exp();
+                    // A logarithm of up to 50 in single precision, rounded once more than in the ends.
+                    assert!(
+                        (f64::from(*found) / expected - 1.0).abs() < 2e-5,
+                        "{fraction} {thickness_cm} {quantity} {k}"
+                    );
                 }
             }
         }
@@ -183,23 +188,28 @@ fn between_two_snows_logarithms_are_mixed() {
     assert!(none.iter().all(|value| (value - 1.0).abs() < 1e-6));
 }
 
+/// Wet, cold and sooty snow between the values of its axes is close to a direct solution with the same rays. Small
+/// amounts of soot are the hardest case, since ice absorbs almost no blue light.
 #[test]
 fn further_properties_are_interpolated() {
     let soot = Property::Impurity(Substance::BlackCarbon);
-    let axes = |further| Axes {
+    let axes = |properties| Axes {
         grain_sizes_um: vec![300.0],
         facetness: vec![0.3],
         densities_kg_m3: vec![200.0, 300.0, 400.0],
-        further,
+        properties,
         ..Axes::with_thin_and_thick_knots()
     };
     let compress = |axes: &Axes| CompressedTable::new(&fill(axes), Space::Log, 6).unwrap();
-    let wet = vec![(Property::WaterSaturation, vec![0.0, 0.1, 0.2, 0.3]), (Property::Temperature, vec![-20.0, -5.0])];
-    let sooty = compress(&axes(vec![(soot, vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0])]));
-    let asked = OffGrid { places: 40, seed: 5, illuminant: Illuminant::D65 };
+    let wet = vec![
+        PropertyAxis { property: Property::WaterSaturation, values: vec![0.0, 0.1, 0.2, 0.3] },
+        PropertyAxis { property: Property::Temperature, values: vec![-20.0, -5.0] },
+    ];
+    let sooty = compress(&axes(vec![PropertyAxis { property: soot, values: vec![0.0, 1.0, 3.0, 10.0, 30.0, 100.0] }]));
+    let asked = OffGridOptions { points: 40, seed: 5, illuminant: Illuminant::D65 };
     for (table, most_steep) in [(&compress(&axes(wet)), 0.015), (&sooty, 0.06)] {
-        for found in off_grid(table, &asked).unwrap() {
-            let most = if found.angles_deg.0 > 70.0 { 2.0 * most_steep } else { most_steep };
+        for found in evaluate_off_grid(table, &asked).unwrap() {
+            let most = if found.angles_deg.low > 70.0 { 2.0 * most_steep } else { most_steep };
             assert!(found.bright.worst < most && found.delta_e.worst < 0.5, "{found:#?}");
         }
     }
@@ -209,28 +219,28 @@ fn further_properties_are_interpolated() {
     );
 }
 
-/// A table of the engine tells its errors between the values; one of which nothing is known is refused.
+/// Errors between the values are evaluated for tables of the engine; a table without metadata is refused.
 #[test]
-fn errors_between_the_values_are_told() {
-    let asked = OffGrid { places: 30, seed: 1, illuminant: Illuminant::D65 };
-    let rows = off_grid(&COMPRESSED, &asked).unwrap();
+fn errors_between_the_values_are_evaluated() {
+    let asked = OffGridOptions { points: 30, seed: 1, illuminant: Illuminant::D65 };
+    let rows = evaluate_off_grid(&COMPRESSED, &asked).unwrap();
     assert_eq!(rows.len(), 2 * 2 * 2);
     for row in &rows {
-        let most = if row.angles_deg.0 > 70.0 { 0.03 } else { 0.01 };
+        let most = if row.angles_deg.low > 70.0 { 0.03 } else { 0.01 };
         assert!(row.bright.worst < most && row.bright.mean > 0.0 && row.delta_e.worst < 1.0, "{row:#?}");
-        assert!(row.relative.worst >= row.bright.worst && row.worst.iter().all(|place| place.contains(" cm")));
+        assert!(row.relative.worst >= row.bright.worst && row.worst.relative.contains(" cm"));
     }
-    // The paper's form, of grid samples alone, goes far astray where there is least light.
-    let linear = off_grid(&CompressedTable::new(&TABLE, Space::Linear, 2).unwrap(), &asked).unwrap();
+    // The paper's scheme, with the samples of the grid only, has large errors where there is least light.
+    let linear = evaluate_off_grid(&CompressedTable::new(&TABLE, Space::Linear, 2).unwrap(), &asked).unwrap();
     assert!(linear.len() == 4 && linear[0].bright.worst > 10.0 * rows[0].bright.worst, "{linear:#?}");
     let unknown = CompressedTable { metadata: vec![], ..COMPRESSED.clone() };
-    assert!(matches!(off_grid(&unknown, &asked), Err(DatabaseError::Metadata { name: "streams" })));
+    assert!(matches!(evaluate_off_grid(&unknown, &asked), Err(DatabaseError::Metadata { name: "streams" })));
 }
 
-/// Where nothing measurable comes through the last two knots, nothing comes through more snow either; and no look-up brings
-/// light out of nothing, at 30 m or at 3 km.
+/// Where the last knots transmit nothing measurable, thicker snow transmits nothing either: extrapolation to 30 m or 3
+/// km does not increase transmittance.
 #[test]
-fn darkness_goes_on() {
+fn extrapolation_does_not_increase_transmittance() {
     let axes = Axes {
         grain_sizes_um: vec![400.0],
         facetness: vec![0.3],
@@ -266,9 +276,9 @@ fn darkness_goes_on() {
     }
 }
 
-/// Look-ups in a table without grazing angles are judged where the table is.
+/// Errors of a table without grazing angles are evaluated within its angles.
 #[test]
-fn steep_tables_are_judged_where_they_are() {
+fn errors_are_evaluated_within_the_angles_of_the_table() {
     let axes = Axes {
         grain_sizes_um: vec![400.0],
         facetness: vec![0.3],
@@ -277,11 +287,45 @@ fn steep_tables_are_judged_where_they_are() {
         thicknesses_cm: vec![1.0, 2.0, 5.0, 10.0, 20.0],
         ..Axes::paper()
     };
-    let (table, _) = fill::fill(&axes, &FillOptions::by_ordinates(1 << 10), &|_, _| ()).unwrap();
+    let table = fill::fill(&axes, &FillOptions::by_ordinates(1 << 10), &|_| ()).unwrap();
     let compressed = CompressedTable::new(&table, Space::Log, 4).unwrap();
-    let asked = OffGrid { places: 20, seed: 1, illuminant: Illuminant::D65 };
-    let rows = off_grid(&compressed, &asked).unwrap();
-    assert!(rows.iter().all(|row| row.angles_deg.0 < 1e-9 && (row.angles_deg.1 - 60.0).abs() < 1e-9), "{rows:?}");
+    let asked = OffGridOptions { points: 20, seed: 1, illuminant: Illuminant::D65 };
+    let rows = evaluate_off_grid(&compressed, &asked).unwrap();
+    assert!(rows.iter().all(|row| row.angles_deg.low < 1e-9 && (row.angles_deg.high - 60.0).abs() < 1e-9), "{rows:?}");
     // Five knots and three angles are coarse.
     assert!(rows.iter().all(|row| row.relative.worst < 0.1), "{rows:?}");
+}
+
+/// In log space look-ups resolve angles up to the table's last, in the paper's scheme up to 89°. Larger angles are
+/// looked up at that angle.
+#[test]
+fn last_angle_is_the_tables_in_log_space_and_89_degrees_in_the_papers_scheme() {
+    let law = |thickness_cm: f64, angle_deg: f64| (-0.3 * thickness_cm * (1.0 + angle_deg / 100.0)).exp();
+    let axes = Axes {
+        grain_sizes_um: vec![300.0],
+        facetness: vec![0.3],
+        densities_kg_m3: vec![300.0],
+        angles_deg: vec![0.0, 60.0, 89.0, 89.9],
+        thicknesses_cm: vec![1.0, 4.0],
+        wavelengths_nm: vec![500.0],
+        ..Axes::paper()
+    };
+    let at_angle = |angle_deg: &f64| axes.thicknesses_cm.iter().map(|h| law(*h, *angle_deg)).collect::<Vec<f64>>();
+    let transmittance: Vec<f64> = axes.angles_deg.iter().flat_map(at_angle).collect();
+    let table = Table { reflectance: transmittance.clone(), transmittance, axes, errors: None, metadata: vec![] };
+    let snow = |space| PcaSnow::new(&CompressedTable::new(&table, space, 1).unwrap(), &SNOW).unwrap();
+    let looked_up = |snow: &PcaSnow, angle_deg: f32| {
+        let mut found = [f32::NAN];
+        snow.transmittance(4.0, snow.look_up_angle_deg(angle_deg.to_radians().cos()), &mut found);
+        f64::from(found[0])
+    };
+    let (log, linear) = (snow(Space::Log), snow(Space::Linear));
+    for (angle_deg, resolved_deg) in [(30.0, 30.0), (89.4, 89.4), (89.88, 89.88), (89.95, 89.9)] {
+        let expected = law(4.0, resolved_deg);
+        assert!((looked_up(&log, angle_deg) / expected - 1.0).abs() < 1e-4, "{angle_deg}°");
+    }
+    for angle_deg in [89.0, 89.4, 89.95] {
+        assert!((looked_up(&linear, angle_deg) / law(4.0, 89.0) - 1.0).abs() < 1e-4, "{angle_deg}°");
+    }
+    assert_eq!([&log, &linear].map(|snow| snow.last_angle_deg().to_bits()), [89.9_f32, 89.0].map(f32::to_bits));
 }

@@ -17,13 +17,13 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
         engine: Engine::Ordinates { streams: Streams::Exactly(16), tally_rays: 1 << 18 },
         ..FillOptions::default()
     };
-    fill::fill(&Axes::paper(), &options, &|_, _| ()).unwrap().0
+    fill::fill(&Axes::paper(), &options, &|_| ()).unwrap()
 });
 
 fn fidelity_of(space: Space, components: usize) -> Fidelity {
     let decomposition = Decomposition::new(&TABLE, Quantity::Transmittance, space).unwrap();
     let kept = decomposition.keep(&TABLE, Quantity::Transmittance, components).unwrap();
-    fidelity::judge(&TABLE, Quantity::Transmittance, (&kept, space), Some(Illuminant::D65)).unwrap()
+    fidelity::evaluate(&TABLE, Quantity::Transmittance, &kept, space, Some(Illuminant::D65)).unwrap()
 }
 
 /// Table 1: 9 sizes × 5 facetness × 5 densities × 10 angles × 11 thicknesses = 24,750 curves of 31 wavelengths.
@@ -35,26 +35,27 @@ fn table_1() {
     }
 }
 
-/// Sidebar "Principal component analysis": l' = 2 keeps the RMSE below .002. It does here. It is also said to keep every
-/// ΔE below 2.3: here one curve in twelve exceeds it, the deep and dark ones, and l' = 3 is the least that keeps all.
+/// Sidebar "Principal component analysis": l' = 2 keeps the RMSE below 0.002, here too. The paper also reports ΔE below
+/// 2.3 for every curve: here one curve in twelve, thick and dark, exceeds it, and the smallest sufficient l' is 3.
 #[test]
 fn two_linear_components_keep_numbers_but_not_every_colour() {
     let two = fidelity_of(Space::Linear, 2);
     assert!(two.rmse.worst < 0.002, "{two:?}");
     assert!(two.delta_e.mean < 1.0 && two.delta_e.worst > PERCEPTIBLE_DELTA_E, "{two:?}");
-    assert!((0.05..0.12).contains(&two.perceptible_share), "{two:?}");
+    assert!((0.05..0.12).contains(&two.perceptible_fraction), "{two:?}");
     assert!(fidelity_of(Space::Linear, 3).delta_e.worst < PERCEPTIBLE_DELTA_E);
 }
 
-/// In log space three components meet both of the paper's criteria with room, and nothing is ever negative.
+/// In log space three components meet both of the paper's criteria with a margin, and no value is negative.
 #[test]
-fn three_logarithmic_components_keep_everything() {
+fn three_logarithmic_components_keep_numbers_and_colours() {
     let three = fidelity_of(Space::Log, 3);
     assert!(three.rmse.worst < 0.001 && three.delta_e.worst < 0.5, "{three:?}");
     assert_eq!(three.negative_values, 0);
 }
 
-/// "Snow Spectral Responses": blue and green pass more than red, and transmittance falls with thickness, not linearly.
+/// "Snow Spectral Responses": more blue and green than red is transmitted, and transmittance decreases nonlinearly with
+/// thickness.
 #[test]
 fn spectral_trends() {
     for (number, curve) in TABLE.curves(Quantity::Transmittance).enumerate() {
@@ -67,22 +68,23 @@ fn spectral_trends() {
         for wavelength in 0..31 {
             let at = |thickness: usize| sample_at_angle[thickness * 31 + wavelength];
             assert!((1..11).all(|thickness| at(thickness) < at(thickness - 1)));
-            // From 5 to 15 to 25 cm: the second step is the smaller.
+            // From 5 to 15 to 25 cm, the second decrease is smaller.
             assert!(at(4) - at(7) > at(7) - at(8));
         }
     }
 }
 
-/// "Spectral Resolution": "depending on the spectral characteristics of a given illuminant, it may be possible to employ less
-/// than 31 equally spaced spectral samples and still maintain the visual fidelity". So it is: as dim as the light comes
-/// through, daylight takes 8, equal energy 11 and the LED 17 for every curve of the table to stay within ΔE*ab = 2.3. With
-/// each curve brought to L* = 50 they take 16, 14 and 21. The fluorescent lamp has lines: 23 happen to do, no number surely.
+/// "Spectral Resolution": "depending on the spectral characteristics of a given illuminant, it may be possible to
+/// employ less than 31 equally spaced spectral samples and still maintain the visual fidelity". It is: as transmitted,
+/// daylight needs 8, equal energy 11 and the LED 17 samples for every curve of the table to stay within ΔE*ab = 2.3.
+/// With each curve scaled to L* = 50 they need 16, 14 and 21. The fluorescent lamp has lines: 23 are sufficient by
+/// chance, and no number reliably.
 #[test]
 fn samples_that_suffice_for_the_illuminants_of_figure_3() {
     let every: Vec<&[f64]> = TABLE.curves(Quantity::Transmittance).collect();
     let number = ((6 * 5 + 1) * 5 + 2) * TABLE.axes.curves_per_sample() + 7;
     assert_eq!(TABLE.axes.describe(number), "400 µm, facetness 0.3, 300 kg/m³, 0°, 15 cm");
-    // The fewest, and from how many on all: as dim as it is and at L* = 50, of the snow of Fig. 3 and of every curve.
+    // `fewest` and `all_from`, as transmitted and at L* = 50, for the snow of Fig. 3 and for every curve.
     let expected = [
         ("E", [(6, 6), (8, 11)], [(8, 11), (14, 14)]),
         ("D55", [(6, 8), (8, 8)], [(8, 8), (12, 16)]),
@@ -95,16 +97,16 @@ fn samples_that_suffice_for_the_illuminants_of_figure_3() {
         let needed = |curves: &[&[f64]]| {
             let costs = sample_costs(curves, &TABLE.axes.wavelengths_nm, illuminant).unwrap();
             let of = |delta_e| samples_needed(&costs, delta_e).map(|needed| (needed.fewest, needed.all_from)).unwrap();
-            [of(|cost| cost.as_it_is), of(|cost| cost.at_middle_grey)]
+            [of(|cost| cost.as_transmitted), of(|cost| cost.at_middle_grey)]
         };
         assert_eq!((needed(&[every[number]]), needed(&every)), (of_fig_3, of_every), "{name}");
     }
 }
 
-/// Algorithm 1 at the grid's own places returns the grid's curves: the paper's form to the rounding of single precision, ours
-/// within the straight lines between its resampled values.
+/// At the grid's own points Algorithm 1 returns the grid's curves: the paper's scheme to single precision, ours within
+/// the linear interpolation of its resampled values.
 #[test]
-fn look_up_meets_the_table() {
+fn look_ups_at_grid_points_return_the_table() {
     let sample = TableSample::new(400.0, 0.3, 300.0);
     let first = ((6 * 5 + 1) * 5 + 2) * TABLE.axes.curves_per_sample();
     for (space, components, allowed) in [(Space::Linear, 2, 2e-5), (Space::Log, 3, 4e-3)] {
@@ -126,9 +128,9 @@ fn look_up_meets_the_table() {
     }
 }
 
-/// The paper's ends: 0 cm is white, beyond 100 cm black, beyond 89° nothing. The log form goes on instead.
+/// The paper's limits: T = 1 at 0 cm, 0 beyond 100 cm and beyond 89°. In log space transmittance continues to decay.
 #[test]
-fn ends_of_both_forms() {
+fn limits_of_both_spaces() {
     let sample = TableSample::new(400.0, 0.3, 300.0);
     let look_up = |space, thickness_cm, angle_deg| {
         let snow = PcaSnow::new(&CompressedTable::new(&TABLE, space, 3).unwrap(), &sample).unwrap();
@@ -144,6 +146,6 @@ fn ends_of_both_forms() {
     assert!(look_up(Space::Linear, 5.0, 89.5).iter().all(|t| *t <= 0.0));
     let (deep, deeper) = (look_up(Space::Log, 100.1, 0.0), look_up(Space::Log, 150.0, 0.0));
     assert!(deep.iter().zip(&deeper).all(|(a, b)| *a > *b && *b > 0.0));
-    // Far beyond what single precision holds there is nothing, and no number that is none.
+    // Underflow is 0, not NaN.
     assert!(look_up(Space::Log, 1e5, 0.0).iter().all(|t| *t <= 0.0));
 }

@@ -1,4 +1,4 @@
-//! What is written is what is read, and what is not a table is refused in one line.
+//! Tables are read as written; other files are refused in one line.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -22,21 +22,21 @@ fn small_table() -> Table {
         engine: Engine::Ordinates { streams: Streams::Exactly(8), tally_rays: 1 << 10 },
         ..FillOptions::default()
     };
-    fill::fill(&axes, &options, &|_, _| ()).unwrap().0
+    fill::fill(&axes, &options, &|_| ()).unwrap()
 }
 
 #[test]
-fn full_table_survives_its_file() {
+fn full_table_is_read_as_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("full.nc");
     let table = small_table();
     table.write(&path).unwrap();
     assert_eq!(file::read(&path).unwrap(), AnyTable::Full(table));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside the file");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "a partial file remains");
 }
 
 #[test]
-fn compressed_table_survives_its_file() {
+fn compressed_table_is_read_as_written() {
     let folder = tempfile::tempdir().unwrap();
     for space in [Space::Linear, Space::Log] {
         let path = folder.path().join("compressed.nc");
@@ -46,7 +46,7 @@ fn compressed_table_survives_its_file() {
     }
 }
 
-/// With all its components a table is what it was, to the rounding of single precision.
+/// All components together rebuild the table to single precision.
 #[test]
 fn all_components_rebuild_the_table() {
     let table = small_table();
@@ -57,7 +57,7 @@ fn all_components_rebuild_the_table() {
             for (number, curve) in table.curves(quantity).enumerate() {
                 compressed.components(quantity).rebuild(number, space, &mut rebuilt);
                 for (a, b) in curve.iter().zip(&rebuilt) {
-                    // Coefficients up to 60 in single precision, in log space an error of the logarithm.
+                    // Coefficients up to 60 in single precision; in log space this is the error of the logarithm.
                     assert!((a - b).abs() < 1e-5, "{a} {b}");
                 }
             }
@@ -87,7 +87,7 @@ fn broken_and_foreign_files_are_refused() {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0xff;
         std::fs::write(&path, &damaged).unwrap();
-        // Damage to a number may go unseen; damage to the layout must be an error and never a panic.
+        // Damage to a number may go undetected; damage to the layout is an error, never a panic.
         drop(file::read(&path));
     }
     let missing = file::read(Path::new("no/such/file.nc")).unwrap_err().to_string();
@@ -102,7 +102,7 @@ fn messages_name_the_axis_and_its_values() {
     };
     assert_eq!(
         message(Space::Linear, TableSample::new(400.0, 0.3, 320.0)),
-        "density is 320 kg/m³, but the paper's form takes the table's own values alone: 250, 300 kg/m³"
+        "density is 320 kg/m³, but the paper's scheme has only the table's own values: 250, 300 kg/m³"
     );
     assert_eq!(
         message(Space::Log, TableSample::new(401.0, 0.3, 320.0)),
@@ -110,14 +110,14 @@ fn messages_name_the_axis_and_its_values() {
     );
     assert_eq!(
         message(Space::Log, TableSample::new(400.0, 0.4, 320.0)),
-        "facetness is 0.4, but the table has 0.3 alone"
+        "facetness is 0.4, but the table has only 0.3"
     );
     assert_eq!(
         message(Space::Log, TableSample::new(400.0, 0.3, 950.0)),
         "density is 950 kg/m³, but must lie in 10–900 kg/m³"
     );
     let wet = TableSample::new(400.0, 0.3, 300.0).with(Property::WaterSaturation, 0.1);
-    let missing = "water saturation is 0.1, but the table has no axis of it and holds 0 alone";
+    let missing = "water saturation is 0.1, but the table has no such axis and holds only 0";
     assert_eq!([Space::Linear, Space::Log].map(|space| message(space, wet.clone())), [missing; 2]);
     assert!(matches!(
         CompressedTable::new(&small_table(), Space::Log, 0),
@@ -125,9 +125,9 @@ fn messages_name_the_axis_and_its_values() {
     ));
 }
 
-/// Axes on which no spline or no slab could stand are refused, in memory and in files.
+/// Axes that allow no spline or no slab are refused, in memory and in files.
 #[test]
-fn impossible_axes_are_refused() {
+fn invalid_axes_are_refused() {
     let table = small_table();
     for (thicknesses_cm, angles_deg) in [
         (vec![-1.0, 1.0, 3.0], vec![0.0, 60.0]),
@@ -138,7 +138,7 @@ fn impossible_axes_are_refused() {
         (vec![1.0, 3.0, f64::NAN], vec![0.0, 60.0]),
     ] {
         let axes = Axes { thicknesses_cm, angles_deg, ..table.axes.clone() };
-        assert!(fill::fill(&axes, &FillOptions::default(), &|_, _| ()).is_err(), "{axes:?}");
+        assert!(fill::fill(&axes, &FillOptions::default(), &|_| ()).is_err(), "{axes:?}");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("axes.nc");
         let values = vec![0.5; axes.curves() * 31];

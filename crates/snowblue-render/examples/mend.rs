@@ -5,9 +5,11 @@
 
 #![allow(clippy::print_stderr, reason = "a program for people at a terminal")]
 
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
+use snowblue_database::file::write_atomically;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::mesh_files::read_mesh_file;
 use snowblue_render::mesh_tools::repair::repair;
@@ -36,8 +38,7 @@ fn run(from: &Path, to: &Path) -> Result<(), String> {
         let (open, shared) = (topology.open_edges, topology.odd_shared_edges);
         return Err(format!("{}: {open} edges are open and {shared} are odd still", from.display()));
     }
-    let beside = to.with_extension("part");
-    let written = std::fs::write(&beside, ply(&repaired.mesh)).and_then(|()| std::fs::rename(&beside, to));
+    let written = write_atomically(to, |file| file.write_all(&ply(&repaired.mesh)));
     written.map_err(|error| format!("cannot write {}: {error}", to.display()))?;
     eprintln!(
         "{}: {} triangles, watertight ({} vertices merged, {} triangles dropped, holes filled: {})",

@@ -21,7 +21,7 @@ fn infrared() -> CompressedTable {
         wavelengths_nm: (0..31).map(|k| 400.0 + 30.0 * f64::from(k)).collect(),
         ..Axes::paper()
     };
-    let (table, _) = fill::fill(&axes, &fill::FillOptions::by_ordinates(1 << 12), &|_, _| {}).unwrap();
+    let table = fill::fill(&axes, &fill::FillOptions::by_ordinates(1 << 12), &|_| {}).unwrap();
     CompressedTable::new(&table, Space::Log, 5).unwrap()
 }
 

@@ -10,6 +10,7 @@ use std::sync::Mutex;
 use glam::Vec3A;
 use snow::{Estimate, SNOW, estimate, scene, seen, simple_law};
 use snowblue_database::CompressedTable;
+use snowblue_database::table::Attribute;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::Overrides;
@@ -28,7 +29,7 @@ const BANDS: [usize; 3] = [0, 15, 30];
 
 /// A table that tells whose ice it is of; its curves do not count here.
 fn table() -> CompressedTable {
-    let ice = ("ice_constants".to_owned(), "Warren & Brandt 2008".to_owned());
+    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
     CompressedTable { metadata: vec![ice], ..simple_law() }
 }
 

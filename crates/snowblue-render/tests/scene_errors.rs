@@ -68,12 +68,12 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             10,
             "density_kg_m3 is 1200 kg/m³, but must lie in 10 to 900 kg/m³",
         ),
-        ("grain_size_um = 400", "grain_size_um = 410", 8, "grain size is 410 µm, but the table has 400 µm alone"),
+        ("grain_size_um = 400", "grain_size_um = 410", 8, "grain size is 410 µm, but the table has only 400 µm"),
         (
             "density_kg_m3 = 300",
             "density_kg_m3 = 300\nwater_saturation = 0.1",
             11,
-            "water saturation is 0.1, but the table has no axis of it and holds 0 alone",
+            "water saturation is 0.1, but the table has no such axis and holds only 0",
         ),
         (
             "density_kg_m3 = 300",

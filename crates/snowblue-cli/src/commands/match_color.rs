@@ -5,10 +5,11 @@ use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
 use crate::output::{Failure, Outcome, OutputOptions, print_message};
 use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
-use snowblue_database::DatabaseError;
+use snowblue_database::{DatabaseError, Interval};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{
-    self, DENSITIES_KG_M3, Free, GRAIN_SIZES_UM, Match as Found, Parameter, Snow, THICKNESSES_CM, Target,
+    self, DENSITIES_KG_M3, Deviation, FreeParameter, GRAIN_SIZES_UM, Match as Found, Parameter, Problem,
+    THICKNESSES_CM, Target,
 };
 use snowblue_figures::{Cell, DataTable, display_hex};
 use snowblue_transport::slab::Incidence;
@@ -98,19 +99,19 @@ impl Match {
     }
 
     /// The snow, and its free parameters.
-    fn snow(&self) -> Result<Snow, Failure> {
-        let (least, most) = self.thickness.map_or(THICKNESSES_CM, |span| (span.min, span.max));
+    fn snow(&self) -> Result<Problem, Failure> {
+        let range = self.thickness.map_or(THICKNESSES_CM, |span| Interval { low: span.min, high: span.max });
         let mut free = Vec::new();
-        if least < most {
-            free.push(Free { parameter: Parameter::Thickness, range: (least, most) });
+        if range.low < range.high {
+            free.push(FreeParameter { parameter: Parameter::Thickness, range });
         }
         if !self.sample.sets_grain_size() {
-            free.push(Free { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM });
+            free.push(FreeParameter { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM });
         }
         if !self.sample.sets_density() {
-            free.push(Free { parameter: Parameter::Density, range: DENSITIES_KG_M3 });
+            free.push(FreeParameter { parameter: Parameter::Density, range: DENSITIES_KG_M3 });
         }
-        Ok(Snow { sample: self.sample.sample()?, thickness_cm: most, incidence: self.angle, free })
+        Ok(Problem { sample: self.sample.sample()?, thickness_cm: range.high, incidence: self.angle, free })
     }
 
     fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
@@ -134,12 +135,12 @@ impl Match {
     }
 
     fn out_of_reach(&self, nearest: &Found, target: &Target) -> String {
-        let (word, a, b) = nearest.direction(target);
+        let Deviation { word, delta_a, delta_b } = nearest.deviation(target);
         let bound = self.thickness.is_some() || self.sample.sets_grain_size() || self.sample.sets_density();
         let within = if bound { " with the given options" } else { "" };
         format!(
             "snowblue: {} is out of reach{within}: it is {word} than the closest light, at a distance of ΔE*ab {:.1} \
-             at L* = 50 (a* {a:+.1}, b* {b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
+             at L* = 50 (a* {delta_a:+.1}, b* {delta_b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
             self.target, nearest.difference.at_middle_grey
         )
     }

@@ -67,11 +67,11 @@ impl Compression {
             Some(components) => components,
             None => {
                 let criteria = Criteria {
-                    most_delta_e: self.max_delta_e.unwrap_or(f64::INFINITY),
-                    most_rmse: self.max_rmse.unwrap_or(f64::INFINITY),
+                    max_delta_e: self.max_delta_e.unwrap_or(f64::INFINITY),
+                    max_rmse: self.max_rmse.unwrap_or(f64::INFINITY),
                     illuminants: self.illuminant.clone(),
                 };
-                fidelity::fewest(table, space, &criteria).map_err(Failure::input)?
+                fidelity::fewest_components(table, space, &criteria).map_err(Failure::input)?
             }
         };
         let compressed = CompressedTable::new(table, space, components).map_err(Failure::input)?;

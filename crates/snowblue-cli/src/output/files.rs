@@ -1,9 +1,9 @@
 //! Output files: checks before long work, and atomic writes.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 
-use snowblue_database::file::write_whole;
+use snowblue_database::file::write_atomically;
 
 use super::failure::{Failure, Outcome};
 
@@ -33,5 +33,5 @@ pub(crate) fn check_table_path(path: &Path) -> Outcome {
 /// Writes a file completely or not at all.
 pub(crate) fn write_file(path: &Path, contents: &[u8]) -> Outcome {
     let failed = |error: io::Error| Failure::Work(format!("{}: cannot be written: {error}", path.display()));
-    write_whole(path, |beside| std::fs::write(beside, contents)).map_err(failed)
+    write_atomically(path, |file| file.write_all(contents)).map_err(failed)
 }

@@ -1,28 +1,30 @@
-//! A table as CSV: one row a value, the columns that [`super::import_csv`] reads.
+//! Exports a table as CSV: one row per value, with the columns that [`super::import_csv`] reads.
 
 use std::path::Path;
 
-use super::{axis_names, wrong};
-use crate::axes::is_diffuse;
-use crate::file::{AnyTable, replace};
+use super::axis_names;
+use crate::axes::{Coordinate, is_diffuse};
+use crate::file::{AnyTable, write_bytes};
 use crate::{DatabaseError, Quantity};
 
-/// Writes every value of a full table, or every rebuilt one of a compressed table.
+/// Writes every value of a full table, or every rebuilt value of a compressed table.
 ///
 /// # Errors
 /// If the file cannot be written, or the table is a shard.
 pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
-    let failed = |error: csv::Error| wrong(path, format!("cannot be written: {error}"));
+    let failed = |error: csv::Error| DatabaseError::file(path, format!("cannot be written: {error}"));
     let axes = match table {
         AnyTable::Full(table) => &table.axes,
         AnyTable::Compressed(table) => &table.axes,
-        AnyTable::Shard(_) => return Err(wrong(path, "cannot be made of a shard; merge it first".to_owned())),
+        AnyTable::Shard(_) => {
+            return Err(DatabaseError::file(path, "cannot be made from a shard; merge the shards first"));
+        }
     };
     let mut writer = csv::Writer::from_writer(Vec::new());
     let names = axis_names();
     let named = axes.named();
     let columns =
-        named.iter().map(|(axis, ..)| names.iter().find(|(short, _)| short == axis).map_or(*axis, |(_, l)| l));
+        named.iter().map(|axis| names.iter().find(|n| n.netcdf == axis.name).map_or(axis.name, |n| n.csv.as_str()));
     writer.write_record(columns.chain(Quantity::ALL.map(Quantity::name))).map_err(failed)?;
     let wavelengths = axes.wavelengths_nm.len();
     let mut curve = [vec![0.0; wavelengths], vec![0.0; wavelengths]];
@@ -36,15 +38,18 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
                 AnyTable::Shard(_) => {}
             }
         }
-        let word = |(name, _, value): (&str, &str, f64)| {
+        let word = |Coordinate { name, value, .. }: Coordinate| {
             if name == "angle" && is_diffuse(value) { "diffuse".to_owned() } else { value.to_string() }
         };
-        let place: Vec<String> = axes.place(number).into_iter().map(word).collect();
+        let coordinates: Vec<String> = axes.coordinates(number).into_iter().map(word).collect();
         for (w, wavelength_nm) in axes.wavelengths_nm.iter().enumerate() {
-            let row = place.iter().cloned().chain([*wavelength_nm, curve[0][w], curve[1][w]].map(|v| v.to_string()));
+            let row =
+                coordinates.iter().cloned().chain([*wavelength_nm, curve[0][w], curve[1][w]].map(|v| v.to_string()));
             writer.write_record(row).map_err(failed)?;
         }
     }
-    let text = writer.into_inner().map_err(|error| wrong(path, format!("cannot be written: {}", error.error())))?;
-    replace(path, &text)
+    let text = writer
+        .into_inner()
+        .map_err(|error| DatabaseError::file(path, format!("cannot be written: {}", error.error())))?;
+    write_bytes(path, &text)
 }

@@ -1,21 +1,20 @@
-//! A table as plain numbers, for engines that read no NetCDF: `f32`, little-endian, and a JSON file that says what is where.
+//! Exports a table as plain numbers, for engines without NetCDF: little-endian `f32`, described by a JSON file.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::wrong;
-use crate::file::{AnyTable, replace};
+use crate::file::{AnyTable, write_bytes};
 use crate::pca::{Components, single};
 use crate::{Axes, CompressedTable, DatabaseError, Quantity, Space};
 
-/// How a spectrum comes out of the numbers.
-const RECIPE: &str = "Row-major arrays: the last dimension runs fastest. The coefficients of a curve times the basis, summed \
-                      over the components, are its values in the space; in log space take the exponential. Between \
-                      thicknesses and angles interpolate the coefficients, which is the same as interpolating the values \
-                      in the space. Thickness 0: transmittance 1, reflectance 0.";
+/// How to evaluate a spectrum, for the JSON file.
+const RECIPE: &str = "Row-major arrays: the last dimension runs fastest. The coefficients of a curve times the basis, \
+                      summed over the components, are its values in the space; in log space take the exponential. \
+                      Between thicknesses and angles interpolate the coefficients, which is the same as interpolating \
+                      the values in the space. Thickness 0: transmittance 1, reflectance 0.";
 
-/// Writes `path`, which must end in `.json`, and the numbers beside it in a file that ends in `.f32`.
+/// Writes a JSON file to `path` and the numbers beside it, in a file of the extension `f32`.
 ///
 /// # Errors
 /// If a file cannot be written, or the table is a shard.
@@ -37,7 +36,9 @@ pub fn export_raw(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
             }
             (&table.axes, &table.metadata, Some(table.space))
         }
-        AnyTable::Shard(_) => return Err(wrong(path, "cannot be made of a shard; merge it first".to_owned())),
+        AnyTable::Shard(_) => {
+            return Err(DatabaseError::file(path, "cannot be made from a shard; merge the shards first"));
+        }
     };
     let beside = path.with_extension("f32");
     let document = json!({
@@ -46,15 +47,15 @@ pub fn export_raw(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
         "number_type": "float32",
         "byte_order": "little-endian",
         "space": space.map(Space::name),
-        "axes": axes.named().iter().map(|(name, unit, values)| json!({ "name": name, "unit": unit, "values": values }))
+        "axes": axes.named().iter().map(|axis| json!({ "name": axis.name, "unit": axis.unit, "values": axis.values }))
             .collect::<Vec<_>>(),
         "arrays": arrays,
         "recipe": space.map(|_| RECIPE),
-        "metadata": metadata.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>(),
+        "metadata": metadata.iter().map(|one| (one.name.clone(), json!(one.value))).collect::<serde_json::Map<_, _>>(),
     });
     let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-    replace(&beside, &bytes)?;
-    replace(path, format!("{document:#}\n").as_bytes())
+    write_bytes(&beside, &bytes)?;
+    write_bytes(path, format!("{document:#}\n").as_bytes())
 }
 
 fn components(table: &CompressedTable, quantity: Quantity, numbers: &mut Vec<f32>) -> [Value; 2] {
@@ -69,7 +70,7 @@ fn components(table: &CompressedTable, quantity: Quantity, numbers: &mut Vec<f32
     ]
 }
 
-/// Adds an array to the numbers and says where it lies.
+/// Appends an array to the numbers and describes its position.
 fn array(name: &str, dimensions: &[&str], numbers: &mut Vec<f32>, values: impl Iterator<Item = f32>) -> Value {
     let first = numbers.len();
     numbers.extend(values);
@@ -77,5 +78,5 @@ fn array(name: &str, dimensions: &[&str], numbers: &mut Vec<f32>, values: impl I
 }
 
 fn names(axes: &Axes) -> Vec<&'static str> {
-    axes.named().into_iter().map(|(name, ..)| name).collect()
+    axes.named().into_iter().map(|axis| axis.name).collect()
 }

@@ -1,17 +1,21 @@
-//! How well a few components keep every curve: as numbers (RMSE) and as an eye would see them (ΔE*ab 1976); and how well
-//! look-ups between the curves do ([`off_grid`]), and how many wavelengths a colour takes ([`sampling`]).
+//! Accuracy of compression and look-ups.
+//!
+//! [`evaluate`] compares rebuilt curves with the originals, by root mean square error and by colour difference (ΔE*ab,
+//! CIELAB 1976). [`off_grid`] compares look-ups between a table's values with direct solutions. [`sampling`] determines
+//! how many wavelengths a colour needs.
 
 pub mod off_grid;
 pub mod sampling;
+mod spread;
 
 use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Illuminant, Lab, Observer};
 
+pub use spread::{PERCEPTIBLE_DELTA_E, Spread};
+
 use crate::pca::{Components, Decomposition, MAX_COMPONENTS};
 use crate::{DatabaseError, Quantity, Space, Table};
-
-/// Below this ΔE*ab an average observer sees no difference (the paper, after Kravchenko et al. 2017).
-pub const PERCEPTIBLE_DELTA_E: f64 = 2.3;
+use spread::spread;
 
 /// Errors of one rebuilt curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,67 +25,54 @@ struct CurveError {
     negative: usize,
 }
 
-/// Statistics of one measure over all curves, or over all places.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
-    /// Greatest value.
-    pub worst: f64,
-    /// The curve or place that has it.
-    pub worst_curve: usize,
-    /// 99th percentile.
-    pub percentile_99: f64,
-    /// Mean.
-    pub mean: f64,
-}
-
-/// How faithful a compressed table is to the full one.
+/// Errors of a compressed table against the full one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fidelity {
     /// Root mean square error of each curve over its wavelengths.
     pub rmse: Spread,
     /// Colour difference of each curve under the illuminant, with the illuminant as white.
     pub delta_e: Spread,
-    /// Share of the curves whose ΔE exceeds [`PERCEPTIBLE_DELTA_E`].
-    pub perceptible_share: f64,
-    /// Rebuilt values below zero, over all curves and wavelengths.
+    /// Fraction of the curves whose ΔE exceeds [`PERCEPTIBLE_DELTA_E`].
+    pub perceptible_fraction: f64,
+    /// Number of rebuilt values below zero, over all curves and wavelengths.
     pub negative_values: usize,
 }
 
-/// What compression must not exceed, for any curve.
+/// Largest errors that compression may cause in any curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criteria {
-    /// Greatest colour difference ΔE*ab (CIELAB 1976).
-    pub most_delta_e: f64,
-    /// Greatest root mean square error.
-    pub most_rmse: f64,
+    /// Colour difference ΔE*ab (CIELAB 1976).
+    pub max_delta_e: f64,
+    /// Root mean square error.
+    pub max_rmse: f64,
     /// The illuminants, each of which is the white of its colours.
     pub illuminants: Vec<Illuminant>,
 }
 
-/// The fewest components that keep both quantities within some criteria: the paper's way of choosing l'.
+/// The fewest components that keep both quantities within the criteria, which is how the paper chooses l'.
 ///
 /// # Errors
-/// [`DatabaseError::Criteria`] if no number of components does, or if colours cannot be judged.
-pub fn fewest(table: &Table, space: Space, criteria: &Criteria) -> Result<usize, DatabaseError> {
+/// [`DatabaseError::Criteria`] if no number of components does, or if the wavelengths do not determine colours.
+pub fn fewest_components(table: &Table, space: Space, criteria: &Criteria) -> Result<usize, DatabaseError> {
     let decompositions: Vec<(Quantity, Decomposition)> = Quantity::ALL
         .into_iter()
         .map(|quantity| Ok((quantity, Decomposition::new(table, quantity, space)?)))
         .collect::<Result<_, DatabaseError>>()?;
-    // Colours are judged only if they matter: there are none of infrared light.
-    let lights: Vec<Option<Illuminant>> = if criteria.most_delta_e.is_finite() {
+    // Colours are compared only if a criterion needs them, since infrared light has none.
+    let lights: Vec<Option<Illuminant>> = if criteria.max_delta_e.is_finite() {
         criteria.illuminants.iter().copied().map(Some).collect()
     } else {
         vec![None]
     };
     let mut failing = Quantity::Transmittance;
-    let most = decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MAX_COMPONENTS);
-    // Errors need not fall with every component, so that both quantities are judged at each number.
-    'counts: for count in 1..=most {
+    let max = decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MAX_COMPONENTS);
+    // Both quantities are evaluated for each number, since errors need not decrease with every component.
+    'counts: for count in 1..=max {
         for (quantity, decomposition) in &decompositions {
             let components = decomposition.keep(table, *quantity, count)?;
             for illuminant in &lights {
-                let found = judge(table, *quantity, (&components, space), *illuminant)?;
-                if found.rmse.worst > criteria.most_rmse || found.delta_e.worst > criteria.most_delta_e {
+                let found = evaluate(table, *quantity, &components, space, *illuminant)?;
+                if found.rmse.worst > criteria.max_rmse || found.delta_e.worst > criteria.max_delta_e {
                     failing = *quantity;
                     continue 'counts;
                 }
@@ -89,17 +80,18 @@ pub fn fewest(table: &Table, space: Space, criteria: &Criteria) -> Result<usize,
         }
         return Ok(count);
     }
-    Err(DatabaseError::Criteria { quantity: failing.name(), most })
+    Err(DatabaseError::Criteria { quantity: failing.name(), max })
 }
 
-/// Compares every rebuilt curve of a quantity with the original; without an illuminant colours do not differ.
+/// Compares every rebuilt curve of a quantity with the original. Without an illuminant, colour differences are 0.
 ///
 /// # Errors
-/// If the wavelengths do not allow colours under `illuminant`.
-pub fn judge(
+/// If the wavelengths do not determine colours under `illuminant`.
+pub fn evaluate(
     table: &Table,
     quantity: Quantity,
-    (components, space): (&Components, Space),
+    components: &Components,
+    space: Space,
     illuminant: Option<Illuminant>,
 ) -> Result<Fidelity, DatabaseError> {
     let colorimeter = |illuminant| Colorimeter::new(Observer::Cie1931, illuminant, &table.axes.wavelengths_nm);
@@ -128,32 +120,7 @@ pub fn judge(
     Ok(Fidelity {
         rmse: spread(errors.iter().map(|error| error.rmse)),
         delta_e: spread(errors.iter().map(|error| error.delta_e)),
-        perceptible_share: visible as f64 / errors.len() as f64,
+        perceptible_fraction: visible as f64 / errors.len() as f64,
         negative_values: errors.iter().map(|error| error.negative).sum(),
     })
-}
-
-/// Worst, 99th percentile (nearest rank) and mean; of nothing, nothing.
-fn spread(values: impl Iterator<Item = f64>) -> Spread {
-    let mut ranked: Vec<(f64, usize)> = values.enumerate().map(|(i, value)| (value, i)).collect();
-    if ranked.is_empty() {
-        return Spread { worst: 0.0, worst_curve: 0, percentile_99: 0.0, mean: 0.0 };
-    }
-    let mean = ranked.iter().map(|(value, _)| value).sum::<f64>() / ranked.len() as f64;
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (worst, worst_curve) = ranked[ranked.len() - 1];
-    let rank = (ranked.len() * 99).div_ceil(100) - 1;
-    Spread { worst, worst_curve, percentile_99: ranked[rank].0, mean }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spread_of_a_hundred_numbers() {
-        let spread = spread((0..100).rev().map(f64::from));
-        assert_eq!((spread.worst_curve, spread.worst.to_bits()), (0, 99.0_f64.to_bits()));
-        assert!((spread.percentile_99 - 98.0).abs() < 1e-12 && (spread.mean - 49.5).abs() < 1e-12);
-    }
 }

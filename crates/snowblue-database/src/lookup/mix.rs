@@ -1,7 +1,7 @@
 //! A mix of two snow samples of one table, for objects whose snow varies over their surface.
 //!
-//! The logarithms of transmittance and reflectance are interpolated, ln T = (1 − s) ln T₁ + s ln T₂. They are linear in the
-//! coefficients, so the coefficients are mixed and the spectrum is evaluated once.
+//! The logarithms of transmittance and reflectance are interpolated, ln T = (1 − s) ln T₁ + s ln T₂. They are linear in
+//! the coefficients, so the coefficients are mixed and the spectrum is evaluated once.
 
 use super::basis::{PADDED_COMPONENTS, Scale};
 use super::pca_snow::{Curves, HORIZON_DEG, PcaSnow};
@@ -22,8 +22,8 @@ impl<'snow> SnowMix<'snow> {
         Self { first: snow, second: snow, fraction: 0.0 }
     }
 
-    /// A fraction of the second sample, 0–1, and the rest of the first. Samples of a table in linear space are not mixed,
-    /// since the paper's scheme does not interpolate between samples: the one with the larger fraction is taken.
+    /// A fraction of the second sample, 0–1, and the rest of the first. Samples of a table in linear space are not
+    /// mixed, since the paper's scheme does not interpolate between samples: the one with the larger fraction is taken.
     #[must_use]
     pub const fn new(first: &'snow PcaSnow, second: &'snow PcaSnow, fraction: f32) -> Self {
         match (&first.curves, &second.curves) {

@@ -1,22 +1,22 @@
 //! Look-up of spectra: one snow sample at any thickness and angle of incidence (Algorithm 1 of Varsa & Baranoski 2024).
 //!
-//! The coefficients of the principal components are interpolated over thickness and angle, then C' V'ᵀ is evaluated once.
-//! The interpolation follows the table's space:
+//! The coefficients of the principal components are interpolated over thickness and angle, then C' V'ᵀ is evaluated
+//! once. The interpolation follows the table's space:
 //!
 //! - `linear`, the paper's (`spline_grid`): a cubic spline over the thickness at the two nearest angles, then linear
-//!   interpolation between them. The spline passes through transmittance 1 at 0 cm and 0 at 100 cm; beyond 100 cm and beyond
-//!   the last angle transmittance is 0. The spline overshoots between the knots, as the paper's does. The sample must be one
-//!   of the table's.
-//! - `log`, ours (`resampled_grid`): the spline of ln T passes through 0 at 0 cm and continues as a straight line beyond the
-//!   last knot, since light decays exponentially deep in snow (where that line would rise, it stays constant); between
-//!   angles, a cubic. Angles beyond the last one are looked up at the last one. Everything is precomputed on a fine grid,
-//!   for any sample within the axes (`blend`).
+//!   interpolation between them. The spline passes through transmittance 1 at 0 cm and 0 at 100 cm; beyond 100 cm and
+//!   beyond the last angle transmittance is 0. The spline overshoots between the knots, as the paper's does. The sample
+//!   must be one of the table's.
+//! - `log`, ours (`resampled_grid`): the spline of ln T passes through 0 at 0 cm and continues as a straight line
+//!   beyond the last knot, since light decays exponentially deep in snow (where that line would rise, it stays
+//!   constant); between angles, a cubic. Angles beyond the last one are looked up at the last one. Everything is
+//!   precomputed on a fine grid, for any sample within the axes (`blend`).
 //!
-//! Reflectance is interpolated in the same way, in log space over ln h: it is proportional to the thickness of thin layers
-//! and levels off.
+//! Reflectance is interpolated in the same way, in log space over ln h: it is proportional to the thickness of thin
+//! layers and levels off.
 //!
-//! [`SnowMix`] interpolates between two samples. [`ProjectedTable`] holds a sample's spectra already projected on the few
-//! sums that the colours of one light source need.
+//! [`SnowMix`] interpolates between two samples. [`ProjectedTable`] holds a sample's spectra already projected on the
+//! few sums that the colours of one light source need.
 
 mod basis;
 mod mix;

@@ -53,8 +53,8 @@ struct EndKnot {
 }
 
 impl PcaSnow {
-    /// Extracts the curves of one sample from a table. A table in linear space has the samples of its grid only, a table in
-    /// log space any sample within its axes.
+    /// Extracts the curves of one sample from a table. A table in linear space has the samples of its grid only, a
+    /// table in log space any sample within its axes.
     ///
     /// # Errors
     /// [`DatabaseError::OffGrid`] or [`DatabaseError::OffAxis`] if a property of the sample is beyond the table,
@@ -109,7 +109,8 @@ impl PcaSnow {
         &self.wavelengths_nm
     }
 
-    /// Largest angle of incidence that look-ups resolve, in degrees. Light between it and 90° is looked up at this angle.
+    /// Largest angle of incidence that look-ups resolve, in degrees. Light between it and 90° is looked up at this
+    /// angle.
     ///
     /// It is the table's last angle in log space, and [`PAPER_LAST_ANGLE_DEG`] in the paper's scheme.
     #[must_use]
@@ -240,9 +241,9 @@ fn log_transmittance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid 
     ResampledGrid::new(&axes.angles_deg, last_cm, components.count, at)
 }
 
-/// Splines of ln R over ln h, resampled without the factor h/(h + 2⁻⁶ cm), which is proportional to the thickness of thin
-/// layers as R is, so that the rest varies slowly. One more coefficient holds the base-2 logarithm of that factor's inverse
-/// at the nodes, so that it is interpolated as the others are.
+/// Splines of ln R over ln h, resampled without the factor h/(h + 2⁻⁶ cm), which is proportional to the thickness of
+/// thin layers as R is, so that the rest varies slowly. One more coefficient holds the base-2 logarithm of that
+/// factor's inverse at the nodes, so that it is interpolated as the others are.
 fn log_reflectance(axes: &Axes, sample: &SampleCoefficients) -> ResampledGrid {
     let count = sample.components.count;
     let log_axes = Axes { thicknesses_cm: axes.thicknesses_cm.iter().map(|h| h.ln()).collect(), ..axes.clone() };

@@ -1,8 +1,8 @@
 //! Spectra projected on a few weights: the colour of the light of one source through one snow sample, in one look-up.
 //!
-//! Along the thickness the logarithms of such sums curve slightly more than those of single wavelengths, since a mean of
-//! exponentials with different rates is not exponential. On cells a sixteenth as wide they differ from the sums of the
-//! spectrum by less than 2·10⁻⁴, and a look-up costs a tenth.
+//! Along the thickness the logarithms of such sums curve slightly more than those of single wavelengths, since a mean
+//! of exponentials with different rates is not exponential. On cells a sixteenth as wide they differ from the sums of
+//! the spectrum by less than 2·10⁻⁴, and a look-up costs a tenth.
 
 use super::basis::four_powers_of_two;
 use super::pca_snow::{Curves, HORIZON_DEG, PcaSnow};
@@ -68,8 +68,8 @@ impl ProjectedTable {
         self.last_thickness_cm
     }
 
-    /// Sums of transmittance through `thickness_cm`, at most [`last_thickness_cm`](Self::last_thickness_cm), for light at
-    /// `angle_deg` from the normal.
+    /// Sums of transmittance through `thickness_cm`, at most [`last_thickness_cm`](Self::last_thickness_cm), for light
+    /// at `angle_deg` from the normal.
     #[must_use]
     #[inline]
     pub fn transmittance(&self, thickness_cm: f32, angle_deg: f32) -> [f32; PROJECTIONS] {

@@ -1,14 +1,14 @@
-//! Interpolation of tables in log space: coefficients resampled once on a grid fine enough for linear interpolation over
-//! thickness and angle. Its cells are found without a search and without a logarithm.
+//! Interpolation of tables in log space: coefficients resampled once on a grid fine enough for linear interpolation
+//! over thickness and angle. Its cells are found without a search and without a logarithm.
 //!
 //! The grid is uniform in the bits of a floating-point number, with eight cells per power of two: a cell's index is the
-//! exponent and the first three mantissa bits. Along the thickness h the number is h + 2⁻⁶ cm: cells are 1/8 to 1/16 of the
-//! thickness wide in deep snow and 20 µm wide near the surface, and the first starts at 0 cm. Along the angle θ it is
-//! 96° − θ, since transmittance curves most near the horizon: cells are 8° wide near the normal and ½° wide at 89°.
+//! exponent and the first three mantissa bits. Along the thickness h the number is h + 2⁻⁶ cm: cells are 1/8 to 1/16 of
+//! the thickness wide in deep snow and 20 µm wide near the surface, and the first starts at 0 cm. Along the angle θ it
+//! is 96° − θ, since transmittance curves most near the horizon: cells are 8° wide near the normal and ½° wide at 89°.
 //!
-//! The nodes hold the table's own interpolation: the spline over the thickness at each of the table's angles, and a cubic
-//! between these angles ([`crate::cubic`]). Linear interpolation between nodes adds up to 0.2 % to transmittance and 0.5 %
-//! to the reflectance of thin layers.
+//! The nodes hold the table's own interpolation: the spline over the thickness at each of the table's angles, and a
+//! cubic between these angles ([`crate::cubic`]). Linear interpolation between nodes adds up to 0.2 % to transmittance
+//! and 0.5 % to the reflectance of thin layers.
 
 use wide::f32x4;
 
@@ -77,8 +77,8 @@ struct CellPosition {
 }
 
 impl ResampledGrid {
-    /// Resamples `at`, which gives the first `count` coefficients at the index of a table angle and a thickness in cm, in
-    /// single precision. The grid extends one cell beyond `last_thickness_cm`.
+    /// Resamples `at`, which gives the first `count` coefficients at the index of a table angle and a thickness in cm,
+    /// in single precision. The grid extends one cell beyond `last_thickness_cm`.
     pub(super) fn new(
         table_angles_deg: &[f64],
         last_thickness_cm: f32,
@@ -108,8 +108,8 @@ impl ResampledGrid {
         grid
     }
 
-    /// A grid of four numbers, `at` a thickness in cm and an angle in degrees, with 2^`bits` cells along the thickness for
-    /// each power of two.
+    /// A grid of four numbers, `at` a thickness in cm and an angle in degrees, with 2^`bits` cells along the thickness
+    /// for each power of two.
     pub(super) fn of_four(extent: Extent, bits: u32, mut at: impl FnMut(f32, f32) -> [f32; REGISTER]) -> Self {
         let mut grid = Self::empty(extent, bits, REGISTER);
         let thicknesses_cm = grid.node_thicknesses_cm();

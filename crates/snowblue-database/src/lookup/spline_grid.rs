@@ -1,5 +1,5 @@
-//! The paper's interpolation: a natural cubic spline over the thickness at each of the table's angles, and a straight line
-//! between two angles. It acts on the coefficients, which is exact because both steps are linear.
+//! The paper's interpolation: a natural cubic spline over the thickness at each of the table's angles, and a straight
+//! line between two angles. It acts on the coefficients, which is exact because both steps are linear.
 
 use wide::f32x4;
 

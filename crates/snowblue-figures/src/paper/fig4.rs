@@ -27,7 +27,7 @@ const SEEN: f64 = 0.62;
 /// Where the left camera's other ray hits the ground.
 const GROUND_CM: DVec2 = DVec2::new(-9.0, 34.0);
 const SNOW: TableSample =
-    TableSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0, further: Vec::new() };
+    TableSample { grain_size_um: 400.0, facetness: 0.3, density_kg_m3: 300.0, properties: Vec::new() };
 
 const SNOW_FILL: &str = "#e6f0f8";
 const SNOW_EDGE: &str = "#8fb3d1";

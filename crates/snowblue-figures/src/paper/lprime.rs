@@ -1,7 +1,7 @@
 //! The choice of l', the number of principal components: errors of each number, by the paper's two criteria.
 
 use snowblue_color::Illuminant;
-use snowblue_database::fidelity::{Fidelity, PERCEPTIBLE_DELTA_E, Spread, judge};
+use snowblue_database::fidelity::{Fidelity, PERCEPTIBLE_DELTA_E, Spread, evaluate};
 use snowblue_database::pca::Decomposition;
 use snowblue_database::{DatabaseError, Quantity, Space, Table as SnowTable};
 
@@ -27,9 +27,9 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let rows = SPACES.iter().zip(&found).flat_map(|(space, found)| {
         found.iter().enumerate().map(|(i, one)| {
             let mut row = vec![Cell::Word(space.name().to_owned()), (i as f64 + 1.0).into()];
-            let Fidelity { rmse, delta_e, perceptible_share, negative_values } = one;
+            let Fidelity { rmse, delta_e, perceptible_fraction, negative_values } = one;
             let spreads = [rmse, delta_e].into_iter().flat_map(|one| [one.worst, one.percentile_99, one.mean]);
-            row.extend(spreads.chain([*perceptible_share, *negative_values as f64]).map(Cell::from));
+            row.extend(spreads.chain([*perceptible_fraction, *negative_values as f64]).map(Cell::from));
             row
         })
     });
@@ -64,7 +64,7 @@ fn judged(table: &SnowTable, space: Space) -> Result<Vec<Fidelity>, FigureError>
     let decomposition = Decomposition::new(table, Quantity::Transmittance, space)?;
     let judged = |count| {
         let components = decomposition.keep(table, Quantity::Transmittance, count)?;
-        judge(table, Quantity::Transmittance, (&components, space), Some(Illuminant::D65))
+        evaluate(table, Quantity::Transmittance, &components, space, Some(Illuminant::D65))
     };
     Ok((1..=MOST).map(judged).collect::<Result<_, DatabaseError>>()?)
 }
@@ -83,7 +83,7 @@ fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         two.delta_e.worst,
         two.rmse.worst,
         two.delta_e.mean,
-        100.0 * two.perceptible_share,
+        100.0 * two.perceptible_fraction,
         two.negative_values,
         fewest(&found[0]),
         fewest(&found[1]),
@@ -96,7 +96,7 @@ fn costs(found: &[Vec<Fidelity>; 2], curves: usize) -> FigureTable {
         cells.extend(
             [one.delta_e.worst, one.delta_e.percentile_99, one.delta_e.mean].map(|value| format!("{value:.3}")),
         );
-        cells.push(format!("{:.2}", 100.0 * one.perceptible_share));
+        cells.push(format!("{:.2}", 100.0 * one.perceptible_fraction));
         cells.extend([one.rmse.worst, one.rmse.percentile_99, one.rmse.mean].map(|value| format!("{value:.1e}")));
         cells.push(one.negative_values.to_string());
         cells
@@ -146,7 +146,7 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         ["l', number of components", "Curves above ΔE*ab 2.3 (%)"],
     );
     for (colour, found) in COLOURS.iter().zip(found) {
-        let point = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_share);
+        let point = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_fraction);
         let points: Vec<(f64, f64)> = found.iter().enumerate().map(point).collect();
         chart.line(&fractions, &points, Stroke::solid(colour, 2.2));
         chart.dots(&fractions, &points, colour);

@@ -18,6 +18,6 @@ pub(super) fn paper_table() -> Result<&'static Table, FigureError> {
     if let Some(table) = TABLE.get() {
         return Ok(table);
     }
-    let (table, _) = fill(&Axes::paper(), &FillOptions::by_ordinates(TALLY_RAYS), &|_, _| ())?;
+    let table = fill(&Axes::paper(), &FillOptions::by_ordinates(TALLY_RAYS), &|_| ())?;
     Ok(TABLE.get_or_init(|| table))
 }

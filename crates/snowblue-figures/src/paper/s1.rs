@@ -78,7 +78,7 @@ fn curves(table: &SnowTable) -> Result<Vec<Curve>, FigureError> {
         + index_of(&axes.thicknesses_cm, THICKNESS_CM);
     let keep = |space: Space| {
         let decomposition = Decomposition::new(table, Quantity::Transmittance, space)?;
-        decomposition.keep(table, Quantity::Transmittance, space.usual_components())
+        decomposition.keep(table, Quantity::Transmittance, space.default_components())
     };
     let kept: Vec<Components> = SPACES.into_iter().map(keep).collect::<Result<_, _>>()?;
     let full: Vec<&[f64]> = table.curves(Quantity::Transmittance).collect();

@@ -1,11 +1,11 @@
 //! Image files: PNG for display, OpenEXR for further processing. A file is written completely or not at all.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write as _};
 use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
 use snowblue_color::{LinearRgb, Srgb8, Xyz};
-use snowblue_database::file::write_whole;
+use snowblue_database::file::write_atomically;
 
 use crate::error::RenderError;
 use crate::film::Film;
@@ -100,7 +100,7 @@ pub(crate) fn exr_text(text: &str) -> Text {
 pub(crate) fn write_file(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
     let error = |reason: String| RenderError::WriteImage { path: path.into(), reason };
     let content = content.map_err(error)?;
-    write_whole(path, |temporary| std::fs::write(temporary, content)).map_err(|source| error(source.to_string()))
+    write_atomically(path, |file| file.write_all(&content)).map_err(|source| error(source.to_string()))
 }
 
 #[cfg(test)]

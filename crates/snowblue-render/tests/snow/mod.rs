@@ -40,7 +40,7 @@ pub(crate) fn simple_law() -> CompressedTable {
         grain_sizes_um: vec![SAMPLE.grain_size_um],
         facetness: vec![SAMPLE.facetness],
         densities_kg_m3: vec![SAMPLE.density_kg_m3],
-        further: vec![],
+        properties: vec![],
         diffuse: false,
         angles_deg: vec![0.0, 89.0],
         thicknesses_cm: vec![0.001, 10.0, 100.0],
@@ -87,7 +87,7 @@ pub(crate) fn real() -> CompressedTable {
         ..Axes::with_thin_and_thick_knots()
     };
     let options = fill::FillOptions::by_ordinates(1 << 14);
-    let (table, _) = fill::fill(&axes, &options, &|_, _| {}).unwrap();
+    let table = fill::fill(&axes, &options, &|_| {}).unwrap();
     CompressedTable::new(&table, Space::Log, 3).unwrap()
 }
 

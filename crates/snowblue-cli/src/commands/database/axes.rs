@@ -21,7 +21,7 @@ use crate::options::parse::{self, ImpurityAxis, Wavelengths};
 use crate::output::Failure;
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
-use snowblue_database::{Axes, Property};
+use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::slab::Incidence;
 use toml::Spanned;
@@ -204,8 +204,8 @@ fn set_incidences(axes: &mut Axes, incidences: &[Incidence]) {
 /// Adds or replaces the axis of a further property.
 fn set_property(axes: &mut Axes, property: Property, values: Option<Vec<f64>>) {
     let Some(values) = values else { return };
-    match axes.further.iter_mut().find(|(known, _)| *known == property) {
-        Some((_, known)) => *known = values,
-        None => axes.further.push((property, values)),
+    match axes.properties.iter_mut().find(|axis| axis.property == property) {
+        Some(axis) => axis.values = values,
+        None => axes.properties.push(PropertyAxis { property, values }),
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::options::{Compression, parse};
 use crate::output::{Failure, Outcome, check_path, check_table_path, print_message};
 use clap::{Args, ValueEnum};
-use snowblue_database::exchange::{self, Fixed};
+use snowblue_database::exchange::{self, FixedValues};
 use snowblue_database::file::{self, AnyTable};
 
 /// Make a table from the curves of another model or an instrument
@@ -86,7 +86,7 @@ impl Import {
             return Err(Failure::Input(format!("{}: would be overwritten by the output", self.file.display())));
         }
         self.compression.check()?;
-        let fixed: Fixed = self.set.iter().cloned().collect();
+        let fixed: FixedValues = self.set.iter().cloned().collect();
         if fixed.len() < self.set.len() {
             return Err(Failure::Input("--set is given twice for one name".to_owned()));
         }

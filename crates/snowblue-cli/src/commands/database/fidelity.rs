@@ -7,7 +7,7 @@ use crate::options::parse;
 use crate::output::{Failure, Outcome, OutputOptions, check_extension, write_file};
 use clap::{Args, ValueEnum};
 use snowblue_color::Illuminant;
-use snowblue_database::fidelity::off_grid::{Interpolation, OffGrid, off_grid};
+use snowblue_database::fidelity::off_grid::{OffGridErrors, OffGridOptions, evaluate_off_grid};
 use snowblue_database::fidelity::{self, PERCEPTIBLE_DELTA_E, Spread};
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::pca::Decomposition;
@@ -192,10 +192,10 @@ impl Fidelity {
         let [illuminant] = self.illuminant[..] else {
             return Err(Failure::Input("--off-grid needs exactly one illuminant".to_owned()));
         };
-        let options = OffGrid { places: points as usize, seed: self.filling.ordinates.seed, illuminant };
+        let options = OffGridOptions { points: points as usize, seed: self.filling.ordinates.seed, illuminant };
         let mut rows = Vec::new();
         for table in self.looked_up(quiet)? {
-            for found in off_grid(&table, &options).map_err(Failure::input)? {
+            for found in evaluate_off_grid(&table, &options).map_err(Failure::input)? {
                 rows.push(off_grid_row(&table, illuminant, &found));
             }
         }
@@ -217,7 +217,7 @@ impl Fidelity {
             CompressedTable::new(
                 table,
                 space,
-                space.usual_components().min(table.axes.wavelengths_nm.len()).min(table.axes.curves()),
+                space.default_components().min(table.axes.wavelengths_nm.len()).min(table.axes.curves()),
             )
         };
         let Some(path) = &self.file else {
@@ -247,7 +247,7 @@ impl Fidelity {
                 for components in 1..=self.components.min(decomposition.singular_values().len()) {
                     let kept = decomposition.keep(table, quantity, components)?;
                     for &illuminant in &self.illuminant {
-                        let fidelity = fidelity::judge(truth, quantity, (&kept, space), Some(illuminant))?;
+                        let fidelity = fidelity::evaluate(truth, quantity, &kept, space, Some(illuminant))?;
                         let singular_value = decomposition.singular_values()[components - 1];
                         judgements.push(Judgement {
                             quantity,
@@ -282,7 +282,7 @@ fn row(judgement: &Judgement, table: &Table) -> Vec<Cell> {
         delta_e.worst,
         delta_e.percentile_99,
         delta_e.mean,
-        fidelity.perceptible_share,
+        fidelity.perceptible_fraction,
         fidelity.negative_values as f64,
         *singular_value,
     ];
@@ -292,25 +292,24 @@ fn row(judgement: &Judgement, table: &Table) -> Vec<Cell> {
     row
 }
 
-fn off_grid_row(table: &CompressedTable, illuminant: Illuminant, found: &Interpolation) -> Vec<Cell> {
+fn off_grid_row(table: &CompressedTable, illuminant: Illuminant, found: &OffGridErrors) -> Vec<Cell> {
     let word = |word: &str| Cell::Word(word.replace(',', ";"));
     let interpolation = match InterpolationArgument::of(table.space) {
         InterpolationArgument::Paper => "paper",
         InterpolationArgument::Log => "log",
     };
-    let (low_deg, high_deg) = found.angles_deg;
     let mut row = vec![
         word(found.quantity.name()),
         word(interpolation),
         (table.components(found.quantity).count as f64).into(),
         word(if found.between_samples { "between" } else { "grid" }),
-        low_deg.into(),
-        high_deg.into(),
+        found.angles_deg.low.into(),
+        found.angles_deg.high.into(),
         word(illuminant.name()),
     ];
     let numbers = |spread: &Spread| [spread.worst, spread.percentile_99, spread.mean].map(Cell::from);
     row.extend([&found.bright, &found.relative, &found.delta_e].into_iter().flat_map(numbers));
-    row.extend(found.worst.iter().map(|place| word(place)));
+    row.extend([&found.worst.bright, &found.worst.relative, &found.worst.delta_e].map(|point| word(point)));
     row
 }
 

@@ -5,12 +5,16 @@ mod exchange;
 mod fidelity;
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand, ValueEnum};
 use snowblue_database::file::{self, AnyTable};
-use snowblue_database::fill::{self, Engine, FillOptions, FillTimes};
+use snowblue_database::axes::NamedAxis;
+use snowblue_database::fill::{self, Engine, FillOptions, FillProgress, FillStage};
 use snowblue_database::shard::{self, Part};
-use snowblue_database::{Axes, DatabaseError, Table};
+use snowblue_database::table::{Attribute, StandardErrors};
+use snowblue_database::{Axes, DatabaseError, Quantity, Table};
 use snowblue_transport::monte_carlo;
 
 use crate::options::{Compression, IceArgument, OrdinatesArguments, parse};
@@ -136,14 +140,22 @@ impl Filling {
     fn fill<T>(
         &self,
         quiet: bool,
-        fill: impl Fn(&Axes, &FillOptions, &(dyn Fn(u64, u64) + Sync)) -> Result<(T, FillTimes), DatabaseError>,
+        fill: impl Fn(&Axes, &FillOptions, &(dyn Fn(FillProgress) + Sync)) -> Result<T, DatabaseError>,
     ) -> Result<Filled<T>, Failure> {
         let axes = self.axes.axes(self.ice.table())?;
         let bar = Progress::new("steps", quiet);
-        let filled = fill(&axes, &self.options(), &|done, all| bar.set(done, all));
+        let (start, tallied) = (Instant::now(), OnceLock::<Duration>::new());
+        let filled = fill(&axes, &self.options(), &|progress| {
+            if progress.stage == FillStage::Solve {
+                tallied.get_or_init(|| start.elapsed());
+            }
+            bar.set(progress.done, progress.total);
+        });
+        let elapsed = start.elapsed();
         bar.finish();
-        let (table, times) = filled.map_err(Failure::input)?;
-        let (tally, solve) = (times.tally.as_secs_f64(), times.solve.as_secs_f64());
+        let table = filled.map_err(Failure::input)?;
+        let tally = tallied.get().copied().unwrap_or_default();
+        let (tally, solve) = (tally.as_secs_f64(), (elapsed - tally).as_secs_f64());
         let threads = rayon::current_num_threads();
         let times = format!("T and R: tally {tally:.2} s, solve {solve:.2} s, {threads} threads");
         Ok(Filled { table, times })
@@ -159,7 +171,7 @@ impl Build {
         check_table_path(&self.output)?;
         self.compression.check()?;
         let summary = if let Some(part) = self.shard {
-            let fill = |axes: &Axes, options: &FillOptions, progress: &(dyn Fn(u64, u64) + Sync)| {
+            let fill = |axes: &Axes, options: &FillOptions, progress: &(dyn Fn(FillProgress) + Sync)| {
                 shard::fill_part(axes, options, part, progress)
             };
             let Filled { table: shard, times } = self.filling.fill(quiet, fill)?;
@@ -179,9 +191,9 @@ impl Build {
 }
 
 /// Mean of the standard errors, and the fraction of large ones.
-fn describe_errors(table: &Table, errors: &[Vec<f64>; 2]) -> String {
-    let values = [&table.transmittance, &table.reflectance];
-    let words = values.into_iter().zip(errors).zip(["T", "R"]).map(|((values, errors), name)| {
+fn describe_errors(table: &Table, errors: &StandardErrors) -> String {
+    let words = Quantity::ALL.into_iter().zip(["T", "R"]).map(|(quantity, name)| {
+        let (values, errors) = (table.values(quantity), errors.of(quantity));
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let relative = errors.iter().zip(values).map(|(error, value)| error / value.abs());
         let large = 100.0 * relative.clone().filter(|error| *error > 0.1).count() as f64 / errors.len() as f64;
@@ -205,7 +217,7 @@ impl Info {
             }
         };
         let mut text = format!("{name}: {} curves of {} kinds of snow, {kind}\n", axes.curves(), axes.samples());
-        for (axis, unit, values) in axes.named() {
+        for NamedAxis { name: axis, unit, values } in axes.named() {
             let value = |value: &f64| {
                 if axis == "angle" && *value < 0.0 { "diffuse".to_owned() } else { format_number(*value) }
             };
@@ -213,8 +225,8 @@ impl Info {
             let unit = if unit == "1" { String::new() } else { format!(" ({unit})") };
             text.push_str(&format!("  {axis}{unit}: {}\n", values.join(" ")));
         }
-        for (attribute, value) in metadata {
-            text.push_str(&format!("  {attribute}: {value}\n"));
+        for Attribute { name, value } in metadata {
+            text.push_str(&format!("  {name}: {value}\n"));
         }
         print(&text).map_err(Failure::work)
     }

@@ -11,7 +11,7 @@ use crate::output::{Failure, Outcome, PictureFile, check_table_path, print_messa
 use clap::Args;
 use pictures::merge_pictures;
 use snowblue_database::file::{self, AnyTable};
-use snowblue_database::shard::{self, Shard};
+use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
 
 /// Magic number of OpenEXR.
@@ -89,7 +89,7 @@ impl Merge {
         }
         check_table_path(&self.output)?;
         self.compression.check()?;
-        let shards: Result<Vec<(String, Shard)>, Failure> = self.parts.iter().map(|path| read(path)).collect();
+        let shards: Result<Vec<NamedShard>, Failure> = self.parts.iter().map(|path| read(path)).collect();
         let table = shard::merge(&shards?).map_err(Failure::input)?;
         let kept = self.compression.write(&table, &self.output)?;
         Ok(format!("{} curves of {} shards{kept}", table.axes.curves(), self.parts.len()))
@@ -105,10 +105,10 @@ fn is_picture(path: &Path) -> Result<bool, Failure> {
     }
 }
 
-fn read(path: &Path) -> Result<(String, Shard), Failure> {
+fn read(path: &Path) -> Result<NamedShard, Failure> {
     let name = path.display().to_string();
     match file::read(path).map_err(Failure::input)? {
-        AnyTable::Shard(shard) => Ok((name, shard)),
+        AnyTable::Shard(shard) => Ok(NamedShard { name, shard }),
         other => Err(Failure::Input(format!("{name}: is {}, not a shard", other.kind()))),
     }
 }

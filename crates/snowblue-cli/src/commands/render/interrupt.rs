@@ -4,14 +4,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::{Failure, INTERRUPTED, Outcome};
-use snowblue_database::file::unfinished_path;
+use snowblue_database::file::partial_path;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Installs the signal handler. The first signal sets the flag of [`is_requested`]; the second ends the program at once
 /// and removes the unfinished file of `output`.
 pub(super) fn listen(output: &Path) -> Outcome {
-    let unfinished = unfinished_path(output);
+    let unfinished = partial_path(output);
     let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             if let Some(unfinished) = &unfinished {

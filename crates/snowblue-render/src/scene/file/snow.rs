@@ -126,7 +126,7 @@ pub(super) fn read_volume(section: &Section, workshop: &Workshop) -> Result<Volu
     }
     let (range, _) = Range::read(section)?;
     let made = |error: &DatabaseError| section.error(error.to_string());
-    let ice = fill::ice(&workshop.table.metadata).map_err(|error| made(&error))?;
+    let ice = fill::ice_from_metadata(&workshop.table.metadata).map_err(|error| made(&error))?;
     let sample = range.at(0.0).snow(ice).map_err(|error| made(&error))?;
     let volume = Volume::new(&sample, &workshop.wavelengths_nm, &GrainPlan::default());
     volume.map_err(|error| section.error(error.to_string()))

@@ -1,4 +1,4 @@
-//! The paper's claims about colours (Varsa & Baranoski 2024), on snow that is solved directly, off the table's grid.
+//! The paper's claims about colours (Varsa & Baranoski 2024), on directly solved samples.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -13,7 +13,7 @@ use snowblue_transport::slab::{Incidence, Slab};
 const ANGLES_DEG: [f64; 6] = [0.0, 20.0, 40.0, 60.0, 80.0, 89.0];
 /// The illuminants of Fig. 3.
 const FIG_3: [&str; 5] = ["E", "D55", "D65", "LED-B5", "FL3.15"];
-/// The tally leaves some 0.5 % in T, which is alike at all wavelengths and for all that is compared here.
+/// The noise of the tally is about 0.5 % of T, the same at all wavelengths and for all samples compared here.
 const OPTIONS: OrdinatesOptions =
     OrdinatesOptions { streams: snowblue_transport::ordinates::Streams::Auto, tally_rays: 1 << 15, seed: 1 };
 
@@ -36,7 +36,7 @@ fn slab(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64], waveleng
     Slab { sample, thicknesses_cm: thicknesses_cm.to_vec(), incidences, wavelengths_nm }
 }
 
-/// Spectra of transmittance, and of reflectance, at each thickness and then angle.
+/// Spectra of transmittance and of reflectance: [thickness][angle].
 fn spectra(sample: SnowSample, thicknesses_cm: &[f64], angles_deg: &[f64]) -> Vec<[Vec<f64>; 2]> {
     let solved = solve(&slab(sample, thicknesses_cm, angles_deg, tens()), &OPTIONS).unwrap();
     let curve = |rows: &[snowblue_transport::slab::Radiometry]| {
@@ -54,21 +54,21 @@ fn colorimeter(illuminant: &str) -> Colorimeter {
 
 /// The colours under D65 at the angles of Figs. 5–8.
 fn swatches(sample: SnowSample, thickness_cm: f64) -> Vec<Xyz> {
-    let eye = colorimeter("D65");
-    spectra(sample, &[thickness_cm], &ANGLES_DEG).iter().map(|[passed, _]| eye.xyz(passed)).collect()
+    let observer = colorimeter("D65");
+    spectra(sample, &[thickness_cm], &ANGLES_DEG).iter().map(|[transmitted, _]| observer.xyz(transmitted)).collect()
 }
 
 fn lab(light: Xyz) -> Lab {
     Lab::from_xyz(light, colorimeter("D65").white())
 }
 
-/// Figs. 5–8 and "Snow Characterization Variability": larger grains are lighter, more facetness, density and thickness
-/// darker, each at every angle; and a larger angle is darker in every row.
+/// Figs. 5–8 and "Snow Characterization Variability": larger grains are lighter; higher facetness, density and
+/// thickness are darker, each at every angle; and larger angles are darker in every row.
 ///
-/// "The variation in the grain size parameter resulted in more prominent appearance differences": in light it does here, 5.5
-/// times from one size to the other against 3.2 for thickness, 2.2 for density and 1.5 for facetness, at every angle. As
-/// ΔE*ab it does up to 60°; at 80° and 89° the pair of thicknesses, 10 and 25 cm, differs a little more, and in hue and chroma
-/// alone (ΔE at L* = 50: 12.56 against 11.88 at 0°) it always does.
+/// "The variation in the grain size parameter resulted in more prominent appearance differences". In luminance it does,
+/// at every angle: a factor of 5.5 against 3.2 for thickness, 2.2 for density and 1.5 for facetness. In ΔE*ab it does
+/// up to 60°; at 80° and 89° the thicknesses, 10 and 25 cm, differ slightly more. In hue and chroma alone the
+/// thicknesses always differ more (ΔE at L* = 50: 12.56 against 11.88 at 0°).
 #[test]
 fn swatches_of_figures_5_to_8() {
     let grain_size = [snow(100.0, 0.3, 275.0), snow(500.0, 0.3, 275.0)].map(|sample| swatches(sample, 12.0));
@@ -93,21 +93,21 @@ fn swatches_of_figures_5_to_8() {
     }
 }
 
-/// Fig. 11: of three dragons with grains of 100, 250 and 500 µm (facetness .3, 300 kg/m³, a body of 30 cm) "the larger
-/// grain size […] allows more light to be transmitted and exhibits a more vivid blue hue".
+/// Fig. 11: of three dragons with grains of 100, 250 and 500 µm (facetness 0.3, 300 kg/m³, about 30 cm thick) "the
+/// larger grain size […] allows more light to be transmitted and exhibits a more vivid blue hue".
 ///
-/// Vivid is what is far from black and from grey: Berns's vividness √(L*² + C*²) (2014, doi:10.1002/col.21833), with one
-/// exposure for all three, as in the figure. In lightness and in vividness the claim holds at any exposure. It is the light
-/// that does it: chroma C* rises as dim as the light comes through, no longer once the lightest is at L* = 50, and brought
-/// to one luminance, light through larger grains is paler, since it has met less ice.
+/// Vividness is the distance from black and grey: √(L*² + C*²) (Berns 2014, doi:10.1002/col.21833), with one exposure
+/// for all three, as in the figure. Lightness and vividness increase with the grain size at any exposure. Luminance is
+/// the cause: chroma C* increases as transmitted, but no longer when the lightest is at L* = 50, and at equal luminance
+/// light through larger grains is paler, since its path in ice is shorter.
 #[test]
 fn larger_grains_are_more_vivid_at_one_exposure() {
     let sizes = [100.0, 250.0, 500.0].map(|size_um| snow(size_um, 0.3, 300.0));
     let solved = solve_alike(&sizes, &slab(sizes[0], &[30.0], &[0.0], tens()), &OPTIONS).unwrap();
-    let eye = colorimeter("D65");
+    let observer = colorimeter("D65");
     let light = |size: usize| {
-        let passed: Vec<f64> = solved[size].spectrum(0, 0).iter().map(|fluxes| fluxes.transmittance).collect();
-        eye.xyz(&passed)
+        let transmitted: Vec<f64> = solved[size].spectrum(0, 0).iter().map(|fluxes| fluxes.transmittance).collect();
+        observer.xyz(&transmitted)
     };
     let lights = [light(0), light(1), light(2)];
     let ascends = |[small, medium, large]: [f64; 3]| small < medium && medium < large;
@@ -123,55 +123,56 @@ fn larger_grains_are_more_vivid_at_one_exposure() {
     assert!(small > medium && medium > large, "{small} {medium} {large}");
 }
 
-/// Fig. 3 and "Spectral Resolution": under a flat light "the colorations are still largely dependent on the transmittance
-/// values". That they are blue is our measure of it.
+/// Fig. 3 and "Spectral Resolution": under a flat light "the colorations are still largely dependent on the
+/// transmittance values". The test that they are blue is ours.
 #[test]
 fn blue_under_equal_energy() {
-    let [passed, _] = &spectra(snow(400.0, 0.3, 300.0), &[15.0], &[0.0])[0];
-    let eye = colorimeter("E");
-    let light = eye.xyz(passed);
-    let (bare, through) = (LinearRgb::from_xyz(eye.white() * light.y), LinearRgb::from_xyz(light));
+    let [transmitted, _] = &spectra(snow(400.0, 0.3, 300.0), &[15.0], &[0.0])[0];
+    let observer = colorimeter("E");
+    let light = observer.xyz(transmitted);
+    let (bare, through) = (LinearRgb::from_xyz(observer.white() * light.y), LinearRgb::from_xyz(light));
     assert!(through.b > through.g && through.g > through.r, "{through:?}");
-    // It is snow's blue: on a screen the bare light is rosy.
+    // The blue is that of snow: the bare light is reddish in sRGB.
     assert!(bare.r > bare.b, "{bare:?}");
-    let color = Lab::from_xyz(light, eye.white());
+    let color = Lab::from_xyz(light, observer.white());
     assert!((220.0..300.0).contains(&color.hue_deg()), "{color:?}");
 }
 
-/// Fig. 3: swatches of three wavelengths (455, 551, 608 nm) and of 31 show "a noticeable difference" under each of the
-/// illuminants: ΔE*ab is 6.1 (FL3.15) to 20.3 (LED-B5) as dim as the light comes through, and twice that at L* = 50.
+/// Fig. 3: swatches of three wavelengths (455, 551, 608 nm) and of 31 show "a noticeable difference" under each
+/// illuminant: ΔE*ab is 6.1 (FL3.15) to 20.3 (LED-B5) as transmitted, and twice that at L* = 50.
 ///
-/// Most of it is what three samples do to the bare lamp. Each before the white of its own samples, the snow differs by 2.27
-/// (E), 2.47, 2.43, 2.55 and 2.19 (FL3.15), which is the threshold itself, and by 4.8 to 5.6 at L* = 50.
+/// Most of it is the effect of three samples on the bare light. Under the white of its own samples each, the difference
+/// is 2.27 (E), 2.47, 2.43, 2.55 and 2.19 (FL3.15), close to the threshold, and 4.8 to 5.6 at L* = 50.
 #[test]
 fn three_samples_differ_visibly_from_31() {
     let three_nm = [455.0, 551.0, 608.0];
     let sample = snow(400.0, 0.3, 300.0);
-    let [passed, _] = &spectra(sample, &[15.0], &[0.0])[0];
+    let [transmitted, _] = &spectra(sample, &[15.0], &[0.0])[0];
     let at_three = solve(&slab(sample, &[15.0], &[0.0], three_nm.to_vec()), &OPTIONS).unwrap();
     let at_three: Vec<f64> = at_three.iter().map(|row| row.transmittance.value).collect();
     let own_whites = [(2.26, 4.92), (2.46, 5.34), (2.42, 5.25), (2.54, 5.54), (2.19, 4.75)];
     for (name, expected) in FIG_3.into_iter().zip(own_whites) {
-        let eye = colorimeter(name);
+        let observer = colorimeter(name);
         let illuminant: Illuminant = name.parse().unwrap();
         let few = Colorimeter::new(Observer::Cie1931, illuminant, &three_nm).unwrap();
-        let (three, many) = (few.xyz(&at_three), eye.xyz(passed));
-        let found = ColorDifference::between(three, many, eye.white());
+        let (three, many) = (few.xyz(&at_three), observer.xyz(transmitted));
+        let found = ColorDifference::between(three, many, observer.white());
         assert!(
             found.as_given > 2.0 * PERCEPTIBLE_DELTA_E && found.at_middle_grey > 2.0 * found.as_given,
             "{name}: {found:?}"
         );
         let own = |luminances: [f64; 2]| {
             let lab = |light: Xyz, luminance: f64, white: Xyz| Lab::from_xyz(light.with_luminance(luminance), white);
-            lab(three, luminances[0], few.white()).delta_e_1976(lab(many, luminances[1], eye.white()))
+            lab(three, luminances[0], few.white()).delta_e_1976(lab(many, luminances[1], observer.white()))
         };
         let (dim, grey) = (own([three.y, many.y]), own([MIDDLE_GREY; 2]));
-        // Five seeds scatter by ±0.012 and ±0.03 with eight times the rays; thrice that here, and twice that is allowed.
+        // Five seeds vary by ±0.012 and ±0.03 with eight times the rays, so by three times as much here; twice that is
+        // the tolerance.
         assert!((dim - expected.0).abs() < 0.07 && (grey - expected.1).abs() < 0.17, "{name}: {dim} {grey}");
     }
 }
 
-/// "Greater angles of incidence result in more light being reflected", at every wavelength and through any thickness.
+/// "Greater angles of incidence result in more light being reflected": at every wavelength and thickness.
 #[test]
 fn reflectance_rises_with_angle() {
     let found = spectra(snow(550.0, 0.3, 275.0), &[1.0, 12.0, 50.0], &ANGLES_DEG);
@@ -182,22 +183,22 @@ fn reflectance_rises_with_angle() {
     }
 }
 
-/// Fig. S2(b), of the snow of Table S1: at every thickness blue and green pass more than red, and the fall of
-/// transmittance with thickness is steeper than a line's but slower than an exponential's near the top.
+/// Fig. S2(b), the snow of Table S1: at every thickness more blue and green than red is transmitted, and transmittance
+/// is a convex function of thickness.
 #[test]
-fn snow_of_table_s1_fades_and_turns_blue() {
+fn thicker_snow_of_table_s1_is_darker_and_bluer() {
     let facetness = TruncatedNormal { min: 0.05, max: 0.25, mean: 0.15, standard_deviation: 0.075 };
     let sample = SnowSample { facetness, ..snow(250.0, 0.15, 360.0) };
     let found = spectra(sample, &[3.0, 6.0, 9.0, 12.0, 15.0, 18.0], &[0.0]);
-    let at = |wavelength: usize| found.iter().map(move |[passed, _]| passed[wavelength]).collect::<Vec<_>>();
+    let at = |wavelength: usize| found.iter().map(move |[transmitted, _]| transmitted[wavelength]).collect::<Vec<_>>();
     let (blue, green, red) = (at(5), at(13), at(30));
     for i in 0..found.len() {
         assert!(blue[i] > red[i] && green[i] > red[i]);
     }
     for fall in [blue, green, red] {
-        // Equal steps lose less and less light.
+        // Equal steps decrease it by less and less.
         assert!(fall.windows(3).all(|three| three[0] - three[1] > three[1] - three[2]), "{fall:?}");
     }
-    let purity = |i: usize| at(5)[i] / at(30)[i];
-    assert!((1..6).all(|i| purity(i) > purity(i - 1)), "thicker snow is bluer");
+    let ratio = |i: usize| at(5)[i] / at(30)[i];
+    assert!((1..6).all(|i| ratio(i) > ratio(i - 1)), "thicker snow is bluer");
 }

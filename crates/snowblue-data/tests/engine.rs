@@ -1,4 +1,4 @@
-//! The embedded table is what the engine computes: random rows, and places between the knots, solved directly.
+//! The embedded table agrees with the engine at random rows and between its values.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -7,31 +7,31 @@ use snowblue_data::embedded;
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::{Axes, PcaSnow, Quantity, Space, TableSample};
 
-/// A repeatable choice out of `count`.
+/// A repeatable random number below `count`.
 fn choose(state: &mut u64, count: usize) -> usize {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     usize::try_from(*state >> 33).unwrap() % count
 }
 
 #[test]
-fn has_the_axes_and_the_space_it_is_said_to_have() {
+fn has_the_documented_axes_and_components() {
     let table = embedded();
     assert_eq!(table.axes, Axes::with_thin_and_thick_knots());
     assert_eq!((table.space, table.transmittance.count, table.reflectance.count), (Space::Log, 6, 6));
 }
 
-/// Random rows of one random facetness, computed with the same rays as the file: what differs is the compression alone,
-/// so the bounds are the worst cases of the fidelity report (RMSE .00013, ΔE .0043 over all rows), a little widened.
+/// Random rows of one random facetness, computed with the same rays as the file, differ only by compression. The bounds
+/// are the worst cases of the fidelity report over all rows (RMSE 0.00013, ΔE 0.0043), with a margin.
 #[test]
 fn random_rows_are_those_of_the_engine() {
     let table = embedded();
     let mut state = 20_261_121;
     let facetness = table.axes.facetness[choose(&mut state, 5)];
     let axes = Axes { facetness: vec![facetness], ..table.axes.clone() };
-    let (anew, _) = fill::fill(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
+    let computed = fill::fill(&axes, &FillOptions::default(), &|_| ()).unwrap();
     let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::D65, &axes.wavelengths_nm).unwrap();
     let lab = |curve: &[f64]| Lab::from_xyz(colorimeter.xyz(curve), colorimeter.white());
-    let curves = [Quantity::Transmittance, Quantity::Reflectance].map(|q| anew.curves(q).collect::<Vec<_>>());
+    let curves = [Quantity::Transmittance, Quantity::Reflectance].map(|q| computed.curves(q).collect::<Vec<_>>());
     for _ in 0..500 {
         let row = choose(&mut state, axes.curves());
         let per_size = axes.curves() / axes.grain_sizes_um.len();
@@ -48,10 +48,10 @@ fn random_rows_are_those_of_the_engine() {
     }
 }
 
-/// Places between the knots and the angles, of snow on the table's grid and between its sizes and densities, against direct
-/// solutions with the same rays: half a percent of transmittance and reflectance (`snowblue database fidelity --off-grid`).
+/// Between knots and angles, for samples on the grid and between its sizes and densities, look-ups agree with direct
+/// solutions by the same rays within about half a percent (`snowblue database fidelity --off-grid`).
 #[test]
-fn places_between_the_values_are_near_the_engine() {
+fn look_ups_between_the_values_agree_with_the_engine() {
     for (sample, most_error) in [
         (TableSample::new(400.0, 0.3, 300.0), 0.005),
         (TableSample::new(130.0, 0.3, 260.0), 0.007),
@@ -62,14 +62,14 @@ fn places_between_the_values_are_near_the_engine() {
     }
 }
 
-/// Between two values of facetness the grains are others, and so is the noise of their tally: 2 %, deep in snow.
+/// Between two values of facetness the grains differ, and so does the noise of their tally: 2 % deep in snow.
 #[test]
-fn snow_between_the_facetness_values_is_near_the_engine() {
+fn look_ups_between_the_facetness_values_agree_with_the_engine() {
     let error = worst_error(&TableSample::new(300.0, 0.4, 300.0));
     assert!(error < 0.02, "{error}");
 }
 
-/// The worst relative error of T and R at some places where they exceed 10⁻⁶.
+/// The largest relative error of T and R at points where they exceed 10⁻⁶.
 fn worst_error(sample: &TableSample) -> f64 {
     let axes = Axes {
         grain_sizes_um: vec![sample.grain_size_um],
@@ -79,13 +79,13 @@ fn worst_error(sample: &TableSample) -> f64 {
         thicknesses_cm: vec![0.012, 0.05, 0.4, 1.2, 4.0, 12.0, 30.0, 60.0, 85.0],
         ..Axes::paper()
     };
-    // As many moments as for the table's 89°.
+    // The tally has as many moments as the table's, whose last angle is 89°.
     let axes = Axes { angles_deg: [&axes.angles_deg[..], &[89.0]].concat(), ..axes };
-    let (anew, _) = fill::fill(&axes, &FillOptions::default(), &|_, _| ()).unwrap();
+    let computed = fill::fill(&axes, &FillOptions::default(), &|_| ()).unwrap();
     let snow = PcaSnow::new(embedded(), sample).unwrap();
     let mut worst = 0.0_f64;
     for quantity in Quantity::ALL {
-        for (number, curve) in anew.curves(quantity).take(5 * 9).enumerate() {
+        for (number, curve) in computed.curves(quantity).take(5 * 9).enumerate() {
             let (thickness_cm, angle_deg) =
                 (single(axes.thicknesses_cm[number % 9]), single(axes.angles_deg[number / 9]));
             let mut found = [0.0_f32; 31];

@@ -1,0 +1,14 @@
+//! Names in files beside those of axes and quantities.
+
+pub(super) const COMPONENT: &str = "component";
+pub(super) const SINGULAR_VALUE: &str = "singular_value";
+pub(super) const SPACE: &str = "space";
+pub(super) const SHARD: &str = "shard";
+pub(super) const ARITHMETIC: &str = "arithmetic";
+pub(super) const GRAIN: &str = "grain";
+pub(super) const SAMPLE: &str = "sample";
+pub(super) const SHARD_DIMENSIONS: [&str; 5] = [GRAIN, SAMPLE, "angle", "thickness", "wavelength"];
+/// Ending of the names of standard errors.
+pub(super) const ERROR_SUFFIX: &str = "_standard_error";
+/// The attribute that names the conventions of a file.
+pub(super) const CONVENTIONS: &str = "Conventions";

@@ -1,0 +1,204 @@
+//! Writes tables as NetCDF.
+
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use netcdf3::error::WriteError;
+use netcdf3::{DataSet, FileWriter, Version};
+
+use super::atomic::write_atomically;
+use super::names::{
+    ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE,
+};
+use crate::axes::{DIFFUSE_ANGLE_DEG, NamedAxis};
+use crate::shard::Shard;
+use crate::table::{Attribute, StandardErrors};
+use crate::{Axes, CompressedTable, DatabaseError, Quantity, Table};
+
+/// The content of a file.
+struct Content<'a> {
+    axes: &'a Axes,
+    /// Dimensions that are not axes.
+    dimensions: Vec<Dimension>,
+    attributes: Vec<Attribute>,
+    variables: Vec<Variable<'a>>,
+}
+
+struct Dimension {
+    name: &'static str,
+    length: usize,
+}
+
+struct Variable<'a> {
+    name: String,
+    dimensions: Vec<&'static str>,
+    values: Values<'a>,
+}
+
+enum Values<'a> {
+    Double(&'a [f64]),
+    Single(&'a [f32]),
+}
+
+impl Table {
+    /// Writes the table to `path`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
+        let dimensions: Vec<&'static str> = self.axes.named().iter().map(|axis| axis.name).collect();
+        let content = Content {
+            axes: &self.axes,
+            dimensions: Vec::new(),
+            attributes: self.metadata.clone(),
+            variables: curve_variables(&dimensions, |quantity| self.values(quantity), self.errors.as_ref()),
+        };
+        content.write(path)
+    }
+}
+
+impl Shard {
+    /// Writes the shard to `path`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
+        let shard = [Attribute::new(SHARD, self.part.to_string()), Attribute::new(ARITHMETIC, &self.arithmetic)];
+        let content = Content {
+            axes: &self.axes,
+            dimensions: vec![
+                Dimension { name: GRAIN, length: self.part.grains(&self.axes).len() },
+                Dimension { name: SAMPLE, length: self.axes.samples_per_grain() },
+            ],
+            attributes: [&self.metadata[..], &shard].concat(),
+            variables: curve_variables(
+                &SHARD_DIMENSIONS,
+                |quantity| self.values.of(quantity),
+                self.values.errors.as_ref(),
+            ),
+        };
+        content.write(path)
+    }
+}
+
+impl CompressedTable {
+    /// Writes the table to `path`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), DatabaseError> {
+        let mut curve_dimensions: Vec<&'static str> = self.axes.named().iter().map(|axis| axis.name).collect();
+        curve_dimensions.pop();
+        curve_dimensions.push(COMPONENT);
+        let mut variables = Vec::new();
+        for quantity in Quantity::ALL {
+            let components = self.components(quantity);
+            let mut add = |part: &str, dimensions, values| {
+                variables.push(Variable { name: format!("{}_{part}", quantity.name()), dimensions, values });
+            };
+            add("coefficients", curve_dimensions.clone(), Values::Single(&components.coefficients));
+            add("basis", vec!["wavelength", COMPONENT], Values::Single(&components.basis));
+            add("singular_values", vec![SINGULAR_VALUE], Values::Double(&components.singular_values));
+        }
+        let content = Content {
+            axes: &self.axes,
+            dimensions: vec![
+                Dimension { name: COMPONENT, length: self.transmittance.count },
+                Dimension { name: SINGULAR_VALUE, length: self.transmittance.singular_values.len() },
+            ],
+            attributes: [&self.metadata[..], &[Attribute::new(SPACE, self.space.name())]].concat(),
+            variables,
+        };
+        content.write(path)
+    }
+}
+
+/// Transmittance, reflectance and their standard errors, if they are known, as variables.
+fn curve_variables<'v>(
+    dimensions: &[&'static str],
+    values: impl Fn(Quantity) -> &'v [f64],
+    errors: Option<&'v StandardErrors>,
+) -> Vec<Variable<'v>> {
+    let variable = |name, values| Variable { name, dimensions: dimensions.to_vec(), values: Values::Double(values) };
+    let mut variables = Vec::new();
+    for quantity in Quantity::ALL {
+        variables.push(variable(quantity.name().to_owned(), values(quantity)));
+    }
+    if let Some(errors) = errors {
+        for quantity in Quantity::ALL {
+            variables.push(variable(format!("{}{ERROR_SUFFIX}", quantity.name()), errors.of(quantity)));
+        }
+    }
+    variables
+}
+
+impl Content<'_> {
+    fn write(&self, path: &Path) -> Result<(), DatabaseError> {
+        let failed = |error: &dyn std::fmt::Display| DatabaseError::file(path, format!("cannot be written: {error}"));
+        let data = self.describe().map_err(|error| failed(&format!("{error:?}")))?;
+        let write = |file: &mut File| {
+            let output = Box::new(file.try_clone()?);
+            self.write_values(&data, output).map_err(|error| io::Error::other(reason(&error)))
+        };
+        write_atomically(path, write).map_err(|error| failed(&error))
+    }
+
+    fn describe(&self) -> Result<DataSet, netcdf3::error::InvalidDataSet> {
+        let mut data = DataSet::new();
+        data.add_global_attr_string(CONVENTIONS, "CF-1.8")?;
+        for Attribute { name, value } in &self.attributes {
+            data.add_global_attr_string(name, value)?;
+        }
+        for NamedAxis { name, unit, values } in self.axes.named() {
+            data.add_fixed_dim(name, values.len())?;
+            data.add_var_f64(name, &[name])?;
+            data.add_var_attr_string(name, "units", unit)?;
+            data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
+            if name == "angle" && self.axes.diffuse {
+                data.add_var_attr_f64(name, "flag_values", vec![DIFFUSE_ANGLE_DEG])?;
+                data.add_var_attr_string(name, "flag_meanings", "diffuse")?;
+            }
+        }
+        for Dimension { name, length } in &self.dimensions {
+            data.add_fixed_dim(*name, *length)?;
+        }
+        for Variable { name, dimensions, values } in &self.variables {
+            match values {
+                Values::Double(_) => data.add_var_f64(name, dimensions)?,
+                Values::Single(_) => data.add_var_f32(name, dimensions)?,
+            }
+            data.add_var_attr_string(name, "units", "1")?;
+            data.add_var_attr_string(name, "long_name", name.replace('_', " "))?;
+        }
+        Ok(data)
+    }
+
+    fn write_values(&self, data: &DataSet, output: Box<File>) -> Result<(), WriteError> {
+        let mut writer = FileWriter::open_seek_write("", output)?;
+        writer.set_def(data, Version::Offset64Bit, 0)?;
+        for NamedAxis { name, values, .. } in self.axes.named() {
+            writer.write_var_f64(name, &values)?;
+        }
+        for Variable { name, values, .. } in &self.variables {
+            match values {
+                Values::Double(values) => writer.write_var_f64(name, values)?,
+                Values::Single(values) => writer.write_var_f32(name, values)?,
+            }
+        }
+        writer.close()
+    }
+}
+
+/// Writes bytes to a file.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), DatabaseError> {
+    let failed = |error: io::Error| DatabaseError::file(path, format!("cannot be written: {error}"));
+    write_atomically(path, |file| file.write_all(bytes)).map_err(failed)
+}
+
+fn reason(error: &WriteError) -> String {
+    match error {
+        WriteError::IOErrorKind(kind) => kind.to_string(),
+        other => format!("{other:?}"),
+    }
+}
