@@ -37,7 +37,9 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result
 pub fn partial_path(path: &Path) -> Option<PathBuf> {
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(path.file_name()?);
-    hidden.push(format!(".{}.part", std::process::id()));
+    // WebAssembly has no processes, and their number would panic.
+    let process = if cfg!(target_family = "wasm") { 0 } else { std::process::id() };
+    hidden.push(format!(".{process}.part"));
     Some(path.with_file_name(hidden))
 }
 
