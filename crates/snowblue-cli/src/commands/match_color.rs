@@ -5,12 +5,12 @@ use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
 use crate::output::{Failure, Outcome, OutputOptions, print_message};
 use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
-use snowblue_database::{DatabaseError, Interval};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{
     self, DENSITIES_KG_M3, Deviation, FreeParameter, GRAIN_SIZES_UM, Match as Found, Parameter, Problem,
     THICKNESSES_CM, Target,
 };
+use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable, display_hex};
 use snowblue_transport::slab::Incidence;
 

@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand, ValueEnum};
-use snowblue_database::file::{self, AnyTable};
 use snowblue_database::axes::NamedAxis;
+use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, Engine, FillOptions, FillProgress, FillStage};
 use snowblue_database::shard::{self, Part};
 use snowblue_database::table::{Attribute, StandardErrors};
