@@ -1,76 +1,76 @@
-//! What can go wrong in this room: every message names the file and, in a scene, the line.
+//! Errors of this crate. Every message names the file, and the line if there is one.
 
 use std::path::PathBuf;
 
-/// The ways in which loading a scene or writing an image can fail; rendering itself cannot.
+/// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// A scene or mesh file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     ReadFile {
-        /// The file asked for.
+        /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The scene breaks a rule: of TOML, of the scene's keys, or of a value's range.
+    /// A scene is not valid TOML, has an unknown or missing key, or a value is out of range.
     #[error("{}:{line}: {reason}", path.display())]
     Scene {
         /// The scene file.
         path: PathBuf,
-        /// Line in it, counted from 1.
+        /// Its line, counted from 1.
         line: usize,
-        /// The quantity, its value and what it must be.
+        /// The quantity, its value and its range.
         reason: String,
     },
-    /// A file with a spectrum, of a lamp or a paint, breaks a rule.
+    /// A file with the spectrum of a light or a reflectance is not valid.
     #[error("{}:{line}: {reason}", path.display())]
     Spectrum {
         /// The file.
         path: PathBuf,
-        /// Line in it, counted from 1.
+        /// Its line, counted from 1.
         line: usize,
-        /// The quantity, its value and what it must be.
+        /// The quantity, its value and its range.
         reason: String,
     },
-    /// An image, of the sky or on a surface, cannot be used.
+    /// An image of a sky, a texture or a part to merge cannot be used.
     #[error("{}: {reason}", path.display())]
     ReadImage {
         /// The image file.
         path: PathBuf,
-        /// What is wrong in it.
+        /// What is wrong.
         reason: String,
     },
-    /// A mesh file is not what it claims to be.
+    /// A mesh file is not valid.
     #[error("{}: {reason}", path.display())]
     Mesh {
         /// The mesh file.
         path: PathBuf,
-        /// What is wrong in it, with the place where that is known.
+        /// What is wrong, and where if that is known.
         reason: String,
     },
-    /// A line of a mesh file breaks a rule of its format.
+    /// A line of a mesh file is not valid.
     #[error("{}:{line}: {reason}", path.display())]
     MeshLine {
         /// The mesh file.
         path: PathBuf,
-        /// Line in it, counted from 1.
+        /// Its line, counted from 1.
         line: usize,
-        /// What is wrong there.
+        /// What is wrong.
         reason: String,
     },
-    /// A setting given from outside the scene file (an override) lies out of range.
+    /// A setting that overrides the scene is out of range.
     #[error("{0}")]
     Override(String),
-    /// A picture cannot be encoded.
+    /// An image cannot be encoded.
     #[error("{0}")]
     EncodeImage(String),
-    /// An image cannot be encoded or stored; nothing is left behind under its name.
+    /// An image cannot be encoded or written. There is no file under its name then.
     #[error("cannot write {}: {reason}", path.display())]
     WriteImage {
         /// The image file.
         path: PathBuf,
-        /// What the encoder or the operating system said.
+        /// The error of the encoder or the operating system.
         reason: String,
     },
 }

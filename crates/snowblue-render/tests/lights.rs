@@ -14,7 +14,7 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::light::Light;
-use snowblue_render::spectrum::lamp::LampSpectrum;
+use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
 /// Thickness of the slab, in cm.
@@ -92,7 +92,7 @@ fn a_slab_under_a_uniform_sky_lets_through_its_diffuse_transmittance() {
 fn relative_emission_under_a_sky_is_its_spectrum_whatever_its_strength() {
     let light = "[environment]\nradiance_w_m2_sr = 7\nilluminant = \"A\"\n";
     let mut scene = slab("path = \"normal\"\nemission = \"relative\"", light);
-    let shape = LampSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
+    let shape = LightSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
     let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
     let found = repeated(&mut scene, Vec3A::new(0.5, 0.0, 2.0), Vec3A::new(0.0, 0.0, 0.2), 256);
     assert_agrees(&found, expected, 1e-4, "relative");
@@ -105,7 +105,7 @@ fn a_white_image_is_a_uniform_sky_of_daylight() {
     let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
     write_exr(&Film::new(ImageSize { width: 16, height: 8 }, vec![white; 128]), &[], &path).unwrap();
     let image = format!("[environment]\nimage = \"{}\"\nscale = 2\n", path.display());
-    let shape = LampSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
+    let shape = LightSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
     for (path, samples) in [("normal", 256), ("brightest", 256)] {
         let mut scene = slab(&format!("path = \"{path}\""), &image);
         let expected = [0, 15, 30].map(|k| 2.0 * diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec3, Vec3A};
 use snow::{Estimate, SNOW, estimate, extinction_per_cm, scene, simple_law};
-use snowblue_render::spectrum::lamp::LampSpectrum;
+use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::sidak_level;
 
 /// Thickness of the slab, which stands on the plane z = 0, in m.
@@ -144,7 +144,7 @@ fn points() -> impl Iterator<Item = (Vec3A, Vec3A)> {
 fn a_slab_meets_its_analytic_radiance_under_every_light() {
     let tests: usize = CASES.iter().map(|case| case.paths.len() * points().count() * BANDS.len()).sum();
     let level = sidak_level(LEVEL, tests);
-    let unit = LampSpectrum::illuminant("D65".parse().unwrap()).unwrap().unit;
+    let unit = LightSpectrum::illuminant("D65".parse().unwrap()).unwrap().unit;
     for case in &CASES {
         for path in case.paths {
             let text = format!(

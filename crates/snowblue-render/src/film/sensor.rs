@@ -12,7 +12,7 @@ use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
-use crate::spectrum::lamp::LampSpectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// Number of wavelengths in a SIMD register.
@@ -113,7 +113,7 @@ impl Sensor {
             .expect("the observer's table covers 400–700 nm");
         let mut weights = [Xyz::default(); SAMPLES];
         weights.copy_from_slice(colorimeter.weights());
-        let daylight = LampSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
         Self { is_standard_observer: true, ..Self::new(weights, wavelengths_nm(), daylight.relative) }
     }
 
@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn daylight_is_neutral() {
-        let daylight = LampSpectrum::illuminant(Illuminant::D65).unwrap();
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).unwrap();
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(Sensor::cie_1931().xyz(&daylight.relative));
         // Tolerance: steps of 10 nm, and no light below 400 nm and above 700 nm.
         for channel in [r, g, b] {

@@ -1,11 +1,11 @@
-//! A spectrum at the 31 wavelengths of the picture: 400–700 nm in steps of 10 nm; in false colour those of the table.
+//! Spectra at the 31 wavelengths of an image: 400–700 nm in steps of 10 nm, or in false colour those of the table.
 //!
-//! Radiometric quantities are kept as *band densities*: a sample is the spectral quantity (per nm) times the width
-//! of the whole grid, 31 × 10 nm = 310 nm. So the mean of the 31 samples is the total over the grid: a radiance
-//! whose samples are all 1 carries 1 W m⁻² sr⁻¹. Ratios (reflectance, transmittance) are just themselves.
+//! Radiometric quantities are *band densities*: a sample is the spectral quantity (per nm) times the width of the whole
+//! grid, 31 × 10 nm = 310 nm. The mean of the 31 samples is then the total over the grid: a radiance whose samples are all
+//! 1 is a radiance of 1 W m⁻² sr⁻¹. Reflectances and transmittances need no such factor.
 
 pub(crate) mod file;
-pub mod lamp;
+pub mod light_spectrum;
 pub(crate) mod upsampling;
 
 use std::ops::{AddAssign, Mul, MulAssign};
@@ -19,7 +19,7 @@ pub const FIRST_WAVELENGTH_NM: f64 = 400.0;
 /// Distance between wavelengths, in nm.
 pub const WAVELENGTH_STEP_NM: f64 = 10.0;
 
-/// The wavelengths of a [`Spectrum`] that an eye sees, in nm.
+/// The wavelengths of a [`Spectrum`], except in false colour, in nm.
 pub fn wavelengths_nm() -> [f64; SAMPLES] {
     let mut nm = FIRST_WAVELENGTH_NM - WAVELENGTH_STEP_NM;
     [(); SAMPLES].map(|()| {
@@ -33,10 +33,10 @@ pub fn wavelengths_nm() -> [f64; SAMPLES] {
 pub struct Spectrum(pub [f32; SAMPLES]);
 
 impl Spectrum {
-    /// Nothing at any wavelength.
+    /// 0 at every wavelength.
     pub const ZERO: Self = Self([0.0; SAMPLES]);
 
-    /// One at every wavelength.
+    /// 1 at every wavelength.
     pub const ONE: Self = Self([1.0; SAMPLES]);
 
     /// The same value at every wavelength.
@@ -44,7 +44,7 @@ impl Spectrum {
         Self([value; SAMPLES])
     }
 
-    /// Mean over the wavelengths: of a band density, the total over the grid.
+    /// Mean over the wavelengths. For a band density this is the total over the grid.
     pub fn mean(&self) -> f64 {
         self.0.iter().map(|&sample| f64::from(sample)).sum::<f64>() / SAMPLES as f64
     }
@@ -62,7 +62,7 @@ impl Spectrum {
         }
     }
 
-    /// Sum of the products with the weights of another spectrum.
+    /// Sum of products, wavelength by wavelength.
     #[inline]
     pub fn dot(&self, weights: &Self) -> f32 {
         self.0.iter().zip(&weights.0).map(|(x, y)| x * y).sum()
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_grid_is_the_tables_grid() {
+    fn the_grid_is_400_to_700_nm_in_steps_of_10_nm() {
         let grid = wavelengths_nm();
         assert_eq!(grid.len(), 31);
         assert!(
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn products_act_wavelength_by_wavelength() {
+    fn operations_act_wavelength_by_wavelength() {
         let ramp = Spectrum(std::array::from_fn(|k| k as f32));
         let mut sum = Spectrum::ONE;
         sum.add_product(2.0, &ramp, &ramp);

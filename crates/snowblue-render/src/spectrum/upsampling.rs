@@ -1,28 +1,28 @@
-//! Spectra for colours: light of images, paints by their red, green and blue.
+//! Spectral upsampling: spectra of RGB colours, for image lights and reflectances.
 //!
-//! r R(λ) + g G(λ) + b B(λ), where R, G and B are the smoothest spectra that add up to 1 and have, under D65, the colours
-//! of sRGB's primaries (Mallett & Yuksel 2019, doi:10.2312/sr.20191216). Every colour within the gamut is met, none
-//! is negative anywhere, and what has no channel above 1 reflects nowhere more than it gets. White is D65 as the
-//! sum over 400–700 nm sees it: within 1 % of sRGB's.
+//! The spectrum is r R(λ) + g G(λ) + b B(λ), where R, G and B are the smoothest spectra that add up to 1 and have, under
+//! D65, the colours of sRGB's primaries (Mallett & Yuksel 2019, doi:10.2312/sr.20191216). It reproduces every colour in
+//! the gamut, is nowhere negative, and nowhere above 1 if no channel is. White is D65 restricted to 400–700 nm, within 1 %
+//! of sRGB's.
 
 use snowblue_color::{Illuminant, LinearRgb};
 
 use crate::geometry::ray::narrow;
 use crate::spectrum::Spectrum;
-use crate::spectrum::lamp::LampSpectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
-/// Turns linear sRGB into spectra.
+/// Converts linear sRGB to spectra.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Upsampling {
     primaries: [Spectrum; 3],
 }
 
 impl Upsampling {
-    /// Of what reflects light: grey is the same share at all wavelengths.
+    /// For reflectances: a grey is constant over wavelength.
     ///
     /// # Panics
     ///
-    /// Never: the embedded table has been checked by a test.
+    /// Never: a test parses the embedded table.
     pub(crate) fn reflectance() -> Self {
         let mut primaries = [Spectrum::ZERO; 3];
         let rows = include_str!("../../data/rgb_basis.csv").lines().skip(1);
@@ -34,23 +34,23 @@ impl Upsampling {
         Self { primaries }
     }
 
-    /// Of light: grey is daylight of D65.
+    /// For lights: a grey has the spectrum of D65.
     ///
     /// # Panics
     ///
     /// Never: D65 covers 400–700 nm.
     pub(crate) fn daylight() -> Self {
-        let daylight = LampSpectrum::illuminant(Illuminant::D65).expect("D65 covers 400–700 nm").relative;
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).expect("D65 covers 400–700 nm").relative;
         Self { primaries: Self::reflectance().primaries.map(|primary| primary * daylight) }
     }
 
-    /// The luminance of each primary alike at all wavelengths, for false colours.
+    /// For false colours: each primary is its luminance at all wavelengths.
     pub(crate) fn grey() -> Self {
         let of = |r, g, b| Spectrum::constant(narrow(LinearRgb { r, g, b }.luminance()));
         Self { primaries: [of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)] }
     }
 
-    /// The spectrum of a colour, of the luminance of the colour.
+    /// The spectrum of a colour, with the luminance of the colour.
     #[inline]
     pub(crate) fn spectrum(&self, [r, g, b]: [f32; 3]) -> Spectrum {
         let [red, green, blue] = &self.primaries;
@@ -64,28 +64,28 @@ mod tests {
     use crate::spectrum::wavelengths_nm;
     use snowblue_color::{Colorimeter, Lab, Observer};
 
-    fn eye(illuminant: Illuminant) -> Colorimeter {
+    fn observer(illuminant: Illuminant) -> Colorimeter {
         Colorimeter::new(Observer::Cie1931, illuminant, &wavelengths_nm()).unwrap()
     }
 
-    /// Colours on a grid over the whole gamut, its corners with them.
+    /// A grid of colours over the whole gamut, with its corners.
     fn gamut() -> impl Iterator<Item = [f64; 3]> {
         let channel = |number: usize| (number % 6) as f64 / 5.0;
         (0..216).map(move |k| [k / 36, k / 6, k].map(channel))
     }
 
     #[test]
-    fn light_keeps_its_colour_and_grey_is_daylight() {
+    fn lights_keep_their_colour_and_grey_is_daylight() {
         let upsampling = Upsampling::daylight();
-        let daylight = LampSpectrum::illuminant(Illuminant::D65).unwrap().relative;
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).unwrap().relative;
         for (grey, sample) in upsampling.spectrum([0.5; 3]).0.iter().zip(daylight.0) {
             assert!((grey / sample - 0.5).abs() < 1e-6);
         }
         for [r, g, b] in gamut() {
             let spectrum = upsampling.spectrum([r, g, b].map(narrow));
             assert!(spectrum.0.iter().all(|&sample| sample >= 0.0));
-            let back = LinearRgb::from_xyz(eye(Illuminant::E).xyz(&spectrum.0.map(f64::from)));
-            // The white of D65 on 10 nm steps from 400 to 700 nm is off sRGB's by .8 % in blue, and less elsewhere.
+            let back = LinearRgb::from_xyz(observer(Illuminant::E).xyz(&spectrum.0.map(f64::from)));
+            // D65 in steps of 10 nm from 400 to 700 nm differs from sRGB's white by 0.8 % in blue, less elsewhere.
             for (found, expected) in [(back.r, r), (back.g, g), (back.b, b)] {
                 assert!((found - expected).abs() < 0.01 * expected.max(1e-3), "{r} {g} {b}: {back:?}");
             }
@@ -93,16 +93,16 @@ mod tests {
     }
 
     #[test]
-    fn paint_of_any_colour_has_it_under_daylight_and_reflects_no_more_than_it_gets() {
+    fn reflectances_keep_their_colour_under_daylight_and_are_at_most_one() {
         let upsampling = Upsampling::reflectance();
-        let eye = eye(Illuminant::D65);
+        let observer = observer(Illuminant::D65);
         for [r, g, b] in gamut() {
-            let paint = upsampling.spectrum([r, g, b].map(narrow));
-            // Rounding: red, green and blue add up to 1 in six decimals each.
-            assert!(paint.0.iter().all(|&share| (0.0..=1.000_001).contains(&share)), "{r} {g} {b}");
+            let reflectance = upsampling.spectrum([r, g, b].map(narrow));
+            // Red, green and blue add up to 1 within rounding to six decimals each.
+            assert!(reflectance.0.iter().all(|&value| (0.0..=1.000_001).contains(&value)), "{r} {g} {b}");
             let screen = Lab::from_xyz(LinearRgb { r, g, b }.xyz(), LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz());
-            let painted = Lab::from_xyz(eye.xyz(&paint.0.map(f64::from)), eye.white());
-            let difference = screen.delta_e_1976(painted);
+            let reflected = Lab::from_xyz(observer.xyz(&reflectance.0.map(f64::from)), observer.white());
+            let difference = screen.delta_e_1976(reflected);
             assert!(difference < 0.5, "{r} {g} {b}: ΔE {difference}");
         }
     }

@@ -27,7 +27,7 @@ use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::Object;
 use crate::spectrum::Spectrum;
-use crate::spectrum::lamp::lumens_of_luminance_one;
+use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 use crate::spectrum::upsampling::Upsampling;
 
 /// Greatest strength of a light, in cd or lx.
@@ -139,7 +139,7 @@ fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
     let of = |strength: f64| {
         let spectrum = Upsampling::daylight().spectrum([r, g, b].map(narrow));
         let unit = if daylight { spectrum } else { Spectrum::constant(narrow(spectrum.mean())) };
-        unit * narrow(strength / lumens_of_luminance_one())
+        unit * narrow(strength / lumens_per_watt_of_luminance_one())
     };
     let strength = match light.kind {
         LightKind::Point { intensity_cd } | LightKind::Spot { intensity_cd, .. } => intensity_cd,
@@ -150,7 +150,8 @@ fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
         return Err(format!("light \"{name}\" is {strength} times {r}, {g}, {b}, but must be positive and finite"));
     }
     let power = of(strength);
-    let relative = if daylight { of(1.0) * narrow(lumens_of_luminance_one() / luminance) } else { Spectrum::ONE };
+    let relative =
+        if daylight { of(1.0) * narrow(lumens_per_watt_of_luminance_one() / luminance) } else { Spectrum::ONE };
     let point = |cone: Option<SpotCone>| {
         Light::Point(PointLight { position: light.position, intensity: power, relative, cone })
     };

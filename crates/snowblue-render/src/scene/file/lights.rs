@@ -14,7 +14,7 @@ use crate::scene::light::{
     DiffuseEmitter, DirectionalLight, Light, Panorama, PointLight, RectangleLight, RectanglePlace, SkyImage,
     SphereLight, SpotCone, UniformSky,
 };
-use crate::spectrum::lamp::LampSpectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
 /// Greatest power of a lamp, in any unit.
 const GREATEST_POWER: f64 = 1e12;
@@ -123,7 +123,7 @@ pub(super) fn read_environment(section: &Section, scene: &Path, overrides: &Over
     Ok(Light::Image(Box::new(image), visible))
 }
 
-fn read_glow<Shape>(section: &Section, shape: Shape, lamp: &LampSpectrum) -> Read<DiffuseEmitter<Shape>> {
+fn read_glow<Shape>(section: &Section, shape: Shape, lamp: &LightSpectrum) -> Read<DiffuseEmitter<Shape>> {
     let radiance = section.number("radiance_w_m2_sr", None, 0.0..=GREATEST_POWER, "W/(m² sr)")?;
     let mut glow = DiffuseEmitter::new(shape, lamp, narrow(radiance));
     glow.visible = section.flag("visible", true)?;
@@ -131,7 +131,7 @@ fn read_glow<Shape>(section: &Section, shape: Shape, lamp: &LampSpectrum) -> Rea
 }
 
 /// The spectrum by name or from a file; in false colour all lamps are alike.
-fn read_spectrum(section: &Section, scene: &Path, overrides: &Overrides) -> Read<LampSpectrum> {
+fn read_spectrum(section: &Section, scene: &Path, overrides: &Overrides) -> Read<LightSpectrum> {
     let name = section.text("illuminant")?;
     let lamp = match section.text("spectrum")? {
         Some(_) if name.is_some() => {
@@ -142,13 +142,13 @@ fn read_spectrum(section: &Section, scene: &Path, overrides: &Overrides) -> Read
             if !path.is_file() {
                 return Err(section.error_at("spectrum", format!("spectrum {} does not exist", path.display())));
             }
-            LampSpectrum::read(&FilesIn::beside(scene), file)?
+            LightSpectrum::read(&FilesIn::beside(scene), file)?
         }
         None => {
-            let illuminant = name.unwrap_or("D65").parse().and_then(|one: Illuminant| LampSpectrum::illuminant(one));
+            let illuminant = name.unwrap_or("D65").parse().and_then(|one: Illuminant| LightSpectrum::illuminant(one));
             let what = section.full_name("illuminant");
             illuminant.map_err(|error| section.error_at("illuminant", format!("{what}: {error}")))?
         }
     };
-    Ok(if overrides.false_color.is_some() { LampSpectrum::EQUAL_ENERGY } else { lamp })
+    Ok(if overrides.false_color.is_some() { LightSpectrum::EQUAL_ENERGY } else { lamp })
 }

@@ -148,7 +148,7 @@ fn read_diffuse(section: &Section, workshop: &Workshop) -> Result<Diffuse, Rende
         Some(&"reflectance_rgb") => Ok(workshop.even(read_colour(section)?)),
         Some(&"reflectance_spectrum") => {
             let file = SpectrumFile::parse(&existing(section, "reflectance_spectrum", workshop.scene)?, 1.0)?;
-            Ok(Diffuse::Even(Spectrum(file.sampled(&workshop.wavelengths_nm)?.map(narrow))))
+            Ok(Diffuse::Even(Spectrum(file.resample(&workshop.wavelengths_nm)?.map(narrow))))
         }
         Some(&"texture") => Ok(workshop.painted(read_texture(section, workshop.scene, PngImage::linear_rgb)?)),
         _ => Ok(Diffuse::Even(Spectrum::constant(narrow(section.number("reflectance", None, 0.0..=1.0, "")?)))),

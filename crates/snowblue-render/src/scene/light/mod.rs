@@ -27,7 +27,7 @@ use glam::Vec3A;
 use crate::geometry::ray::Ray;
 use crate::sampling::{Sampler, cosine_direction, even_direction};
 use crate::spectrum::Spectrum;
-use crate::spectrum::lamp::LampSpectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
 pub use beam::SpotCone;
 use beam::{EmitterPoint, Falloff};
@@ -113,14 +113,14 @@ pub(crate) type SamplingTechniques = [Option<SamplingTechnique>; 3];
 
 impl PointLight {
     /// A lamp of this spectrum and radiant intensity in W/sr, summed over the grid of 400–700 nm.
-    pub fn new(position: Vec3A, lamp: &LampSpectrum, radiant_intensity_w_sr: f32) -> Self {
+    pub fn new(position: Vec3A, lamp: &LightSpectrum, radiant_intensity_w_sr: f32) -> Self {
         Self { position, intensity: lamp.unit * radiant_intensity_w_sr, relative: lamp.relative, cone: None }
     }
 }
 
 impl<Shape> DiffuseEmitter<Shape> {
     /// A lamp of this spectrum and radiance in W m⁻² sr⁻¹, summed over the grid of 400–700 nm.
-    pub fn new(shape: Shape, lamp: &LampSpectrum, radiance_w_m2_sr: f32) -> Self {
+    pub fn new(shape: Shape, lamp: &LightSpectrum, radiance_w_m2_sr: f32) -> Self {
         Self { shape, radiance: lamp.unit * radiance_w_m2_sr, relative: lamp.relative, visible: true }
     }
 }

@@ -30,7 +30,7 @@ fn place() -> SurfacePoint {
 
 fn ball() -> Light {
     let shape = SphereLight { centre: Vec3A::new(0.4, 0.5, 0.9), radius_m: 0.6 };
-    Light::Sphere(DiffuseEmitter::new(shape, &LampSpectrum::EQUAL_ENERGY, 1.0))
+    Light::Sphere(DiffuseEmitter::new(shape, &LightSpectrum::EQUAL_ENERGY, 1.0))
 }
 
 fn panel() -> Light {
@@ -41,7 +41,7 @@ fn panel() -> Light {
         width_m: 1.6,
         height_m: 0.7,
     });
-    Light::Rectangle(DiffuseEmitter::new(shape.unwrap(), &LampSpectrum::EQUAL_ENERGY, 1.0))
+    Light::Rectangle(DiffuseEmitter::new(shape.unwrap(), &LightSpectrum::EQUAL_ENERGY, 1.0))
 }
 
 /// A coarse sky with a dark half, bright spots and a seam.
@@ -77,7 +77,7 @@ fn techniques() -> [(&'static str, Light, SamplingTechnique); 5] {
 
 #[test]
 fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
-    let lamp = PointLight::new(Vec3A::new(0.0, 0.0, 2.0), &LampSpectrum::EQUAL_ENERGY, 40.0);
+    let lamp = PointLight::new(Vec3A::new(0.0, 0.0, 2.0), &LightSpectrum::EQUAL_ENERGY, 40.0);
     assert!((lamp.intensity.mean() - 40.0).abs() < 1e-4);
     let beam = Light::Point(lamp).single().unwrap();
     let above = beam.arrival(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z }).unwrap();
@@ -160,7 +160,7 @@ fn each_way_and_both_together_meet_the_closed_forms() {
     };
     let corners = [(-0.8, -0.35), (0.8, -0.35), (0.8, 0.35), (-0.8, 0.35)];
     let corners = corners.map(|(x, y)| place.centre + Vec3A::new(x, y, 0.0));
-    let lamp = LampSpectrum::EQUAL_ENERGY;
+    let lamp = LightSpectrum::EQUAL_ENERGY;
     let cases = [
         (
             Light::Sphere(DiffuseEmitter::new(sphere, &lamp, 1.0)),
@@ -243,7 +243,7 @@ fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
     let at = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
     for gap_m in [1e-4, 1e-2, 1.0] {
         let shape = SphereLight { centre: Vec3A::new(0.0, 0.0, 0.1 + gap_m), radius_m: 0.1 };
-        let light = Light::Sphere(DiffuseEmitter::new(shape, &LampSpectrum::EQUAL_ENERGY, 1.0));
+        let light = Light::Sphere(DiffuseEmitter::new(shape, &LightSpectrum::EQUAL_ENERGY, 1.0));
         let from = SurfacePoint { point: Vec3A::new(0.0, 0.0, -0.3), normal: Vec3A::Z };
         let lines = [Some(SamplingTechnique::SolidAngle(from)), None, None];
         let mut mean = Moments::default();
