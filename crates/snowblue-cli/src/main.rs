@@ -15,8 +15,9 @@ mod commands;
 
 mod arguments;
 
-use arguments::{Arguments, Command};
 use clap::Parser as _;
+
+use arguments::{Arguments, Command};
 use output::{Failure, Outcome, exit_code};
 
 fn main() -> std::process::ExitCode {

@@ -6,9 +6,9 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{assert_names, assert_refused, stdout};
-
 use svg::parser::Event;
+
+use shell::{assert_names, assert_refused, stdout};
 
 /// All text of an SVG file, which must be well-formed and have finite numbers.
 fn words(path: &Path) -> String {

@@ -4,8 +4,9 @@
 
 mod shell;
 
-use shell::{assert_names, assert_refused, stdout};
 use snowblue_figures::RECIPES;
+
+use shell::{assert_names, assert_refused, stdout};
 
 #[test]
 fn a_figure_has_a_drawing_numbers_tables_and_a_page() {

@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
-use crate::options::{
-    SnowOptions,
-    parse::{self, Wavelengths},
-};
-use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, write_file};
 use clap::Args;
 use snowblue_figures::plot;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, PatchGrid};
 use snowblue_transport::slab::{Estimate, Incidence, Slab};
+
+use crate::options::{
+    SnowOptions,
+    parse::{self, Wavelengths},
+};
+use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, write_file};
 
 const COLUMNS: [&str; 7] =
     ["side", "theta_deg", "phi_deg", "solid_angle_sr", "wavelength_nm", "bsdf_per_sr", "bsdf_se_per_sr"];

@@ -2,11 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::input::spectrum_file;
-use crate::options::parse::{self, Wavelengths};
-use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions};
-use crate::output::color_row::{self, ColorRow};
-use crate::output::{Failure, Outcome, OutputOptions};
 use clap::Args;
 use snowblue_color::Colorimeter;
 use snowblue_color::exposure::{self, AutoExposure};
@@ -15,6 +10,12 @@ use snowblue_render::FalseColor;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
+
+use crate::input::spectrum_file;
+use crate::options::parse::{self, Wavelengths};
+use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::output::color_row::{self, ColorRow};
+use crate::output::{Failure, Outcome, OutputOptions};
 
 /// Compute XYZ, CIELAB, linear sRGB and hex of the light that snow transmits or reflects
 #[derive(Debug, Args)]

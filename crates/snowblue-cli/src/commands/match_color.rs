@@ -1,8 +1,5 @@
 //! `snowblue match`: snow whose transmitted light has a given colour.
 
-use crate::options::parse::{self, Span};
-use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
-use crate::output::{Failure, Outcome, OutputOptions, print_message};
 use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
@@ -13,6 +10,10 @@ use snowblue_database::matching::{
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable, display_hex};
 use snowblue_transport::slab::Incidence;
+
+use crate::options::parse::{self, Span};
+use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
+use crate::output::{Failure, Outcome, OutputOptions, print_message};
 
 const COLUMNS: [&str; 12] = [
     "grain_size_um",

@@ -1,11 +1,12 @@
 //! `snowblue slab`: a Henyey–Greenstein slab, to check the solver against published values.
 
-use crate::options::parse;
-use crate::output::{Failure, Outcome, OutputOptions};
 use clap::Args;
 use snowblue_figures::DataTable;
 use snowblue_transport::Scattering;
 use snowblue_transport::ordinates::{self, HomogeneousMedium};
+
+use crate::options::parse;
+use crate::output::{Failure, Outcome, OutputOptions};
 
 /// Solve a homogeneous Henyey–Greenstein slab, to check the solver against published values
 #[derive(Debug, Args)]

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::{Failure, Outcome};
-use super::files::check_path;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::accumulator::SampleCounts;
 use snowblue_render::film::image_file::write_png;
 use snowblue_render::film::resumable_file::{self, ResumeData};
+
+use super::failure::{Failure, Outcome};
+use super::files::check_path;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PictureFormat {

@@ -6,10 +6,9 @@ use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
 
-use crate::plot::Chart;
-
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
+use crate::plot::Chart;
 use crate::shading::{common_exposure, daylight, display_hex, textured_png, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 

@@ -6,7 +6,6 @@ use snowblue_database::pca::Decomposition;
 use snowblue_database::{DatabaseError, Quantity, Space, Table as SnowTable};
 
 use super::paper_table::paper_table;
-
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable};
 use crate::plot::{Area, Axis, Chart, Entry, GREY, INK, Stroke, Symbol};

@@ -4,7 +4,6 @@ use snowblue_database::pca::{Components, Decomposition};
 use snowblue_database::{Axes, Quantity, Space, Table as SnowTable};
 
 use super::paper_table::paper_table;
-
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable};
 use crate::plot::{Area, Axis, Chart, Entry, GREY, Panel, Stroke, Symbol, ordered_colour};

@@ -16,15 +16,16 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::input::SettingsFile;
-use crate::options::parse::{self, ImpurityAxis, Wavelengths};
-use crate::output::Failure;
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::slab::Incidence;
 use toml::Spanned;
+
+use crate::input::SettingsFile;
+use crate::options::parse::{self, ImpurityAxis, Wavelengths};
+use crate::output::Failure;
 
 /// Axes of a table
 #[derive(Debug, Args)]

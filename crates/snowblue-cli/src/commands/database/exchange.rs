@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::options::{Compression, parse};
-use crate::output::{Failure, Outcome, check_path, check_table_path, print_message};
 use clap::{Args, ValueEnum};
 use snowblue_database::exchange::{self, FixedValues};
 use snowblue_database::file::{self, AnyTable};
+
+use crate::options::{Compression, parse};
+use crate::output::{Failure, Outcome, check_path, check_table_path, print_message};
 
 /// Make a table from the curves of another model or an instrument
 #[derive(Debug, Args)]
@@ -27,8 +28,8 @@ pub(crate) struct Import {
     /// File to read: CSV, or NetCDF if it ends in .nc
     file: PathBuf,
     /// Value of an axis or a quantity that the file does not hold, as density=300; repeatable
-    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    set: Vec<(String, f64)>,
+    #[arg(long, value_name = "NAME=VALUE", value_parser = fixed_value)]
+    set: Vec<FixedValue>,
     #[command(flatten)]
     compression: Compression,
     /// Table to write (.nc, NetCDF)
@@ -65,13 +66,19 @@ enum ExportFormat {
     Csv,
 }
 
-/// Parses NAME=VALUE.
-fn setting(words: &str) -> Result<(String, f64), String> {
+/// `density=300`: a value of an axis or a quantity.
+#[derive(Debug, Clone)]
+struct FixedValue {
+    name: String,
+    value: f64,
+}
+
+fn fixed_value(words: &str) -> Result<FixedValue, String> {
     let (name, value) = words.split_once('=').ok_or("give NAME=VALUE (facetness=0.3)")?;
     let is_angle = ["angle", "angle_deg"].contains(&name.trim());
     let value =
         if value == "diffuse" && is_angle { snowblue_database::axes::DIFFUSE_ANGLE_DEG } else { parse::number(value)? };
-    Ok((name.trim().to_owned(), value))
+    Ok(FixedValue { name: name.trim().to_owned(), value })
 }
 
 /// Whether two paths name one file.
@@ -86,7 +93,7 @@ impl Import {
             return Err(Failure::Input(format!("{}: would be overwritten by the output", self.file.display())));
         }
         self.compression.check()?;
-        let fixed: FixedValues = self.set.iter().cloned().collect();
+        let fixed: FixedValues = self.set.iter().map(|fixed| (fixed.name.clone(), fixed.value)).collect();
         if fixed.len() < self.set.len() {
             return Err(Failure::Input("--set is given twice for one name".to_owned()));
         }

@@ -2,9 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Filling;
-use crate::options::parse;
-use crate::output::{Failure, Outcome, OutputOptions, check_extension, write_file};
 use clap::{Args, ValueEnum};
 use snowblue_color::Illuminant;
 use snowblue_database::fidelity::off_grid::{OffGridErrors, OffGridOptions, evaluate_off_grid};
@@ -14,6 +11,10 @@ use snowblue_database::pca::Decomposition;
 use snowblue_database::{CompressedTable, DatabaseError, Quantity, Space, Table};
 use snowblue_figures::plot::{self, CompressionError};
 use snowblue_figures::{Cell, DataTable};
+
+use super::filling::Filling;
+use crate::options::parse;
+use crate::output::{Failure, Outcome, OutputOptions, check_extension, write_file};
 
 /// Compute the errors of 1–N principal components over all curves of a full table, in both spaces
 #[derive(Debug, Args)]

@@ -6,13 +6,14 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use crate::options::{Compression, parse};
-use crate::output::{Failure, Outcome, PictureFile, check_table_path, print_message};
 use clap::Args;
-use pictures::merge_pictures;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
+
+use crate::options::{Compression, parse};
+use crate::output::{Failure, Outcome, PictureFile, check_table_path, print_message};
+use pictures::merge_pictures;
 
 /// Magic number of OpenEXR.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];

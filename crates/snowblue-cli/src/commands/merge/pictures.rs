@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::film::window::{ImageSize, Pixel};
+
+use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
 
 /// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
 ///

@@ -1,9 +1,10 @@
 //! `snowblue render --check`: sizes and topology of the objects of a scene.
 
-use crate::output::{Failure, Outcome, OutputOptions};
 use snowblue_figures::{Cell, DataTable};
 use snowblue_render::Scene;
 use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
+
+use crate::output::{Failure, Outcome, OutputOptions};
 
 const COLUMNS: [&str; 16] = [
     "object",

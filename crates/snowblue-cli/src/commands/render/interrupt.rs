@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::output::{Failure, INTERRUPTED, Outcome};
 use snowblue_database::file::partial_path;
+
+use crate::output::{Failure, INTERRUPTED, Outcome};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 

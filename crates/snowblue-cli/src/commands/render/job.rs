@@ -2,14 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use super::interrupt;
-use super::preview::Preview;
-use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::render::{Watch, accumulator, render_missing};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
+
+use super::interrupt;
+use super::preview::Preview;
+use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);

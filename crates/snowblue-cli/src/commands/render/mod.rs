@@ -9,11 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::options::parse;
-use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
 use clap::Args;
-use job::RenderJob;
-use preview::{Preview, TEV};
 use snowblue_database::CompressedTable;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_render::film::exposure::Exposure;
@@ -23,6 +19,11 @@ use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::file::Overrides;
 use snowblue_render::scene::material::pca_snow::PathMode;
 use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, render};
+
+use crate::options::parse;
+use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
+use job::RenderJob;
+use preview::{Preview, TEV};
 
 /// Render a scene (TOML) as PNG or EXR
 #[derive(Debug, Args)]

@@ -4,11 +4,12 @@ use std::io;
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
-use crate::output::Failure;
 use snowblue_color::LinearRgb;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::window::ImageSize;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
+
+use crate::output::Failure;
 
 /// Default address of tev.
 pub(super) const TEV: &str = "127.0.0.1:14158";

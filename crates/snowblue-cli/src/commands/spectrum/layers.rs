@@ -22,9 +22,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::input::SettingsFile;
-use crate::options::{IceArgument, SizeMeasureArgument, parse};
-use crate::output::Failure;
 use clap::Args;
 use serde::Deserialize;
 use snowblue_figures::{Cell, Metadata};
@@ -35,6 +32,10 @@ use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 use toml::Spanned;
+
+use crate::input::SettingsFile;
+use crate::options::{IceArgument, SizeMeasureArgument, parse};
+use crate::output::Failure;
 
 /// Layers, ground and depths.
 #[derive(Debug, Args)]

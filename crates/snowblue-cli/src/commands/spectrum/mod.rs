@@ -5,12 +5,7 @@ mod layers;
 
 use std::path::PathBuf;
 
-use crate::options::parse::{self, Wavelengths};
-use crate::options::{OrdinatesArguments, SlabOptions, SnowOptions};
-use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
-use broadband::{ALL_BANDS, Bands};
 use clap::{Args, ValueEnum};
-use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
 use snowblue_figures::{Cell, DataTable, Metadata, plot};
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::ordinates;
@@ -19,6 +14,12 @@ use snowblue_transport::sample::alternatives;
 use snowblue_transport::slab::{Estimate, Radiometry, Slab};
 use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
+
+use crate::options::parse::{self, Wavelengths};
+use crate::options::{OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
+use broadband::{ALL_BANDS, Bands};
+use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
 
 /// Name of the greatest standard error in the metadata.
 const STANDARD_ERROR: &str = "transmittance standard error at most";

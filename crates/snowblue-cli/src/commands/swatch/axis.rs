@@ -1,13 +1,14 @@
 //! Parameters that vary along the rows and columns of a sheet: `NAME=VALUE,VALUE`.
 
-use crate::options::parse::{self, GrainSizeArgument};
-use crate::options::{SnowOptions, describe_distribution, describe_range};
-use crate::output::Failure;
 use snowblue_color::Illuminant;
 use snowblue_figures::format_number;
 use snowblue_render::swatch::SheetAxis;
 use snowblue_transport::sample::{SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
+
+use crate::options::parse::{self, GrainSizeArgument};
+use crate::options::{SnowOptions, describe_distribution, describe_range};
+use crate::output::Failure;
 
 /// A parameter that can vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,12 +3,12 @@
 use snowblue_color::Colorimeter;
 use snowblue_figures::Cell;
 use snowblue_render::FalseColor;
-use snowblue_transport::ordinates::{Fluxes, solve_each};
+use snowblue_transport::ordinates::{Fluxes, OrdinatesOptions, solve_each};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
 
-use super::Swatch;
-use super::axis::Subject;
+use super::axis::{Axis, Subject};
+use crate::options::ColorOptions;
 use crate::output::Failure;
 use crate::output::color_row::ColorRow;
 
@@ -44,9 +44,18 @@ impl Cases {
     }
 }
 
-impl Swatch {
+/// How the subjects of a sheet become colours.
+pub(super) struct SheetColours<'s> {
+    pub(super) rows: Option<&'s Axis>,
+    pub(super) columns: Option<&'s Axis>,
+    pub(super) color: &'s ColorOptions,
+    pub(super) reflected: bool,
+    pub(super) ordinates: OrdinatesOptions,
+}
+
+impl SheetColours<'_> {
     /// Colours of subjects, by row and column.
-    pub(super) fn colours(&self, subjects: &[Vec<Subject>]) -> Result<Vec<Vec<ColorRow>>, Failure> {
+    pub(super) fn of(&self, subjects: &[Vec<Subject>]) -> Result<Vec<Vec<ColorRow>>, Failure> {
         let mut cases = Cases::default();
         let indices: Vec<Vec<Case>> =
             subjects.iter().map(|row| row.iter().map(|subject| cases.case(subject)).collect()).collect();
@@ -59,7 +68,7 @@ impl Swatch {
                 None => self.color.samples.wavelengths_nm(),
             },
         };
-        let solved = solve_each(&cases.samples, &slab, &self.ordinates.options()).map_err(Failure::input)?;
+        let solved = solve_each(&cases.samples, &slab, &self.ordinates).map_err(Failure::input)?;
         let colour = |position: Position| {
             let Case { sample, thickness, incidence } = indices[position.row][position.column];
             let fluxes = solved[sample].spectrum(thickness, incidence);
@@ -80,8 +89,8 @@ impl Swatch {
     ) -> Result<ColorRow, Failure> {
         let value = |fluxes: &Fluxes| if self.reflected { fluxes.reflectance } else { fluxes.transmittance };
         let values: Vec<f64> = fluxes.iter().map(value).collect();
-        let steps = [(&self.rows, position.row), (&self.columns, position.column)];
-        let varying = steps.into_iter().filter_map(|(axis, step)| Some((axis.as_ref()?, step)));
+        let steps = [(self.rows, position.row), (self.columns, position.column)];
+        let varying = steps.into_iter().filter_map(|(axis, step)| Some((axis?, step)));
         let mut cells: Vec<Cell> = varying
             .filter(|(axis, _)| axis.parameter.column().is_some())
             .map(|(axis, step)| Cell::Word(axis.word(step)))

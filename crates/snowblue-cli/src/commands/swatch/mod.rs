@@ -22,6 +22,7 @@ use crate::options::{
 };
 use crate::output::{Failure, Outcome, check_extension, color_row, write_file};
 use axis::{Axis, Parameter, Setting, Subject, axis};
+use colours::SheetColours;
 
 /// Greatest width or height of all swatches together, in pixels.
 const MOST_PIXELS: u32 = 16_384;
@@ -89,7 +90,14 @@ impl Swatch {
     pub(crate) fn run(&self) -> Outcome {
         self.check()?;
         let subjects = self.subjects()?;
-        let colours = self.colours(&subjects)?;
+        let colours = SheetColours {
+            rows: self.rows.as_ref(),
+            columns: self.columns.as_ref(),
+            color: &self.color,
+            reflected: self.reflected,
+            ordinates: self.ordinates.options(),
+        };
+        let colours = colours.of(&subjects)?;
         let factor = match self.exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
             Exposure::Auto => automatic_exposure(colours.iter().flatten().map(|one| &one.colour)),
