@@ -33,7 +33,7 @@ fn grain_hit(bencher: Bencher, roughness: f64) {
         .bench_local(|| (0..1000).map(|_| black_box(grain).scatter(&mut stream).cos_scattering).sum::<f64>());
 }
 
-/// Grain hits of a Monte Carlo walk through 3 cm of the default snow under Lambertian light: 2κh = 99.5 a ray.
+/// Scattering events of Monte Carlo walks through 3 cm of the default snow under Lambertian light: 2κh = 99.5 per ray.
 #[divan::bench(sample_count = 10)]
 fn monte_carlo_hit(bencher: Bencher) {
     let slab = Slab {
@@ -50,7 +50,7 @@ fn monte_carlo_hit(bencher: Bencher) {
     bencher.counter(ItemsCount::new(hits)).bench_local(|| monte_carlo::solve(&slab, &options, &|_| ()).unwrap());
 }
 
-/// Transmittance and reflectance at 31 wavelengths of one slab at one angle, the grains' moments being at hand.
+/// Transmittance and reflectance at 31 wavelengths of one slab at one angle, from given moments of the grains.
 #[divan::bench(args = [8, 16, 32, 64])]
 fn spectrum_by_ordinates(bencher: Bencher, streams: usize) {
     let sample = SnowSample::default();

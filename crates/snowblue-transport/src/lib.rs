@@ -22,8 +22,8 @@
 //! radiative transfer with the phase function of the grains. The interface uses µm, cm, kg/m³, degrees and nm; the
 //! computation uses SI units and radians.
 //!
-//! **Simplified.** No diffraction and no polarisation. Grains are points within the slab, and layers are homogeneous. The
-//! refractive index does not change at the faces of the slab. A grain lies entirely in water or entirely in air.
+//! **Simplified.** No diffraction and no polarisation. Grains are points within the slab, and layers are homogeneous.
+//! The refractive index does not change at the faces of the slab. A grain lies entirely in water or entirely in air.
 //!
 //! **Out of scope.** Radiance inside the snow (only fluxes are computed), and colour (`snowblue-color`).
 
@@ -53,7 +53,9 @@ pub mod simplification;
 pub mod sunlight;
 
 pub use error::TransportError;
-pub use medium::{Demand, GrainOptics, GrainTallies, Medium, Microstructure, Population, Scattering, TallyPlan};
+pub use medium::{
+    Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, Population, Scattering, TallyPlan,
+};
 pub use optics::{Ice, IceTable, Impurities, Substance};
 pub use range::{ParameterRange, WavelengthRange};
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};

@@ -22,11 +22,11 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// The rule with `order` nodes in (0, 1), computed once and kept.
+    /// The rule with `order` nodes in (0, 1), computed once and cached.
     ///
     /// ```
     /// # use snowblue_transport::quadrature::Quadrature;
-    /// // Lambertian light carries half as much flux as it has radiance: ∫ μ dμ = 1/2.
+    /// // ∫ μ dμ = 1/2 over (0, 1).
     /// let rule = Quadrature::half_range(8);
     /// let flux: f64 = rule.cosines.iter().zip(&rule.weights).map(|(mu, w)| mu * w).sum();
     /// assert!((flux - 0.5).abs() < 1e-15);

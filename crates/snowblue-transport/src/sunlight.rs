@@ -346,8 +346,8 @@ mod tests {
             |band, wavelengths_nm: &[f64]| BandWeights::new(band, WARREN, wavelengths_nm).unwrap_err().to_string();
         assert_eq!(
             message(Band::Solar, &steps(400, 700, 10)),
-            "the solar band needs wavelengths from 300 to 2500 nm, no more than 50 nm apart, but there is none from 300 to \
-             400 nm"
+            "the solar band needs wavelengths from 300 to 2500 nm, no more than 50 nm apart, \
+             but there is none from 300 to 400 nm"
         );
         assert!(message(Band::NearInfrared, &steps(400, 700, 10)).ends_with("none from 700 to 2500 nm"));
         assert!(message(Band::NearInfrared, &steps(400, 600, 10)).ends_with("none from 700 to 2500 nm"));

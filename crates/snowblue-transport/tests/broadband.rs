@@ -1,4 +1,4 @@
-//! Broadband values of snow under the sun: beside those of others, and on fewer wavelengths.
+//! Broadband values of snow in sunlight: against published ones, and with fewer wavelengths.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -27,12 +27,12 @@ fn broadband(band: Band, curve: &[Radiometry]) -> Broadband {
     BandWeights::new(band, SnowSample::default().wavelength_range(), &wavelengths_nm).unwrap().broadband(curve)
 }
 
-/// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 under
-/// the zenith, with the specific surface area S in cm²/g, and a term for lower suns. Theirs is snow of Mie spheres
-/// under an atmosphere of its own; ours comes out .02 darker throughout. In the visible pure snow has .96–.99 (Wiscombe
-/// & Warren 1980, as told in the abstract of their part II).
+/// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 for
+/// the sun at the zenith, with the specific surface area S in cm²/g, and a term for lower suns. They assume Mie spheres
+/// and another atmosphere; our albedo is .02 lower throughout. The visible albedo of pure snow is .96–.99 (Wiscombe &
+/// Warren 1980, abstract of part II).
 #[test]
-fn deep_pure_snow_is_that_of_others() {
+fn albedo_of_deep_pure_snow_agrees_with_published_values() {
     let angles_deg: [f64; 2] = [0.0, 60.0];
     for area_m2_kg in [20.0, 60.0, 100.0] {
         let grain_size = GrainSize::from_specific_surface_area(area_m2_kg, -5.0).unwrap();
@@ -51,9 +51,9 @@ fn deep_pure_snow_is_that_of_others() {
     }
 }
 
-/// Ten nanometres, the step of the command, lose 2·10⁻⁵ of the albedo, the widest step allowed .003.
+/// A step of 10 nm, the default of the command, changes the albedo by 2·10⁻⁵, the widest step allowed by .003.
 #[test]
-fn few_wavelengths_are_enough() {
+fn few_wavelengths_suffice() {
     let close = curves(SnowSample::default(), &[1.0, 15.0, 30.0], &[0.0], steps(300, 2500, 5));
     for band in Band::ALL {
         for curve in close.chunks_exact(441) {

@@ -1,7 +1,7 @@
-//! Two independent engines give one answer (law 9): snow that differs in everything, within 4 standard errors of both.
+//! Two independent engines agree within 4 standard errors (law 9), for snow that differs in all parameters.
 //!
 //! The Monte Carlo engine traces grain by grain through the slab; discrete ordinates solve the equation of transfer
-//! with the moments of the same grains. They share the grain itself and nothing else.
+//! with the moments of the same grains. They share only the scattering by a single grain.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -14,8 +14,8 @@ use snowblue_transport::stack::{Layer, Stack};
 
 const RAYS: u64 = 20_000;
 
-/// A slab by size range (µm), sphericity, facetness, density, thickness (cm), angle (deg, or none for diffuse light),
-/// wavelength (nm).
+/// A slab: size range (µm), sphericity, facetness, density (kg/m³), thickness (cm), angle (degrees, or none for diffuse
+/// light), wavelength (nm).
 type Case = ((f64, f64), f64, f64, f64, f64, Option<f64>, f64);
 
 const CASES: [Case; 14] = [
@@ -39,7 +39,7 @@ const CASES: [Case; 14] = [
 fn engines_agree() {
     for (number, case) in CASES.into_iter().enumerate() {
         let slab = slab(case, number);
-        let walked = monte_carlo::solve(
+        let simulated = monte_carlo::solve(
             &slab,
             &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
             &|_| (),
@@ -47,36 +47,36 @@ fn engines_agree() {
         .unwrap()[0];
         let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap()[0];
         for (quantity, a, b) in [
-            ("reflectance", walked.reflectance, solved.reflectance),
-            ("transmittance", walked.transmittance, solved.transmittance),
-            ("absorptance", walked.absorptance, solved.absorptance),
+            ("reflectance", simulated.reflectance, solved.reflectance),
+            ("transmittance", simulated.transmittance, solved.transmittance),
+            ("absorptance", simulated.absorptance, solved.absorptance),
         ] {
             let z = z_score(a, b);
             // 42 comparisons at 4 σ: a false alarm in 400 seeds.
-            assert!(z.abs() <= 4.0, "case {number}, {quantity}: walked {a:?}, solved {b:?}, z = {z:.1}");
+            assert!(z.abs() <= 4.0, "case {number}, {quantity}: simulated {a:?}, solved {b:?}, z = {z:.1}");
         }
     }
 }
 
-/// The comparison can fail: other snow is told apart.
+/// Negative control: the engines disagree about different snow.
 #[test]
 fn engines_disagree_about_different_snow() {
-    let (walked, solved) = (slab(CASES[0], 0), slab(CASES[1], 0));
-    let walked = monte_carlo::solve(
-        &walked,
+    let (simulated, solved) = (slab(CASES[0], 0), slab(CASES[1], 0));
+    let simulated = monte_carlo::solve(
+        &simulated,
         &MonteCarloOptions { rays: RAYS, seed: 11, ..MonteCarloOptions::default() },
         &|_| (),
     )
     .unwrap()[0];
     let solved = ordinates::solve(&solved, &OrdinatesOptions::default()).unwrap()[0];
-    assert!(z_score(walked.transmittance, solved.transmittance).abs() > 10.0);
+    assert!(z_score(simulated.transmittance, solved.transmittance).abs() > 10.0);
 }
 
 fn z_score(a: Estimate, b: Estimate) -> f64 {
     (a.value - b.value) / a.standard_error.hypot(b.standard_error)
 }
 
-/// Every third case uses the other ice table, and the measures of size take turns.
+/// The slab of a case. Every third case uses the other ice table, and the size measures alternate.
 fn slab(case: Case, number: usize) -> Slab {
     let ((min_um, max_um), sphericity, facetness, density_kg_m3, thickness_cm, angle_deg, wavelength_nm) = case;
     let measures = [SizeMeasure::GreatestExtension, SizeMeasure::VolumeDiameter, SizeMeasure::OpticalDiameter];
@@ -105,9 +105,9 @@ fn slab(case: Case, number: usize) -> Slab {
     }
 }
 
-/// One trace for all wavelengths and thicknesses gives what tracing each on its own gives, and what ordinates give.
+/// Shared paths for all wavelengths and thicknesses agree with separate ones, and with ordinates.
 #[test]
-fn shared_paths_agree_with_single_ones() {
+fn shared_paths_agree_with_separate_ones() {
     let slab = Slab {
         sample: SnowSample::default(),
         thicknesses_cm: vec![2.0, 0.5, 1.0],
@@ -117,9 +117,9 @@ fn shared_paths_agree_with_single_ones() {
     let run = |per_wavelength| {
         monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 4, per_wavelength }, &|_| ()).unwrap()
     };
-    let (shared, single) = (run(false), run(true));
+    let (shared, separate) = (run(false), run(true));
     let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap();
-    for ((a, b), c) in shared.iter().zip(&single).zip(&solved) {
+    for ((a, b), c) in shared.iter().zip(&separate).zip(&solved) {
         assert_eq!((a.thickness_cm.to_bits(), a.incidence), (b.thickness_cm.to_bits(), b.incidence));
         for (a, b, c) in [
             (a.reflectance, b.reflectance, c.reflectance),
@@ -132,7 +132,7 @@ fn shared_paths_agree_with_single_ones() {
     }
 }
 
-/// Layers of different snow over a ground: the walk and the layered ordinates.
+/// Layers of different snow on a ground.
 #[test]
 fn engines_agree_about_layers() {
     let sample = |size_um: f64, facetness: f64, density_kg_m3: f64, ice| SnowSample {
@@ -154,9 +154,9 @@ fn engines_agree_about_layers() {
             wavelengths_nm: vec![450.0, 700.0, 1030.0],
         };
         let options = MonteCarloOptions { rays: RAYS, seed: 21, ..MonteCarloOptions::default() };
-        let walked = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
+        let simulated = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
         let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
-        for (a, b) in walked.iter().zip(&solved) {
+        for (a, b) in simulated.iter().zip(&solved) {
             for (a, b) in [
                 (a.reflectance, b.whole.reflectance),
                 (a.transmittance, b.whole.transmittance),

@@ -1,6 +1,6 @@
-//! Laws of the goniometric mode: flux, reciprocity, limits, and standard errors that mean what they say.
+//! Laws of the goniometric mode: flux, reciprocity, limits, and correct standard errors.
 //!
-//! Families of comparisons are judged at a level of 10⁻³ in all: a false alarm in a thousand seeds.
+//! Each family of comparisons has a level of 10⁻³: a false alarm in a thousand seeds.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -23,8 +23,8 @@ fn slab(thickness_cm: f64, angles_deg: &[f64], wavelengths_nm: &[f64]) -> Slab {
     }
 }
 
-fn distribute(slab: &Slab, rays: u64, seed: u64, (rings, sectors): (usize, usize)) -> Vec<Distribution> {
-    let options = GoniometricOptions { rays, seed, patches: PatchGrid { rings, sectors } };
+fn distribute(slab: &Slab, rays: u64, seed: u64, patches: PatchGrid) -> Vec<Distribution> {
+    let options = GoniometricOptions { rays, seed, patches };
     monte_carlo::distribute(slab, &options, &|_| ()).unwrap()
 }
 
@@ -33,20 +33,20 @@ fn p_value(a: Estimate, b: Estimate) -> f64 {
     z_p_value((a.value - b.value) / a.standard_error.hypot(b.standard_error))
 }
 
-/// The least of many p-values, and the level that it must reach.
+/// The least of many p-values, and the level that it must exceed.
 fn worst(p_values: &[f64]) -> (f64, f64) {
     (p_values.iter().copied().fold(1.0, f64::min), sidak_level(LEVEL, p_values.len()))
 }
 
-/// ∫ f cosθ dω over all patches is the flux, and the flux is that of the spectrometric mode: within the error of its
-/// one trace for all wavelengths, and to rounding where that traces the same rays one wavelength at a time.
+/// ∫ f cosθ dω over all patches is the flux, and the flux is that of the spectral mode: within the standard error of
+/// its shared paths, and to rounding for the same rays, traced one wavelength at a time.
 #[test]
 fn patches_add_up_to_the_flux() {
     let slab = Slab {
         incidences: vec![Incidence::Beam { angle_deg: 0.0 }, Incidence::Beam { angle_deg: 70.0 }, Incidence::Diffuse],
         ..slab(0.5, &[], &[500.0, 1300.0])
     };
-    let spread = distribute(&slab, 30_000, 1, (10, 12));
+    let spread = distribute(&slab, 30_000, 1, PatchGrid { rings: 10, sectors: 12 });
     let fluxes = |seed, per_wavelength| {
         let options = MonteCarloOptions { rays: 30_000, seed, per_wavelength };
         monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
@@ -72,7 +72,7 @@ fn patches_add_up_to_the_flux() {
         if let Incidence::Beam { angle_deg } = spread.incidence {
             let path = slab.optical_depth(slab.thicknesses_cm[0]) / angle_deg.to_radians().cos();
             let exact = Estimate { value: (-path).exp(), standard_error: 0.0 };
-            // At 70° one ray in 2·10⁸ passes: none at all is what must be seen.
+            // At 70° one ray in 2·10⁸ is transmitted unscattered, so there must be none.
             if exact.value > 1e-4 {
                 p_values.push(p_value(spread.direct, exact));
             } else {
@@ -88,12 +88,12 @@ fn patches_add_up_to_the_flux() {
 ///
 /// The mean over incidence within a ring is Gauss's with three nodes in sin²θ, in which the BSDF is smooth away from
 /// the horizon: the outermost ring is left out.
-fn between_rings(slab: &Slab, (rings, sectors): (usize, usize), rays: u64) -> Vec<Vec<[Estimate; 2]>> {
+fn between_rings(slab: &Slab, PatchGrid { rings, sectors }: PatchGrid, rays: u64) -> Vec<Vec<[Estimate; 2]>> {
     let nodes = [(0.5 - 0.15_f64.sqrt(), 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + 0.15_f64.sqrt(), 5.0 / 18.0)];
     let angle = |ring: usize, node: f64| ((ring as f64 + node) / rings as f64).sqrt().asin().to_degrees();
     let angles: Vec<f64> = (0..rings - 1).flat_map(|ring| nodes.map(|(node, _)| angle(ring, node))).collect();
     let incidences = angles.iter().map(|angle_deg| Incidence::Beam { angle_deg: *angle_deg }).collect();
-    let spread = distribute(&Slab { incidences, ..slab.clone() }, rays, 3, (rings, sectors));
+    let spread = distribute(&Slab { incidences, ..slab.clone() }, rays, 3, PatchGrid { rings, sectors });
     let mean = |beams: &[Distribution], patch: usize| {
         let over = |estimate: &dyn Fn(&Distribution) -> Estimate| {
             let terms = || nodes.iter().zip(beams).map(|((_, share), beam)| (share, estimate(beam)));
@@ -107,14 +107,14 @@ fn between_rings(slab: &Slab, (rings, sectors): (usize, usize), rays: u64) -> Ve
     spread.chunks_exact(3).map(|beams| (0..rings * sectors).map(|patch| mean(beams, patch)).collect()).collect()
 }
 
-/// Helmholtz: f(θ → θ', φ) = f(θ' → θ, φ), on reflection, and on transmission of a slab that is the same from both
-/// sides; with absorption and without. Negative control: f cosθ', the intensity, is not reciprocal.
+/// Helmholtz: f(θ → θ', φ) = f(θ' → θ, φ), in reflection, and in transmission of a slab that is equal from both sides;
+/// with absorption and without. Negative control: f cosθ', the intensity, is not reciprocal.
 #[test]
-fn light_can_be_sent_back() {
+fn the_bsdf_is_reciprocal() {
     let (rings, sectors) = (5, 3);
     let (mut reciprocal, mut control) = (Vec::new(), Vec::new());
     for wavelength_nm in [500.0, 1300.0] {
-        let between = between_rings(&slab(0.3, &[], &[wavelength_nm]), (rings, sectors), 25_000);
+        let between = between_rings(&slab(0.3, &[], &[wavelength_nm]), PatchGrid { rings, sectors }, 25_000);
         let cosine = |ring: usize| (1.0 - (ring as f64 + 0.5) / rings as f64).sqrt();
         let scaled = |e: Estimate, by: f64| Estimate { value: e.value * by, standard_error: e.standard_error * by };
         for (i, j) in (0..rings - 1).flat_map(|j| (0..j).map(move |i| (i, j))) {
@@ -129,17 +129,18 @@ fn light_can_be_sent_back() {
     let (least, level) = worst(&reciprocal);
     assert!(least > level, "{least} {level} {reciprocal:?}");
     let (least, level) = worst(&control);
-    assert!(least < 1e-6 * level, "an intensity passed for reciprocal: {least}");
+    assert!(least < 1e-6 * level, "the intensity passes as reciprocal: {least}");
 }
 
-/// Standard errors are honest: over many seeds, deviations from the mean in units of the error have unit variance.
-/// Negative control: errors a tenth too small are found out.
+/// Standard errors are correct: over many seeds, deviations from the mean in units of the error have unit variance.
+/// Negative control: errors a tenth too small are detected.
 #[test]
-fn standard_errors_are_honest() {
+fn standard_errors_are_correct() {
     const SEEDS: u64 = 600;
     let slab = slab(0.1, &[50.0], &[1300.0]);
-    let runs: Vec<Distribution> =
-        (0..SEEDS).map(|seed| distribute(&slab, 2000, 100 + seed, (3, 2)).remove(0)).collect();
+    let runs: Vec<Distribution> = (0..SEEDS)
+        .map(|seed| distribute(&slab, 2000, 100 + seed, PatchGrid { rings: 3, sectors: 2 }).remove(0))
+        .collect();
     let estimates = |run: &Distribution| -> Vec<Estimate> {
         let patches = run.reflection.iter().chain(&run.transmission).map(|patch| patch.bsdf_per_sr);
         patches.chain([run.reflectance, run.transmittance, run.direct]).collect()
@@ -162,14 +163,14 @@ fn standard_errors_are_honest() {
     let (least, level) = worst(&p_values(1.0));
     assert!(least > level, "{least} {level}");
     let (least, level) = worst(&p_values(0.9));
-    assert!(least < level, "errors a tenth too small passed: {least} {level}");
+    assert!(least < level, "errors a tenth too small pass: {least} {level}");
 }
 
-/// Deep in snow light forgets its beam: the BTDF is the same at all azimuths and follows the escape function,
+/// Deep snow diffuses the beam: the BTDF is the same at all azimuths and follows the escape function,
 /// f = T K₀(μ)/π, K₀ = (3/7)(1 + 2μ) within 2 % (Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589).
-/// Negative control: in thin snow it remembers.
+/// Negative control: thin snow does not.
 #[test]
-fn deep_snow_forgets_the_beam() {
+fn deep_snow_transmits_independently_of_azimuth() {
     let (rings, sectors) = (4, 6);
     let azimuths = |spread: &Distribution| {
         let rings = spread.transmission.chunks_exact(sectors);
@@ -182,9 +183,9 @@ fn deep_snow_forgets_the_beam() {
             .sum();
         chi_squared_p_value(chi_squared, 4.0 * 5.0)
     };
-    let deep = distribute(&slab(2.5, &[60.0], &[500.0]), 60_000, 4, (rings, sectors)).remove(0);
+    let deep = distribute(&slab(2.5, &[60.0], &[500.0]), 60_000, 4, PatchGrid { rings, sectors }).remove(0);
     assert!(azimuths(&deep) > LEVEL, "{}", azimuths(&deep));
-    let thin = distribute(&slab(0.1, &[60.0], &[500.0]), 60_000, 4, (rings, sectors)).remove(0);
+    let thin = distribute(&slab(0.1, &[60.0], &[500.0]), 60_000, 4, PatchGrid { rings, sectors }).remove(0);
     assert!(azimuths(&thin) < 1e-12);
     for hemisphere in [&thin.reflection, &thin.transmission] {
         let outermost = &hemisphere[(rings - 1) * sectors..];
@@ -202,14 +203,14 @@ fn deep_snow_forgets_the_beam() {
     }
 }
 
-/// Under Lambertian light the radiance towards θ is, by reciprocity, the flux that a beam from θ sends through:
-/// π f = T(θ) − direct below and R(θ) on top. The fluxes are the other engine's.
+/// Under Lambertian light the radiance towards θ is, by reciprocity, the flux under a beam from θ:
+/// π f = T(θ) − direct below and R(θ) above. The fluxes are those of discrete ordinates.
 #[test]
-fn lambertian_light_shows_the_other_engines_fluxes() {
+fn radiance_under_lambertian_light_has_the_fluxes_of_ordinates() {
     let rings = 6;
     let diffuse = Slab { incidences: vec![Incidence::Diffuse], ..slab(0.4, &[], &[600.0]) };
-    let spread = distribute(&diffuse, 200_000, 5, (rings, 1)).remove(0);
-    // Midpoints in sin²θ, in which no flux bends sharply but at the horizon.
+    let spread = distribute(&diffuse, 200_000, 5, PatchGrid { rings, sectors: 1 }).remove(0);
+    // Midpoints in sin²θ, in which fluxes are smooth except at the horizon.
     let parts = 8;
     let angles: Vec<f64> =
         (0..rings * parts).map(|i| ((i as f64 + 0.5) / (rings * parts) as f64).sqrt().asin().to_degrees()).collect();
@@ -227,20 +228,20 @@ fn lambertian_light_shows_the_other_engines_fluxes() {
             [(spread.transmission[ring], transmittance - direct), (spread.reflection[ring], reflectance)]
         {
             let expected = flux / parts as f64 / PI;
-            // .2 % is left to the tally and to the midpoints in the outermost ring.
+            // .2 % for the tally and for the midpoints in the outermost ring.
             let allowed = 4.0 * patch.bsdf_per_sr.standard_error + 0.002 * expected;
             assert!((patch.bsdf_per_sr.value - expected).abs() < allowed, "ring {ring}: {patch:?}, {expected}");
         }
     }
 }
 
-/// The number of threads changes no bit, and what is out of range is refused.
+/// Any number of threads gives the same bits, and grids out of range are refused.
 #[test]
-fn threads_change_nothing_and_bad_grids_are_refused() {
+fn results_do_not_depend_on_threads_and_invalid_grids_are_refused() {
     let slab = slab(0.2, &[40.0], &[550.0]);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| distribute(&slab, 3000, 1, (5, 4)))
+        pool.install(|| distribute(&slab, 3000, 1, PatchGrid { rings: 5, sectors: 4 }))
     };
     assert_eq!(run(1), run(3));
     for (rings, sectors) in [(0, 1), (1, 0), (1001, 1), (1, 361)] {

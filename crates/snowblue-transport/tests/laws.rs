@@ -1,9 +1,8 @@
-//! Conservation, invariance, limits: what must hold whatever the snow.
+//! Conservation, invariance and limits, which hold for any snow.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
-use snowblue_transport::Scattering;
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
@@ -11,6 +10,7 @@ use snowblue_transport::ordinates::{self, Fluxes, HomogeneousMedium, Light, Ordi
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
+use snowblue_transport::{HenyeyGreenstein, Scattering};
 
 const NORMAL: Incidence = Incidence::Beam { angle_deg: 0.0 };
 
@@ -20,7 +20,7 @@ fn beam(medium: &Scattering, depth: f64, cos_incidence: f64, streams: usize) -> 
 }
 
 fn isotropic(one_minus_albedo: f64, streams: usize) -> Scattering {
-    Scattering::henyey_greenstein(one_minus_albedo, 0.0, streams)
+    HenyeyGreenstein { one_minus_albedo, asymmetry: 0.0 }.scattering(streams)
 }
 
 /// Asserts that two estimates, or an estimate and a number without error, differ by at most 4 standard errors.
@@ -29,13 +29,18 @@ fn assert_within_four_sigma(estimate: Estimate, expected: f64, what: &str) {
     assert!(gap <= 4.0 * estimate.standard_error, "{what}: {estimate:?}, expected {expected}");
 }
 
-/// Law 1: nothing is lost where nothing absorbs; fluxes are shares.
+/// Law 1: without absorption R + T = 1.
 #[test]
 fn energy_is_conserved() {
     for g in [-0.3, 0.0, 0.75, 0.89, 0.996] {
         for depth in [1e-6, 1e-2, 1.0, 30.0, 1e3, 1e5] {
             for cos_incidence in [1.0, 0.5, 0.017] {
-                let fluxes = beam(&Scattering::henyey_greenstein(0.0, g, 32), depth, cos_incidence, 32);
+                let fluxes = beam(
+                    &HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: g }.scattering(32),
+                    depth,
+                    cos_incidence,
+                    32,
+                );
                 let sum = fluxes.reflectance + fluxes.transmittance;
                 // Rounding of sums over 16 modes, some ten times larger than their result at grazing incidence.
                 assert!((sum - 1.0).abs() < 1e-11, "g {g} τ {depth} μ₀ {cos_incidence}: R + T = {sum}");
@@ -44,7 +49,7 @@ fn energy_is_conserved() {
     }
 }
 
-/// Law 1: light passes grains that neither bend nor absorb it, and black grains leave only what misses them.
+/// Law 1: grains that neither deflect nor absorb transmit everything, and black grains transmit only direct light.
 #[test]
 fn invisible_and_black_grains() {
     let straight_on = Scattering { one_minus_albedo: 0.0, moments: vec![1.0; 33] };
@@ -55,8 +60,9 @@ fn invisible_and_black_grains() {
     assert!((fluxes.direct / (-6.0_f64).exp() - 1.0).abs() < 1e-13);
 }
 
-/// Law 2: under Lambertian light the mean paths know nothing of the grains but B (Blanco & Fournier 2003,
-/// doi:10.1209/epl/i2003-00208-x): 2h of pore, 2κh hits, 2hφB of ice, with B = n² for rough grains.
+/// Law 2: under Lambertian light the mean paths depend on the grains through B only (Blanco & Fournier 2003,
+/// doi:10.1209/epl/i2003-00208-x): 2h through pores, 2κh scattering events, 2hφB through ice, with B = n² for rough
+/// grains.
 #[test]
 fn mean_paths_are_invariant() {
     let rough = |psi| SnowSample {
@@ -89,8 +95,8 @@ fn mean_paths_are_invariant() {
     }
 }
 
-/// Law 3: a thick conservative isotropic slab passes T = (√3/4) H(μ₀) (4/3)/(τ + 2·.710446), with H from Chandrasekhar
-/// (1960). What the formula leaves out fades as e^{−τ}; H has seven figures.
+/// Law 3: a thick conservative isotropic slab has T = (√3/4) H(μ₀) (4/3)/(τ + 2·.710446), with H from Chandrasekhar
+/// (1960). The error of the formula decays as e^{−τ}; H has seven figures.
 #[test]
 fn conservative_isotropic_slab() {
     for (cos_incidence, h) in [(1.0, 2.907_811), (0.5, 2.012_779)] {
@@ -112,7 +118,7 @@ fn semi_infinite_isotropic_albedo() {
     for (one_minus_albedo, expected) in [(0.1, 0.414_947), (0.01, 0.752_721), (0.001, 0.912_845)] {
         let fluxes = beam(&isotropic(one_minus_albedo, 64), 1e4, 1.0, 64);
         assert!((fluxes.reflectance - expected).abs() < 1e-6, "{fluxes:?}");
-        assert!((0.0..1e-100).contains(&fluxes.transmittance), "10⁴ optical depths pass nothing");
+        assert!((0.0..1e-100).contains(&fluxes.transmittance), "10⁴ optical depths transmit almost nothing");
     }
 }
 
@@ -130,7 +136,7 @@ fn asymptotic_transmittance() {
                 let y = 4.0 * (one_minus_albedo / (3.0 * (1.0 - g))).sqrt();
                 let escape = 3.0 / 7.0 * (1.0 + 2.0 * cos_incidence);
                 let expected = escape * y.sinh() / (x + 1.07 * y).sinh();
-                let medium = Scattering::henyey_greenstein(one_minus_albedo, g, 32);
+                let medium = HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(32);
                 let transmittance = beam(&medium, depth, cos_incidence, 32).transmittance;
                 assert!((transmittance / expected - 1.0).abs() < 0.02, "{one_minus_albedo} {depth} {cos_incidence}");
             }
@@ -152,7 +158,7 @@ fn by_ordinates(slab: &Slab) -> Vec<Radiometry> {
     ordinates::solve(slab, &options).unwrap()
 }
 
-/// Law 7: dry snow knows only ρh, and deep in it ln T falls with slope √(3 σ_a κ (1 − g)).
+/// Law 7: dry snow depends on the load ρh only, and ln T of deep snow has the slope √(3 σ_a κ (1 − g)).
 #[test]
 fn transmittance_depends_on_load_and_becomes_exponential() {
     let dense = SnowSample { density_kg_m3: 400.0, ..SnowSample::default() };
@@ -162,31 +168,31 @@ fn transmittance_depends_on_load_and_becomes_exponential() {
     }
     // HG with k small: the diffusion exponent k² = 3(1 − ω)(1 − ωg)(1 + O(1 − ω)).
     let (one_minus_albedo, g) = (1e-6_f64, 0.7);
-    let medium = Scattering::henyey_greenstein(one_minus_albedo, g, 32);
+    let medium = HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(32);
     let (near, far) = (beam(&medium, 2e4, 1.0, 32).transmittance, beam(&medium, 3e4, 1.0, 32).transmittance);
     let slope = (near / far).ln() / 1e4;
     let expected = (3.0 * one_minus_albedo * (1.0 - g * (1.0 - one_minus_albedo))).sqrt();
     assert!((slope / expected - 1.0).abs() < 1e-5, "{slope} {expected}");
 }
 
-/// Law 8, the paper's trends: coarser grains pass more; facets, density, thickness and slant pass less; blue passes
-/// more than red.
+/// Law 8, the paper's trends: T increases with grain size, decreases with facetness, density, thickness and angle, and
+/// is larger in the blue than in the red.
 #[test]
 fn trends() {
     let base = SnowSample::default();
-    let pass = |sample: SnowSample, thickness_cm: f64, angle_deg: f64| -> Vec<f64> {
+    let transmittances = |sample: SnowSample, thickness_cm: f64, angle_deg: f64| -> Vec<f64> {
         let incidences = vec![Incidence::Beam { angle_deg }];
         by_ordinates(&Slab { incidences, ..default_slab(sample, thickness_cm) })
             .iter()
             .map(|r| r.transmittance.value)
             .collect()
     };
-    let reference = pass(base, 15.0, 0.0);
-    assert!(reference.is_sorted_by(|a, b| a > b), "blue passes more than red: {reference:?}");
-    let coarse = pass(SnowSample { grain_size: GrainSize::around(500.0).unwrap(), ..base }, 15.0, 0.0);
-    let faceted = pass(SnowSample { facetness: TruncatedNormal::facetness_around(0.7), ..base }, 15.0, 0.0);
-    let dense = pass(SnowSample { density_kg_m3: 400.0, ..base }, 15.0, 0.0);
-    let (thick, slanted) = (pass(base, 25.0, 0.0), pass(base, 15.0, 60.0));
+    let reference = transmittances(base, 15.0, 0.0);
+    assert!(reference.is_sorted_by(|a, b| a > b), "T is larger in the blue than in the red: {reference:?}");
+    let coarse = transmittances(SnowSample { grain_size: GrainSize::around(500.0).unwrap(), ..base }, 15.0, 0.0);
+    let faceted = transmittances(SnowSample { facetness: TruncatedNormal::facetness_around(0.7), ..base }, 15.0, 0.0);
+    let dense = transmittances(SnowSample { density_kg_m3: 400.0, ..base }, 15.0, 0.0);
+    let (thick, slanted) = (transmittances(base, 25.0, 0.0), transmittances(base, 15.0, 60.0));
     for (i, value) in reference.iter().enumerate() {
         assert!(coarse[i] > *value);
         for darker in [&faceted, &dense, &thick, &slanted] {
@@ -216,7 +222,7 @@ fn estimate(values: &[f64]) -> Estimate {
 }
 
 /// Asymmetry of smooth grains and the ice path in smooth and rough ones, as in geometric optics without diffraction.
-/// The asymmetries are computed figures with four digits, good to ± .0005.
+/// The asymmetries are computed values with four digits, ± .0005.
 #[test]
 fn single_grain_facts() {
     let near = |estimate: Estimate, expected: f64, what: &str| {
@@ -270,9 +276,9 @@ fn asymmetry_of_the_papers_population() {
     }
 }
 
-/// Monte Carlo standard errors are honest: over many seeds, deviations in units of the error have unit variance (χ²).
+/// Monte Carlo standard errors are correct: over many seeds, deviations in units of the error have unit variance (χ²).
 #[test]
-fn standard_errors_are_honest() {
+fn standard_errors_are_correct() {
     const SEEDS: u64 = 300;
     for per_wavelength in [false, true] {
         let slab = Slab { wavelengths_nm: vec![450.0, 700.0], ..default_slab(SnowSample::default(), 0.1) };
@@ -289,7 +295,7 @@ fn standard_errors_are_honest() {
             let mean = answers.iter().map(|answer| pick(answer).value).sum::<f64>() / SEEDS as f64;
             let squares =
                 answers.iter().map(|answer| ((pick(answer).value - mean) / pick(answer).standard_error).powi(2));
-            // With errors from 64 teams a square is on average 63/61; 1 in 1000 at either end.
+            // With errors from 64 batches the mean square is 63/61; 1 in 1000 at either end.
             let chi_squared = squares.sum::<f64>() * if per_wavelength { 1.0 } else { 61.0 / 63.0 };
             let above = snowblue_stat::chi_squared_p_value(chi_squared, SEEDS as f64 - 1.0);
             assert!((0.001..0.999).contains(&above), "{per_wavelength} {wavelength} {quantity}: {chi_squared}");
@@ -297,9 +303,9 @@ fn standard_errors_are_honest() {
     }
 }
 
-/// The number of threads changes no bit.
+/// Any number of threads gives the same bits.
 #[test]
-fn threads_change_nothing() {
+fn results_do_not_depend_on_threads() {
     let slab = Slab { wavelengths_nm: vec![450.0, 650.0], ..default_slab(SnowSample::default(), 0.5) };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -324,15 +330,15 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Any medium, depth and angle: fluxes are shares, finite, and darken with depth.
+    /// For any medium, depth and angle R and T are fractions, and T decreases with depth.
     #[test]
-    fn fluxes_are_shares(
+    fn fluxes_are_fractions(
         exponent in -13.0..0.0_f64, g in -0.9..0.999_f64, depth_exponent in -6.0..5.0_f64,
         cos_incidence in 2e-4..1.0_f64, half_streams in prop::sample::select(vec![1_usize, 2, 4, 8, 16, 32]),
     ) {
         let (one_minus_albedo, depth) = (10_f64.powf(exponent), 10_f64.powf(depth_exponent));
         let streams = 2 * half_streams;
-        let medium = Scattering::henyey_greenstein(one_minus_albedo, g, streams);
+        let medium = HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(streams);
         let fluxes = beam(&medium, depth, cos_incidence, streams);
         let deeper = beam(&medium, 1.1 * depth, cos_incidence, streams);
         prop_assert!(fluxes.reflectance >= -1e-12 && fluxes.transmittance >= 0.0, "{fluxes:?}");
@@ -340,9 +346,9 @@ proptest! {
         prop_assert!(deeper.transmittance <= fluxes.transmittance * (1.0 + 1e-10) , "{fluxes:?} {deeper:?}");
     }
 
-    /// Any phase function, as a mixture of single angles: it is refused, or its fluxes are shares.
+    /// Any phase function, as a mixture of single angles, is refused, or its fluxes are fractions.
     #[test]
-    fn rugged_phase_functions_are_carried_or_refused(
+    fn any_phase_function_is_solved_or_refused(
         exponent in -13.0..0.0_f64, cosines in prop::collection::vec(-1.0..1.0_f64, 1..6),
         depth_exponent in -3.0..4.0_f64, half_streams in prop::sample::select(vec![2_usize, 8, 16, 32]),
     ) {

@@ -1,4 +1,4 @@
-//! Water in the pores and particles between the grains: laws, limits, and the agreement of both engines.
+//! Wet snow and impurities: laws, limits, and the agreement of both engines.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -51,8 +51,8 @@ fn transmittance(sample: SnowSample, thickness_cm: f64, wavelength_nm: f64) -> f
     ordinates::solve(&slab, &OrdinatesOptions::default()).unwrap()[0].transmittance.value
 }
 
-/// Grains wholly in water, 550 nm, n = 1.3110/1.3347: 1 − g is .0040 for a smooth sphere, .0044 for the default grains,
-/// near the .004 expected.
+/// Grains entirely in water at 550 nm, n = 1.3110/1.3347: 1 − g is .0040 for a smooth sphere, .0044 for the default
+/// grains, near the .004 expected.
 #[test]
 fn grains_in_water_scatter_forward() {
     let one = |sphericity, facetness| SnowSample {
@@ -66,8 +66,8 @@ fn grains_in_water_scatter_forward() {
     }
 }
 
-/// κ(1 − g) falls as 1 − S_w (1 − 1/r), where grains in water scatter r times less than in air: 54 times for the smooth
-/// sphere to 70 for rough grains.
+/// κ(1 − g) decreases as 1 − S_w (1 − 1/r), where κ(1 − g) of grains in water is r times smaller than in air: 54 for
+/// the smooth sphere to 70 for rough grains.
 #[test]
 fn water_dilutes_scattering() {
     let turned = |medium: &Medium| medium.extinction_per_m * (1.0 - medium.scattering.asymmetry());
@@ -81,9 +81,9 @@ fn water_dilutes_scattering() {
 }
 
 /// In the blue, where neither ice nor water absorbs much, wet snow attenuates less than dry snow of equal dry density
-/// (measured: Fukami). In the red the water's own absorption can outweigh that.
+/// (measured: Fukami). In the red the absorption by water can outweigh this.
 #[test]
-fn wet_snow_attenuates_less() {
+fn wet_snow_transmits_more_blue_light() {
     for thickness_cm in [1.0, 5.0, 15.0] {
         let passed: Vec<f64> =
             [0.0, 0.1, 0.3, 0.6, 1.0].map(|saturation| transmittance(wet(saturation), thickness_cm, 450.0)).to_vec();
@@ -91,9 +91,10 @@ fn wet_snow_attenuates_less() {
     }
 }
 
-/// Law 2 in wet snow: the path through ice, that in water counted n_water² times, stays 2hφ n_ice² in Lambertian light.
+/// Law 2 in wet snow: under Lambertian light the mean path through ice, with n_water² times the path in grains in
+/// water, is 2hφ n_ice².
 #[test]
-fn mean_ice_path_does_not_know_of_water() {
+fn mean_ice_path_does_not_depend_on_water() {
     let n: f64 = 1.3130;
     for saturation in [0.0, 0.3, 0.8, 1.0] {
         let sample = SnowSample { facetness: TruncatedNormal::exactly(0.6), ..wet(saturation) };
@@ -111,10 +112,10 @@ fn mean_ice_path_does_not_know_of_water() {
     }
 }
 
-/// Soot between the grains absorbs like ice that is blacker by the same amount per metre: σ_a = ρ c E (1 − ω) against
-/// κ (1 − ω_grain), in a slab so thick that T is e^{−h √(3 σ_a κ(1 − g))} but for a factor.
+/// The absorption of black carbon, σ_a = ρ c E (1 − ω), adds to that of ice, κ (1 − ω_grain), in a slab so thick that
+/// T ∝ e^{−h √(3 σ_a κ(1 − g))}.
 #[test]
-fn soot_adds_to_the_absorption_of_ice() {
+fn absorption_of_black_carbon_adds_to_that_of_ice() {
     let clean = medium(&sooty(0.0), 500.0);
     let dirty = medium(&sooty(10.0), 500.0);
     let absorbed = |medium: &Medium| medium.extinction_per_m * medium.scattering.one_minus_albedo;
@@ -126,25 +127,25 @@ fn soot_adds_to_the_absorption_of_ice() {
     let faded =
         |sample: SnowSample| (transmittance(sample, 100.0, 500.0) / transmittance(sample, 120.0, 500.0)).ln() / 0.2;
     let ratio = faded(sooty(10.0)) / rate(&dirty);
-    // Two tallies of other seeds, each within some 10⁻³ of 1 − g, of which this is the root; e^{−2x} is 10⁻⁶.
+    // √(1 − g) from two tallies with other seeds, each within some 10⁻³; e^{−2x} is 10⁻⁶.
     assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
 }
 
-/// What stays in a slab is what goes into it less what comes out below, found as net fluxes on their own.
+/// Absorptance is the difference of the net fluxes at the top and at the bottom, which are computed separately.
 #[test]
-fn nothing_is_lost_or_made() {
+fn energy_is_conserved() {
     for sample in [wet(0.4), sooty(1e5), SnowSample { water_saturation: 0.7, ..sooty(1e3) }] {
         let stack = Stack { depths_cm: vec![0.0, 2.0], ..one_layer(sample, 2.0) };
         for row in ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap() {
-            let kept = row.profile[0].net.value - row.profile[1].net.value;
+            let net = row.profile[0].net.value - row.profile[1].net.value;
             let absorbed = row.whole.absorptance.value;
             // Discrete ordinates integrate the flux at the top within 10⁻⁵.
-            assert!(kept > 0.0 && (kept - absorbed).abs() < 1e-5, "{kept} {absorbed}");
+            assert!(net > 0.0 && (net - absorbed).abs() < 1e-5, "{net} {absorbed}");
         }
     }
 }
 
-/// Automatic streams know of the forward peak of grains in water: T within 10⁻⁴ of 128 streams up to 80°.
+/// Automatic streams resolve the forward peak of grains in water: T within 10⁻⁴ of 128 streams up to 80°.
 #[test]
 fn automatic_streams_suffice_in_wet_snow() {
     for saturation in [0.1, 0.5, 1.0] {
@@ -168,23 +169,23 @@ fn automatic_streams_suffice_in_wet_snow() {
     }
 }
 
-/// Where no snow lies, light meets the ground alone, by both engines.
+/// Without snow both engines give the reflection of the ground.
 #[test]
-fn no_snow_is_no_obstacle() {
+fn light_without_snow_reaches_the_ground() {
     for albedo in [0.0, 0.5] {
         let stack = Stack { ground_albedo: albedo, ..one_layer(SnowSample::default(), 0.0) };
         let options = MonteCarloOptions { rays: 4000, seed: 3, ..MonteCarloOptions::default() };
-        let walked = &monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap()[0];
+        let simulated = &monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap()[0];
         let solved = &ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap()[0].whole;
-        for answer in [walked, solved] {
-            // 4 σ of a chance of a half, √(1/4 /4000).
+        for answer in [simulated, solved] {
+            // 4 σ of a probability of a half, √(1/4 /4000).
             assert!((answer.reflectance.value - albedo).abs() < 4.0 * 0.0079, "{answer:?}");
             assert!((answer.transmittance.value - 1.0).abs() < 1e-12, "{answer:?}");
         }
     }
 }
 
-/// Every kind of dirt, any wetness, in the ultraviolet, blue, red and infrared.
+/// All impurities at several saturations, in the ultraviolet, blue, red and infrared.
 #[test]
 fn engines_agree_about_wet_and_dirty_snow() {
     let dust = Impurities::none().with(Substance::SaharanDust, 2e6).with(Substance::ColoradoDust, 1e6);
@@ -203,16 +204,16 @@ fn engines_agree_about_wet_and_dirty_snow() {
             incidences: vec![Incidence::Beam { angle_deg: 40.0 }, Incidence::Diffuse],
             ..slab(sample, thickness_cm, &wavelengths_nm)
         };
-        let walk = |per_wavelength| {
+        let simulate = |per_wavelength| {
             let options = MonteCarloOptions { rays: 6_000, seed: 9, per_wavelength };
             monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
         };
-        // Snow that is mostly forward peaks asks for more streams than dry snow.
+        // Sharp forward peaks take more streams than dry snow.
         let options = OrdinatesOptions { streams: Streams::Exactly(48), ..OrdinatesOptions::default() };
         let solved = ordinates::solve(&slab, &options).unwrap();
         // 5 cases of 36 comparisons, many of them correlated: 4 σ is a false alarm in a hundred seeds.
-        assert_alike(&walk(false), &solved, &format!("case {number}, shared"));
-        assert_alike(&walk(true), &solved, &format!("case {number}, each wavelength"));
+        assert_agree(&simulate(false), &solved, &format!("case {number}, shared"));
+        assert_agree(&simulate(true), &solved, &format!("case {number}, each wavelength"));
     }
 }
 
@@ -227,12 +228,12 @@ fn engines_agree_about_wet_and_dirty_layers() {
         wavelengths_nm: vec![450.0, 650.0, 1000.0],
     };
     let options = MonteCarloOptions { rays: 20_000, seed: 13, ..MonteCarloOptions::default() };
-    let walked = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
+    let simulated = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
     let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
-    assert_alike(&walked, &solved.iter().map(|answer| answer.whole).collect::<Vec<_>>(), "layers");
+    assert_agree(&simulated, &solved.iter().map(|answer| answer.whole).collect::<Vec<_>>(), "layers");
 }
 
-/// A stack of one wet and dirty layer is the slab.
+/// A stack of one wet and dirty layer has the fluxes of the slab.
 #[test]
 fn one_layer_is_the_slab() {
     let sample = SnowSample { water_saturation: 0.2, ..sooty(50.0) };
@@ -253,14 +254,14 @@ fn one_layer_is_the_slab() {
 }
 
 #[test]
-fn wavelengths_end_where_the_tables_do() {
+fn wavelengths_outside_the_tables_are_refused() {
     let message = |sample, wavelength_nm| slab(sample, 1.0, &[wavelength_nm]).check().unwrap_err().to_string();
     assert_eq!(message(wet(0.1), 1401.0), "wavelength in wet snow is 1401 nm, but must lie in 300–1400 nm");
     assert_eq!(message(sooty(1.0), 300.0), "wavelength in snow with impurities is 300 nm, but must lie in 305–1495 nm");
     assert!(slab(wet(0.0), 1.0, &[2500.0]).check().is_ok() && slab(sooty(0.0), 1.0, &[2500.0]).check().is_ok());
 }
 
-fn assert_alike(some: &[Radiometry], others: &[Radiometry], what: &str) {
+fn assert_agree(some: &[Radiometry], others: &[Radiometry], what: &str) {
     assert_eq!(some.len(), others.len());
     let z_score = |a: Estimate, b: Estimate| {
         (a.value - b.value) / a.standard_error.hypot(b.standard_error).max(f64::MIN_POSITIVE)

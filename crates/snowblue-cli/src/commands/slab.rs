@@ -2,7 +2,7 @@
 
 use clap::Args;
 use snowblue_figures::DataTable;
-use snowblue_transport::Scattering;
+use snowblue_transport::HenyeyGreenstein;
 use snowblue_transport::ordinates::{self, HomogeneousMedium};
 
 use crate::options::parse;
@@ -49,7 +49,8 @@ impl Slab {
                 return Err(Failure::Input(format!("{option} is {value}, but must lie in {low}–{high}")));
             }
         }
-        let scattering = Scattering::henyey_greenstein(self.one_minus_omega, self.g, self.streams);
+        let scattering =
+            HenyeyGreenstein { one_minus_albedo: self.one_minus_omega, asymmetry: self.g }.scattering(self.streams);
         HomogeneousMedium::check(&scattering, self.streams).map_err(Failure::input)?;
         let medium = HomogeneousMedium::new(&scattering, self.streams);
         let fluxes = medium.fluxes(self.tau, &[medium.beam(self.mu0)])[0];

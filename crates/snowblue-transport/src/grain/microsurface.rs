@@ -1,13 +1,13 @@
 //! The rough surface of a grain: a random walk on a Smith microsurface with GGX slopes.
 //!
-//! Light falls among the facets of a random height field, is reflected or refracted at each facet it meets, and walks
-//! on until it leaves to one side (Heitz, Hanika, d'Eon & Dachsbacher 2016, doi:10.1145/2897824.2925943). Nothing is
-//! lost and étendue is kept, unlike with a random tilt of the normal. Facets are drawn from those visible along the
-//! ray by spherical caps (Dupuy & Benyoub 2023, doi:10.1111/cgf.14867).
+//! Light enters a random height field of facets, is reflected or refracted at each facet it hits, and continues until
+//! it leaves to one side (Heitz, Hanika, d'Eon & Dachsbacher 2016, doi:10.1145/2897824.2925943). Unlike a random tilt
+//! of the normal, this conserves energy and étendue. Facets are drawn from the normals visible along the ray by
+//! spherical caps (Dupuy & Benyoub 2023, doi:10.1111/cgf.14867).
 //!
-//! Only the order of heights matters to a walk, so a height h is carried as ln C₁(h), the logarithm of the share of the
-//! surface below it: 0 is above all facets, −∞ below all. Under the surface the same walk runs upside down, with
-//! C₁ → 1 − C₁.
+//! Only the order of heights matters to a walk, so a height h is stored as ln C₁(h), the logarithm of the fraction of
+//! the surface below it: 0 is above all facets, −∞ below all. Below the surface the same walk runs upside down, with C₁
+//! → 1 − C₁.
 
 use glam::DVec3;
 
@@ -16,26 +16,33 @@ use crate::rng::{Stream, unit_circle};
 /// Below this roughness a surface is treated as smooth.
 pub const SMOOTH_BELOW_ROUGHNESS: f64 = 1e-4;
 
-/// Where light went at an interface.
+/// Light after an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Direction of travel in the frame of the interface: z > 0 on the side the light came from.
+    /// Direction of travel in the frame of the interface; z > 0 on the side of incidence.
     pub direction: DVec3,
-    /// Whether it passed to the other side.
+    /// Whether it was transmitted to the other side.
     pub transmitted: bool,
 }
 
-/// Sends light that travels along `direction` (z < 0) through an interface of the given roughness α.
+/// Reflects or transmits light that travels along `direction` (z < 0) at an interface of roughness α.
 ///
 /// `relative_index` is the index of the far side over that of the near side.
 #[inline]
 pub fn interact(direction: DVec3, roughness: f64, relative_index: f64, stream: &mut Stream) -> Outcome {
     let step = Step { index: relative_index, inverse: 1.0 / relative_index };
     if roughness < SMOOTH_BELOW_ROUGHNESS {
-        let (direction, transmitted) = meet_facet(direction, DVec3::Z, step, stream);
-        return Outcome { direction, transmitted };
+        let hit = hit_facet(direction, DVec3::Z, step, stream);
+        return Outcome { direction: hit.direction, transmitted: hit.refracted };
     }
     walk(direction, roughness, step, stream)
+}
+
+/// Light after a facet.
+#[derive(Debug, Clone, Copy)]
+struct FacetHit {
+    direction: DVec3,
+    refracted: bool,
 }
 
 /// A step of the refractive index: far over near side, and near over far.
@@ -45,7 +52,7 @@ struct Step {
     inverse: f64,
 }
 
-/// The random walk itself: move to a height, leave or meet a facet, turn upside down after each refraction.
+/// The random walk: move to a height, leave or hit a facet, turn upside down after each refraction.
 ///
 /// Smith's Λ for GGX slopes is ½(r/|z| − 1) for directions that go up and −½(r/|z| + 1) for those that go down, with r²
 /// = α²(x² + y²) + z² (Heitz 2014, JCGT 3(2), eq. 72): the length of the direction in the space where facets are those
@@ -65,9 +72,9 @@ fn walk(mut direction: DVec3, roughness: f64, mut step: Step, stream: &mut Strea
             return Outcome { direction: direction.with_z(z), transmitted: beyond };
         }
         let facet = visible_normal(stretched * (-1.0 / length), roughness, stream);
-        let (scattered, refracted) = meet_facet(direction, facet, step, stream);
-        direction = scattered;
-        if refracted {
+        let hit = hit_facet(direction, facet, step, stream);
+        direction = hit.direction;
+        if hit.refracted {
             direction.z = -direction.z;
             log_height = (-f64::exp_m1(log_height)).ln();
             step = Step { index: step.inverse, inverse: step.index };
@@ -76,11 +83,11 @@ fn walk(mut direction: DVec3, roughness: f64, mut step: Step, stream: &mut Strea
     }
 }
 
-/// Fresnel's choice at a facet: the new direction, and whether the light was refracted.
+/// Reflects or refracts light at a facet, chosen by the Fresnel reflectance.
 ///
-/// The reflectance of [`crate::optics::fresnel`] is compared with a random number without the divisions.
+/// The reflectance of [`crate::optics::fresnel`] is compared with a random number, multiplied out to avoid divisions.
 #[inline]
-fn meet_facet(direction: DVec3, facet: DVec3, step: Step, stream: &mut Stream) -> (DVec3, bool) {
+fn hit_facet(direction: DVec3, facet: DVec3, step: Step, stream: &mut Stream) -> FacetHit {
     let chance = stream.uniform();
     let incidence = (-direction.dot(facet)).clamp(0.0, 1.0);
     let square = 1.0 - (1.0 - incidence * incidence) * (step.inverse * step.inverse);
@@ -94,16 +101,17 @@ fn meet_facet(direction: DVec3, facet: DVec3, step: Step, stream: &mut Stream) -
     } else {
         direction + facet * (2.0 * incidence)
     };
-    (renormalized(scattered), refracted)
+    FacetHit { direction: renormalized(scattered), refracted }
 }
 
-/// A nearly unit vector made unit by one step of Newton's method; refraction out of ice would let its error grow by n².
+/// Normalises a nearly unit vector by one step of Newton's method; without it refraction out of ice multiplies the
+/// error by n².
 #[inline]
 pub(crate) fn renormalized(v: DVec3) -> DVec3 {
     v * (1.5 - 0.5 * v.length_squared())
 }
 
-/// Normal of a facet, drawn from those that a unit direction in the stretched space sees.
+/// Normal of a facet, drawn from the normals visible along a unit direction in the stretched space.
 #[inline]
 fn visible_normal(stretched: DVec3, roughness: f64, stream: &mut Stream) -> DVec3 {
     let (cos_phi, sin_phi) = unit_circle(stream.uniform());
@@ -118,16 +126,17 @@ mod tests {
     use super::*;
     use crate::optics::fresnel;
 
-    /// The choice without divisions is Fresnel's reflectance.
+    /// The comparison without divisions reflects with the Fresnel reflectance.
     #[test]
-    fn facets_reflect_as_fresnel_says() {
+    fn facets_have_the_fresnel_reflectance() {
         for (index, cosine) in [(1.31, 0.7), (1.31, 0.05), (1.0 / 1.31, 0.8), (1.0 / 1.31, 0.6), (1.0, 0.5)] {
             let expected = fresnel(cosine, index).reflectance;
             let direction = DVec3::new((1.0_f64 - cosine * cosine).sqrt(), 0.0, -cosine);
             let step = Step { index, inverse: 1.0 / index };
             let count = 100_000;
-            let reflected =
-                (0..count).filter(|ray| !meet_facet(direction, DVec3::Z, step, &mut Stream::new(8, *ray)).1).count();
+            let reflected = (0..count)
+                .filter(|ray| !hit_facet(direction, DVec3::Z, step, &mut Stream::new(8, *ray)).refracted)
+                .count();
             let sigma = (expected * (1.0 - expected) / count as f64).sqrt();
             assert!((reflected as f64 / count as f64 - expected).abs() <= 4.0 * sigma, "{index} {cosine}");
         }
@@ -138,8 +147,8 @@ mod tests {
     fn refraction_obeys_snell() {
         let direction = DVec3::new(0.6, 0.0, -0.8);
         let step = Step { index: 1.31, inverse: 1.0 / 1.31 };
-        let refracted = (0..50).map(|ray| meet_facet(direction, DVec3::Z, step, &mut Stream::new(9, ray)));
-        let (refracted, _) = refracted.into_iter().find(|(_, refracted)| *refracted).unwrap();
+        let hits = (0..50).map(|ray| hit_facet(direction, DVec3::Z, step, &mut Stream::new(9, ray)));
+        let refracted = hits.into_iter().find(|hit| hit.refracted).unwrap().direction;
         assert!((refracted.x - 0.6 / 1.31).abs() < 1e-15 && (refracted.length() - 1.0).abs() < 1e-15);
     }
 }

@@ -1,4 +1,4 @@
-//! One grain of ice: its shape, its rough surface, and what it does to a ray of light.
+//! A single grain of ice: its shape, its rough surface, and the scattering of a ray of light by it.
 
 pub mod microsurface;
 mod scatter;

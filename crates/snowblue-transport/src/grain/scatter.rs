@@ -1,32 +1,31 @@
-//! One grain: which way light leaves it, and how far it went through the ice.
+//! Scattering by a grain: the direction in which light leaves it, and its path through the ice.
 //!
-//! Light meets a grain, is reflected or enters, crosses the ice in straight segments between interfaces, and leaves.
-//! Grains that are nearly smooth keep some light inside for long: below a roughness of about .025 the ice paths are
-//! heavy-tailed, and their mean steps from the smooth grain's to n² times the mean chord as the roughness leaves 0.
-//! Only a facetness of 0 is smooth.
+//! Light is reflected or enters, crosses the ice in straight segments between interfaces, and leaves. Grains that are
+//! nearly smooth trap some light: below a roughness of about .025 the distribution of ice paths is heavy-tailed. The
+//! mean ice path is discontinuous at roughness 0: it is n² times the mean chord for any roughness above 0. A facetness
+//! of 0 is smooth.
 //!
-//! The grain does not turn its size into anything: directions depend on shape, roughness and index alone, and the ice
-//! path is proportional to the size.
+//! Directions depend on shape, roughness and index alone; the ice path is proportional to the size.
 
 use super::microsurface::{Outcome, interact};
 use super::spheroid::{Frame, Hit, Spheroid};
 use crate::rng::Stream;
 
-/// Roughness α of the microsurface per unit of facetness: α = .25 f. It puts f = .5 at the asymmetry of natural snow.
+/// Roughness α of the microsurface per unit of facetness: α = .25 f. With it f = .5 has the asymmetry of natural snow.
 pub const ROUGHNESS_PER_FACETNESS: f64 = 0.25;
 
-/// What a grain is to light, size apart.
+/// The optical properties of a grain, except its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grain {
-    /// Its shape, in units of its size.
+    /// Shape, in units of the size.
     pub shape: Spheroid,
-    /// Roughness α of its surface.
+    /// Roughness α of the surface.
     pub roughness: f64,
-    /// Refractive index of the ice over that of what surrounds it.
+    /// Refractive index of the ice over that of the surrounding medium.
     pub relative_index: f64,
 }
 
-/// Light that has left a grain.
+/// Light scattered by a grain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scattered {
     /// Cosine of the scattering angle.
@@ -36,11 +35,11 @@ pub struct Scattered {
 }
 
 impl Grain {
-    /// Scatters one ray of isotropic light off the grain.
+    /// Scatters a random ray of isotropic light.
     ///
     /// ```
     /// # use snowblue_transport::{grain::{Grain, SizeMeasure, Spheroid}, rng::Stream};
-    /// // Grains that do not refract pass light straight on.
+    /// // A grain with a relative index of 1 does not deflect light.
     /// let shape = Spheroid::of_unit_size(0.8, SizeMeasure::GreatestExtension);
     /// let grain = Grain { shape, roughness: 0.1, relative_index: 1.0 };
     /// let scattered = grain.scatter(&mut Stream::new(1, 0));
@@ -51,7 +50,7 @@ impl Grain {
         self.scatter_hit(self.shape.random_hit(stream), stream)
     }
 
-    /// Follows a ray from where it meets the grain until it leaves.
+    /// Traces a ray from its entry until it leaves the grain.
     pub(crate) fn scatter_hit(&self, entry: Hit, stream: &mut Stream) -> Scattered {
         let (mut inside, mut hit) = (false, entry);
         let mut ice_path = 0.0;
@@ -68,9 +67,9 @@ impl Grain {
                 let cos_scattering = direction.dot(entry.direction).clamp(-1.0, 1.0);
                 return Scattered { cos_scattering, ice_path };
             }
-            let (length, end) = self.shape.cross(Hit { point: hit.point, direction });
-            ice_path += length;
-            hit = Hit { point: end, direction };
+            let chord = self.shape.chord(Hit { point: hit.point, direction });
+            ice_path += chord.length;
+            hit = Hit { point: chord.end, direction };
         }
     }
 }

@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::microsurface::renormalized;
 use crate::rng::{Stream, unit_circle};
 
-/// What a grain size measures.
+/// The quantity that a grain size measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SizeMeasure {
     /// The greatest extension, as in the International Classification for Seasonal Snow (Fierz et al. 2009).
@@ -32,13 +32,22 @@ pub struct Spheroid {
     pub along: f64,
 }
 
-/// A ray that starts on a spheroid's surface, in units of its size.
+/// A ray at the surface of a spheroid, in units of its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
-    /// The point, on the unit sphere that the spheroid is stretched from.
+    /// Point on the unit sphere that maps to the spheroid by scaling.
     pub(crate) point: DVec3,
     /// Direction of travel, into the spheroid.
     pub(crate) direction: DVec3,
+}
+
+/// A chord of a spheroid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Chord {
+    /// Length, in units of the size.
+    pub(crate) length: f64,
+    /// End point on the unit sphere.
+    pub(crate) end: DVec3,
 }
 
 impl Spheroid {
@@ -72,7 +81,7 @@ impl Spheroid {
     #[must_use]
     pub fn surface(&self) -> f64 {
         let e = self.square_eccentricity().sqrt();
-        // asin(e)/e = 1 + e²/6 + 3e⁴/40 + …: the sphere is a limit.
+        // asin(e)/e = 1 + e²/6 + 3e⁴/40 + … near the sphere.
         let ratio = if e < 1e-2 { 1.0 + e * e / 6.0 + 3.0 * e.powi(4) / 40.0 } else { e.asin() / e };
         TAU * self.across * (self.across + self.along * ratio)
     }
@@ -87,7 +96,7 @@ impl Spheroid {
         1.0 - (self.across / self.along).powi(2)
     }
 
-    /// Area of the surface per solid angle of the unit sphere at height `z`, over its greatest value a c.
+    /// Surface area per solid angle of the unit sphere at height `z`, over its greatest value a c.
     pub(crate) fn relative_area(&self, z: f64) -> f64 {
         self.square_relative_area(z).sqrt()
     }
@@ -108,28 +117,28 @@ impl Spheroid {
         DVec3::new(point.x / self.across, point.y / self.across, point.z / self.along).normalize()
     }
 
-    /// Follows a ray through the inside: the length of the chord, and where it ends on the unit sphere.
+    /// The chord of a ray inside the spheroid.
     #[inline]
-    pub(crate) fn cross(&self, hit: Hit) -> (f64, DVec3) {
+    pub(crate) fn chord(&self, hit: Hit) -> Chord {
         let step =
             DVec3::new(hit.direction.x / self.across, hit.direction.y / self.across, hit.direction.z / self.along);
         let length = (-2.0 * hit.point.dot(step) / step.length_squared()).max(0.0);
-        (length, renormalized(hit.point + step * length))
+        Chord { length, end: renormalized(hit.point + step * length) }
     }
 
-    /// Isotropic light on a convex body: uniform over the surface, cosine-distributed about the inward normal.
+    /// A random hit by isotropic light: uniform over the surface, cosine-distributed about the inward normal.
     pub(crate) fn random_hit(&self, stream: &mut Stream) -> Hit {
         let z = loop {
             let z = 2.0 * stream.uniform() - 1.0;
-            let chance = stream.uniform();
-            if chance * chance < self.square_relative_area(z) {
+            let uniform = stream.uniform();
+            if uniform * uniform < self.square_relative_area(z) {
                 break z;
             }
         };
         self.hit_at(z, [stream.uniform(), stream.uniform()])
     }
 
-    /// The hit at height `z`, whose direction is drawn from two uniform numbers.
+    /// The hit at height `z`, with a direction drawn from two uniform numbers.
     pub(crate) fn hit_at(&self, z: f64, uniform: [f64; 2]) -> Hit {
         let point = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
         let (cos_phi, sin_phi) = unit_circle(uniform[1]);
@@ -140,7 +149,7 @@ impl Spheroid {
     }
 }
 
-/// Right-handed axes around a normal.
+/// A right-handed frame with a normal as z axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
     tangent: DVec3,
@@ -171,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn surface_is_smooth_towards_the_sphere_and_right_for_a_spheroid() {
+    fn surface_is_exact_and_continuous_at_the_sphere() {
         let nearly = |psi| Spheroid::of_unit_size(psi, SizeMeasure::GreatestExtension).surface();
         assert!((nearly(0.999_999) / nearly(1.0) - 1.0).abs() < 1e-5);
         // a = 1, c = 2: S = 2π(1 + 2 · (π/3)/(√3/2)) = 2π + 8π²/(3√3) = 21.478.
@@ -180,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn measures_give_unit_size() {
+    fn grains_have_unit_size_by_every_measure() {
         for psi in [0.5, 0.8, 1.0] {
             let volume = Spheroid::of_unit_size(psi, SizeMeasure::VolumeDiameter);
             assert!((volume.volume() - PI / 6.0).abs() < 1e-14);
@@ -189,13 +198,13 @@ mod tests {
         }
     }
 
-    /// Cauchy: the chords of isotropic light have the mean 4V/S.
+    /// Chords of isotropic light have the mean 4V/S (Cauchy).
     #[test]
-    fn mean_chord_is_cauchys() {
+    fn mean_chord_follows_cauchy() {
         let spheroid = Spheroid { across: 0.3, along: 0.5 };
         let mut stream = Stream::new(1, 0);
         let count = 200_000;
-        let lengths: Vec<f64> = (0..count).map(|_| spheroid.cross(spheroid.random_hit(&mut stream)).0).collect();
+        let lengths: Vec<f64> = (0..count).map(|_| spheroid.chord(spheroid.random_hit(&mut stream)).length).collect();
         let mean = lengths.iter().sum::<f64>() / f64::from(count);
         let variance = lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / f64::from(count);
         assert!((mean - spheroid.mean_chord()).abs() < 4.0 * (variance / f64::from(count)).sqrt());

@@ -167,7 +167,7 @@ impl AlbedoModel {
     /// Fits the surface area and the black carbon of a pack, and the scale of the measurement if that is free.
     ///
     /// # Errors
-    /// If the pack is out of range, or nothing is measured.
+    /// If the pack is out of range or `measured` is empty.
     pub fn fit(&self, pack: &Pack, measured: &[MeasuredAlbedo], scale: Scale) -> Result<Fit, TransportError> {
         if measured.is_empty() {
             return Err(TransportError::Nothing { quantity: "measured albedo" });

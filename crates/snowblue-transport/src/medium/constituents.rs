@@ -1,9 +1,9 @@
 //! The constituents of snow at one wavelength: grains in air, grains in water, particles, and the medium between them.
 //! Both engines start here.
 //!
-//! **Water in the pores.** A grain lies entirely in water with the probability S_w, the saturation of the pores. It then
-//! refracts with n_ice/n_water, and κ(1 − g) is some 60 times smaller. In equilibrium, radiance is proportional to the
-//! square of the index, so paths in water, and in grains in water, count n_water² times for absorption. The water
+//! **Water in the pores.** A grain lies entirely in water with the probability S_w, the saturation of the pores. It
+//! then refracts with n_ice/n_water, and κ(1 − g) is some 60 times smaller. In equilibrium, radiance is proportional to
+//! the square of the index, so paths in water, and in grains in water, count n_water² times for absorption. The water
 //! itself absorbs
 //!
 //! ```text

@@ -1,6 +1,6 @@
 //! Grains described by three measured numbers instead of a shape, as from micro-tomography.
 
-use super::scattering::{Medium, Scattering};
+use super::scattering::{HenyeyGreenstein, Medium};
 use crate::optics::ice;
 use crate::quadrature::MOST_NODES;
 
@@ -45,7 +45,7 @@ impl GrainOptics {
         let one_minus_albedo = absorption_per_m * self.path_enhancement * ice_fraction / extinction_per_m;
         Medium {
             extinction_per_m,
-            scattering: Scattering::henyey_greenstein(one_minus_albedo, self.asymmetry, MOST_MOMENTS),
+            scattering: HenyeyGreenstein { one_minus_albedo, asymmetry: self.asymmetry }.scattering(MOST_MOMENTS),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::constituents::{Constituents, Grains};
 use super::grain_optics::GrainOptics;
 use super::population::Population;
-use super::scattering::{Medium, Scattering};
+use super::scattering::{HenyeyGreenstein, Medium, Scattering};
 use super::tally::{Tally, TallyPlan};
 use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
@@ -89,7 +89,8 @@ impl GrainTallies {
         }
         let degree = self.in_air.degree();
         for particle in &constituents.particles {
-            let scattering = Scattering::henyey_greenstein(0.0, particle.asymmetry, degree);
+            let scattering =
+                HenyeyGreenstein { one_minus_albedo: 0.0, asymmetry: particle.asymmetry }.scattering(degree);
             parts.push(Medium { extinction_per_m: particle.scattering_per_m, scattering });
         }
         Medium::mix(&parts, constituents.pore_absorption_per_m)

@@ -12,6 +12,6 @@ pub use grain_optics::{GrainOptics, Microstructure};
 pub use grain_tallies::{Demand, GrainTallies};
 pub use population::Population;
 pub(crate) use population::{HitSizes, hit_size_m};
-pub use scattering::{Medium, Scattering};
+pub use scattering::{HenyeyGreenstein, Medium, Scattering};
 pub use tally::TallyPlan;
 pub(crate) use tally::{BATCHES, DEFAULT_RAYS};

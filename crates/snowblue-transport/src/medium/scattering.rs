@@ -21,15 +21,26 @@ pub struct Medium {
     pub scattering: Scattering,
 }
 
-impl Scattering {
-    /// The Henyey–Greenstein (1941) phase function, χ_l = g^l for l = 0 … `degree`. `degree` streams can be solved with
-    /// it.
-    #[must_use]
-    pub fn henyey_greenstein(one_minus_albedo: f64, g: f64, degree: usize) -> Self {
-        let moments = std::iter::successors(Some(1.0), |chi| Some(chi * g)).take(degree + 1).collect();
-        Self { one_minus_albedo, moments }
-    }
+/// Single scattering with the Henyey–Greenstein (1941) phase function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HenyeyGreenstein {
+    /// Co-albedo 1 − ω.
+    pub one_minus_albedo: f64,
+    /// Asymmetry parameter g.
+    pub asymmetry: f64,
+}
 
+impl HenyeyGreenstein {
+    /// The moments χ_l = g^l for l = 0 … `degree`, which serve up to `degree` streams.
+    #[must_use]
+    pub fn scattering(self, degree: usize) -> Scattering {
+        let Self { one_minus_albedo, asymmetry } = self;
+        let moments = std::iter::successors(Some(1.0), |chi| Some(chi * asymmetry)).take(degree + 1).collect();
+        Scattering { one_minus_albedo, moments }
+    }
+}
+
+impl Scattering {
     /// Asymmetry parameter g = χ_1, the mean cosine of the scattering angle.
     #[must_use]
     pub fn asymmetry(&self) -> f64 {

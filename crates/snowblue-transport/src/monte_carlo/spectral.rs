@@ -1,15 +1,16 @@
 //! All wavelengths and all thicknesses of a slab from one set of rays.
 //!
-//! - **Wavelengths.** A ray's path depends on the wavelength through the refractive index alone; absorption is the weight
-//!   exp(−γ(λ)ℓ) of its path ℓ through ice. Rays are therefore traced at a few nodes in n with common random numbers.
-//!   Weights are interpolated before they are squared, so the standard errors are those of the interpolated results.
-//! - **Thicknesses.** The first passage of a walk in deep snow below a depth h is the transmission of a slab of thickness
-//!   h; a ray that leaves the top without passing h is reflected by that slab.
+//! - **Wavelengths.** A ray's path depends on the wavelength through the refractive index alone; absorption is the
+//!   weight exp(−γ(λ)ℓ) of its path ℓ through ice. Rays are therefore traced at a few nodes in n with common random
+//!   numbers. Weights are interpolated before they are squared, so the standard errors are those of the interpolated
+//!   results.
+//! - **Thicknesses.** The first passage of a walk in deep snow below a depth h is the transmission of a slab of
+//!   thickness h; a ray that leaves the top without passing h is reflected by that slab.
 //! - **Densities.** Walks are in optical depth.
 //! - **Grains.** Scattering by a grain does not depend on the position or direction of the ray. The rays of a batch
-//! therefore share one sequence of scattering events, each ray from its entry on, with its own flights, azimuths and
-//! sizes. Each ray sees a random sequence, so every mean is unbiased; the rays of a batch are correlated, so the batch
-//! is the unit of the standard error.
+//!   therefore share one sequence of scattering events, each ray from its entry on, with its own flights, azimuths and
+//!   sizes. Each ray has a random sequence, so every mean is unbiased; the rays of a batch are correlated, so the batch
+//!   is the unit of the standard error.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};

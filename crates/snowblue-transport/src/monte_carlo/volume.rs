@@ -9,8 +9,8 @@
 //! scattering by a grain does not depend on the position of the light. The finite list leaves a standard error of .4 %
 //! in 1 − ⟨cos Θ⟩, to which light through deep snow is proportional.
 //!
-//! **The phase function** serves next-event estimation: from each scattering event straight to a light source. It is the
-//! fraction of light, per sr, that leaves a grain in a direction,
+//! **The phase function** serves next-event estimation: from each scattering event straight to a light source. It is
+//! the fraction of light, per sr, that leaves a grain in a direction,
 //!
 //! ```text
 //! P(Θ; λ) = ⟨exp(−γ(λ) ℓ) δ(Ω − Ω′)⟩,   ∫ P dΩ = ω(λ), the single-scattering albedo,

@@ -18,7 +18,7 @@ impl Scattering {
         let forward = if self.moments[streams - 1] > 0.0 { self.moments[streams].max(0.0) } else { 0.0 };
         let albedo = 1.0 - self.one_minus_albedo;
         let depth_ratio = (1.0 - forward) + forward * self.one_minus_albedo;
-        // A medium that only scatters straight on (n = 1) absorbs and does nothing else.
+        // A medium that only scatters straight forward (n = 1) only absorbs.
         if 1.0 - forward < 1e-12 {
             let albedo_moments = vec![0.0; streams];
             return Scaled { one_minus_albedo: 1.0, albedo_moments, depth_ratio: self.one_minus_albedo };

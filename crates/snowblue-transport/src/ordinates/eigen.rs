@@ -1,4 +1,5 @@
-//! The modes of a homogeneous medium: how light that varies with depth alone grows or fades in it.
+//! The modes of a homogeneous medium: solutions of the equation of transfer that grow or decay exponentially with
+//! depth.
 //!
 //! With S = I⁺ + I⁻ and D = I⁺ − I⁻ at the ordinates (μ_i, w_i), each scaled by √w_i, the azimuth-averaged equation of
 //! transfer splits into
@@ -10,9 +11,9 @@
 //!
 //! with E and O symmetric (Nakajima & Tanaka 1986, doi:10.1016/0022-4073(86)90088-9; Stamnes et al. 1988,
 //! doi:10.1364/AO.27.002502). With the Cholesky factors O = L Lᵀ and E = F Fᵀ, the decay rates k are the singular
-//! values of Fᵀ M⁻¹ L and not, as usual, the square roots of the eigenvalues of its square: that keeps the full
-//! precision of the smallest k, which governs deep snow and vanishes with absorption. The right singular vectors u give
-//! V = M⁻¹ L U and H = L⁻ᵀ U, so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
+//! values of Fᵀ M⁻¹ L. The usual square roots of the eigenvalues of its square would lose precision of the smallest k,
+//! which governs deep snow and vanishes with absorption. The right singular vectors u give V = M⁻¹ L U and H = L⁻ᵀ U,
+//! so that S = V φ(τ), D = −H φ'(τ), φ'' = k² φ, and Vᵀ M H = 1.
 
 use std::sync::OnceLock;
 
@@ -58,7 +59,7 @@ impl Modes {
     }
 }
 
-/// √((2l + 1) w_i) P_l(μ_i) on a half-range rule of N nodes, a column for each l below 2N; computed once and kept.
+/// √((2l + 1) w_i) P_l(μ_i) on a half-range rule of N nodes, a column for each l below 2N; computed once and cached.
 pub(crate) fn legendre_basis(order: usize) -> &'static DMatrix<f64> {
     static BASES: [OnceLock<DMatrix<f64>>; MOST_NODES] = [const { OnceLock::new() }; MOST_NODES];
     BASES[order - 1].get_or_init(|| {
@@ -75,10 +76,10 @@ pub(crate) fn legendre_basis(order: usize) -> &'static DMatrix<f64> {
     })
 }
 
-/// Fᵀ with E = F Fᵀ, exact in its smallest direction.
+/// Fᵀ with E = F Fᵀ, accurate in its smallest eigenvalue.
 ///
-/// The isotropic direction p_0 is an eigenvector of E with eigenvalue 1 − ω, however small. A reflection that takes the
-/// first axis to p_0 makes that entry stand alone, so that it is never the difference of two numbers near 1.
+/// The isotropic direction p_0 is an eigenvector of E with eigenvalue 1 − ω, which may be tiny. A reflection that maps
+/// the first axis to p_0 isolates this entry, so it is never the difference of two numbers near 1.
 fn even_root(medium: &Scaled, basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = basis.nrows();
     let isotropic = basis.column(0);
@@ -128,7 +129,7 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let mut right = DMatrix::identity(n, n);
     for _ in 0..MOST_SWEEPS {
         let mut rotated = false;
-        // Squared lengths are followed through the sweep, and taken afresh before the next.
+        // Squared lengths are updated through the sweep, and recomputed before the next.
         let mut squares: Vec<f64> = matrix.column_iter().map(|column| column.norm_squared()).collect();
         for p in 0..n {
             for q in p + 1..n {
@@ -140,8 +141,9 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
                 let zeta = (beta - alpha) / (2.0 * gamma);
                 let tangent = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
                 let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
-                rotate(&mut matrix, (p, q), (cosine, cosine * tangent));
-                rotate(&mut right, (p, q), (cosine, cosine * tangent));
+                let rotation = Rotation { p, q, cosine, sine: cosine * tangent };
+                rotation.apply(&mut matrix);
+                rotation.apply(&mut right);
                 squares[p] = (alpha - tangent * gamma).max(0.0);
                 squares[q] = beta + tangent * gamma;
             }
@@ -153,7 +155,7 @@ fn singular_values(mut matrix: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     (matrix.column_iter().map(|column| column.norm()).collect(), right)
 }
 
-/// The inner product of columns p < q, in two lanes.
+/// The inner product of columns p < q, summed in two lanes.
 fn dot_of_columns(matrix: &DMatrix<f64>, p: usize, q: usize) -> f64 {
     let rows = matrix.nrows();
     let (a, b) = (&matrix.as_slice()[p * rows..(p + 1) * rows], &matrix.as_slice()[q * rows..(q + 1) * rows]);
@@ -167,11 +169,21 @@ fn dot_of_columns(matrix: &DMatrix<f64>, p: usize, q: usize) -> f64 {
     lanes[0] + lanes[1] + rest
 }
 
-/// Turns columns p and q of `matrix` by the angle with the given cosine and sine.
-fn rotate(matrix: &mut DMatrix<f64>, (p, q): (usize, usize), (cosine, sine): (f64, f64)) {
-    let rows = matrix.nrows();
-    let (head, tail) = matrix.as_mut_slice().split_at_mut(q * rows);
-    for (a, b) in head[p * rows..(p + 1) * rows].iter_mut().zip(&mut tail[..rows]) {
-        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+/// A rotation of columns p < q.
+struct Rotation {
+    p: usize,
+    q: usize,
+    cosine: f64,
+    sine: f64,
+}
+
+impl Rotation {
+    fn apply(&self, matrix: &mut DMatrix<f64>) {
+        let Self { p, q, cosine, sine } = *self;
+        let rows = matrix.nrows();
+        let (head, tail) = matrix.as_mut_slice().split_at_mut(q * rows);
+        for (a, b) in head[p * rows..(p + 1) * rows].iter_mut().zip(&mut tail[..rows]) {
+            (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Fluxes of a homogeneous slab from its modes, for any thickness and any angle.
 //!
-//! **One illumination serves all angles.** By reciprocity the plane albedo and the transmittance for a beam at μ₀ are
+//! **One solution serves all angles.** By reciprocity the plane albedo and the transmittance for a beam at μ₀ are
 //! the radiances that leave the slab in the direction μ₀ when isotropic light of unit radiance falls on it (van de
 //! Hulst 1980, *Multiple Light Scattering*, §3.2; Chandrasekhar 1960, §52). Integrating the source function along μ₀
 //! gives them at any angle, and no particular solution for the beam is needed.
@@ -12,8 +12,8 @@
 //! (Δ + diag k t) a = Vᵀ M 1,     (Γ + diag t/k) b = Hᵀ M 1,
 //! ```
 //!
-//! both symmetric, positive definite and regular at k = 0, and what arrives at the far side is c = a − (t/k) b = (Δ +
-//! diag k t)⁻¹ sech²(k τ/2) b: a product of positive quantities that may be as small as it likes.
+//! both symmetric, positive definite and regular at k = 0, and the amplitude at the far side is c = a − (t/k) b = (Δ +
+//! diag k t)⁻¹ sech²(k τ/2) b: a product of positive quantities, accurate however small.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -32,11 +32,11 @@ use crate::slab::Incidence;
 /// Fluxes over the incident flux on a horizontal plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fluxes {
-    /// Reflectance: what leaves on top.
+    /// Reflectance.
     pub reflectance: f64,
     /// Total transmittance, direct and diffuse.
     pub transmittance: f64,
-    /// The part of the transmittance that met nothing: exp(−τ/μ₀) for a beam, 2 E₃(τ) for Lambertian light.
+    /// Unscattered part of the transmittance: exp(−τ/μ₀) for a beam, 2 E₃(τ) for Lambertian light.
     pub direct: f64,
 }
 
@@ -56,7 +56,7 @@ pub struct HomogeneousMedium {
     pub(super) entering: [DVector<f64>; 2],
 }
 
-/// Light that falls on a slab, and how each mode answers to it, independent of thickness.
+/// Light on a slab, with the response of each mode to it, which does not depend on thickness.
 pub enum Light {
     /// A parallel beam.
     Beam(Direction),
@@ -64,7 +64,7 @@ pub enum Light {
     Lambertian,
 }
 
-/// How each mode shines into one direction.
+/// The radiance of each mode in one direction.
 pub struct Direction {
     pub(super) cos_incidence: f64,
     /// Σ over even l of (2l + 1) ω χ_l P_l(μ₀) p_l · v, one for each mode.
@@ -75,21 +75,29 @@ pub struct Direction {
 
 /// A slab under isotropic light from above: amplitudes of each mode.
 struct Amplitudes {
-    /// Of S at the lit face: a + (t/k) b.
+    /// Of S at the illuminated face: a + (t/k) b.
     top: DVector<f64>,
     /// Slope of the mode there: −(k t a + b).
     top_slope: DVector<f64>,
     /// Of S at the dark face.
     bottom: DVector<f64>,
-    /// Slope towards the lit face: b − k t a, which is Δ c.
+    /// Slope towards the illuminated face: b − k t a, which is Δ c.
     bottom_slope: DVector<f64>,
-    /// Of the wave that fades from the lit face: (a + b/k)/(1 + e^{−kτ}); of no use where k = 0.
+    /// Of the wave that decays from the illuminated face: (a + b/k)/(1 + e^{−kτ}); unused where k = 0.
     fading: DVector<f64>,
 }
 
+/// Scattered radiance that leaves a slab in one direction.
+struct LeavingRadiance {
+    /// From the illuminated face.
+    reflected: f64,
+    /// From the dark face.
+    transmitted: f64,
+}
+
 impl HomogeneousMedium {
-    /// Checks that an albedo and moments are possible, and that `streams` ordinates can carry them: a peak that is far
-    /// narrower than they resolve, and not forward, leaves a discrete medium that creates light.
+    /// Checks that `medium` has a valid albedo and moments, and that `streams` ordinates resolve its phase function.
+    /// With too few ordinates for a narrow peak that is not forward, the discrete medium would create light.
     ///
     /// # Errors
     /// [`TransportError::OutOfRange`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
@@ -106,7 +114,7 @@ impl HomogeneousMedium {
     /// Solves the eigenproblem of `medium` on `streams` ordinates, an even number that counts both hemispheres.
     ///
     /// # Panics
-    /// If [`HomogeneousMedium::check`] refuses the medium or the streams. Snow's own moments never are.
+    /// If [`HomogeneousMedium::check`] refuses the medium or the streams, which it never does for the moments of snow.
     #[must_use]
     pub fn new(medium: &Scattering, streams: usize) -> Self {
         assert!(streams >= 2 && streams.is_multiple_of(2), "streams must be even and positive, but are {streams}");
@@ -115,14 +123,14 @@ impl HomogeneousMedium {
         let basis = legendre_basis(rule.order());
         let modes = Modes::new(&scaled, rule);
         let modes = modes.unwrap_or_else(|| panic!("{streams} streams cannot resolve the phase function"));
-        let weigh = |matrix: &DMatrix<f64>| {
-            let mut weighed = matrix.clone();
-            for (mut row, mu) in weighed.row_iter_mut().zip(&rule.cosines) {
+        let times_cosine = |matrix: &DMatrix<f64>| {
+            let mut product = matrix.clone();
+            for (mut row, mu) in product.row_iter_mut().zip(&rule.cosines) {
                 row *= *mu;
             }
-            weighed
+            product
         };
-        let (sums, differences) = (weigh(&modes.sums), weigh(&modes.differences));
+        let (sums, differences) = (times_cosine(&modes.sums), times_cosine(&modes.differences));
         let isotropic = DVector::from_iterator(rule.order(), rule.weights.iter().map(|weight| weight.sqrt()));
         Self {
             gamma: modes.differences.tr_mul(&differences),
@@ -141,7 +149,7 @@ impl HomogeneousMedium {
         Light::Beam(self.direction(cos_incidence))
     }
 
-    /// Prepares light of either kind.
+    /// Prepares a beam or Lambertian light.
     #[must_use]
     pub fn light(&self, incidence: &Incidence) -> Light {
         match incidence {
@@ -166,13 +174,13 @@ impl HomogeneousMedium {
         Direction { cos_incidence, even, odd }
     }
 
-    /// How fast light fades far from all faces: the rate of the slowest mode per (unscaled) optical depth.
+    /// Decay rate of light far from all faces: the rate of the slowest mode per (unscaled) optical depth.
     #[must_use]
     pub fn decay_rate(&self) -> f64 {
         self.scaled.depth_ratio * self.modes.rates.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Fluxes of a slab of `optical_depth` (unscaled) under each of `lights`.
+    /// Fluxes of a slab of (unscaled) `optical_depth` under each of `lights`.
     #[must_use]
     pub fn fluxes(&self, optical_depth: f64, lights: &[Light]) -> Vec<Fluxes> {
         let depth = optical_depth * self.scaled.depth_ratio;
@@ -180,10 +188,10 @@ impl HomogeneousMedium {
         let entering = &self.entering[1];
         let under = |light: &Light| match light {
             Light::Beam(direction) => {
-                let (reflectance, scattered) = self.leaving(&amplitudes, depth, direction);
+                let LeavingRadiance { reflected, transmitted } = self.leaving(&amplitudes, depth, direction);
                 Fluxes {
-                    reflectance,
-                    transmittance: scattered + (-depth / direction.cos_incidence).exp(),
+                    reflectance: reflected,
+                    transmittance: transmitted + (-depth / direction.cos_incidence).exp(),
                     direct: (-optical_depth / direction.cos_incidence).exp(),
                 }
             }
@@ -217,8 +225,8 @@ impl HomogeneousMedium {
         }
     }
 
-    /// Scattered radiance that leaves the lit and the dark face in `direction`.
-    fn leaving(&self, amplitudes: &Amplitudes, depth: f64, direction: &Direction) -> (f64, f64) {
+    /// Scattered radiance that leaves both faces in `direction`.
+    fn leaving(&self, amplitudes: &Amplitudes, depth: f64, direction: &Direction) -> LeavingRadiance {
         let per_cosine = 1.0 / direction.cos_incidence;
         let unscattered = (-depth * per_cosine).exp();
         let (mut reflected, mut transmitted) = (0.0, 0.0);
@@ -239,11 +247,11 @@ impl HomogeneousMedium {
                 transmitted += (even + odd * k) * fading * far + (even - odd * k) * growing * near;
             }
         }
-        (reflected, transmitted)
+        LeavingRadiance { reflected, transmitted }
     }
 }
 
-/// Cholesky factors of a positive definite matrix with something non-negative added on its diagonal.
+/// Cholesky factors of a positive definite matrix plus a non-negative diagonal.
 pub(super) fn solver(matrix: &DMatrix<f64>, diagonal: &DVector<f64>) -> Cholesky<f64, Dyn> {
     let mut sum = matrix.clone();
     for (i, value) in diagonal.iter().enumerate() {

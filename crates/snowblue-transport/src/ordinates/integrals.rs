@@ -1,4 +1,4 @@
-//! Scalar functions of optical depth that stay exact where they are tiny or degenerate.
+//! Scalar functions of optical depth that keep their relative precision where they are tiny or degenerate.
 
 use crate::quadrature::Quadrature;
 
@@ -13,7 +13,7 @@ pub(super) fn square_sech(x: f64) -> f64 {
     4.0 * e / ((1.0 + e) * (1.0 + e))
 }
 
-/// k/sinh(kτ), which is 1/τ at k = 0 and fades to nothing without overflow.
+/// k/sinh(kτ), which is 1/τ at k = 0 and does not overflow.
 pub(super) fn rate_over_sinh(k: f64, depth: f64) -> f64 {
     let x = k * depth;
     if x < 1e-4 {

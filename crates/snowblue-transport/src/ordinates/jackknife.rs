@@ -1,22 +1,22 @@
-//! The error that a grain tally leaves in anything computed from it: the jackknife (Quenouille 1956,
+//! Standard errors from a grain tally, by the jackknife over its batches (Quenouille 1956,
 //! doi:10.1093/biomet/43.3-4.353).
 
 use crate::medium::BATCHES;
 use crate::slab::Estimate;
 
-/// An answer from all batches of a tally, and from all but each one.
+/// A result from all batches of a tally, and from all but each one.
 pub(super) struct Jackknife<T> {
     whole: T,
     parts: Vec<T>,
 }
 
 impl<T> Jackknife<T> {
-    /// Asks `answer` without any batch left out, then without each.
-    pub(super) fn new(answer: impl Fn(Option<usize>) -> T) -> Self {
-        Self { whole: answer(None), parts: (0..BATCHES).map(|batch| answer(Some(batch))).collect() }
+    /// Computes `result` with all batches, then without each.
+    pub(super) fn new(result: impl Fn(Option<usize>) -> T) -> Self {
+        Self { whole: result(None), parts: (0..BATCHES).map(|batch| result(Some(batch))).collect() }
     }
 
-    /// A number in the answer with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
+    /// A quantity of the result with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
     pub(super) fn estimate(&self, quantity: impl Fn(&T) -> f64) -> Estimate {
         let parts: Vec<f64> = self.parts.iter().map(&quantity).collect();
         let count = parts.len() as f64;

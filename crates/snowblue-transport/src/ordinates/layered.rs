@@ -1,19 +1,20 @@
-//! Fluxes at any face of a pile of homogeneous layers over a Lambertian ground.
+//! Fluxes at any face of a stack of homogeneous layers on a Lambertian ground.
 //!
-//! **A pile is a ladder of conductors.** With S = I⁺ + I⁻ as the voltage and M D = M (I⁺ − I⁻) as the current, all that
-//! lies beyond a face answers with M D = M H y Hᵀ M S, where y is a symmetric, positive semidefinite matrix in the
-//! modes of the layer at hand. From φ'' = k² φ a layer of depth τ is a shunt k tanh(kτ/2) at each face and a resistor
-//! sinh(kτ)/k between them, so that the answer y' at its near face follows from y at its far face by sums alone:
+//! **A stack is equivalent to an electrical ladder network.** With S = I⁺ + I⁻ as the voltage and M D = M (I⁺ − I⁻) as
+//! the current, everything beyond a face obeys M D = M H y Hᵀ M S, where the conductance y is a symmetric, positive
+//! semidefinite matrix in the modes of the adjacent layer. From φ'' = k² φ a layer of depth τ is a shunt k tanh(kτ/2)
+//! at each face and a resistor sinh(kτ)/k between them, so y' at its near face follows from y at its far face by sums
+//! of positive terms:
 //!
 //! ```text
 //! z = y + k tanh(kτ/2),     y' = k tanh(kτ/2) + z (z + e)⁻¹ e,     e = k/sinh(kτ),
 //! ```
 //!
-//! and S in the modes crosses the layer by (z + e)⁻¹ e: a product, however small. This is the adding method (van de
-//! Hulst 1980, *Multiple Light Scattering*, ch. 4) written for (1 − R)/(1 + R) in place of R, since in snow 1 − R is a
-//! small number that must not come as a difference. A face between two media changes y by Q y Qᵀ with Q = V'ᵀ M H.
+//! and S in the modes crosses the layer by (z + e)⁻¹ e, a product that is accurate however small. This is the adding
+//! method (van de Hulst 1980, *Multiple Light Scattering*, ch. 4) for (1 − R)/(1 + R) in place of R, because in snow
+//! 1 − R is small and would lose precision as a difference. A face between two media changes y to Q y Qᵀ, Q = V'ᵀ M H.
 //!
-//! **One source for each flux serves all angles.** By reciprocity the downward flux at a face under a beam at μ₀ is the
+//! **One source per flux serves all angles.** By reciprocity the downward flux at a face under a beam at μ₀ is the
 //! radiance that leaves the top at μ₀ when the face emits isotropic unit radiance upwards; emission downwards gives the
 //! upward flux, and both with opposite signs the net flux. Its amplitudes are, above and below the face,
 //!
@@ -36,7 +37,7 @@ pub struct FaceFluxes {
     pub down: f64,
     /// Flux upwards.
     pub up: f64,
-    /// What goes down for good: the one less the other, found on its own so that it is exact where it is small.
+    /// Net flux, downwards less upwards; computed separately, so it is accurate where it is small.
     pub net: f64,
 }
 
@@ -54,61 +55,72 @@ pub struct MediumLayer<'m> {
 /// Faces are counted from the top, 0, to the ground, the number of layers.
 pub struct LayeredMedium<'m> {
     layers: Vec<Layer<'m>>,
-    /// What lies below each face, in the modes of the layer under it (on the ground, over it).
+    /// Everything below each face, in the modes of the layer under it (on the ground, over it).
     lower: Vec<Side>,
-    /// What lies above each face, in the same modes.
+    /// Everything above each face, in the same modes.
     upper: Vec<Side>,
     /// Radiance of the ground per 1ᵀ M S on it.
     ground: f64,
-    lights: Vec<Sight>,
+    lights: Vec<Response>,
 }
 
-/// One layer of the pile.
+/// One layer of the stack.
 struct Layer<'m> {
     medium: &'m HomogeneousMedium,
     /// Scaled optical depth.
     depth: f64,
-    /// S in the modes from the upper to the lower face and back; none where the layer is too thin to be one.
-    downwards: Option<Passage>,
-    upwards: Option<Passage>,
-    /// To the modes of the layer below: Q for what lies above and for what lies below; none if the medium stays.
-    seam: Option<Seam>,
+    /// Takes S in the modes from the upper to the lower face; none where the layer is too thin to be one.
+    downwards: Option<Crossing>,
+    /// Takes S in the modes from the lower to the upper face.
+    upwards: Option<Crossing>,
+    /// Change to the modes of the layer below; none if it has the same medium.
+    interface: Option<Interface>,
 }
 
 /// a ↦ (z + e)⁻¹ e a.
-struct Passage {
+struct Crossing {
     factor: Cholesky<f64, Dyn>,
     bridge: DVector<f64>,
 }
 
 /// The change of modes at a face between two media.
-struct Seam {
+struct Interface {
     /// V_belowᵀ M H_above.
     down: DMatrix<f64>,
     /// V_aboveᵀ M H_below, the inverse of the other.
     up: DMatrix<f64>,
 }
 
-/// All that lies to one side of a face.
+/// Everything on one side of a face.
 #[derive(Clone)]
 struct Side {
-    /// y: what current it draws from S.
+    /// y: the current that it draws from S.
     conductance: DMatrix<f64>,
-    /// v − y h: what it sends back of isotropic light.
+    /// v − y h: its reflection of isotropic light.
     returned: DVector<f64>,
 }
 
-/// How a pile looks from outside in the direction of a light.
-enum Sight {
-    /// Along a beam.
+/// The response of a stack to one incident light.
+enum Response {
+    /// To a beam.
     Beam {
-        /// Unscattered share at each face.
+        /// Unscattered fraction at each face.
         clear: Vec<f64>,
-        /// For each layer the radiance that it adds per amplitude of S on top, slope there, and amplitude below.
-        escape: Vec<[DVector<f64>; 3]>,
+        /// Radiance that each layer adds.
+        escape: Vec<Escape>,
     },
-    /// From everywhere.
+    /// To Lambertian light.
     Lambertian,
+}
+
+/// Radiance that leaves the top of a layer in one direction, per amplitude of each mode.
+struct Escape {
+    /// Per amplitude of S at the top.
+    top: DVector<f64>,
+    /// Per slope of the mode at the top.
+    top_slope: DVector<f64>,
+    /// Per amplitude of S at the bottom.
+    bottom: DVector<f64>,
 }
 
 /// Amplitudes of the modes of one layer.
@@ -118,14 +130,14 @@ struct Profile {
     bottom: DVector<f64>,
 }
 
-/// Light from an emitting face throughout the pile.
-struct Glow {
+/// Light from an emitting face throughout the stack.
+struct Emission {
     layers: Vec<Profile>,
     /// Radiance of the ground.
     ground: f64,
-    /// Amplitudes at the top of the pile.
+    /// Amplitudes at the top of the stack.
     top: DVector<f64>,
-    /// Radiance that the face itself sends upwards.
+    /// Radiance that the face itself emits upwards.
     emitted: f64,
 }
 
@@ -143,15 +155,15 @@ impl<'m> LayeredMedium<'m> {
                 depth: optical_depth * medium.scaled.depth_ratio,
                 downwards: None,
                 upwards: None,
-                seam: None,
+                interface: None,
             })
             .collect();
         for j in 1..layers.len() {
-            layers[j - 1].seam = Seam::between(layers[j - 1].medium, layers[j].medium);
+            layers[j - 1].interface = Interface::between(layers[j - 1].medium, layers[j].medium);
         }
         let lower = lower_sides(&mut layers, ground_albedo);
         let upper = upper_sides(&mut layers);
-        let lights = incidences.iter().map(|incidence| Sight::new(&layers, incidence)).collect();
+        let lights = incidences.iter().map(|incidence| Response::new(&layers, incidence)).collect();
         Self { lower, upper, ground: 2.0 * ground_albedo / (1.0 + ground_albedo), lights, layers }
     }
 
@@ -166,16 +178,16 @@ impl<'m> LayeredMedium<'m> {
         let nothing = DVector::zeros(v.len());
         let both = solver(&(&lower.conductance + &upper.conductance), &nothing);
         let (into_lower, into_upper) = (&lower.conductance * h, &upper.conductance * h);
-        let glow = |above: DVector<f64>, below: DVector<f64>, emitted: f64| {
-            self.glow(face, (both.solve(&above), both.solve(&below)), emitted)
+        let emission = |above: DVector<f64>, below: DVector<f64>, emitted: f64| {
+            self.emission(face, (both.solve(&above), both.solve(&below)), emitted)
         };
-        let for_down = glow(v + &into_lower, upper.returned.clone(), 1.0);
-        let for_up = glow(lower.returned.clone(), v + &into_upper, 0.0);
-        let for_net = glow(2.0 * into_lower, -2.0 * into_upper, 1.0);
-        let under = |light: &Sight| FaceFluxes {
-            down: self.seen(light, &for_down, face),
-            up: self.seen(light, &for_up, face),
-            net: self.seen(light, &for_net, face),
+        let for_down = emission(v + &into_lower, upper.returned.clone(), 1.0);
+        let for_up = emission(lower.returned.clone(), v + &into_upper, 0.0);
+        let for_net = emission(2.0 * into_lower, -2.0 * into_upper, 1.0);
+        let under = |light: &Response| FaceFluxes {
+            down: self.radiance(light, &for_down, face),
+            up: self.radiance(light, &for_up, face),
+            net: self.radiance(light, &for_net, face),
         };
         self.lights.iter().map(under).collect()
     }
@@ -185,12 +197,12 @@ impl<'m> LayeredMedium<'m> {
         self.layers[face.min(self.layers.len() - 1)].medium
     }
 
-    /// Spreads the amplitudes just above and just below an emitting face over the pile.
-    fn glow(&self, face: usize, (mut above, mut below): (DVector<f64>, DVector<f64>), emitted: f64) -> Glow {
+    /// Extends the amplitudes just above and just below an emitting face over the stack.
+    fn emission(&self, face: usize, (mut above, mut below): (DVector<f64>, DVector<f64>), emitted: f64) -> Emission {
         let mut layers = Vec::with_capacity(self.layers.len());
         for (j, layer) in self.layers.iter().enumerate().take(face).rev() {
-            if let Some(seam) = &layer.seam {
-                above = seam.down.tr_mul(&above);
+            if let Some(interface) = &layer.interface {
+                above = interface.down.tr_mul(&above);
             }
             let top = cross(layer.upwards.as_ref(), &above);
             let top_slope = &self.upper[j].conductance * &top;
@@ -200,37 +212,41 @@ impl<'m> LayeredMedium<'m> {
         layers.reverse();
         for (layer, side) in self.layers.iter().zip(&self.lower).skip(face) {
             let bottom = cross(layer.downwards.as_ref(), &below);
-            let next = layer.seam.as_ref().map_or_else(|| bottom.clone(), |seam| seam.up.tr_mul(&bottom));
+            let next =
+                layer.interface.as_ref().map_or_else(|| bottom.clone(), |interface| interface.up.tr_mul(&bottom));
             layers.push(Profile { top_slope: -(&side.conductance * &below), top: below, bottom });
             below = next;
         }
         let ground = self.ground * self.medium_at(self.layers.len()).entering[1].dot(&below);
-        Glow { layers, ground, top: above, emitted }
+        Emission { layers, ground, top: above, emitted }
     }
 
-    /// Radiance of a glow that leaves the top towards a light; for Lambertian light its mean, weighted with the cosine.
-    fn seen(&self, light: &Sight, glow: &Glow, face: usize) -> f64 {
+    /// Radiance of an emission that leaves the top in the direction of a light; for Lambertian light its mean, weighted
+    /// with the cosine.
+    fn radiance(&self, light: &Response, emission: &Emission, face: usize) -> f64 {
         match light {
-            Sight::Lambertian => 2.0 * self.layers[0].medium.entering[1].dot(&glow.top),
-            Sight::Beam { clear, escape } => {
-                let scattered =
-                    glow.layers.iter().zip(escape).zip(clear).map(|((layer, [top, slope, bottom]), clear)| {
-                        clear * (top.dot(&layer.top) + slope.dot(&layer.top_slope) + bottom.dot(&layer.bottom))
-                    });
-                scattered.sum::<f64>() + clear[self.layers.len()] * glow.ground + clear[face] * glow.emitted
+            Response::Lambertian => 2.0 * self.layers[0].medium.entering[1].dot(&emission.top),
+            Response::Beam { clear, escape } => {
+                let scattered = emission.layers.iter().zip(escape).zip(clear).map(|((layer, escape), clear)| {
+                    let slopes = escape.top_slope.dot(&layer.top_slope);
+                    clear * (escape.top.dot(&layer.top) + slopes + escape.bottom.dot(&layer.bottom))
+                });
+                scattered.sum::<f64>() + clear[self.layers.len()] * emission.ground + clear[face] * emission.emitted
             }
         }
     }
 }
 
-fn cross(passage: Option<&Passage>, amplitudes: &DVector<f64>) -> DVector<f64> {
-    passage
-        .map_or_else(|| amplitudes.clone(), |passage| passage.factor.solve(&passage.bridge.component_mul(amplitudes)))
+fn cross(crossing: Option<&Crossing>, amplitudes: &DVector<f64>) -> DVector<f64> {
+    crossing.map_or_else(
+        || amplitudes.clone(),
+        |crossing| crossing.factor.solve(&crossing.bridge.component_mul(amplitudes)),
+    )
 }
 
-/// What lies below each face, from the ground up; leaves each layer its way down.
+/// The sides below each face, computed from the ground up; sets `downwards` of each layer.
 ///
-/// The ground's y is Δ − 4A/(1 + A) v vᵀ, since it sends 2A 1 1ᵀ M I⁺ back.
+/// The ground's y is Δ − 4A/(1 + A) v vᵀ, since it reflects 2A 1 1ᵀ M I⁺.
 fn lower_sides(layers: &mut [Layer], albedo: f64) -> Vec<Side> {
     let bottom = layers[layers.len() - 1].medium;
     let [_, v] = &bottom.entering;
@@ -239,31 +255,31 @@ fn lower_sides(layers: &mut [Layer], albedo: f64) -> Vec<Side> {
     let mut sides = vec![Side { conductance, returned: v * (2.0 * albedo / (1.0 + albedo)) }];
     for layer in layers.iter_mut().rev() {
         let below = &sides[sides.len() - 1];
-        let near = layer.seam.as_ref().map_or_else(|| below.clone(), |seam| below.changed(&seam.up));
-        let (side, passage) = beyond(layer, near);
-        layer.downwards = passage;
+        let near = layer.interface.as_ref().map_or_else(|| below.clone(), |interface| below.changed(&interface.up));
+        let (side, crossing) = beyond(layer, near);
+        layer.downwards = crossing;
         sides.push(side);
     }
     sides.reverse();
     sides
 }
 
-/// What lies above each face, from the open sky (y = Δ) down; leaves each layer its way up.
+/// The sides above each face, computed from the open sky (y = Δ) down; sets `upwards` of each layer.
 fn upper_sides(layers: &mut [Layer]) -> Vec<Side> {
     let top = layers[0].medium;
     let mut sides = vec![Side { conductance: top.delta.clone(), returned: DVector::zeros(top.delta.nrows()) }];
     for layer in layers.iter_mut() {
-        let (side, passage) = beyond(layer, sides[sides.len() - 1].clone());
-        layer.upwards = passage;
-        sides.push(layer.seam.as_ref().map_or_else(|| side.clone(), |seam| side.changed(&seam.down)));
+        let (side, crossing) = beyond(layer, sides[sides.len() - 1].clone());
+        layer.upwards = crossing;
+        sides.push(layer.interface.as_ref().map_or_else(|| side.clone(), |interface| side.changed(&interface.down)));
     }
     sides
 }
 
-/// Takes a side across a layer, and tells how amplitudes cross back towards it.
-fn beyond(layer: &Layer, side: Side) -> (Side, Option<Passage>) {
+/// Takes a side across a layer, with the operator that takes amplitudes back towards it.
+fn beyond(layer: &Layer, side: Side) -> (Side, Option<Crossing>) {
     let (medium, depth) = (layer.medium, layer.depth);
-    // Below, nothing of the layer is left in double precision.
+    // Thinner layers underflow.
     if depth < 1e-100 {
         return (side, None);
     }
@@ -278,10 +294,10 @@ fn beyond(layer: &Layer, side: Side) -> (Side, Option<Passage>) {
     conductance.set_diagonal(&(conductance.diagonal() + shunt));
     let [h, v] = &medium.entering;
     let returned = v - &conductance * h;
-    (Side { conductance, returned }, Some(Passage { factor, bridge }))
+    (Side { conductance, returned }, Some(Crossing { factor, bridge }))
 }
 
-impl Seam {
+impl Interface {
     fn between(above: &HomogeneousMedium, below: &HomogeneousMedium) -> Option<Self> {
         let overlap = |sums: &HomogeneousMedium, differences: &HomogeneousMedium| {
             sums.modes.sums.tr_mul(&differences.weighted_differences)
@@ -291,13 +307,13 @@ impl Seam {
 }
 
 impl Side {
-    /// The same in the modes of another medium.
-    fn changed(&self, seam: &DMatrix<f64>) -> Self {
-        Self { conductance: seam * &self.conductance * seam.transpose(), returned: seam * &self.returned }
+    /// The side in the modes of another medium, with the change of modes Q.
+    fn changed(&self, q: &DMatrix<f64>) -> Self {
+        Self { conductance: q * &self.conductance * q.transpose(), returned: q * &self.returned }
     }
 }
 
-impl Sight {
+impl Response {
     fn new(layers: &[Layer], incidence: &Incidence) -> Self {
         let Incidence::Beam { angle_deg } = incidence else {
             return Self::Lambertian;
@@ -315,28 +331,29 @@ impl Sight {
 
 /// Radiance that leaves the top of a layer with cosine μ, ∫ J e^{−s/μ} ds/μ, per amplitude of each mode.
 ///
-/// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that fades from the
-/// top, (a − a'/k)/2, and one that fades from the bottom and makes up the rest of the amplitude there.
-fn escape(layer: &Layer, cosine: f64) -> [DVector<f64>; 3] {
+/// Slow modes in thin layers are a cosh(ks) + a' sinh(ks)/k from the top; the others are a wave that decays from the
+/// top, (a − a'/k)/2, and one that decays from the bottom and makes up the rest of the amplitude there.
+fn escape(layer: &Layer, cosine: f64) -> Escape {
     let direction = layer.medium.direction(cosine);
     let (depth, per_cosine) = (layer.depth, 1.0 / cosine);
     let unscattered = (-depth * per_cosine).exp();
     let rates = &layer.medium.modes.rates;
-    let mut weights = [(); 3].map(|()| DVector::zeros(rates.len()));
+    let zeros = || DVector::zeros(rates.len());
+    let mut escape = Escape { top: zeros(), top_slope: zeros(), bottom: zeros() };
     for (j, &k) in rates.iter().enumerate() {
         let (even, odd) = (0.5 * direction.even[j], 0.5 * direction.odd[j]);
         if k < 0.5 && k * depth < 1.0 {
             let (cosh, sinh_over_k) = hyperbolic_integrals(k, depth, per_cosine, unscattered);
-            weights[0][j] = even * cosh + odd * k * k * sinh_over_k;
-            weights[1][j] = even * sinh_over_k + odd * cosh;
+            escape.top[j] = even * cosh + odd * k * k * sinh_over_k;
+            escape.top_slope[j] = even * sinh_over_k + odd * cosh;
         } else {
             let (near, far) = exponential_integrals(k, depth, per_cosine);
             let growing = (even + odd * k) * far;
             let fading = 0.5 * ((even - odd * k) * near - growing * (-k * depth).exp());
-            weights[0][j] = fading;
-            weights[1][j] = -fading / k;
-            weights[2][j] = growing;
+            escape.top[j] = fading;
+            escape.top_slope[j] = -fading / k;
+            escape.bottom[j] = growing;
         }
     }
-    weights
+    escape
 }

@@ -1,9 +1,9 @@
-//! The discrete-ordinates engine: exact radiative transfer on a few directions.
+//! The discrete-ordinates engine: radiative transfer on a few directions.
 //!
-//! Chandrasekhar's (1960) method with double-Gauss quadrature and δ-M scaling, azimuth-averaged since only fluxes are
-//! asked for. A homogeneous medium is solved once ([`HomogeneousMedium`]); every thickness then costs two small
-//! Cholesky factorisations and every angle a sum over the modes. Layers of several media over a ground are piled up
-//! ([`LayeredMedium`]) by the adding method.
+//! Chandrasekhar's (1960) method with double-Gauss quadrature and δ-M scaling, averaged over azimuth because only
+//! fluxes are computed. A homogeneous medium is solved once ([`HomogeneousMedium`]); each thickness then costs two
+//! small Cholesky factorisations and each angle a sum over the modes. Layers of several media on a ground are combined
+//! by the adding method ([`LayeredMedium`]).
 
 mod delta_m;
 mod eigen;

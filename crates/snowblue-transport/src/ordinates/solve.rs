@@ -1,4 +1,4 @@
-//! The ordinates' answer for a slab of snow, with the error that its grain tally leaves.
+//! A slab of snow by discrete ordinates, with the standard errors of its grain tally.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, Population, TallyPlan};
 use crate::slab::{Incidence, Radiometry, Slab};
 
-/// How the engine works.
+/// Options of the discrete-ordinates engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrdinatesOptions {
     /// Ordinates, counting both hemispheres.
@@ -20,7 +20,7 @@ pub struct OrdinatesOptions {
 }
 
 impl OrdinatesOptions {
-    /// How the grains of snow with such a peak are tallied for some lights.
+    /// The tally options for snow with a forward peak under some lights.
     pub(crate) fn plan(&self, incidences: &[Incidence], peak: Peak) -> TallyPlan {
         TallyPlan { degree: self.streams.most(incidences, peak), rays: self.tally_rays, seed: self.seed }
     }

@@ -1,5 +1,5 @@
-//! The ordinates' answer for several snows of like grains, tallied once: what a change of size, density, water or
-//! impurities does, free of the tally's scatter.
+//! Several samples by discrete ordinates. Samples with the same grain shapes share a tally, so that their differences
+//! are free of its noise.
 
 use rayon::prelude::*;
 
@@ -37,8 +37,8 @@ impl FluxSpectra {
     }
 }
 
-/// Fluxes of slabs of each of `samples`, which share sphericity, facetness, size measure and ice, in place of the
-/// slab's own: for each sample, each thickness and then incidence, a spectrum.
+/// Fluxes of slabs of each of `samples`, which replace the slab's own and must have equal sphericity, facetness, size
+/// measure and ice table.
 ///
 /// ```
 /// use snowblue_transport::ordinates::{OrdinatesOptions, solve_alike};
@@ -55,7 +55,7 @@ impl FluxSpectra {
 /// };
 /// let options = OrdinatesOptions { tally_rays: 1 << 12, ..OrdinatesOptions::default() };
 /// let fluxes = solve_alike(&[dry, wet], &slab, &options)?;
-/// // Ice in water hardly scatters, so that wet snow passes more light.
+/// // Ice in water hardly scatters, so wet snow transmits more light.
 /// assert!(fluxes[1].spectrum(0, 0)[0].transmittance > 1.1 * fluxes[0].spectrum(0, 0)[0].transmittance);
 /// # Ok::<(), snowblue_transport::TransportError>(())
 /// ```
@@ -96,7 +96,8 @@ pub fn solve_alike(
     Ok(samples.iter().map(solve).collect())
 }
 
-/// The same for any samples: those whose grains are alike share a tally.
+/// Fluxes of slabs of each of `samples`, which replace the slab's own. Samples with equal sphericity, facetness, size
+/// measure and ice table share a tally.
 ///
 /// # Errors
 /// If the question or the number of streams is out of range.
@@ -130,7 +131,7 @@ mod tests {
     use crate::slab::Incidence;
 
     #[test]
-    fn alone_a_sample_is_answered_as_ever() {
+    fn a_single_sample_has_the_fluxes_of_solve() {
         let slab = Slab {
             sample: SnowSample::default(),
             thicknesses_cm: vec![2.0, 9.0],

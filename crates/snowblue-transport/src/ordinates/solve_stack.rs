@@ -1,7 +1,7 @@
-//! The ordinates' answer for layers of snow on a ground, with the error that the grain tallies leave.
+//! Layers of snow on a ground by discrete ordinates, with the standard errors of the grain tallies.
 //!
-//! Layers of like grains share a tally, and layers that scatter alike share their modes. All tallies take the same
-//! scrambles of the sequence, so leaving out a batch leaves it out of all of them.
+//! Layers with the same grain shapes share a tally, and layers with the same single scattering share their modes. All
+//! tallies use the same scrambles of the sequence, so the jackknife leaves out the same batch of all of them.
 
 use rayon::prelude::*;
 
@@ -17,24 +17,31 @@ use crate::sample::SnowSample;
 use crate::slab::{Incidence, Radiometry};
 use crate::stack::{DepthFluxes, Layer, Slice, Slices, Stack, StackRadiometry};
 
-/// Tallies of all grains of a stack.
+/// Tallies of the grains of a stack.
 struct Grains {
     tallies: Vec<GrainTallies>,
     /// The tallies of each layer.
     kind_of_layer: Vec<usize>,
 }
 
-/// What is known of one light at one wavelength.
+/// Fluxes of a stack for one incidence at one wavelength.
 #[derive(Clone, Default)]
-struct Seen {
+struct StackFluxes {
     reflectance: f64,
     transmittance: f64,
     optical_depth: f64,
-    /// At each depth: fluxes, and the e-folding depth in cm.
-    profile: Vec<(FaceFluxes, f64)>,
+    /// At each depth.
+    profile: Vec<ProfilePoint>,
 }
 
-/// Fluxes above, at the depths in, and below a stack: for each incidence, then each wavelength.
+/// Fluxes and e-folding depth at one depth.
+#[derive(Clone, Copy)]
+struct ProfilePoint {
+    fluxes: FaceFluxes,
+    e_folding_depth_cm: f64,
+}
+
+/// Fluxes above a stack, at its depths, and below it, for each incidence, then each wavelength.
 ///
 /// The standard errors are those of the grain tallies, by a jackknife over their batches.
 ///
@@ -50,29 +57,36 @@ pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<Stac
         .wavelengths_nm
         .par_iter()
         .map(|&wavelength_nm| {
-            let seen = Jackknife::new(|without| {
-                look(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams)
+            let jackknife = Jackknife::new(|without| {
+                stack_fluxes(stack, &slices, &grains.media(stack, wavelength_nm, without), options.streams)
             });
-            (0..stack.incidences.len()).map(|place| answer(stack, (place, wavelength_nm), &seen)).collect()
+            (0..stack.incidences.len()).map(|place| radiometry(stack, place, wavelength_nm, &jackknife)).collect()
         })
         .collect();
     let answers = (0..stack.incidences.len()).flat_map(|i| spectra.iter().map(move |spectrum| spectrum[i].clone()));
     Ok(answers.collect())
 }
 
-fn answer(stack: &Stack, (place, wavelength_nm): (usize, f64), seen: &Jackknife<Vec<Seen>>) -> StackRadiometry {
+fn radiometry(
+    stack: &Stack,
+    place: usize,
+    wavelength_nm: f64,
+    jackknife: &Jackknife<Vec<StackFluxes>>,
+) -> StackRadiometry {
     let incidence = stack.incidences[place];
-    let absorbed =
-        |seen: &Vec<Seen>| 1.0 - seen[place].reflectance - (1.0 - stack.ground_albedo) * seen[place].transmittance;
+    let absorbed = |fluxes: &Vec<StackFluxes>| {
+        1.0 - fluxes[place].reflectance - (1.0 - stack.ground_albedo) * fluxes[place].transmittance
+    };
     let at_depth = |(number, depth_cm): (usize, &f64)| {
-        let estimate =
-            |quantity: fn(&FaceFluxes) -> f64| seen.estimate(|seen| quantity(&seen[place].profile[number].0));
+        let estimate = |quantity: fn(&FaceFluxes) -> f64| {
+            jackknife.estimate(|fluxes| quantity(&fluxes[place].profile[number].fluxes))
+        };
         DepthFluxes {
             depth_cm: *depth_cm,
             down: estimate(|fluxes| fluxes.down),
             up: estimate(|fluxes| fluxes.up),
             net: estimate(|fluxes| fluxes.net),
-            e_folding_depth_cm: seen.estimate(|seen| seen[place].profile[number].1),
+            e_folding_depth_cm: jackknife.estimate(|fluxes| fluxes[place].profile[number].e_folding_depth_cm),
         }
     };
     let direct = |optical_depth: f64| match incidence {
@@ -84,24 +98,24 @@ fn answer(stack: &Stack, (place, wavelength_nm): (usize, f64), seen: &Jackknife<
             thickness_cm: stack.thickness_cm(),
             incidence,
             wavelength_nm,
-            reflectance: seen.estimate(|seen| seen[place].reflectance),
-            transmittance: seen.estimate(|seen| seen[place].transmittance),
-            absorptance: seen.estimate(absorbed),
+            reflectance: jackknife.estimate(|fluxes| fluxes[place].reflectance),
+            transmittance: jackknife.estimate(|fluxes| fluxes[place].transmittance),
+            absorptance: jackknife.estimate(absorbed),
         },
-        direct: seen.estimate(|seen| direct(seen[place].optical_depth)).value,
+        direct: jackknife.estimate(|fluxes| direct(fluxes[place].optical_depth)).value,
         profile: stack.depths_cm.iter().enumerate().map(at_depth).collect(),
     }
 }
 
-/// The sharpest peak of all layers, which have their streams in common.
+/// The sharpest peak of all layers, which use the same number of streams.
 fn peak(stack: &Stack) -> Peak {
     stack.layers.iter().map(|layer| Peak::of(&layer.sample)).max().unwrap_or_default()
 }
 
-/// What each light does in a stack of layers of these media.
-fn look(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<Seen> {
-    let mut all = vec![Seen::default(); stack.incidences.len()];
-    // Layers that scatter alike, as those of one snow at several densities do, share their modes.
+/// Fluxes of a stack with layers of these media under each incidence.
+fn stack_fluxes(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<StackFluxes> {
+    let mut all = vec![StackFluxes::default(); stack.incidences.len()];
+    // Layers with the same single scattering, as of one snow at several densities, share their modes.
     let first_alike =
         |layer: usize| media.iter().position(|medium| medium.scattering == media[layer].scattering).unwrap_or(layer);
     let optical_depth = |slice: &Slice| media[slice.layer].extinction_per_m * slice.thickness_cm * 0.01;
@@ -119,8 +133,8 @@ fn look(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<
             .map(|slice| MediumLayer { medium: modes(slice.layer), optical_depth: optical_depth(slice) })
             .collect();
         let incidences: Vec<Incidence> = places.iter().map(|place| stack.incidences[*place]).collect();
-        let pile = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
-        let (top, bottom) = (pile.fluxes(0), pile.fluxes(slices.len()));
+        let layered = LayeredMedium::new(&slices, stack.ground_albedo, &incidences);
+        let (top, bottom) = (layered.fluxes(0), layered.fluxes(slices.len()));
         for (i, place) in places.iter().enumerate() {
             all[*place].reflectance = top[i].up;
             all[*place].transmittance = bottom[i].down;
@@ -129,8 +143,8 @@ fn look(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<
         for face in &cut.faces {
             let Slice { layer, .. } = cut.slices[(*face).min(slices.len() - 1)];
             let rate_per_cm = modes(layer).decay_rate() * optical_depth(&Slice { layer, thickness_cm: 1.0 });
-            for (place, fluxes) in places.iter().zip(pile.fluxes(*face)) {
-                all[*place].profile.push((fluxes, 1.0 / rate_per_cm));
+            for (place, fluxes) in places.iter().zip(layered.fluxes(*face)) {
+                all[*place].profile.push(ProfilePoint { fluxes, e_folding_depth_cm: 1.0 / rate_per_cm });
             }
         }
     }
@@ -140,7 +154,7 @@ fn look(stack: &Stack, cut: &Slices, media: &[Medium], streams: Streams) -> Vec<
 impl Grains {
     fn new(stack: &Stack, options: &OrdinatesOptions) -> Self {
         let plan = options.plan(&stack.incidences, peak(stack));
-        // A sample of each population, with what all of it asks for.
+        // A sample of each kind of grains, with the demand of all layers of that kind.
         let mut kinds: Vec<(SnowSample, Demand)> = Vec::new();
         let mut kind_of_layer = Vec::new();
         for Layer { sample, .. } in &stack.layers {

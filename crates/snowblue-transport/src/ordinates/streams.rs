@@ -1,8 +1,8 @@
-//! How many ordinates: streams are counted in both hemispheres.
+//! Number of streams (ordinates), counted in both hemispheres.
 //!
-//! The error is that of integrating over angle with few directions and of δ-M's forward peak. It grows towards the
-//! horizon, where a beam knows only the topmost grains. Worst relative error of T against 128 streams on the paper's
-//! grid (100–500 µm, facetness .1–.9, 200–400 kg/m³, 1–50 cm, 400–700 nm):
+//! The error comes from the integration over angle with few directions and from the δ-M forward peak. It grows towards
+//! the horizon, where only the topmost grains scatter the beam. Worst relative error of T against 128 streams on the
+//! paper's grid (100–500 µm, facetness .1–.9, 200–400 kg/m³, 1–50 cm, 400–700 nm):
 //!
 //! ```text
 //! streams       8        12        16        32        48
@@ -14,8 +14,8 @@
 //! diffuse  2.0e-5    1.6e-6    3.4e-7    7.2e-9    8e-10
 //! ```
 //!
-//! Grains in water, and algae, scatter so far forward (1 − g ≈ .004) that the same errors take more streams. Worst
-//! relative error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it),
+//! Grains in water, and algae, scatter so far forward (1 − g ≈ .004) that they take more streams for the same errors.
+//! Worst relative error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it),
 //! .01–50 cm, 400–1200 nm:
 //!
 //! ```text
@@ -28,8 +28,8 @@
 //! diffuse   8.0e-4    1.5e-5    3.0e-6    7.0e-7    1.0e-7    2.0e-8
 //! ```
 //!
-//! There reflectance is harder than transmittance: where a thin saturated layer sends back 10⁻⁴, a hundredth of that is
-//! off at 64 streams.
+//! There the error of the reflectance is larger than that of the transmittance: where a thin saturated layer sends back
+//! 10⁻⁴, a hundredth of that is off at 64 streams.
 //!
 //! In dry layers of .0005–.5 cm, 16 streams keep 8·10⁻⁵ up to 80° and in diffuse light, and 48 keep 6·10⁻⁵ at 89°.
 
@@ -41,36 +41,36 @@ use crate::quadrature::MOST_NODES;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
 
-/// Streams that keep T within 10⁻⁴ almost everywhere, for those who want one number for all angles.
+/// A number of streams for all angles, with T within 10⁻⁴ almost everywhere.
 pub const DEFAULT_STREAMS: usize = 32;
 /// Most streams that are allowed.
 pub const MOST_STREAMS: usize = 2 * MOST_NODES;
 
-/// Streams that `Auto` takes up to [`GRAZING_DEG`] and for diffuse light, in snow of each [`Peak`].
+/// Streams of [`Streams::Auto`] up to [`GRAZING_DEG`] and for diffuse light, for each [`Peak`].
 const STEEP_STREAMS: [usize; 2] = [16, 64];
-/// Streams that `Auto` takes beyond.
+/// Streams of [`Streams::Auto`] beyond [`GRAZING_DEG`].
 const GRAZING_STREAMS: [usize; 2] = [48, 128];
-/// A beam beyond this angle grazes the snow.
+/// Angle beyond which a beam takes more streams, in degrees.
 const GRAZING_DEG: f64 = 80.0;
 
-/// How many ordinates an engine takes, counting both hemispheres.
+/// The number of ordinates, counting both hemispheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Streams {
     /// In dry snow 16 up to 80° and for diffuse light, 48 beyond: T within 10⁻⁴ of 128 streams up to 89.5°, within
     /// 4·10⁻⁴ to 89.9°. In wet snow and among algae 64 and 128: T within 10⁻⁴ up to 85°, 6·10⁻⁴ at 89°.
     #[default]
     Auto,
-    /// An even number, for all angles.
+    /// An even number for all angles.
     Exactly(usize),
 }
 
-/// How far forward the sharpest scatterer of some snow sends light.
+/// Sharpness of the forward peak of the phase function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Peak {
-    /// As grains in air do.
+    /// As of grains in air.
     #[default]
     Broad,
-    /// As grains in water and algae do.
+    /// As of grains in water and of algae.
     Sharp,
 }
 
@@ -84,11 +84,11 @@ pub struct StreamGroup {
 }
 
 impl Peak {
-    /// That of a sample.
+    /// The sharpest peak of all scatterers of a sample.
     #[must_use]
     pub fn of(sample: &SnowSample) -> Self {
-        let living = sample.impurities.present().any(|(substance, _)| substance == Substance::SnowAlgae);
-        if living || sample.water_saturation > 0.0 { Self::Sharp } else { Self::Broad }
+        let has_algae = sample.impurities.present().any(|(substance, _)| substance == Substance::SnowAlgae);
+        if has_algae || sample.water_saturation > 0.0 { Self::Sharp } else { Self::Broad }
     }
 }
 
@@ -104,7 +104,7 @@ impl Streams {
         }
     }
 
-    /// Streams for one light.
+    /// Number of streams for one incidence.
     #[must_use]
     pub fn under(self, incidence: &Incidence, peak: Peak) -> usize {
         match (self, incidence) {
@@ -114,7 +114,7 @@ impl Streams {
         }
     }
 
-    /// The most streams that any of some lights needs; 0 if there is none.
+    /// The greatest number of streams for any of the incidences; 0 without incidences.
     #[must_use]
     pub fn most(self, incidences: &[Incidence], peak: Peak) -> usize {
         incidences.iter().map(|incidence| self.under(incidence, peak)).max().unwrap_or(0)
@@ -131,7 +131,7 @@ impl Streams {
     }
 }
 
-/// `auto` or the number.
+/// Formats as `auto` or the number.
 impl fmt::Display for Streams {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lights_are_grouped_by_their_streams() {
+    fn incidences_are_grouped_by_their_streams() {
         let lights = [0.0, 89.0, 80.0].map(|angle_deg| Incidence::Beam { angle_deg });
         let lights = [&lights[..], &[Incidence::Diffuse]].concat();
         let group = |streams, places: &[usize]| StreamGroup { streams, places: places.to_vec() };

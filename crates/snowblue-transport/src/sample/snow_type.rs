@@ -1,9 +1,9 @@
 //! Kinds of snow by name, after the International Classification for Seasonal Snow on the Ground (Fierz et al. 2009).
 //!
-//! The classification speaks of shapes; what light asks for is the specific surface area and the density. Each kind has
-//! one measured, or where that is said chosen, pair of numbers. Real snow of a kind varies by a factor of two in both.
-//! Measured shapes, by their asymmetry and the mean path in ice, differ no more between kinds than within them (the
-//! micro-tomograms of Letcher et al. 2022), so that all kinds have the same sphericity and facetness.
+//! The classification is by shape; optics depends on the specific surface area and the density. Each kind has a
+//! typical, measured value of both ([`SnowType::source`] says where a value is chosen instead). Within a kind both vary
+//! by a factor of two. Measured shapes, by their asymmetry and mean path in ice, vary as much within kinds as between
+//! them (the micro-tomograms of Letcher et al. 2022), so all kinds have the same sphericity and facetness.
 
 use std::fmt;
 use std::str::FromStr;
@@ -19,13 +19,13 @@ pub enum SnowType {
     Fresh,
     /// Rounded grains (RG): settled for days.
     Rounded,
-    /// Faceted crystals (FC): grown under a gradient of temperature.
+    /// Faceted crystals (FC): grown under a temperature gradient.
     Faceted,
     /// Wind-packed rounded grains (RGwp).
     WindPacked,
     /// Melt forms (MF): coarse grains of a melting or refrozen pack.
     MeltForms,
-    /// Firn: snow that outlasted a summer.
+    /// Firn: snow that has survived a summer.
     Firn,
 }
 
@@ -73,7 +73,7 @@ impl SnowType {
         }
     }
 
-    /// Where the two numbers come from.
+    /// Sources of the specific surface area and the density.
     #[must_use]
     pub fn source(self) -> &'static str {
         match self {
@@ -101,22 +101,22 @@ impl SnowType {
     ///
     /// ```
     /// # use snowblue_transport::sample::SnowType;
-    /// // A centimetre of fresh snow holds less ice than one of firn, and cuts off more light.
+    /// // Fresh snow has a higher extinction coefficient than firn at a fifth of its density.
     /// let (fresh, firn) = (SnowType::Fresh.sample()?, SnowType::Firn.sample()?);
     /// assert!(fresh.density_kg_m3 < 0.2 * firn.density_kg_m3 && fresh.extinction_per_m() > firn.extinction_per_m());
     /// # Ok::<(), snowblue_transport::TransportError>(())
     /// ```
     ///
     /// # Errors
-    /// None for the kinds there are; their grains lie within the model's range.
+    /// Never for the present kinds, whose grains lie within the model's range.
     pub fn sample(self) -> Result<SnowSample, TransportError> {
-        let usual = SnowSample::default();
-        let grain_size = GrainSize::from_specific_surface_area(self.surface_area_m2_kg(), usual.temperature_c)?;
-        Ok(SnowSample { grain_size, density_kg_m3: self.density_kg_m3(), ..usual })
+        let default = SnowSample::default();
+        let grain_size = GrainSize::from_specific_surface_area(self.surface_area_m2_kg(), default.temperature_c)?;
+        Ok(SnowSample { grain_size, density_kg_m3: self.density_kg_m3(), ..default })
     }
 }
 
-/// The name.
+/// Formats the name.
 impl fmt::Display for SnowType {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.name())
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_is_possible() {
+    fn every_kind_is_valid() {
         for kind in SnowType::ALL {
             let sample = kind.sample().unwrap();
             sample.check().unwrap();

@@ -133,12 +133,12 @@ mod tests {
 
     #[test]
     fn quantiles_and_means_agree() {
-        let law = TruncatedNormal { min: 0.7, max: 0.9, mean: 0.8, standard_deviation: 0.1 };
-        let quantiles = law.weighted(|x| x * x);
+        let distribution = TruncatedNormal { min: 0.7, max: 0.9, mean: 0.8, standard_deviation: 0.1 };
+        let quantiles = distribution.weighted(|x| x * x);
         let count = 10_000;
         let mean =
             (0..count).map(|i| quantiles.at((f64::from(i) + 0.5) / f64::from(count))).sum::<f64>() / f64::from(count);
-        let expected = law.mean_of(|x| x.powi(3)) / law.mean_of(|x| x * x);
+        let expected = distribution.mean_of(|x| x.powi(3)) / distribution.mean_of(|x| x * x);
         // Linear interpolation on 1024 steps of a smooth density.
         assert!((mean - expected).abs() < 1e-7, "{mean} {expected}");
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::TransportError;
-use crate::medium::{Demand, GrainTallies, Medium, Population, Scattering};
+use crate::medium::{Demand, GrainTallies, HenyeyGreenstein, Medium, Population, Scattering};
 use crate::optics::ice::Ice;
 use crate::ordinates::{OrdinatesOptions, Peak, Streams};
 use crate::range::ParameterRange;
@@ -151,7 +151,8 @@ impl<'s> Simplifier<'s> {
             Simplification::SpheresOfEqualArea => self.of_spheres(&spheres_of_equal_area(sample), wavelength_nm),
             Simplification::HenyeyGreenstein => {
                 let Scattering { one_minus_albedo, moments } = &exact.scattering;
-                let scattering = Scattering::henyey_greenstein(*one_minus_albedo, moments[1], moments.len() - 1);
+                let scattering = HenyeyGreenstein { one_minus_albedo: *one_minus_albedo, asymmetry: moments[1] }
+                    .scattering(moments.len() - 1);
                 Medium { scattering, ..exact }
             }
             Simplification::LinearAbsorption => {

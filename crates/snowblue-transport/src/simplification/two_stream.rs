@@ -32,10 +32,13 @@ pub(crate) fn delta_eddington(medium: &Medium, thickness_cm: f64, mu: f64) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::medium::Scattering;
+    use crate::medium::HenyeyGreenstein;
 
     fn medium(one_minus_albedo: f64, g: f64) -> Medium {
-        Medium { extinction_per_m: 100.0, scattering: Scattering::henyey_greenstein(one_minus_albedo, g, 2) }
+        Medium {
+            extinction_per_m: 100.0,
+            scattering: HenyeyGreenstein { one_minus_albedo, asymmetry: g }.scattering(2),
+        }
     }
 
     /// Without absorption, Eddington's approximation has a closed form:
