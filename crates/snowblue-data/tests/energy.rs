@@ -40,7 +40,8 @@ fn reflectance_and_transmittance_add_up_to_at_most_one() {
                     let sum = reflected + transmitted;
                     assert!(
                         *reflected >= 0.0 && transmitted >= 0.0 && sum < 1.0 + tolerance,
-                        "R {reflected} + T {transmitted}: {thickness_cm} cm, {angle_deg}°, {grain_size_um} µm, {facetness}"
+                        "R {reflected} + T {transmitted}: {thickness_cm} cm, {angle_deg}°, {grain_size_um} µm, \
+                         {facetness}"
                     );
                 }
             }
