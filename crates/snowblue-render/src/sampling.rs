@@ -1,18 +1,15 @@
-//! Random numbers for a pixel's sample, and directions made of them.
+//! Random numbers of a pixel sample, and directions from them.
 //!
 //! Numbers come from the Sobol sequence with Owen scrambling (Burley 2020, "Practical hash-based Owen scrambling",
 //! Journal of Computer Graphics Techniques 9(4), 1–20), one scramble per pixel. A number depends on (seed, pixel,
-//! sample, dimension) and on nothing else, so that neither threads nor the order of work change a picture.
+//! sample, dimension) alone, so that neither threads nor the order of work change an image.
 
 use std::ops::Range;
 
 use glam::Vec3A;
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
-use wide::{f32x4, i32x4};
 
-use crate::geometry::lanes::LANES;
-
-/// The length of one scrambled sequence; a longer run goes on with a new scramble.
+/// Length of one scrambled sequence. Further samples use a new scramble.
 const SEQUENCE_LENGTH: u32 = 1 << 16;
 
 /// The random numbers of one sample of one pixel.
@@ -23,17 +20,34 @@ pub struct Sampler {
     next_set: u32,
 }
 
-impl Sampler {
-    /// The numbers of sample `sample` of the pixel with number `pixel`.
-    pub fn new(seed: u32, pixel: u32, sample: u32) -> Self {
-        Self {
-            scramble: mixed(mixed(mixed(seed) ^ pixel).wrapping_add(sample / SEQUENCE_LENGTH)),
+/// The random numbers of the samples of one pixel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PixelSampler(u32);
+
+impl PixelSampler {
+    /// The numbers of the pixel with number `pixel`.
+    pub(crate) fn new(seed: u32, pixel: u32) -> Self {
+        Self(mixed(mixed(seed) ^ pixel))
+    }
+
+    /// The numbers of one sample.
+    #[inline]
+    pub(crate) fn sampler(&self, sample: u32) -> Sampler {
+        Sampler {
+            scramble: mixed(self.0.wrapping_add(sample / SEQUENCE_LENGTH)),
             index: sample % SEQUENCE_LENGTH,
             next_set: 0,
         }
     }
+}
 
-    /// What tells this sample from all others of the picture: the number of its pixel's sequence, and its own in that.
+impl Sampler {
+    /// The numbers of sample `sample` of the pixel with number `pixel`.
+    pub fn new(seed: u32, pixel: u32, sample: u32) -> Self {
+        PixelSampler::new(seed, pixel).sampler(sample)
+    }
+
+    /// What identifies this sample in the image: the scramble of its pixel and its index.
     pub(crate) fn address(&self) -> [u32; 2] {
         [self.scramble, self.index]
     }
@@ -49,66 +63,60 @@ impl Sampler {
     }
 }
 
-/// Where in their pixels samples lie, for a run of samples.
+/// Positions of a range of samples within their pixels.
 ///
-/// One scrambled Sobol set serves all pixels; each moves it by a random number of its own, digit by digit (Kollig & Keller
-/// 2002, "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps it as even as it is. A place is
-/// then a look-up and an exclusive or, and depends on (seed, pixel, sample) alone, too.
+/// One scrambled Sobol sequence serves all pixels. Each pixel moves it by a random digital shift (Kollig & Keller 2002,
+/// "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps its stratification. A position is then
+/// a table look-up and an exclusive or. It depends on (seed, pixel, sample) alone.
 #[derive(Debug)]
 pub(crate) struct PixelPattern {
     seed: u32,
     first: u32,
-    /// Digits of the places from left to right, and of those downwards; at the end some more, so that four can always be taken.
-    digits: [Vec<i32>; 2],
+    /// Binary digits of each sample's position: from left to right, and downwards.
+    digits: Vec<[u32; 2]>,
 }
 
 impl PixelPattern {
-    /// The places of some samples.
+    /// The positions of some samples.
     pub(crate) fn new(seed: u32, samples: Range<u32>) -> Self {
-        let (first, mut places) = (samples.start, [vec![], vec![]]);
-        for sample in samples {
-            let scramble = mixed(mixed(seed ^ PATTERN).wrapping_add(sample / SEQUENCE_LENGTH));
-            let numbers = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
-            places.iter_mut().zip(numbers).for_each(|(places, number)| places.push(digits(number)));
-        }
-        Self { seed, first, digits: places.map(|places| [places, vec![0; LANES - 1]].concat()) }
+        let first = samples.start;
+        let digits = samples.map(|sample| {
+            let scramble = mixed(mixed(seed ^ PATTERN_SALT).wrapping_add(sample / SEQUENCE_LENGTH));
+            let [across, down, ..] = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
+            [across, down].map(digits)
+        });
+        Self { seed, first, digits: digits.collect() }
     }
 
-    /// What moves the places of the pixel with number `pixel`.
-    pub(crate) fn shift(&self, pixel: u32) -> [i32; 2] {
-        let across = mixed(mixed(self.seed ^ PATTERN) ^ pixel);
-        [across, mixed(across)].map(|bits| (bits >> (32 - DIGITS)).cast_signed())
+    /// Digital shift of the pixel with number `pixel`.
+    pub(crate) fn shift(&self, pixel: u32) -> [u32; 2] {
+        let across = mixed(mixed(self.seed ^ PATTERN_SALT) ^ pixel);
+        [across, mixed(across)].map(|bits| bits >> (32 - DIGITS))
     }
 
-    /// The places of a sample and of the next three in a pixel moved by `shift`, in [0, 1): from left to right, and downwards.
-    /// Those of samples that the pattern has not are no places.
+    /// Position of a sample in a pixel with the digital shift `shift`, in [0, 1)²: from left to right, and downwards.
     #[inline]
-    pub(crate) fn places(&self, shift: [i32; 2], sample: u32) -> [f32x4; 2] {
-        let first = (sample - self.first) as usize;
-        let [across, down] = &self.digits;
-        [(across, shift[0]), (down, shift[1])].map(|(digits, shift)| {
-            let four = [digits[first], digits[first + 1], digits[first + 2], digits[first + 3]];
-            (i32x4::new(four) ^ i32x4::splat(shift)).round_float() * f32x4::splat(UNIT)
-        })
+    pub(crate) fn position(&self, shift: [u32; 2], sample: u32) -> [f32; 2] {
+        let [across, down] = self.digits[(sample - self.first) as usize];
+        [across ^ shift[0], down ^ shift[1]].map(|digits| digits as f32 * UNIT)
     }
 }
 
-/// Sets the pattern's numbers apart from those of the samplers.
-const PATTERN: u32 = 0x5eed_f11a;
-/// Binary digits of a place.
+/// Makes the pattern's numbers independent of those of [`Sampler`].
+const PATTERN_SALT: u32 = 0x5eed_f11a;
+/// Binary digits of a position.
 const DIGITS: u32 = 24;
-
-/// The last of them.
+/// Weight of the last digit.
 const UNIT: f32 = 1.0 / (1u32 << DIGITS) as f32;
 
 /// The binary digits of a number in [0, 1).
-#[expect(clippy::cast_possible_truncation, reason = "below 2²⁴")]
-fn digits(number: f32) -> i32 {
-    (number / UNIT) as i32
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative and below 2²⁴")]
+fn digits(number: f32) -> u32 {
+    (number / UNIT) as u32
 }
 
-/// Spreads the bits of a number over all bits: two rounds of xor-shift and multiplication, with the constants that
-/// Wellons (2018, "Prospecting for hash functions") found by search.
+/// Hashes 32 bits: two rounds of xor-shift and multiplication with the constants of Wellons (2018, "Prospecting for hash
+/// functions").
 fn mixed(mut bits: u32) -> u32 {
     bits = bits.wrapping_add(0x9e37_79b9);
     bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
@@ -128,9 +136,9 @@ pub fn cosine_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
     (side * (radius * cos) + ahead * (radius * sin) + normal * (1.0 - u).sqrt()).normalize()
 }
 
-/// A unit direction above a normal, all alike with density 1 / 2π, from two numbers in [0, 1).
+/// A unit direction above a normal with the constant density 1 / 2π, from two numbers in [0, 1).
 #[inline]
-pub fn even_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
+pub fn uniform_hemisphere_direction(normal: Vec3A, u: f32, v: f32) -> Vec3A {
     let (side, ahead) = normal.any_orthonormal_pair();
     let radius = (u * (2.0 - u)).sqrt();
     let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
@@ -175,18 +183,14 @@ mod tests {
         }
     }
 
-    fn place(pattern: &PixelPattern, shift: [i32; 2], sample: u32) -> [f32; 2] {
-        pattern.places(shift, sample).map(|four| four.as_array()[0])
-    }
-
-    /// Each of 16 samples has one of 16 strips of every kind to itself, in every pixel: a (0, 4, 2)-net.
+    /// Every elementary interval of area 1/16 holds one of 16 samples, in every pixel: a (0, 4, 2)-net.
     #[test]
-    fn places_in_pixels_are_even() {
+    fn positions_in_pixels_are_stratified() {
         let pattern = PixelPattern::new(3, 16..32);
         let mut first = Vec::new();
         for pixel in [0, 1, 77_777] {
             let shift = pattern.shift(pixel);
-            let places: Vec<[f32; 2]> = (16..32).map(|sample| place(&pattern, shift, sample)).collect();
+            let places: Vec<[f32; 2]> = (16..32).map(|sample| pattern.position(shift, sample)).collect();
             for columns in [1.0_f32, 2.0, 4.0, 8.0, 16.0] {
                 let rows = 16.0 / columns;
                 let strip = |[across, down]: &[f32; 2]| (across * columns).floor() * rows + (down * rows).floor();
@@ -203,7 +207,7 @@ mod tests {
         assert!(first[0] != first[1] && first[1] != first[2]);
         // The same as from another run.
         let other = PixelPattern::new(3, 20..21);
-        let [one, same] = [&other, &pattern].map(|pattern| place(pattern, pattern.shift(1), 20).map(f32::to_bits));
+        let [one, same] = [&other, &pattern].map(|pattern| pattern.position(pattern.shift(1), 20).map(f32::to_bits));
         assert_eq!(one, same);
     }
 

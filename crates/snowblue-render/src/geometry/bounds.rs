@@ -58,7 +58,7 @@ impl Bounds {
 }
 
 /// Components nearer to zero than this count as this far from it in [`finite_inverse`].
-pub(crate) const LEAST_COMPONENT: f32 = 1e-18;
+const LEAST_COMPONENT: f32 = 1e-18;
 
 /// One over each component, and a huge number of the same sign for zero, so that no product is undefined.
 ///

@@ -2,10 +2,8 @@
 //! scenes", doi:10.1145/15922.15916, the slab method, in the box's own coordinates).
 
 use glam::{BVec3A, Mat3A, Vec3A};
-use wide::f32x4;
 
 use crate::geometry::bounds::{Bounds, finite_inverse};
-use crate::geometry::lanes::{Hits, LaneMask, RayPacket4, SurfacePoints4, Vec3x4, copysign};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit};
 use crate::geometry::texture_coordinates::TextureCoordinates;
 
@@ -26,24 +24,6 @@ pub struct Cuboid {
 struct Slabs {
     enter_m: Vec3A,
     leave_m: Vec3A,
-}
-
-/// The same of four lines.
-struct FourSlabs {
-    enter_m: Vec3x4,
-    leave_m: Vec3x4,
-}
-
-/// Where four lines enter the box and leave it.
-pub(crate) struct Spans {
-    /// A mask of those that meet it.
-    pub(crate) met: f32x4,
-    /// Where they enter, in m along the lines.
-    pub(crate) enter_m: f32x4,
-    /// Where they leave, in m along the lines.
-    pub(crate) leave_m: f32x4,
-    /// Outward unit normals where they leave.
-    pub(crate) outward: Vec3x4,
 }
 
 impl Cuboid {
@@ -107,44 +87,6 @@ impl Cuboid {
         Some([Crossing::new(near_m, self.turned(inward)), Crossing::new(far_m, self.turned(outward))])
     }
 
-    /// The first hits of four rays, if there are any, with the bits of [`first_hit`](Self::first_hit) but for signs of zeros.
-    #[inline]
-    pub(crate) fn first_hits(&self, rays: &RayPacket4, limits_m: f32x4) -> Option<Hits> {
-        let local = self.own_rays(rays);
-        let slabs = self.four_slabs(&local);
-        let (met, distance_m) = slabs.ahead_m(limits_m);
-        if !met.any() {
-            return None;
-        }
-        let [entered, left] = [slabs.enter_m, slabs.leave_m].map(|planes_m| planes_m.map(|at| at.simd_eq(distance_m)));
-        let enters = entered.x | entered.y | entered.z;
-        let met_faces = Vec3x4::select(enters, entered, left);
-        let side = local.direction.negated_where(enters).map(|outward| copysign(f32x4::ONE, outward));
-        let point = met_faces.choose(side * Vec3x4::splat(self.half_size), local.at(distance_m));
-        let places = SurfacePoints4 {
-            point: Vec3x4::splat(self.centre) + self.turned_all(point),
-            normal: self.turned_all(one_of_each(met_faces, side)),
-        };
-        Some(Hits { met, distance_m, places })
-    }
-
-    /// On which of four rays its surface lies beyond their origins and nearer than the limits.
-    #[inline]
-    pub(crate) fn on_rays(&self, rays: &RayPacket4, limits_m: f32x4) -> LaneMask {
-        self.four_slabs(&self.own_rays(rays)).ahead_m(limits_m).0.to_bitmask()
-    }
-
-    /// Where the whole lines of four rays go through it.
-    #[inline]
-    pub(crate) fn spans(&self, rays: &RayPacket4) -> Spans {
-        let local = self.own_rays(rays);
-        let slabs = self.four_slabs(&local);
-        let (enter_m, leave_m) = (slabs.enter_m.greatest(), slabs.leave_m.least());
-        let side = local.direction.map(|direction| copysign(f32x4::ONE, direction));
-        let outward = self.turned_all(one_of_each(slabs.leave_m.map(|at| at.simd_eq(leave_m)), side));
-        Spans { met: enter_m.simd_lt(leave_m), enter_m, leave_m, outward }
-    }
-
     /// The place for textures of a point on it whose normal is that of the side that is seen.
     pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         TextureCoordinates::on_box(self.to_local * (point - self.centre), self.to_local * normal)
@@ -163,27 +105,6 @@ impl Cuboid {
     #[inline]
     fn turned(&self, local: Vec3A) -> Vec3A {
         if self.is_upright { local } else { self.axes * local }
-    }
-
-    #[inline]
-    fn own_rays(&self, rays: &RayPacket4) -> RayPacket4 {
-        let origin = rays.origin - Vec3x4::splat(self.centre);
-        if self.is_upright {
-            return RayPacket4 { origin, ..*rays };
-        }
-        RayPacket4::new(origin.turned(&self.to_local), rays.direction.turned(&self.to_local))
-    }
-
-    #[inline]
-    fn turned_all(&self, local: Vec3x4) -> Vec3x4 {
-        if self.is_upright { local } else { local.turned(&self.axes) }
-    }
-
-    #[inline]
-    fn four_slabs(&self, local: &RayPacket4) -> FourSlabs {
-        let middle = -local.origin * local.inverse;
-        let reach = Vec3x4::splat(self.half_size) * local.inverse.map(f32x4::abs);
-        FourSlabs { enter_m: middle - reach, leave_m: middle + reach }
     }
 
     /// Where a line goes through the planes of the faces.
@@ -213,17 +134,6 @@ impl Slabs {
     }
 }
 
-impl FourSlabs {
-    /// A mask of the rays that meet the box beyond their origins and nearer than the limits, and where.
-    #[inline]
-    fn ahead_m(&self, limits_m: f32x4) -> (f32x4, f32x4) {
-        let (near_m, far_m) = (self.enter_m.greatest(), self.leave_m.least());
-        let distance_m = near_m.simd_gt(f32x4::ZERO).bitselect(near_m, far_m);
-        let ahead = distance_m.simd_gt(f32x4::ZERO) & distance_m.simd_lt(limits_m);
-        (near_m.simd_lt(far_m) & ahead, distance_m)
-    }
-}
-
 /// The unit vector along one of some axes, of which there is at least one, on a side: an edge belongs to one face alone, and all
 /// normals of a face have the same bits.
 #[inline]
@@ -231,14 +141,6 @@ fn one_of(axes: BVec3A, side: Vec3A) -> Vec3A {
     const FIRST_OF: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
     let axis = FIRST_OF[axes.bitmask() as usize % 8];
     axis * axis.dot(side)
-}
-
-/// The same in four lanes, of which masks tell the axes.
-#[inline]
-fn one_of_each(axes: Vec3x4, side: Vec3x4) -> Vec3x4 {
-    let (not_x, not_xy) = (!axes.x, !(axes.x | axes.y));
-    let (y, z) = (axes.y & not_x, axes.z & not_xy);
-    Vec3x4 { x: side.x & !(y | z), y: side.y & y, z: side.z & z }
 }
 
 #[cfg(test)]

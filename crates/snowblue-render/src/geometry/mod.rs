@@ -4,7 +4,6 @@
 //! exact, so that a line crosses a closed surface an even number of times.
 
 pub mod bounds;
-pub(crate) mod lanes;
 pub mod ray;
 pub mod texture_coordinates;
 pub(crate) mod triangle;

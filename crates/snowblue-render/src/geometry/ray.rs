@@ -21,6 +21,15 @@ impl Ray {
     }
 }
 
+/// A surface point with its normal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SurfacePoint {
+    /// The point, in m.
+    pub(crate) point: Vec3A,
+    /// Unit normal of the side in question.
+    pub(crate) normal: Vec3A,
+}
+
 /// A hit on a shape's surface.
 #[derive(Debug, Clone, Copy)]
 pub struct ShapeHit {
@@ -92,11 +101,11 @@ pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
 }
 
 /// What of the greatest coordinate of a surface its points are moved by.
-pub(crate) const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
+const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
 /// Four coordinates moved.
 #[inline]
-pub(crate) fn stepped(coordinate: f32x4, normal: f32x4) -> f32x4 {
+fn stepped(coordinate: f32x4, normal: f32x4) -> f32x4 {
     const NEAR_ORIGIN_M: f32x4 = f32x4::splat(1.0 / 32.0);
     const NEAR_STEP_M: f32x4 = f32x4::splat(1.0 / 65536.0);
     const STEP_ULP: f32x4 = f32x4::splat(256.0);

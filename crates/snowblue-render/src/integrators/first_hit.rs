@@ -11,7 +11,6 @@ use crate::geometry::ray::{Ray, narrow};
 use crate::scene::Scene;
 use crate::scene::light::Light;
 use crate::scene::material::Material;
-use crate::scene::material::pca_snow::PathMode;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
@@ -56,12 +55,12 @@ struct Behind {
 /// The path through snow that does not depend on the lights: along the view in that mode, else straight in.
 fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction) -> Option<Behind> {
     let Material::PcaSnow(snow) = &scene.materials[surface.material] else { return None };
-    let direction = if snow.path == PathMode::View { surface.direction } else { -surface.normal };
+    let direction = snow.path.straight_direction(surface);
     let SurfaceInteraction { object, point, normal, .. } = *surface;
     let chord = probe.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, snow.exit)?;
-    let angle_deg = match (chord.exit, scene.lights.first().and_then(Light::relative_from_middle)) {
-        (ChordEnd::Surface { point, normal, .. }, Some(beam)) => {
-            let cos = normal.dot(beam.origin.way(point).direction);
+    let angle_deg = match (chord.exit, scene.lights.first().and_then(Light::central_sample)) {
+        (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {
+            let cos = normal.dot(sample.origin.direction_from(point).direction);
             Some(cos.clamp(-1.0, 1.0).acos().to_degrees())
         }
         _ => None,
@@ -73,6 +72,6 @@ fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction)
 fn reflectance(scene: &Scene, probe: &SceneQueries, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
     match &scene.materials[surface.material] {
         Material::Diffuse(diffuse) => diffuse.reflectance(probe.objects(), surface),
-        Material::PcaSnow(snow) => snow.hit(probe.objects(), surface).reflectance(100.0 * depth_m, 1.0),
+        Material::PcaSnow(snow) => snow.reflectance(&snow.curves.at(probe.objects(), surface), 100.0 * depth_m, 1.0),
     }
 }

@@ -1,13 +1,11 @@
-//! Either way of following light through a scene: along straight lines through snow, or from grain to grain.
+//! Integrators: the radiance along a camera ray.
 
-pub(crate) mod direct;
 pub(crate) mod first_hit;
 mod pcasnow;
 mod reference;
 
-use crate::geometry::lanes::{LaneMask, RayPacket4};
+use crate::film::sensor::SensorSample;
 use crate::geometry::ray::Ray;
-use crate::integrators::direct::{Colours, DirectLight};
 use crate::integrators::pcasnow::PcaSnowIntegrator;
 use crate::integrators::reference::ReferenceIntegrator;
 use crate::sampling::Sampler;
@@ -15,7 +13,17 @@ use crate::scene::queries::Statistics;
 use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
-/// Follows light through a scene as its settings say.
+pub(crate) use pcasnow::LightTables;
+
+/// Bounces before Russian roulette begins.
+const SAFE_BOUNCES: u32 = 4;
+
+/// Probability with which a path of some throughput survives a bounce.
+fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
+    if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) }
+}
+
+/// The integrator of a scene, with the state of one thread.
 #[derive(Debug)]
 pub(crate) enum Integrator<'scene> {
     PcaSnow(PcaSnowIntegrator<'scene>),
@@ -23,41 +31,36 @@ pub(crate) enum Integrator<'scene> {
 }
 
 impl<'scene> Integrator<'scene> {
-    /// A tracer that has not traced anything.
-    pub(crate) fn new(scene: &'scene Scene) -> Self {
+    /// Starts with zero counts.
+    pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         match scene.integrator.kind {
-            IntegratorKind::PcaSnow => Self::PcaSnow(PcaSnowIntegrator::new(scene)),
+            IntegratorKind::PcaSnow => Self::PcaSnow(PcaSnowIntegrator::new(scene, tables)),
             IntegratorKind::Reference => Self::Reference(Box::new(ReferenceIntegrator::new(scene))),
         }
     }
 
-    /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
         match self {
-            Self::PcaSnow(tracer) => tracer.radiance(camera_ray, sampler),
-            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+            Self::PcaSnow(integrator) => integrator.radiance(camera_ray, sampler),
+            Self::Reference(integrator) => integrator.radiance(camera_ray, sampler),
         }
     }
 
-    /// The colours of the light that arrives along some camera rays by the short way, and which of them hit anything.
+    /// The sensor's response to one sample of the radiance along a camera ray.
     #[inline]
-    pub(crate) fn colours(
-        &mut self,
-        direct: &DirectLight,
-        camera_rays: &RayPacket4,
-        which: LaneMask,
-    ) -> (Colours, LaneMask) {
+    pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
         match self {
-            Self::PcaSnow(tracer) => tracer.colours(direct, camera_rays, which),
-            Self::Reference(_) => Default::default(),
+            Self::PcaSnow(integrator) => integrator.response(camera_ray, sampler),
+            Self::Reference(integrator) => scene.sensor.sample(&integrator.radiance(camera_ray, sampler)),
         }
     }
 
-    /// What was traced so far.
+    /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
         match self {
-            Self::PcaSnow(tracer) => tracer.statistics(),
-            Self::Reference(tracer) => tracer.statistics(),
+            Self::PcaSnow(integrator) => integrator.statistics(),
+            Self::Reference(integrator) => integrator.statistics(),
         }
     }
 }

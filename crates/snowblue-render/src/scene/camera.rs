@@ -1,9 +1,7 @@
 //! A pinhole camera.
 
 use glam::Vec3A;
-use wide::f32x4;
 
-use crate::geometry::lanes::{RayPacket4, Vec3x4};
 use crate::geometry::ray::Ray;
 
 /// A camera that sees all distances sharply.
@@ -50,17 +48,10 @@ impl PinholeCamera {
     }
 
     /// The ray through a point of the picture: (0, 0) is its upper left corner and (1, 1) its lower right.
-    pub fn ray(&self, across: f32, down: f32) -> Ray {
-        self.rays(f32x4::splat(across), f32x4::splat(down)).lane(0)
-    }
-
-    /// The same for four points.
     #[inline]
-    pub(crate) fn rays(&self, across: f32x4, down: f32x4) -> RayPacket4 {
-        let [forward, right, up] = [self.forward, self.right, self.up].map(Vec3x4::splat);
-        let two = f32x4::splat(2.0);
-        let direction = forward + right * (two * across - f32x4::ONE) + up * (f32x4::ONE - two * down);
-        RayPacket4::new(Vec3x4::splat(self.position), direction.normalized())
+    pub fn ray(&self, across: f32, down: f32) -> Ray {
+        let direction = self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down);
+        Ray { origin: self.position, direction: direction / direction.length() }
     }
 }
 

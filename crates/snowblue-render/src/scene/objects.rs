@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3A};
 use crate::bvh::bvh8::{Bvh8, BvhRay};
 use crate::geometry::body::{pair_up, unite};
 use crate::geometry::bounds::Bounds;
-use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit};
+use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
 use crate::geometry::shape::Shape;
 use crate::geometry::texture_coordinates::TextureCoordinates;
 
@@ -48,6 +48,14 @@ pub struct SurfaceInteraction {
     pub place: MeshLocation,
 }
 
+impl SurfaceInteraction {
+    /// The point and its normal.
+    #[inline]
+    pub(crate) fn surface_point(&self) -> SurfacePoint {
+        SurfacePoint { point: self.point, normal: self.normal }
+    }
+}
+
 /// Which side of an object's surface is lit, by the object's index.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Side {
@@ -78,31 +86,39 @@ pub struct Objects {
     bodies: Vec<usize>,
     /// The objects of each body.
     members: Vec<Vec<usize>>,
-    /// Objects without end: they have no box.
-    endless: Vec<usize>,
-    /// All others, with their boxes.
-    bounded: Vec<(usize, Bounds)>,
-    hierarchy: Option<Bvh8>,
+    /// Objects that each ray tries: those without bounds, and all if they are few.
+    tried: Vec<usize>,
+    /// Hierarchy over the others, if there are any.
+    hierarchy: Option<ObjectBvh>,
+}
+
+/// A hierarchy over some objects.
+#[derive(Debug)]
+struct ObjectBvh {
+    bvh: Bvh8,
+    /// Index of each of its objects.
+    objects: Vec<usize>,
+}
+
+impl ObjectBvh {
+    fn new(objects: &[usize], bounds: &[Option<Bounds>]) -> Self {
+        let boxes: Vec<Bounds> = objects.iter().filter_map(|&index| bounds[index]).collect();
+        let greatest = boxes.iter().map(Bounds::greatest_coordinate).fold(0.0, f32::max);
+        let padded: Vec<_> = boxes.iter().map(|one| one.padded(greatest * 1e-5)).collect();
+        Self { bvh: Bvh8::over(&padded), objects: objects.into() }
+    }
 }
 
 impl Objects {
-    /// Gathers the objects, and builds the hierarchy over them if they are many.
+    /// Gathers the objects, and builds a hierarchy over them if they are many.
     pub fn new(objects: Vec<Object>) -> Self {
-        let (mut endless, mut bounded) = (Vec::new(), Vec::new());
         let bounds: Vec<_> = objects.iter().map(|object| object.shape.bounds()).collect();
-        for (index, bounds) in bounds.iter().enumerate() {
-            match *bounds {
-                Some(bounds) => bounded.push((index, bounds)),
-                None => endless.push(index),
-            }
-        }
-        let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| {
-            let scene = bounded.iter().map(|(_, bounds)| bounds.greatest_coordinate()).fold(0.0, f32::max);
-            let padded: Vec<_> = bounded.iter().map(|(_, one)| one.padded(scene * 1e-5)).collect();
-            Bvh8::over(&padded)
-        });
+        let bounded: Vec<usize> = (0..objects.len()).filter(|&index| bounds[index].is_some()).collect();
+        let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| ObjectBvh::new(&bounded, &bounds));
+        let unbounded = (0..objects.len()).filter(|&index| bounds[index].is_none());
+        let tried = if hierarchy.is_some() { unbounded.collect() } else { unbounded.chain(bounded).collect() };
         let (bodies, members) = bodies(&objects);
-        Self { objects, bounds, bodies, members, endless, bounded, hierarchy }
+        Self { objects, bounds, bodies, members, tried, hierarchy }
     }
 
     /// The objects, in the order of the scene.
@@ -182,13 +198,6 @@ impl Objects {
         }
     }
 
-    /// All objects, if they are few enough to be tried one by one.
-    #[inline]
-    pub(crate) fn few(&self) -> Option<impl Iterator<Item = usize>> {
-        let bounded = self.bounded.iter().map(|(index, _)| *index);
-        self.hierarchy.is_none().then(|| self.endless.iter().copied().chain(bounded))
-    }
-
     #[inline]
     fn occluded_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
         let mut blocked = false;
@@ -240,7 +249,7 @@ impl Objects {
         if let Shape::Mesh(instance) = &self.objects[object].shape {
             instance.crossings_from(ray, -BEHIND * self.reach_m(object), crossings);
             if crossings.len().is_multiple_of(2) {
-                name_crossings(object, crossings);
+                set_object(object, crossings);
                 return false;
             }
             crossings.clear();
@@ -252,7 +261,7 @@ impl Objects {
     fn add_crossings(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) {
         let first = crossings.len();
         self.objects[object].shape.crossings(ray, crossings);
-        name_crossings(object, &mut crossings[first..]);
+        set_object(object, &mut crossings[first..]);
     }
 
     /// Whether a point lies within an object: lines from there in three directions all say so.
@@ -270,32 +279,37 @@ impl Objects {
         )
     }
 
-    /// Calls `try_object` for objects whose box the ray meets; it returns the distance up to which to look on.
+    /// Calls `try_object` for each object that the ray may hit. It returns the distance beyond which objects do not count.
     #[inline]
     fn visit(&self, ray: &Ray, limit_m: f32, mut try_object: impl FnMut(usize) -> f32) {
         let mut nearest = limit_m;
-        for &index in &self.endless {
+        for &index in &self.tried {
             nearest = nearest.min(try_object(index));
         }
-        let Some(hierarchy) = &self.hierarchy else {
-            for (index, _) in &self.bounded {
-                nearest = nearest.min(try_object(*index));
-            }
-            return;
-        };
-        hierarchy.traverse_ordered(&BvhRay::new(ray, 0.0, nearest), |leaf| {
-            for thing in hierarchy.things(leaf) {
-                nearest = nearest.min(try_object(self.bounded[thing].0));
+        if let Some(hierarchy) = &self.hierarchy {
+            hierarchy.visit(ray, nearest, &mut try_object);
+        }
+    }
+}
+
+impl ObjectBvh {
+    // Not inlined, so that `try_object` is inlined where all objects are tried.
+    #[inline(never)]
+    fn visit(&self, ray: &Ray, limit_m: f32, try_object: &mut dyn FnMut(usize) -> f32) {
+        let mut nearest = limit_m;
+        self.bvh.traverse_ordered(&BvhRay::new(ray, 0.0, nearest), |leaf| {
+            for primitive in self.bvh.things(leaf) {
+                nearest = nearest.min(try_object(self.objects[primitive]));
             }
             nearest
         });
     }
 }
 
-/// Tells whose crossings these are.
+/// Sets the object of some crossings.
 #[expect(clippy::cast_possible_truncation, reason = "a scene in memory has fewer than 2^32 objects")]
 #[inline]
-pub(crate) fn name_crossings(object: usize, crossings: &mut [Crossing]) {
+pub(crate) fn set_object(object: usize, crossings: &mut [Crossing]) {
     crossings.iter_mut().for_each(|crossing| crossing.object = object as u32);
 }
 

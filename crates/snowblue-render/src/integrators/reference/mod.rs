@@ -28,10 +28,11 @@ use glam::Vec3A;
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, narrow, off_surface};
+use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use crate::integrators::survival_probability;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
-use crate::scene::light::{Light, LightSample, SurfacePoint};
+use crate::scene::light::{Light, LightHit, LightSample};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::SurfaceInteraction;
@@ -40,19 +41,30 @@ use crate::spectrum::{SAMPLES, Spectrum};
 
 use surroundings::{Leg, Surroundings};
 
-/// Bounces that every path may make before a dark paint can end it.
-const SAFE_BOUNCES: u32 = 4;
-
 /// Follows light from grain to grain.
 #[derive(Debug)]
 pub(crate) struct ReferenceIntegrator<'scene> {
     scene: &'scene Scene,
     surroundings: Surroundings<'scene>,
-    /// Lamps without extent.
-    beams: Vec<LightSample>,
+    /// Lights without extent.
+    delta_lights: Vec<DeltaLight>,
     sees_lights: bool,
     /// What the index nodes count for the wavelengths; a scene without snow has one.
     weights: Vec<Spectrum>,
+}
+
+/// A light without extent.
+#[derive(Debug, Clone, Copy)]
+struct DeltaLight {
+    sample: LightSample,
+    power: Spectrum,
+}
+
+impl DeltaLight {
+    fn new(light: &Light) -> Option<Self> {
+        let sample = light.delta_sample()?;
+        Some(Self { sample, power: light.power(&sample.origin) })
+    }
 }
 
 /// A path of light on its way.
@@ -87,7 +99,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
         Self {
             scene,
             surroundings: Surroundings::new(scene),
-            beams: scene.lights.iter().filter_map(Light::single).collect(),
+            delta_lights: scene.lights.iter().filter_map(DeltaLight::new).collect(),
             sees_lights: scene.lights.iter().any(Light::has_extent),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
         }
@@ -162,19 +174,19 @@ impl<'scene> ReferenceIntegrator<'scene> {
         walk.throughput *= reflectance;
         let reach_m = self.scene.objects.reach_m(surface.object);
         let from = off_surface(surface.point, surface.normal, reach_m);
-        for index in 0..self.beams.len() {
-            let (beam, chance) = (self.beams[index], walk.stream.uniform());
+        for index in 0..self.delta_lights.len() {
+            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], walk.stream.uniform());
             let place = SurfacePoint { point: surface.point, normal: surface.normal };
-            if let Some(arrival) = beam.arrival(&place)
-                && let Some(passed) = self.surroundings.passed(from, &beam.origin, walk.node, chance)
+            if let Some(incident) = sample.incident_at(&place)
+                && let Some(passed) = self.surroundings.passed(from, &sample.origin, walk.node, chance)
             {
-                let factor = arrival.irradiance_per_power * std::f32::consts::FRAC_1_PI;
-                walk.radiance.add_product(factor, &(walk.throughput * passed), &beam.power);
+                let factor = incident.irradiance_per_power * std::f32::consts::FRAC_1_PI;
+                walk.radiance.add_product(factor, &(walk.throughput * passed), &power);
             }
         }
         let [u, v, chance] = [(); 3].map(|()| narrow(walk.stream.uniform()));
         let direction = cosine_direction(surface.normal, u, v);
-        let survival = if bounce < SAFE_BOUNCES { 1.0 } else { walk.throughput.maximum().min(1.0) };
+        let survival = survival_probability(bounce, &walk.throughput);
         if chance >= survival {
             return false;
         }
@@ -235,20 +247,20 @@ impl<'scene> ReferenceIntegrator<'scene> {
 
     /// The light that lamps without extent send to the end of a flight, and a grain there into the path.
     fn join_lamps(&mut self, walk: &mut Walk, object: usize, volume: &Volume, way: &PathLengths) {
-        for index in 0..self.beams.len() {
-            let (beam, chance) = (self.beams[index], walk.stream.uniform());
+        for index in 0..self.delta_lights.len() {
+            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], walk.stream.uniform());
             let point = walk.ray.origin;
             let mean_flight_m = volume.nodes()[walk.node].extinction_per_m().recip();
-            if self.surroundings.stays(object, point, &beam.origin, narrow(-chance.ln() * mean_flight_m)) {
+            if self.surroundings.stays(object, point, &sample.origin, narrow(-chance.ln() * mean_flight_m)) {
                 continue;
             }
-            let Some(passed) = self.surroundings.passed(point, &beam.origin, walk.node, chance) else { continue };
-            let direction = beam.origin.way(point).direction;
-            let Some(arrival) = beam.arrival(&SurfacePoint { point, normal: direction }) else { continue };
+            let Some(passed) = self.surroundings.passed(point, &sample.origin, walk.node, chance) else { continue };
+            let direction = sample.origin.direction_from(point).direction;
+            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal: direction }) else { continue };
             let phase = volume.nodes()[walk.node].phase_per_sr(f64::from(walk.ray.direction.dot(direction)));
             let mut share = walk.throughput * left(volume, way, volume.least_absorption(way)) * passed;
             share.0.iter_mut().zip(phase).for_each(|(share, phase)| *share *= phase);
-            walk.radiance.add_product(arrival.irradiance_per_power, &share, &beam.power);
+            walk.radiance.add_product(incident.irradiance_per_power, &share, &power);
         }
     }
 
@@ -256,7 +268,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
     fn add_seen_lights(&self, walk: &mut Walk, met: Option<&SurfaceInteraction>) {
         let limit_m = met.map_or(f32::INFINITY, |surface| surface.point.distance(walk.ray.origin));
         for light in &self.scene.lights {
-            if let Some(radiance) = light.met(&walk.ray, limit_m, None) {
+            if let Some(radiance) = light.hit_radiance(&walk.ray, limit_m, None) {
                 walk.radiance += radiance;
             }
         }
@@ -268,7 +280,9 @@ impl<'scene> ReferenceIntegrator<'scene> {
         if !self.sees_lights {
             return;
         }
-        for (radiance, distance_m) in self.scene.lights.iter().filter_map(|light| light.met_whole(&walk.ray, limit_m)) {
+        for LightHit { radiance, distance_m } in
+            self.scene.lights.iter().filter_map(|light| light.full_hit_radiance(&walk.ray, limit_m))
+        {
             let share = snow.map_or(Spectrum::ONE, |(volume, way)| {
                 let to_lamp = PathLengths { pores_m: way.pores_m + f64::from(distance_m), ..*way };
                 left(volume, &to_lamp, volume.least_absorption(way))

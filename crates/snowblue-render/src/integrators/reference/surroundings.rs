@@ -155,7 +155,7 @@ impl<'scene> Surroundings<'scene> {
     /// than all that a line to the lamp crosses. Of a body of parts nothing is told.
     #[inline]
     pub(super) fn stays(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
-        let (one, way) = (&self.objects().list()[object], origin.way(from));
+        let (one, way) = (&self.objects().list()[object], origin.direction_from(from));
         let ray = Ray { origin: from, direction: way.direction };
         one.body.is_none() && flight_m < way.distance_m && !one.shape.occludes(&ray, flight_m)
     }
@@ -163,7 +163,7 @@ impl<'scene> Surroundings<'scene> {
     /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
     /// with the probability e^{−κd}, decided by `chance`, less what the pores absorb.
     pub(super) fn passed(&mut self, from: Vec3A, origin: &LightOrigin, node: usize, chance: f64) -> Option<Spectrum> {
-        let way = origin.way(from);
+        let way = origin.direction_from(from);
         let ray = Ray { origin: from, direction: way.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;

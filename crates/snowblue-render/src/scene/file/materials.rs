@@ -9,7 +9,6 @@ use toml::de::DeTable;
 
 use crate::error::RenderError;
 use crate::files::{FilesIn, SceneFile};
-use crate::film::sensor::Sensor;
 use crate::geometry::ray::narrow;
 use crate::images::png_image::PngImage;
 use crate::scene::file::Overrides;
@@ -36,7 +35,6 @@ pub(super) struct Workshop<'scene> {
     pub(super) scene: &'scene Path,
     pub(super) table: &'scene CompressedTable,
     pub(super) overrides: &'scene Overrides,
-    pub(super) luminance: Spectrum,
     /// Those of the picture.
     pub(super) wavelengths_nm: [f64; SAMPLES],
     upsampling: Upsampling,
@@ -44,18 +42,12 @@ pub(super) struct Workshop<'scene> {
 
 impl<'scene> Workshop<'scene> {
     /// For the wavelengths of an eye, or those of the table in false colour.
-    pub(super) fn new(
-        scene: &'scene Path,
-        table: &'scene CompressedTable,
-        overrides: &'scene Overrides,
-        sensor: &Sensor,
-    ) -> Self {
+    pub(super) fn new(scene: &'scene Path, table: &'scene CompressedTable, overrides: &'scene Overrides) -> Self {
         let of_table = table.axes.wavelengths_nm.first_chunk().filter(|_| overrides.false_color.is_some());
         Self {
             scene,
             table,
             overrides,
-            luminance: sensor.luminance(),
             wavelengths_nm: of_table.copied().unwrap_or_else(wavelengths_nm),
             upsampling: if overrides.false_color.is_some() { Upsampling::grey() } else { Upsampling::reflectance() },
         }

@@ -161,7 +161,7 @@ impl Scene {
             None => Sensor::cie_1931(),
             Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
         };
-        let workshop = Workshop::new(source.path, table, overrides, &sensor);
+        let workshop = Workshop::new(source.path, table, overrides);
         let mut materials = read_materials(source, &root, &workshop)?;
         let volumes = match integrator.kind {
             IntegratorKind::PcaSnow => Vec::new(),

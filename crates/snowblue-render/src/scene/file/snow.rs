@@ -62,7 +62,6 @@ pub(super) fn read_snow(section: &Section, workshop: &Workshop) -> Result<PcaSno
         exit: section.choice("exit", Exit::default(), &[("last", Exit::Last), ("first", Exit::First)])?,
         emission: section.choice("emission", Emission::default(), &emissions)?,
         reflection,
-        luminance: workshop.luminance,
     })
 }
 

@@ -121,7 +121,7 @@ impl SkyImage {
     }
 
     /// A direction, of the density [`density_per_sr`](Self::density_per_sr).
-    pub(super) fn draw(&self, [u, v]: [f32; 2]) -> Vec3A {
+    pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
         let (row, down) = invert(&self.rows, v);
         let (column, across) = invert(&self.columns[row * self.width..][..self.width], u);
         let (top, bottom) = self.edge_cosines(row);
@@ -131,7 +131,7 @@ impl SkyImage {
         Vec3A::new(radius * longitude.cos(), radius * longitude.sin(), z)
     }
 
-    /// Density of [`draw`](Self::draw), in 1/sr.
+    /// Density of [`sample`](Self::sample), in 1/sr.
     pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
         let [across, down] = self.place(direction);
         let (column, row) = (whole(across, self.width), whole(down, self.height));

@@ -82,9 +82,9 @@ impl RectangleLight {
     }
 
     /// A point of it, of evenly spread directions; none from behind.
-    pub(super) fn draw(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
+    pub(super) fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
         let position = match self.view(from) {
-            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.draw(f64::from(u), f64::from(v)),
+            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
             Some(_) => {
                 self.centre
                     + self.across * (self.half_width_m * (2.0 * u - 1.0))
@@ -95,7 +95,7 @@ impl RectangleLight {
         Some(EmitterPoint { position, normal: self.normal })
     }
 
-    /// Density of [`draw`](Self::draw) over directions, in 1/sr, where `area_m2_sr` is the area per solid angle at the
+    /// Density of [`sample`](Self::sample) over directions, in 1/sr, where `area_m2_sr` is the area per solid angle at the
     /// point drawn.
     pub(super) fn density_per_sr(&self, from: Vec3A, area_m2_sr: f32) -> f32 {
         match self.view(from) {
@@ -106,7 +106,7 @@ impl RectangleLight {
     }
 
     /// Where a ray meets its bright side, before `limit_m`.
-    pub(super) fn met(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
+    pub(super) fn hit(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
         let approach = -self.normal.dot(ray.direction);
         let distance_m = self.normal.dot(ray.origin - self.centre) / approach;
         let position = ray.at(distance_m);
@@ -148,7 +148,7 @@ impl RectangleLight {
 
 impl View {
     /// The point of the rectangle for two numbers in [0, 1).
-    fn draw(&self, u: f64, v: f64) -> Vec3A {
+    fn sample(&self, u: f64, v: f64) -> Vec3A {
         let [bottom, top] = self.edges;
         // The cut that leaves a share u of the solid angle on its left.
         let turn = u * self.solid_angle_sr + self.corners;

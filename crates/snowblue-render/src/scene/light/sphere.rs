@@ -29,7 +29,7 @@ impl SphereLight {
     }
 
     /// A point seen from here, of evenly spread directions.
-    pub(super) fn draw(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
+    pub(super) fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
         let (greatest, one_minus_cos) = self.cone(from)?;
         let below_one = u * one_minus_cos;
         let sin_squared = below_one * (2.0 - below_one);
@@ -44,13 +44,13 @@ impl SphereLight {
         Some(EmitterPoint { position: self.centre + normal * self.radius_m, normal })
     }
 
-    /// Density of [`draw`](Self::draw) over directions, in 1/sr, within the cone.
+    /// Density of [`sample`](Self::sample) over directions, in 1/sr, within the cone.
     pub(super) fn density_per_sr(&self, from: Vec3A) -> f32 {
         self.cone(from).map_or(0.0, |(_, one_minus_cos)| (TAU * one_minus_cos).recip())
     }
 
     /// Where a ray meets it from outside, before `limit_m`.
-    pub(super) fn met(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
+    pub(super) fn hit(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
         let way = self.centre - ray.origin;
         let along = way.dot(ray.direction);
         let aside_squared = (way - ray.direction * along).length_squared();

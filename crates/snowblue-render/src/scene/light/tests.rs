@@ -56,12 +56,12 @@ fn image() -> Light {
 fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
     let ray = Ray { origin: place().point, direction };
     let origin = match light {
-        Light::Sphere(lamp) => lamp.shape.met(&ray, f32::INFINITY).map(LightOrigin::EmitterPoint),
-        Light::Rectangle(lamp) => lamp.shape.met(&ray, f32::INFINITY).map(LightOrigin::EmitterPoint),
+        Light::Sphere(lamp) => lamp.shape.hit(&ray, f32::INFINITY).map(LightOrigin::Emitter),
+        Light::Rectangle(lamp) => lamp.shape.hit(&ray, f32::INFINITY).map(LightOrigin::Emitter),
         _ => Some(LightOrigin::Distant(direction)),
     };
     origin.map_or(0.0, |origin| {
-        f64::from(light.density(technique, &origin)) * f64::from(origin.own_per_solid_angle(ray.origin))
+        f64::from(light.density(technique, &origin)) * f64::from(origin.area_per_solid_angle(ray.origin))
     })
 }
 
@@ -71,7 +71,7 @@ fn techniques() -> [(&'static str, Light, SamplingTechnique); 5] {
         ("panel", panel(), SamplingTechnique::SolidAngle(place())),
         ("cosine", image(), SamplingTechnique::Cosine(place())),
         ("hemisphere", image(), SamplingTechnique::Hemisphere(place())),
-        ("image", image(), SamplingTechnique::Brightness),
+        ("image", image(), SamplingTechnique::Luminance),
     ]
 }
 
@@ -79,13 +79,13 @@ fn techniques() -> [(&'static str, Light, SamplingTechnique); 5] {
 fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
     let lamp = PointLight::new(Vec3A::new(0.0, 0.0, 2.0), &LightSpectrum::EQUAL_ENERGY, 40.0);
     assert!((lamp.intensity.mean() - 40.0).abs() < 1e-4);
-    let beam = Light::Point(lamp).single().unwrap();
-    let above = beam.arrival(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z }).unwrap();
+    let sample = Light::Point(lamp).delta_sample().unwrap();
+    let above = sample.incident_at(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z }).unwrap();
     assert!((above.irradiance_per_power - 0.25).abs() < 1e-6);
-    let aside = beam.arrival(&SurfacePoint { point: Vec3A::new(2.0, 0.0, 0.0), normal: Vec3A::Z }).unwrap();
+    let aside = sample.incident_at(&SurfacePoint { point: Vec3A::new(2.0, 0.0, 0.0), normal: Vec3A::Z }).unwrap();
     assert!((aside.cos_incidence - 0.5f32.sqrt()).abs() < 1e-6);
     assert!((aside.irradiance_per_power - 0.5f32.sqrt() / 8.0).abs() < 1e-6);
-    assert!(beam.arrival(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::NEG_Z }).is_none());
+    assert!(sample.incident_at(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::NEG_Z }).is_none());
 }
 
 #[test]
@@ -109,8 +109,8 @@ fn directions_are_drawn_with_their_density() {
         assert!((total - 1.0).abs() < 3e-3, "{name}: the density adds up to {total}");
         let mut found = vec![0u32; BINS.0 * BINS.1];
         for draw in 0..DRAWS {
-            let origin = light.draw(&technique, numbers(5, draw)).unwrap();
-            let direction = origin.way(place().point).direction;
+            let origin = light.sample_origin(&technique, numbers(5, draw)).unwrap();
+            let direction = origin.direction_from(place().point).direction;
             let turn = f64::from(direction.y).atan2(f64::from(direction.x)).rem_euclid(TAU) / TAU;
             let row = ((0.5 - 0.5 * f64::from(direction.z)) * BINS.0 as f64) as usize;
             let column = (turn * BINS.1 as f64) as usize;
@@ -173,17 +173,21 @@ fn each_way_and_both_together_meet_the_closed_forms() {
     ];
     for (light, expected) in cases {
         let alone = [Some(SamplingTechnique::SolidAngle(at)), None, None];
-        let irradiance = |beam: Option<LightSample>| {
-            beam.and_then(|beam| Some(beam.arrival(&at)?.irradiance_per_power * beam.power.0[0])).unwrap_or(0.0)
+        let irradiance = |sample: Option<LightSample>| {
+            let of = |sample: LightSample| {
+                Some(sample.incident_at(&at)?.irradiance_per_power * light.power(&sample.origin).0[0])
+            };
+            sample.and_then(of).unwrap_or(0.0)
         };
         let mut ways = [Moments::default(); 3];
         for draw in 0..20_000 {
             let [u, v] = numbers(7, draw);
             let ray = Ray { origin: at.point, direction: cosine_direction(at.normal, u, v) };
-            let met = |from| f64::from(light.met(&ray, f32::INFINITY, from).map_or(0.0, |met| met.0[0])) * PI;
-            ways[0].push(f64::from(irradiance(light.beam(0, &alone, &mut sampler(8, draw)))));
-            ways[1].push(met(None));
-            ways[2].push(f64::from(irradiance(light.reflected_beam(&at, &mut sampler(8, draw)))) + met(Some(&at)));
+            let hit = |from| f64::from(light.hit_radiance(&ray, f32::INFINITY, from).map_or(0.0, |hit| hit.0[0])) * PI;
+            ways[0].push(f64::from(irradiance(light.sample(0, &alone, &mut sampler(8, draw)))));
+            ways[1].push(hit(None));
+            ways[2]
+                .push(f64::from(irradiance(light.sample_for_reflection(&at, &mut sampler(8, draw)))) + hit(Some(&at)));
         }
         for way in ways {
             let p = z_p_value((way.mean() - expected) / way.standard_error());
@@ -207,8 +211,8 @@ fn a_small_far_rectangle_is_drawn_by_area_as_it_is_by_solid_angle() {
     };
     // 2e-4 m² over r² = 4 m² and, below the limit of solid angles, over 4e6 m².
     for distance_m in [2.0, 2000.0] {
-        let patch = shape(distance_m).draw(Vec3A::ZERO, [0.3, 0.6]).unwrap();
-        let area_m2_sr = LightOrigin::EmitterPoint(patch).own_per_solid_angle(Vec3A::ZERO);
+        let patch = shape(distance_m).sample(Vec3A::ZERO, [0.3, 0.6]).unwrap();
+        let area_m2_sr = LightOrigin::Emitter(patch).area_per_solid_angle(Vec3A::ZERO);
         let density = shape(distance_m).density_per_sr(Vec3A::ZERO, area_m2_sr);
         let expected = distance_m * distance_m / 2e-4;
         assert!((density / expected - 1.0).abs() < 1e-4, "{density} for {expected}");
@@ -248,10 +252,12 @@ fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
         let lines = [Some(SamplingTechnique::SolidAngle(from)), None, None];
         let mut mean = Moments::default();
         for draw in 0..4_000 {
-            let beam = light.beam(0, &lines, &mut sampler(3, draw)).unwrap();
-            let way = beam.origin.way(from.point).direction;
+            let sample = light.sample(0, &lines, &mut sampler(3, draw)).unwrap();
+            let way = sample.origin.direction_from(from.point).direction;
             let exit = SurfacePoint { point: from.point + way * (0.3 / way.z), ..at };
-            mean.push(beam.arrival_on_line(&exit).map_or(0.0, |arrival| f64::from(arrival.irradiance_per_power)));
+            mean.push(
+                sample.incident_along_line(&exit).map_or(0.0, |incident| f64::from(incident.irradiance_per_power)),
+            );
         }
         assert!(mean.mean() < PI, "{} at {gap_m} m", mean.mean());
         assert!(mean.standard_error() < 0.02 * mean.mean(), "{mean:?}");

@@ -100,8 +100,8 @@ impl SnowCurves {
         }
     }
 
-    /// The snow, where it is everywhere the same.
-    pub(crate) fn the_one(&self) -> Option<&PcaSnow> {
+    /// The snow, if it is the same everywhere.
+    pub(crate) fn single(&self) -> Option<&PcaSnow> {
         self.steps.first().filter(|_| self.mask.is_none())
     }
 

@@ -1,37 +1,31 @@
-//! One thread's way of asking the scene: counts what it asks and keeps the room for the answers.
-
-mod lanes;
-#[cfg(test)]
-mod tests;
+//! Ray queries to the objects of a scene, counted. Each thread has its own.
 
 use glam::Vec3A;
 
 use crate::geometry::chord::{Chord, Exit, Line, chord, parts};
-use crate::geometry::ray::{Crossing, Ray, off_surface};
-use crate::scene::objects::{Objects, Side, SurfaceInteraction, name_crossings};
+use crate::geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
+use crate::scene::objects::{Objects, Side, SurfaceInteraction, set_object};
 
-pub(crate) use lanes::{Chords, Lines, Surfaces};
-
-/// What a rendering did, in counts.
+/// Counts of the queries of a rendering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Statistics {
-    /// Rays from the camera.
+    /// Camera rays.
     pub camera_rays: u64,
-    /// Rays from surface to surface.
+    /// Rays from one surface to the next.
     pub indirect_rays: u64,
-    /// Rays towards lights.
+    /// Shadow rays.
     pub shadow_rays: u64,
     /// Lines through snow.
     pub depth_lines: u64,
-    /// Lines through snow that crossed its surface an odd number of times: the mesh is open there. The last crossing
-    /// was left out, and with it whatever lay behind.
+    /// Lines through snow that crossed its surface an odd number of times, because the mesh is open. The last crossing is
+    /// ignored, and with it the snow behind it.
     pub odd_depth_lines: u64,
-    /// Samples of pixels that are no number or too bright to be added up; they count as dark.
+    /// Samples that are not numbers or too bright to be summed; they count as black.
     pub unusable_samples: u64,
 }
 
 impl Statistics {
-    /// The counts of two parts of a picture together.
+    /// The sum of two counts.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -50,67 +44,74 @@ impl Statistics {
     }
 }
 
-/// Asks the objects of a scene, and counts.
+/// Queries to the objects of a scene.
 #[derive(Debug)]
 pub(crate) struct SceneQueries<'scene> {
     objects: &'scene Objects,
+    /// Buffer for the crossings of one line.
     crossings: Vec<Crossing>,
-    /// What was asked so far.
+    /// Counts of the queries so far.
     pub(crate) statistics: Statistics,
 }
 
 impl<'scene> SceneQueries<'scene> {
-    /// A probe that has asked nothing.
+    /// Starts with zero counts.
     pub(crate) fn new(objects: &'scene Objects) -> Self {
         Self { objects, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
     }
 
-    /// The objects that are asked.
+    /// The objects of the scene.
     pub(crate) fn objects(&self) -> &'scene Objects {
         self.objects
     }
 
-    /// What a ray from the camera hits first.
+    /// First hit of a camera ray.
+    #[inline]
     pub(crate) fn camera_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.statistics.camera_rays += 1;
         self.objects.first_hit(ray)
     }
 
-    /// What a ray that leaves a surface hits first.
+    /// First hit of a ray that leaves a surface.
     pub(crate) fn indirect_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.statistics.indirect_rays += 1;
         self.objects.first_hit(ray)
     }
 
-    /// A point of an object's surface moved off it towards `normal`, for a ray to start from.
-    pub(crate) fn off_surface(&self, object: usize, point: Vec3A, normal: Vec3A) -> Vec3A {
-        off_surface(point, normal, self.objects.reach_m(object))
+    /// Origin of a ray that leaves an object's surface on the side of the normal.
+    #[inline]
+    pub(crate) fn off_surface(&self, object: usize, surface: &SurfacePoint) -> Vec3A {
+        off_surface(surface.point, surface.normal, self.objects.reach_m(object))
     }
 
-    /// Whether a place is seen from a point off a surface.
+    /// Whether nothing occludes a target from a point just off one side of a surface.
+    #[inline]
     pub(crate) fn sees(&mut self, from: Vec3A, side: Side, target: Vec3A) -> bool {
-        let way = target - from;
-        let distance_m = way.length();
-        self.is_free(&Ray { origin: from, direction: way / distance_m }, distance_m, side)
+        let offset = target - from;
+        let distance_m = offset.length();
+        self.is_unoccluded(&Ray { origin: from, direction: offset / distance_m }, distance_m, side)
     }
 
-    /// Whether nothing lies in a direction from a point off a surface.
-    pub(crate) fn sees_far(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> bool {
-        self.is_free(&Ray { origin: from, direction }, f32::INFINITY, side)
+    /// Whether nothing occludes a distant light from a point just off one side of a surface.
+    #[inline]
+    pub(crate) fn sees_distant(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> bool {
+        self.is_unoccluded(&Ray { origin: from, direction }, f32::INFINITY, side)
     }
 
-    fn is_free(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
+    #[inline]
+    fn is_unoccluded(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
         self.statistics.shadow_rays += 1;
         !self.objects.occluded(ray, limit_m, side)
     }
 
-    /// The depth of a straight path through the solid that an object is or belongs to.
+    /// Depth of a straight path through the solid that an object is or belongs to.
+    #[inline]
     pub(crate) fn chord(&mut self, object: usize, line: &Line, exit: Exit) -> Option<Chord> {
         self.statistics.depth_lines += 1;
         let ray = Ray { origin: line.point, direction: line.direction };
         if let Some(convex) = self.objects.convex(object) {
             let mut pair = convex.pair(&ray)?;
-            name_crossings(object, &mut pair);
+            set_object(object, &mut pair);
             return chord(std::iter::once(&pair), line, exit);
         }
         let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);

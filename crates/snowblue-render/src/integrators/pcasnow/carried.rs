@@ -1,0 +1,230 @@
+//! What a path carries: spectra, or the sensor's responses to them.
+//!
+//! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response to it is
+//! linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum
+//! ([`ProjectedTable`]): four numbers instead of 31 wavelengths. Responses from tables agree with those to spectra
+//! within 2·10⁻⁴.
+
+use std::ops::{AddAssign, Mul};
+
+use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
+
+use super::snow::SnowVertex;
+use super::{Shading, Vertex};
+use crate::film::sensor::SensorSample;
+use crate::scene::Scene;
+use crate::scene::light::{Light, LightOrigin, LightSample};
+use crate::scene::material::Material;
+use crate::scene::material::diffuse::Diffuse;
+use crate::scene::material::pca_snow::{Emission, Reflection};
+use crate::spectrum::{SAMPLES, Spectrum};
+
+/// Most projected tables of a scene: each takes about 1 MB and some 5 ms. Further lights and materials are computed as
+/// spectra.
+const MAX_TABLES: usize = 32;
+
+/// Radiance along a path, or the sensor's response to it.
+pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
+    /// No light.
+    const ZERO: Self;
+
+    /// Light that the camera sees directly.
+    fn emitted(scene: &Scene, radiance: &Spectrum) -> Self;
+
+    /// Light after reflection at a cosine of incidence: reflectance times power.
+    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self;
+
+    /// Light after transmission through snow: transmittance times power.
+    fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self;
+
+    /// Luminance.
+    fn luminance(&self, tables: &LightTables) -> f32;
+}
+
+/// A light sample, for its spectrum.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    scene: &'a Scene,
+    light: &'a Light,
+    origin: &'a LightOrigin,
+    emission: Emission,
+    table: Option<&'a LightTable>,
+}
+
+/// What all paths of a rendering share: samples of and responses to each light of the scene.
+#[derive(Debug)]
+pub(crate) struct LightTables {
+    /// Luminance of one unit at each wavelength.
+    luminance: Spectrum,
+    /// For each light in turn, its sample if it has no extent.
+    delta_samples: Vec<Option<LightSample>>,
+    /// For each light in turn, its responses unless it has several spectra.
+    lights: Vec<Option<LightTable>>,
+}
+
+/// Responses to one light.
+#[derive(Debug)]
+struct LightTable {
+    /// Response to a transmittance or reflectance of 1 at each wavelength, and of 0 at all others.
+    weights: [[f32; PROJECTIONS]; SAMPLES],
+    /// For each material in turn.
+    materials: Vec<MaterialResponse>,
+}
+
+/// A light's response after one material.
+#[derive(Debug)]
+enum MaterialResponse {
+    /// The reflectance is the same everywhere.
+    Constant(SensorSample),
+    /// Snow that is the same everywhere, and its reflectance if that is not the table's.
+    Snow { table: Box<ProjectedTable>, constant_reflectance: Option<SensorSample> },
+    /// The spectrum has to be computed.
+    Spectral,
+}
+
+impl LightTables {
+    /// No tables: all light is computed as spectra.
+    pub(crate) fn none(scene: &Scene) -> Self {
+        Self {
+            luminance: scene.sensor.luminance(),
+            delta_samples: scene.lights.iter().map(Light::delta_sample).collect(),
+            lights: Vec::new(),
+        }
+    }
+
+    /// Tables for all lights and materials that have one spectrum each. False colours have none: they show single
+    /// wavelengths, of which sums over several would be too coarse.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        if !scene.sensor.is_standard_observer() {
+            return Self::none(scene);
+        }
+        let mut tables_left = MAX_TABLES;
+        let light = |light: &Light| Some(LightTable::new(scene, light.uniform_power()?, &mut tables_left));
+        Self { lights: scene.lights.iter().map(light).collect(), ..Self::none(scene) }
+    }
+
+    /// The one sample of a light without extent.
+    #[inline]
+    pub(super) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
+        self.delta_samples[light].as_ref()
+    }
+}
+
+impl LightTable {
+    fn new(scene: &Scene, power: &Spectrum, tables_left: &mut usize) -> Self {
+        let weights = scene.sensor.weights_of(power);
+        let of_material = |material: &Material| match material {
+            Material::Diffuse(Diffuse::Even(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
+            Material::Diffuse(Diffuse::Painted(_)) => MaterialResponse::Spectral,
+            Material::PcaSnow(snow) => {
+                let single = snow.curves.single().filter(|_| *tables_left > 0);
+                let Some(table) = single.and_then(|snow| snow.project(&weights)) else {
+                    return MaterialResponse::Spectral;
+                };
+                *tables_left -= 1;
+                let constant_reflectance = match snow.reflection {
+                    Reflection::Table => None,
+                    Reflection::Constant(reflectance) => Some(sum(&weights, &Spectrum::constant(reflectance))),
+                };
+                MaterialResponse::Snow { table: Box::new(table), constant_reflectance }
+            }
+        };
+        Self { materials: scene.materials.iter().map(of_material).collect(), weights }
+    }
+}
+
+/// Response to a spectrum times the light.
+fn sum(weights: &[[f32; PROJECTIONS]; SAMPLES], spectrum: &Spectrum) -> SensorSample {
+    spectrum.0.iter().zip(weights).map(|(value, weights)| SensorSample::from_array(*weights) * *value).sum()
+}
+
+impl<'a> Source<'a> {
+    /// A sample of light number `light`.
+    #[inline]
+    pub(super) fn new(
+        scene: &'a Scene,
+        tables: &'a LightTables,
+        light: usize,
+        sample: &'a LightSample,
+        emission: Emission,
+    ) -> Self {
+        let table = tables.lights.get(light).and_then(Option::as_ref).filter(|_| emission == Emission::Transmitted);
+        Self { scene, light: &scene.lights[light], origin: &sample.origin, emission, table }
+    }
+
+    fn power(&self) -> Spectrum {
+        match self.emission {
+            Emission::Transmitted => self.light.power(self.origin),
+            Emission::Relative => self.light.relative(self.origin),
+        }
+    }
+
+    /// Response to a reflectance or transmittance times the power.
+    fn response(&self, spectrum: &Spectrum) -> SensorSample {
+        match self.table {
+            Some(table) => sum(&table.weights, spectrum),
+            None => self.scene.sensor.sample(&(*spectrum * self.power())),
+        }
+    }
+
+    #[inline]
+    fn material(&self, material: usize) -> &'a MaterialResponse {
+        self.table.map_or(&MaterialResponse::Spectral, |table| &table.materials[material])
+    }
+}
+
+impl Carried for Spectrum {
+    const ZERO: Self = Self::ZERO;
+
+    fn emitted(_: &Scene, radiance: &Spectrum) -> Self {
+        *radiance
+    }
+
+    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self {
+        vertex.reflectance(cos_incidence) * source.power()
+    }
+
+    fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self {
+        snow.transmittance(depth_cm, cos_incidence) * source.power()
+    }
+
+    fn luminance(&self, tables: &LightTables) -> f32 {
+        self.dot(&tables.luminance)
+    }
+}
+
+impl Carried for SensorSample {
+    const ZERO: Self = Self::ZERO;
+
+    fn emitted(scene: &Scene, radiance: &Spectrum) -> Self {
+        scene.sensor.sample(radiance)
+    }
+
+    #[inline]
+    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self {
+        match (source.material(vertex.surface.material), &vertex.shading) {
+            (MaterialResponse::Constant(response), _)
+            | (MaterialResponse::Snow { constant_reflectance: Some(response), .. }, _) => *response,
+            (MaterialResponse::Snow { table, .. }, Shading::Snow(snow)) => {
+                let angle_deg = snow.look_up_angle_deg(cos_incidence);
+                Self::from_array(table.reflectance(snow.depth_cm(), angle_deg))
+            }
+            _ => source.response(&vertex.reflectance(cos_incidence)),
+        }
+    }
+
+    #[inline]
+    fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self {
+        match source.material(snow.material_index()) {
+            MaterialResponse::Snow { table, .. } if depth_cm <= table.last_thickness_cm() => {
+                Self::from_array(table.transmittance(depth_cm, snow.look_up_angle_deg(cos_incidence)))
+            }
+            _ => source.response(&snow.transmittance(depth_cm, cos_incidence)),
+        }
+    }
+
+    #[inline]
+    fn luminance(&self, _: &LightTables) -> f32 {
+        self.y
+    }
+}

@@ -1,0 +1,225 @@
+//! Path tracer with PCASnow: snow transmits light along one straight line, by the curves of a slab.
+//!
+//! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
+//! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902; notation
+//! of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths end by Russian roulette.
+//!
+//! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
+//! (see [`light`](crate::scene::light)).
+//!
+//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead of a
+//! spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
+
+mod carried;
+mod snow;
+
+use std::f32::consts::FRAC_1_PI;
+
+use crate::film::sensor::SensorSample;
+use crate::geometry::ray::{Ray, SurfacePoint};
+use crate::integrators::survival_probability;
+use crate::sampling::{Sampler, cosine_direction};
+use crate::scene::Scene;
+use crate::scene::light::{Light, LightSample, SHADOW_EPSILON};
+use crate::scene::material::Material;
+use crate::scene::material::diffuse::Diffuse;
+use crate::scene::material::pca_snow::Emission;
+use crate::scene::objects::{Side, SurfaceInteraction};
+use crate::scene::queries::{SceneQueries, Statistics};
+use crate::spectrum::Spectrum;
+
+use carried::{Carried, Source};
+use snow::SnowVertex;
+
+pub(crate) use carried::LightTables;
+
+/// Traces paths through a scene.
+#[derive(Debug)]
+pub(crate) struct PcaSnowIntegrator<'scene> {
+    scene: &'scene Scene,
+    tables: &'scene LightTables,
+    queries: SceneQueries<'scene>,
+    /// Whether paths can hit lights.
+    has_area_lights: bool,
+}
+
+/// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+struct PathRadiance<C> {
+    /// Light that leaves the first surface, or a light before it.
+    first: C,
+    /// Light that comes by further surfaces, if the path has any.
+    later: Option<Spectrum>,
+}
+
+/// A surface on a path, ready to be shaded.
+struct Vertex<'a> {
+    surface: &'a SurfaceInteraction,
+    shading: Shading<'a>,
+}
+
+/// What a surface reflects and transmits.
+enum Shading<'a> {
+    /// Reflectance of a plain diffuse surface.
+    Diffuse(&'a Spectrum),
+    /// Reflectance of a textured diffuse surface.
+    Textured(Spectrum),
+    /// Snow.
+    Snow(SnowVertex<'a>),
+}
+
+impl<'scene> PcaSnowIntegrator<'scene> {
+    /// Starts with zero counts.
+    pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
+        let has_area_lights = scene.lights.iter().any(Light::has_extent);
+        Self { scene, tables, queries: SceneQueries::new(&scene.objects), has_area_lights }
+    }
+
+    /// Counts of the queries so far.
+    pub(crate) fn statistics(&self) -> Statistics {
+        self.queries.statistics
+    }
+
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
+        let PathRadiance { mut first, later } = self.trace::<Spectrum>(camera_ray, sampler);
+        if let Some(later) = later {
+            first += later;
+        }
+        first
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
+        let PathRadiance { first, later } = self.trace::<SensorSample>(camera_ray, sampler);
+        later.map_or(first, |later| first + self.scene.sensor.sample(&later))
+    }
+
+    #[inline]
+    fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance<C> {
+        let hit = self.queries.camera_hit(camera_ray);
+        let mut first = C::ZERO;
+        if self.has_area_lights {
+            first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
+        }
+        let Some(surface) = hit else { return PathRadiance { first, later: None } };
+        let vertex = self.vertex(&surface);
+        first += self.direct_light::<C>(&vertex, sampler);
+        if self.scene.integrator.max_bounces == 0 && !self.has_area_lights {
+            return PathRadiance { first, later: None };
+        }
+        PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
+    }
+
+    /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
+    fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
+        let max_bounces = self.scene.integrator.max_bounces;
+        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
+        let mut from = first.surface.surface_point();
+        for bounce in 1.. {
+            let hit = self.queries.indirect_hit(&ray);
+            if self.has_area_lights {
+                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
+            }
+            let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
+            let vertex = self.vertex(&surface);
+            let direct = self.direct_light::<Spectrum>(&vertex, sampler);
+            radiance.add_product(1.0, &throughput, &direct);
+            // The last ray finds lights only.
+            if bounce == max_bounces && !self.has_area_lights {
+                break;
+            }
+            match self.bounce(&vertex, bounce, &mut throughput, sampler) {
+                Some(next) => (ray, from) = (next, surface.surface_point()),
+                None => break,
+            }
+        }
+        radiance
+    }
+
+    /// Samples the next ray of a path at a surface and updates its throughput; none if the path ends.
+    fn bounce(&self, vertex: &Vertex, bounce: u32, throughput: &mut Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+        let [u, v, chance, _] = sampler.next_four();
+        let surface = vertex.surface.surface_point();
+        let direction = cosine_direction(surface.normal, u, v);
+        *throughput *= vertex.reflectance(surface.normal.dot(direction).max(0.0));
+        let survival = survival_probability(bounce, throughput);
+        if chance >= survival || throughput.maximum() <= 0.0 {
+            return None;
+        }
+        *throughput = *throughput * survival.recip();
+        Some(Ray { origin: self.queries.off_surface(vertex.surface.object, &surface), direction })
+    }
+
+    /// Radiance from the lights that a ray hits before a surface.
+    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&SurfacePoint>) -> Spectrum {
+        // A light that lies on the surface counts, as for shadow rays.
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(ray.origin) / (1.0 - SHADOW_EPSILON));
+        let mut radiance = Spectrum::ZERO;
+        for emitted in self.scene.lights.iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
+            radiance += emitted;
+        }
+        radiance
+    }
+
+    #[inline]
+    fn vertex<'a>(&mut self, surface: &'a SurfaceInteraction) -> Vertex<'a>
+    where
+        'scene: 'a,
+    {
+        let shading = match &self.scene.materials[surface.material] {
+            Material::Diffuse(Diffuse::Even(reflectance)) => Shading::Diffuse(reflectance),
+            Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
+            Material::PcaSnow(snow) => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
+        };
+        Vertex { surface, shading }
+    }
+
+    /// Light from the lights that leaves a surface: transmitted by snow and reflected.
+    #[inline]
+    fn direct_light<C: Carried>(&mut self, vertex: &Vertex, sampler: &mut Sampler) -> C {
+        let mut light = match &vertex.shading {
+            Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
+            Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+        };
+        for index in 0..self.scene.lights.len() {
+            let reflected = match self.tables.delta_sample(index) {
+                Some(sample) => self.reflected::<C>(vertex, index, sample),
+                None => {
+                    let surface = vertex.surface.surface_point();
+                    let sample = self.scene.lights[index].sample_for_reflection(&surface, sampler);
+                    sample.and_then(|sample| self.reflected::<C>(vertex, index, &sample))
+                }
+            };
+            if let Some(reflected) = reflected {
+                light += reflected;
+            }
+        }
+        light
+    }
+
+    /// Reflected light of one light sample, L = R E / π.
+    #[inline]
+    fn reflected<C: Carried>(&mut self, vertex: &Vertex, light: usize, sample: &LightSample) -> Option<C> {
+        let surface = vertex.surface.surface_point();
+        let incident = sample.incident_at(&surface)?;
+        if !sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)) {
+            return None;
+        }
+        let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
+        let radiance = C::reflected(&source, vertex, incident.cos_incidence);
+        Some(radiance * (incident.irradiance_per_power * FRAC_1_PI))
+    }
+}
+
+impl Vertex<'_> {
+    /// Reflectance for light at a cosine of incidence.
+    fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+        match &self.shading {
+            Shading::Diffuse(reflectance) => **reflectance,
+            Shading::Textured(reflectance) => *reflectance,
+            Shading::Snow(snow) => snow.reflectance(cos_incidence),
+        }
+    }
+}
