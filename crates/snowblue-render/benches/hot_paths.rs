@@ -8,12 +8,13 @@ use std::path::Path;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DAffine3, Vec3, Vec3A};
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::geometry::instance::Instance;
 use snowblue_render::geometry::mesh::Mesh;
 use snowblue_render::geometry::placement::Placement;
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
-use snowblue_render::{Overrides, Scene, render};
+use snowblue_render::{Scene, render};
 
 fn main() {
     divan::main();
@@ -27,14 +28,10 @@ const SAMPLES: u32 = 16;
 #[divan::bench(args = [0, 8])]
 fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
-    let overrides = Overrides {
-        width: Some(SIDE),
-        height: Some(SIDE),
-        samples_per_pixel: Some(SAMPLES),
-        max_bounces: Some(max_bounces),
-        ..Overrides::default()
-    };
-    let scene = Scene::load(&path, snowblue_data::embedded(), &overrides).unwrap();
+    let mut scene = Scene::load(&path, snowblue_data::embedded()).unwrap();
+    scene.set_image_size(ImageSize { width: SIDE, height: SIDE });
+    scene.set_samples_per_pixel(SAMPLES);
+    scene.set_max_bounces(max_bounces);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     bencher
         .counter(ItemsCount::new(SIDE * SIDE * SAMPLES))

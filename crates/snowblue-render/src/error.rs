@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::scene::description::key_path::DescriptionError;
+
 /// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
@@ -59,9 +61,12 @@ pub enum RenderError {
         /// What is wrong.
         reason: String,
     },
-    /// A setting that overrides the scene is out of range.
+    /// A value of a description breaks a rule.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// The table does not have the wavelengths that a false colour asks for.
     #[error("{0}")]
-    Override(String),
+    FalseColor(String),
     /// An image cannot be encoded.
     #[error("{0}")]
     EncodeImage(String),

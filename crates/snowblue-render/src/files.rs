@@ -50,20 +50,43 @@ impl SceneFiles for FilesIn {
 }
 
 /// Files in memory, by name.
-impl SceneFiles for BTreeMap<String, Vec<u8>> {
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FilesInMemory(BTreeMap<String, Vec<u8>>);
+
+impl FilesInMemory {
+    /// Adds a file, or replaces the one of that name.
+    pub fn insert(&mut self, name: impl Into<String>, content: impl Into<Vec<u8>>) {
+        self.0.insert(name.into(), content.into());
+    }
+}
+
+impl<Name: Into<String>, Content: Into<Vec<u8>>, const COUNT: usize> From<[(Name, Content); COUNT]> for FilesInMemory {
+    fn from(files: [(Name, Content); COUNT]) -> Self {
+        Self(files.into_iter().map(|(name, content)| (name.into(), content.into())).collect())
+    }
+}
+
+impl SceneFiles for FilesInMemory {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
-        self.get(name).cloned().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no file has this name"))
+        self.0.get(name).cloned().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "no file has this name"))
+    }
+}
+
+/// A function from names to contents.
+impl<Read: Fn(&str) -> io::Result<Vec<u8>>> SceneFiles for Read {
+    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+        self(name)
     }
 }
 
 /// The content of a file, and its name in error messages.
 #[derive(Debug)]
-pub(crate) struct SceneFile {
+pub(crate) struct NamedFile {
     pub(crate) path: PathBuf,
     pub(crate) bytes: Vec<u8>,
 }
 
-impl SceneFile {
+impl NamedFile {
     /// Reads a file.
     pub(crate) fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let path = files.display_name(name);
@@ -108,9 +131,9 @@ mod tests {
 
     #[test]
     fn files_in_memory_are_found_by_name() {
-        let files = BTreeMap::from([("a".to_owned(), vec![1, 2])]);
-        assert_eq!(SceneFile::read(&files, "a").unwrap().bytes, [1, 2]);
-        let missing = SceneFile::read(&files, "b").unwrap_err().to_string();
+        let files = FilesInMemory::from([("a", [1, 2])]);
+        assert_eq!(NamedFile::read(&files, "a").unwrap().bytes, [1, 2]);
+        let missing = NamedFile::read(&files, "b").unwrap_err().to_string();
         assert!(missing.contains("cannot read b"), "{missing}");
     }
 }

@@ -26,6 +26,7 @@
 
 pub mod error;
 pub mod files;
+pub(crate) mod hash;
 pub mod sampling;
 pub mod spectrum;
 
@@ -60,4 +61,5 @@ pub use film::sample_block::SampleBlock;
 pub use film::sensor::FalseColor;
 pub use render::{Progress, Rendering, render};
 pub use scene::Scene;
-pub use scene::file::Overrides;
+pub use scene::description::SceneDescription;
+pub use scene::file::SceneFile;

@@ -142,7 +142,7 @@ fn returned(size_m: [f64; 3], path: &str) -> f32 {
          [environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n"
     );
     let mut scene = scene(&text, &real(), &[]);
-    scene.integrator.samples_per_pixel = 256;
+    scene.set_samples_per_pixel(256);
     let places = (0..64).map(|k| [k % 8, k / 8].map(|step| (step as f32 + 0.5) / 8.0 - 0.5));
     let brightest = places.map(|[across, up]| {
         let target = Vec3A::new(across * size_m[0] as f32, -0.5 * size_m[1] as f32, up * size_m[2] as f32);

@@ -7,10 +7,12 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
-use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law};
+use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law, with_lamp_at};
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::camera::View;
 
 const SIZE_M: [f64; 3] = [0.6, 0.3, 0.5];
 const TURN_DEG: [f64; 3] = [20.0, -35.0, 70.0];
@@ -69,7 +71,7 @@ fn through_box(origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
 /// Checks the depth of a placed box, given as `object`, along lines in all directions.
 fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
     let placed = format!("{object}\nposition = {POSITION_M:?}\nrotation_deg = {TURN_DEG:?}");
-    let mut scene = lone(&placed, &format!("path = \"{path}\"\nreflectance = 0"), files);
+    let scene = lone(&placed, &format!("path = \"{path}\"\nreflectance = 0"), files);
     let centre = DVec3::from_array(POSITION_M);
     let mut checked = 0;
     for (k, towards) in directions(2000).enumerate() {
@@ -85,9 +87,9 @@ fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
         }
         // The light stands on the same line behind the box: every mode of path but `normal` is this line.
         let beyond_m = 2.0;
-        lamp(&mut scene).position = (eye + direction * (leave + beyond_m)).as_vec3a();
+        let mut scene = with_lamp_at(&scene, (eye + direction * (leave + beyond_m)).as_vec3a(), &simple_law(), files);
         let seen = seen(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
-        let irradiance = f64::from(lamp(&mut scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
+        let irradiance = f64::from(lamp(&scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
         let angle_deg = cos.acos().to_degrees().min(89.0);
         let depth_cm =
             -(f64::from(seen.0[15]) * PI / irradiance).ln() / (extinction_per_cm(15) * (1.0 + angle_deg / 100.0));
@@ -131,10 +133,10 @@ fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
     let files = [("walls.ply", boxes(&walls, 6))];
     for (exit, depth_cm) in [("last", 30.0), ("first", 10.0)] {
         let keys = format!("path = \"view\"\nexit = \"{exit}\"\nemission = \"relative\"\nreflectance = 0");
-        let mut scene = lone("mesh = \"walls.ply\"", &keys, &files);
-        lamp(&mut scene).position = Vec3A::new(0.2, 9.0, 0.3);
+        let scene = lone("mesh = \"walls.ply\"", &keys, &files);
+        let mut scene = with_lamp_at(&scene, Vec3A::new(0.2, 9.0, 0.3), &simple_law(), &files);
         let seen = seen(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
-        let share = f64::from(seen.0[15]) / f64::from(lamp(&mut scene).relative.0[15]);
+        let share = f64::from(seen.0[15]) / f64::from(lamp(&scene).relative.0[15]);
         assert!((share.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {share}");
     }
 }
@@ -143,21 +145,14 @@ fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
 fn open_meshes_are_counted_and_closed_ones_are_not() {
     let corners = [(DVec3::splat(-0.5), DVec3::splat(0.5))];
     for (sides, open) in [(6, false), (5, true)] {
-        let mut scene =
-            lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &[("box.ply", boxes(&corners, sides))]);
-        (scene.film.width, scene.film.height) = (40, 40);
-        scene.integrator.samples_per_pixel = 4;
-        scene.camera = snowblue_render::scene::camera::PinholeCamera::new(
-            &snowblue_render::scene::camera::View {
-                position: Vec3A::new(1.0, -3.0, 1.0),
-                look_at: Vec3A::ZERO,
-                up: Vec3A::Z,
-                vertical_fov_deg: 30.0,
-            },
-            1.0,
-        )
-        .unwrap();
-        lamp(&mut scene).position = Vec3A::new(-1.0, 3.0, 1.0);
+        let files = [("box.ply", boxes(&corners, sides))];
+        let scene = lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &files);
+        let mut scene = with_lamp_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &simple_law(), &files);
+        scene.set_image_size(ImageSize { width: 40, height: 40 });
+        scene.set_samples_per_pixel(4);
+        let view =
+            View { position: Vec3A::new(1.0, -3.0, 1.0), look_at: Vec3A::ZERO, up: Vec3A::Z, vertical_fov_deg: 30.0 };
+        assert!(scene.set_view(&view));
         let statistics = render(&scene, &|_| {}).statistics;
         assert!(statistics.depth_lines > 1000, "{statistics:?}");
         assert_eq!(statistics.odd_depth_lines > 100, open, "{statistics:?}");
@@ -179,8 +174,8 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
     let scene = scene(&format!("{SNOW}{text}{light}"), &simple_law(), &[]);
     for k in 0..40 {
         let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
-        assert_eq!(scene.objects.first_hit(&ray).unwrap().object, k);
-        assert!(scene.objects.any_hit(&ray, 5.0) && !scene.objects.any_hit(&ray, 4.7));
+        assert_eq!(scene.objects().first_hit(&ray).unwrap().object, k);
+        assert!(scene.objects().any_hit(&ray, 5.0) && !scene.objects().any_hit(&ray, 4.7));
     }
 }
 
@@ -207,7 +202,7 @@ fn two_walls_in_a_mesh_are_two_boxes() {
         let apart = format!("{SNOW}{keys}\n{}{}{light}", of_box(&walls[0]), of_box(&walls[1]));
         let mut two = scene(&apart, &simple_law(), &[]);
         for scene in [&mut one, &mut two] {
-            scene.integrator.max_bounces = 0;
+            scene.set_max_bounces(0);
         }
         // From between the walls: the near face of the lit wall glows, that of the shaded wall does not.
         for (target, glows) in [(Vec3A::new(0.3, 0.2, 0.1), true), (Vec3A::new(0.3, -0.2, 0.1), false)] {

@@ -7,7 +7,8 @@ mod snow;
 use snow::{CAMERA, SAMPLE, SNOW};
 use snowblue_color::LinearRgb;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, fill};
-use snowblue_render::{FalseColor, Overrides, Scene, render};
+use snowblue_render::files::FilesInMemory;
+use snowblue_render::{FalseColor, SceneFile, render};
 
 const COLOUR: FalseColor = FalseColor { red_nm: 1030.0, green_nm: 850.0, blue_nm: 550.0 };
 
@@ -25,16 +26,13 @@ fn infrared() -> CompressedTable {
     CompressedTable::new(&table, Space::Log, 5).unwrap()
 }
 
-/// A picture of one pixel in false colour; `files` are put beside the scene.
+/// A picture of one pixel in false colour, of a scene with these files.
 fn seen(table: &CompressedTable, text: &str, files: &[(&str, &str)]) -> LinearRgb {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in files {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, format!("{CAMERA}{text}")).unwrap();
-    let overrides = Overrides { false_color: Some(COLOUR), ..Overrides::default() };
-    let scene = Scene::load(&path, table, &overrides).unwrap_or_else(|error| panic!("{error}"));
+    let mut scene = SceneFile::parse(format!("{CAMERA}{text}"), "scene.toml").unwrap().description;
+    scene.film.false_color = Some(COLOUR);
+    let mut in_memory = FilesInMemory::default();
+    files.iter().for_each(|(name, content)| in_memory.insert(*name, *content));
+    let scene = scene.build(table, &in_memory).unwrap_or_else(|error| panic!("{error}"));
     LinearRgb::from_xyz(render(&scene, &|_| {}).film.pixels()[0])
 }
 
@@ -91,12 +89,10 @@ fn paints_reflect_at_the_tables_wavelengths_and_colours_are_grey() {
 
 #[test]
 fn eyes_need_the_visible_grid() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, format!("{CAMERA}{SNOW}")).unwrap();
-    let refused = |table: &CompressedTable, false_color| {
-        let overrides = Overrides { false_color, ..Overrides::default() };
-        Scene::load(&path, table, &overrides).unwrap_err().to_string()
+    let mut file = SceneFile::parse(format!("{CAMERA}{SNOW}"), "scene.toml").unwrap();
+    let mut refused = |table: &CompressedTable, false_color| {
+        file.description.film.false_color = false_color;
+        file.build(table).unwrap_err().to_string()
     };
     assert!(refused(&infrared(), None).contains("400 to 700 nm in steps of 10 nm"));
     assert_eq!(refused(&snow::simple_law(), Some(COLOUR)), "false colour at 1030 nm, but the table holds 400–700 nm");

@@ -14,7 +14,7 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::camera::{PinholeCamera, View};
+use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, sidak_level};
 
 /// Spheres about the origin, each an octahedron whose sides are cut `steps` times and blown up, as a PLY file.
@@ -52,16 +52,22 @@ fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Sce
          [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\nradiant_intensity_w_sr = {}\n",
         PI / reflectance
     );
-    let mut scene = scene(&text, &simple_law(), &[("sphere.ply", spheres(48, &[1.0]))]);
-    (scene.film.width, scene.film.height) = (12, 8);
-    (scene.integrator.max_bounces, scene.integrator.samples_per_pixel) = (max_bounces, samples_per_pixel);
+    within(&text, ("sphere.ply", spheres(48, &[1.0])), max_bounces, samples_per_pixel)
+}
+
+/// A scene seen from within a sphere of radius 1 m.
+fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel: u32) -> Scene {
+    let mut scene = scene(text, &simple_law(), &[file]);
+    scene.set_image_size(ImageSize { width: 12, height: 8 });
+    scene.set_max_bounces(max_bounces);
+    scene.set_samples_per_pixel(samples_per_pixel);
     let view = View {
         position: Vec3A::new(0.3, -0.2, 0.1),
         look_at: Vec3A::new(0.5, 0.4, 0.3),
         up: Vec3A::Z,
         vertical_fov_deg: 100.0,
     };
-    scene.camera = PinholeCamera::new(&view, 1.5).unwrap();
+    assert!(scene.set_view(&view));
     scene
 }
 
@@ -94,8 +100,7 @@ fn a_lamp_with_extent_in_a_closed_sphere_adds_the_same_powers() {
          radiance_w_m2_sr = {radiance}\n"
     );
     for (max_bounces, sum) in [(0, 1.0), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
-        let mut scene = lit_sphere(0.7, max_bounces, 64);
-        scene.lights = snow::scene(&text, &simple_law(), &[("sphere.ply", spheres(48, &[1.0]))]).lights;
+        let scene = within(&text, ("sphere.ply", spheres(48, &[1.0])), max_bounces, 64);
         let film = render(&scene, &|_| {}).film;
         let (mean, standard_error) = mean_luminance(&film);
         // The facets' share as above.
@@ -125,10 +130,11 @@ fn snow_that_lets_light_through_lights_the_floor() {
     );
     let mut scene = scene(&text, &simple_law(), &[]);
     let samples = 1 << 14;
-    (scene.integrator.max_bounces, scene.integrator.samples_per_pixel) = (1, samples);
+    scene.set_max_bounces(1);
+    scene.set_samples_per_pixel(samples);
     let floor = seen(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
     for k in [0, 15, 30] {
-        let wall = f64::from(lamp(&mut scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
+        let wall = f64::from(lamp(&scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
         // Half of the rays meet the wall: the standard error of independent ones, relative, is 1/√n.
         let expected = 0.25 * wall;
         let allowed = 4.0 * expected / f64::from(samples).sqrt();
@@ -139,14 +145,12 @@ fn snow_that_lets_light_through_lights_the_floor() {
 #[test]
 fn a_hollow_ball_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
     // A shell from 1 m to 1.2 m: the simple snow reflects a quarter, and no light comes from outside.
-    let mut scene = lit_sphere(0.25, 3, 8);
     let text = format!(
         "{SNOW}[[object]]\nmesh = \"shell.ply\"\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\nradiant_intensity_w_sr = {}\n",
         4.0 * PI
     );
-    let snow = snow::scene(&text, &simple_law(), &[("shell.ply", spheres(48, &[1.0, 1.2]))]);
-    (scene.objects, scene.materials, scene.lights) = (snow.objects, snow.materials, snow.lights);
+    let scene = within(&text, ("shell.ply", spheres(48, &[1.0, 1.2])), 3, 8);
     let rendering = render(&scene, &|_| {});
     assert_eq!(rendering.statistics.odd_depth_lines, 0);
     for xyz in rendering.film.pixels() {
@@ -166,15 +170,16 @@ const WHITE_THINGS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance = 
 /// A small picture of these things, all light followed to its end.
 fn white_furnace(sky: &str) -> Scene {
     let mut scene = scene(&format!("{WHITE_THINGS}{sky}"), &simple_law(), &[("ball.ply", spheres(12, &[1.0]))]);
-    (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (24, 16, 16);
-    scene.integrator.max_bounces = 10_000;
+    scene.set_image_size(ImageSize { width: 24, height: 16 });
+    scene.set_samples_per_pixel(16);
+    scene.set_max_bounces(10_000);
     let view = View {
         position: Vec3A::new(0.5, -4.0, 0.8),
         look_at: Vec3A::new(0.0, 0.0, -0.2),
         up: Vec3A::Z,
         vertical_fov_deg: 50.0,
     };
-    scene.camera = PinholeCamera::new(&view, 1.5).unwrap();
+    assert!(scene.set_view(&view));
     scene
 }
 
@@ -202,7 +207,7 @@ fn in_a_white_furnace_with_a_sky_of_an_image_nothing_is_seen() {
     )
     .unwrap();
     let mut furnace = white_furnace(&format!("[environment]\nimage = \"{}\"\n", path.display()));
-    furnace.integrator.samples_per_pixel = 64;
+    furnace.set_samples_per_pixel(64);
     let (mean, standard_error) = mean_luminance(&render(&furnace, &|_| {}).film);
     assert!((mean - 1.0).abs() < 4.0 * standard_error + 1e-5, "{mean} ± {standard_error}");
     assert!(standard_error < 5e-3, "{standard_error}");
@@ -265,7 +270,7 @@ fn a_hollow_sphere_spreads_the_light_of_any_lamp_alike() {
             lamp.text
         );
         let mut scene = scene(&text, &simple_law(), &[]);
-        scene.integrator.max_bounces = 3;
+        scene.set_max_bounces(3);
         let spread =
             (reflectance + reflectance.powi(2) + reflectance.powi(3)) * reflectance * lamp.power_w / (4.0 * PI * PI);
         for wall in directions(16) {
@@ -289,7 +294,7 @@ fn a_hollow_sphere_of_any_reflectance_reaches_a_radiance_of_one() {
             PI * (1.0 - reflectance) / reflectance
         );
         let mut scene = scene(&text, &simple_law(), &[]);
-        scene.integrator.max_bounces = 10_000;
+        scene.set_max_bounces(10_000);
         let level = sidak_level(1e-3, 8);
         for wall in directions(8) {
             let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);

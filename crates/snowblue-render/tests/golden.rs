@@ -22,7 +22,7 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::camera::{PinholeCamera, View};
+use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
 const SIZE: ImageSize = ImageSize { width: 32, height: 24 };
@@ -125,10 +125,11 @@ fn ball() -> String {
 
 fn picture(text: &str, files: &[(&str, String)], eye: [f32; 3], target: [f32; 3], vertical_fov_deg: f32) -> Scene {
     let mut scene = scene(text, &law_of_grains(), files);
-    (scene.film.width, scene.film.height) = (SIZE.width, SIZE.height);
-    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (64, 2);
+    scene.set_image_size(SIZE);
+    scene.set_samples_per_pixel(64);
+    scene.set_max_bounces(2);
     let view = View { position: eye.into(), look_at: target.into(), up: Vec3A::Z, vertical_fov_deg };
-    scene.camera = PinholeCamera::new(&view, SIZE.width as f32 / SIZE.height as f32).unwrap();
+    assert!(scene.set_view(&view));
     scene
 }
 
@@ -137,7 +138,7 @@ fn rendered(mut scene: Scene, seeds: std::ops::Range<u32>) -> Film {
     let share = f64::from(seeds.end - seeds.start).recip();
     let mut sum = vec![Xyz::default(); SIZE.pixel_count()];
     for seed in seeds {
-        scene.integrator.seed = seed;
+        scene.set_seed(seed);
         sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * share);
     }
     Film::new(SIZE, sum)
@@ -158,7 +159,7 @@ impl Golden {
     fn of_many(mut scene: Scene) -> Self {
         let mut moments = vec![[Moments::default(); 3]; SIZE.pixel_count()];
         for seed in 1..=PICTURES {
-            scene.integrator.seed = seed;
+            scene.set_seed(seed);
             for (moments, xyz) in moments.iter_mut().zip(render(&scene, &|_| {}).film.pixels()) {
                 moments.iter_mut().zip(channels(xyz)).for_each(|(moments, value)| moments.push(value));
             }

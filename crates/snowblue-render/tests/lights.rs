@@ -13,7 +13,6 @@ use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::light::Light;
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
@@ -35,10 +34,10 @@ fn sky(illuminant: &str) -> String {
 
 /// Means of 16 independent pictures of one pixel at a wavelength.
 fn repeated(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32) -> [Moments; 3] {
-    scene.integrator.samples_per_pixel = samples;
+    scene.set_samples_per_pixel(samples);
     let mut moments = [Moments::default(); 3];
     for seed in 1..=16 {
-        scene.integrator.seed = seed;
+        scene.set_seed(seed);
         let light = seen(scene, eye, target);
         for (moment, k) in moments.iter_mut().zip([0, 15, 30]) {
             moment.push(f64::from(light.0[k]));
@@ -120,7 +119,7 @@ fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
         [[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nrotation_deg = [20, 30, 40]\nmaterial = \"grey\"\n";
     let mut scene = scene(&format!("{floor}{}", sky("E")), &simple_law(), &[]);
     for max_bounces in [0, 5] {
-        scene.integrator.max_bounces = max_bounces;
+        scene.set_max_bounces(max_bounces);
         for eye in [Vec3A::new(5.0, 1.0, 2.0), Vec3A::new(-3.0, 4.0, -4.0)] {
             // A single path is exact: a convex body sees the sky alone.
             let surface = seen(&mut scene, eye, Vec3A::ZERO);
@@ -203,8 +202,7 @@ fn lamps_are_seen_unless_they_are_not_to_be() {
     assert!(seen(&mut scene, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "past the lamp");
     let below = Vec3A::new(0.0, -3.0, -3.0);
     assert!(seen(&mut scene, below, target).0[15] < 0.1, "the slab hides it");
-    let Light::Sphere(glow) = &mut scene.lights[0] else { panic!("it is a sphere") };
-    glow.visible = false;
+    let mut scene = slab("", &format!("{lamp}visible = false\n"));
     assert!(seen(&mut scene, eye, target).0[15] < 1e-6);
 }
 
@@ -238,7 +236,7 @@ fn a_lamp_on_a_wall_is_not_hidden_by_it() {
     };
     let [on, before] = [0.0, 1e-5].map(|gap_m| {
         let mut scene = scene(&room(gap_m), &simple_law(), &[]);
-        scene.integrator.max_bounces = 1;
+        scene.set_max_bounces(1);
         let lamp = seen(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
         assert!(lamp.0[15] >= 1.0 - 1e-6, "the lamp and what its wall reflects: {lamp:?}");
         repeated(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.1, 0.7, 0.0), 4096)

@@ -13,7 +13,6 @@ use snow::{SAMPLE, seen, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::Overrides;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// A scene's folder with its files.
@@ -54,7 +53,7 @@ impl Folder {
     fn load(&self, text: &str, table: &CompressedTable) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
         std::fs::write(&path, format!("{}{text}", snow::CAMERA)).unwrap();
-        Scene::load(&path, table, &Overrides::default()).map_err(|error| error.to_string())
+        Scene::load(&path, table).map_err(|error| error.to_string())
     }
 }
 
@@ -316,7 +315,7 @@ fn a_gltf_brings_its_base_colours_and_their_textures() {
     let load = |keys: &str| {
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, text(keys)).unwrap();
-        Scene::load(&path, &simple_law(), &Overrides::default()).unwrap()
+        Scene::load(&path, &simple_law()).unwrap()
     };
     let colour = format!("[material.floor]\ntype = \"diffuse\"\nreflectance_rgb = {tint:?}\n");
     let own = reflectance(&mut load(""), Vec3A::ZERO, 0.8);
@@ -357,7 +356,7 @@ fn mistakes_of_a_gltfs_colours_are_named() {
         (&missing, "gone.png"),
     ] {
         folder.write("floor.gltf", &gltf(material, LAMP, "", &[0xff, 0xd8, 0xff, 0xe0]));
-        let message = Scene::load(&path, &simple_law(), &Overrides::default()).unwrap_err().to_string();
+        let message = Scene::load(&path, &simple_law()).unwrap_err().to_string();
         assert!(message.contains(expected) && !message.contains('\n'), "{message}");
     }
 }
@@ -394,7 +393,7 @@ fn lights_of_a_gltf_shine_as_bright_as_it_says() {
         folder.write("floor.gltf", &gltf(white, &format!(r#"{{{light},"color":[1,0.5,0.25]}}"#), ",1", &FILLER));
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}", snow::CAMERA)).unwrap();
-        let mut scene = Scene::load(&path, &simple_law(), &Overrides::default()).unwrap();
+        let mut scene = Scene::load(&path, &simple_law()).unwrap();
         for (x, illuminance_lx) in [(0.0, middle), (0.999_999, side)] {
             let found = luminance_cd_m2(&seen(&mut scene, Vec3A::new(x, -3.0, 4.0), Vec3A::new(x, 0.0, 0.0)));
             let expected = orange.luminance() * illuminance_lx / PI;
@@ -418,7 +417,10 @@ fn mistakes_of_materials_are_named_with_their_line() {
     for (message, expected) in [
         (paint("texture = \"gone.png\"", plane), ["scene.toml:12: material.paint.texture", "gone.png does not exist"]),
         (paint("texture = \"block.ply\"", plane), ["block.ply: not a readable PNG", ""]),
-        (paint("texture = \"four.png\"", mesh), ["object.material \"paint\"", "but the mesh no texture coordinates"]),
+        (
+            paint("texture = \"four.png\"", mesh),
+            ["object[0].material is \"paint\"", "but the mesh no texture coordinates"],
+        ),
         (paint("reflectance_spectrum = \"bright.csv\"", plane), ["bright.csv:2: value is 1.5", "must lie in 0–1"]),
         (
             paint("reflectance_rgb = [0, 2, 0]", plane),
@@ -430,7 +432,7 @@ fn mistakes_of_materials_are_named_with_their_line() {
             ["scene.toml:13: ", "either `reflectance` or"],
         ),
         (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:13: ", "needs a `texture`"]),
-        (paint("", plane), ["scene.toml:10: ", "material.paint.reflectance is missing"]),
+        (paint("", plane), ["scene.toml:10: ", "material.paint needs one of reflectance, "]),
         (mask(grains, SLAB), ["scene.toml:14: material.snow.grain_size_um has two values", "no `mask`"]),
         (
             mask("grain_size_um = 100\nmask = { attribute = \"age\" }", mesh),
@@ -445,7 +447,7 @@ fn mistakes_of_materials_are_named_with_their_line() {
         ),
         (
             mask("grain_size_um = [100, 600]\nmask = { texture = \"four.png\" }", SLAB),
-            ["scene.toml:14: grain size is 600 µm", "but the table covers 100–500 µm"],
+            ["scene.toml:14: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],
         ),
     ] {
         assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");

@@ -14,7 +14,6 @@ use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
 use snowblue_render::mesh_files::read_mesh_file;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::Overrides;
 
 /// An octahedron with bulges: vertices with texture coordinates, outwards triangles.
 fn stone() -> TriangleMesh {
@@ -125,7 +124,7 @@ impl Folder {
     fn load(&self, text: &str) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
         std::fs::write(&path, text).unwrap();
-        Scene::load(&path, &simple_law(), &Overrides::default()).map_err(|error| error.to_string())
+        Scene::load(&path, &simple_law()).map_err(|error| error.to_string())
     }
 }
 
@@ -148,7 +147,7 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
         for (k, direction) in directions(1000).enumerate() {
             let side = direction.any_orthonormal_vector() * (0.5 * (k % 13) as f32 / 13.0);
             let ray = Ray { origin: side - direction * 2.0, direction };
-            let (one, two) = (from_ply.objects.first_hit(&ray), other.objects.first_hit(&ray));
+            let (one, two) = (from_ply.objects().first_hit(&ray), other.objects().first_hit(&ray));
             let (Some(one), Some(two)) = (one, two) else {
                 assert!(one.is_none() && two.is_none(), "ray {k}");
                 continue;
@@ -158,7 +157,7 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
             // At an edge, rounding picks the one triangle or the other.
             let least = one.place.weights.into_iter().fold(1.0, f32::min);
             assert!(one.place.triangle == two.place.triangle || least < 1e-5, "ray {k}: {least}");
-            let (uv, other_uv) = (from_ply.objects.uv(&one).unwrap(), other.objects.uv(&two).unwrap());
+            let (uv, other_uv) = (from_ply.objects().uv(&one).unwrap(), other.objects().uv(&two).unwrap());
             assert!((uv - other_uv).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
             // As the texture coordinates were made from places.
             assert!((uv - Vec2::new(0.5 + one.point.x * 0.5, 0.25 + one.point.y * 0.5)).length() < 1e-6);
@@ -173,20 +172,20 @@ fn a_whole_gltf_brings_its_meshes_its_camera_and_its_materials() {
     let folder = Folder::new();
     let light = "[[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n";
     let scene = folder.load(&format!("gltf = \"stone.glb\"\n{SNOW}{light}")).unwrap();
-    let names: Vec<_> = scene.objects.list().iter().map(|object| object.name.as_str()).collect();
+    let names: Vec<_> = scene.objects().list().iter().map(|object| object.name.as_str()).collect();
     assert_eq!(names, ["stone", "far"]);
-    assert_eq!(scene.materials.len(), 1, "the glTF's snow is the scene's");
+    assert_eq!(scene.materials().len(), 1, "the glTF's snow is the scene's");
     // The camera stands at z = 4 of the glTF, which is y = −4 here, and looks at the stone; behind it is its copy.
-    let ahead = scene.camera.ray(0.5, 0.5);
+    let ahead = scene.camera().ray(0.5, 0.5);
     assert!((ahead.origin - Vec3A::new(0.0, -4.0, 0.0)).length() < 1e-6);
     assert!((ahead.direction - Vec3A::Y).length() < 1e-6);
-    assert!((scene.camera.ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
-    assert_eq!(scene.objects.first_hit(&ahead).unwrap().object, 0);
+    assert!((scene.camera().ray(0.5, 0.0).direction.angle_between(ahead.direction) - 0.25).abs() < 1e-5);
+    assert_eq!(scene.objects().first_hit(&ahead).unwrap().object, 0);
     let back = Ray { origin: Vec3A::new(0.0, 20.0, 0.0), direction: Vec3A::NEG_Y };
-    assert_eq!(scene.objects.first_hit(&back).unwrap().object, 1);
+    assert_eq!(scene.objects().first_hit(&back).unwrap().object, 1);
     // Without the scene's material, the glTF's own is made.
     let plain = folder.load(&format!("gltf = \"stone.glb\"\n{light}")).unwrap();
-    assert_eq!(plain.materials.len(), 1);
+    assert_eq!(plain.materials().len(), 1);
     let none = folder.load(&format!("gltf = \"gone.glb\"\n{light}")).unwrap_err();
     assert!(none.contains("scene.toml:1: glTF file") && none.contains("does not exist"), "{none}");
 }

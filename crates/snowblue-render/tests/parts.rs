@@ -21,7 +21,7 @@ use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::{Watch, accumulator, render, render_missing, whole};
 use snowblue_render::scene::Scene;
-use snowblue_render::{FilmAccumulator, Overrides, SampleBlock};
+use snowblue_render::{FilmAccumulator, SampleBlock};
 
 const ALL: Aovs = Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true };
 
@@ -34,8 +34,9 @@ const TEXT: &str = "path = \"brightest\"\n[material.grey]\ntype = \"diffuse\"\nr
 /// A block of snow and a grey ball, lit by two lamps.
 fn pictured() -> Scene {
     let mut scene = scene(&format!("{SNOW}{TEXT}"), &simple_law(), &[]);
-    (scene.film.width, scene.film.height) = (23, 17);
-    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (37, 3);
+    scene.set_image_size(ImageSize { width: 23, height: 17 });
+    scene.set_samples_per_pixel(37);
+    scene.set_max_bounces(3);
     scene
 }
 
@@ -43,8 +44,9 @@ fn pictured() -> Scene {
 fn lit_directly() -> Scene {
     let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
     let mut scene = scene(&format!("{SNOW}{text}"), &real(), &[]);
-    (scene.film.width, scene.film.height) = (23, 17);
-    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (37, 0);
+    scene.set_image_size(ImageSize { width: 23, height: 17 });
+    scene.set_samples_per_pixel(37);
+    scene.set_max_bounces(0);
     scene
 }
 
@@ -129,17 +131,10 @@ fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
     shown.collect()
 }
 
-fn origin_of(scene: &Scene) -> Provenance {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, TEXT).unwrap();
-    Provenance::of(scene, &path, &simple_law(), &Overrides::default()).unwrap()
-}
-
 #[test]
 fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
     let scene = pictured();
-    let origin = origin_of(&scene);
+    let origin = Provenance::of(&scene, &simple_law());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.exr");
     for channels in [Aovs::default(), ALL] {
@@ -221,7 +216,7 @@ fn variances_are_those_of_many_pictures() {
     for sample in 0..samples {
         let mut across = vec![0.0; 23 * 17];
         for seed in 0..pictures {
-            scene.integrator.seed = 1 + seed + pictures * sample;
+            scene.set_seed(1 + seed + pictures * sample);
             let one = sums_of(&scene, channels, &portion(0..23, 0..17, 0..1)).film();
             across.iter_mut().zip(one.pixels()).for_each(|(sum, xyz)| *sum += LinearRgb::from_xyz(*xyz).g);
         }
@@ -229,7 +224,7 @@ fn variances_are_those_of_many_pictures() {
     }
     let told_by = 8;
     for seed in 0..told_by {
-        scene.integrator.seed = 5000 + seed;
+        scene.set_seed(5000 + seed);
         let sums = sums_of(&scene, channels, &portion(0..23, 0..17, 0..64));
         resumable_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];

@@ -11,9 +11,10 @@ use glam::Vec3A;
 use snow::{Estimate, SNOW, estimate, scene, seen, simple_law};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::file::SceneFile;
 use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack};
 use snowblue_transport::rng::Stream;
@@ -74,7 +75,7 @@ fn eye(target: Vec3A, angle_deg: f64, up: f32) -> Vec3A {
 #[test]
 fn no_pass_has_more_than_16_samples_of_a_pixel() {
     let mut scene = walked(&format!("{}{SKY}", level(0.002)));
-    scene.integrator.samples_per_pixel = 100;
+    scene.set_samples_per_pixel(100);
     let told = Mutex::new(vec![0]);
     render(&scene, &|at| told.lock().unwrap().push(at.samples_done));
     let told = told.into_inner().unwrap();
@@ -114,7 +115,7 @@ fn snow_on_white_ground_returns_what_the_stack_returns() {
     let known = solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
     let ground = "[material.ground]\ntype = \"diffuse\"\nreflectance = 1\n[[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n";
     let mut scene = walked(&format!("{}{SKY}{ground}", level(0.02)));
-    scene.integrator.max_bounces = 10_000;
+    scene.set_max_bounces(10_000);
     let target = Vec3A::new(0.0, 0.0, 0.02);
     let found = estimate(&mut scene, eye(target, 30.0, 1.0), target, 64, BANDS);
     for (found, known) in found.iter().zip(&known) {
@@ -133,7 +134,7 @@ fn a_slab_under_a_distant_lamp_passes_and_reflects_what_the_engines_say() {
     let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\nilluminant = \"E\"\n";
     let mut scene = walked(&format!("{}{lamp}", level(0.002)));
-    scene.integrator.samples_per_pixel = 64;
+    scene.set_samples_per_pixel(64);
     for above in [false, true] {
         let target = Vec3A::new(0.0, 0.0, if above { 0.002 } else { 0.0 });
         // Below it is to be exact: a phase function that is a twentieth too great is then five standard errors off.
@@ -145,7 +146,7 @@ fn a_slab_under_a_distant_lamp_passes_and_reflects_what_the_engines_say() {
                 let (square, turn) = (stream.uniform(), TAU * stream.uniform());
                 let (up, side) = ((1.0 - square).sqrt() * if above { 1.0 } else { -1.0 }, square.sqrt());
                 let towards = Vec3A::new((side * turn.cos()) as f32, (side * turn.sin()) as f32, up as f32);
-                scene.integrator.seed = (picture * directions + direction) as u32;
+                scene.set_seed((picture * directions + direction) as u32);
                 let radiance = seen(&mut scene, target + towards * 3.0, target);
                 sum.iter_mut()
                     .zip(BANDS)
@@ -234,7 +235,8 @@ fn one_thread_and_many_give_the_same_picture() {
     let mut scene = walked(&format!(
         "[[object]]\nshape = \"sphere\"\nradius = 0.02\nposition = [0, -8.9, 0]\nmaterial = \"snow\"\n{lamp}"
     ));
-    (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (12, 10, 3);
+    scene.set_image_size(ImageSize { width: 12, height: 10 });
+    scene.set_samples_per_pixel(3);
     let on_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| render(&scene, &|_| {}))
@@ -248,12 +250,11 @@ fn one_thread_and_many_give_the_same_picture() {
 fn what_a_walk_cannot_honour_is_refused() {
     let refused = |text: &str, table: &CompressedTable| {
         let text = format!("{}type = \"reference\"\n{text}", snow::CAMERA);
-        let place = std::path::Path::new("scene.toml");
-        Scene::from_text(&text, place, table, &Overrides::default()).unwrap_err().to_string()
+        SceneFile::parse(text, "scene.toml").unwrap().build(table).unwrap_err().to_string()
     };
     let with = |more: &str| format!("{SNOW}{more}{SKY}");
     let message = refused(&with("reflectance = 0.9\n"), &table());
-    assert!(message.ends_with("material.snow.reflectance is not for the reference, where light walks"), "{message}");
+    assert!(message.ends_with("material.snow.reflectance is not for the reference integrator"), "{message}");
     let message = refused(&with("emission = \"relative\"\n"), &table());
     assert!(message.contains("material.snow.emission"), "{message}");
     let message = refused(&with(""), &simple_law());

@@ -16,13 +16,13 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::window::ImageSize;
 use snowblue_render::render::{self, Progress, Rendering, Watch, accumulator, pixel_radiance, render, render_missing};
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::camera::{PinholeCamera, View};
+use snowblue_render::scene::camera::View;
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
     let mut scene = load(&path, &simple_law());
-    (scene.film.width, scene.film.height) = (48, 40);
-    scene.integrator.samples_per_pixel = 4;
+    scene.set_image_size(ImageSize { width: 48, height: 40 });
+    scene.set_samples_per_pixel(4);
     scene
 }
 
@@ -35,12 +35,12 @@ fn on_threads(threads: usize, scene: &Scene) -> Rendering {
 fn one_thread_and_many_give_the_same_picture() {
     for bounces in [8, 0] {
         let mut scene = shipped();
-        scene.integrator.max_bounces = bounces;
+        scene.set_max_bounces(bounces);
         let one = on_threads(1, &scene);
         assert_eq!(one, on_threads(5, &scene));
         assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
         assert_eq!(one.statistics.camera_rays, 48 * 40 * 4);
-        scene.integrator.seed += 1;
+        scene.set_seed(scene.integrator().seed + 1);
         assert_ne!(one, on_threads(1, &scene));
     }
 }
@@ -95,14 +95,15 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
         let case = format!("{keys}, {} of objects and lamps", things.matches("[[").count());
         let mut scene = scene(&format!("{SNOW}{keys}{things}"), &real(), &[]);
         // Not four by four.
-        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (40, 40, 5);
+        scene.set_image_size(ImageSize { width: 40, height: 40 });
+        scene.set_samples_per_pixel(5);
         let view = View {
             position: Vec3A::new(0.7, -1.2, 0.5),
             look_at: Vec3A::new(0.0, 0.0, 0.2),
             up: Vec3A::Z,
             vertical_fov_deg: 30.0,
         };
-        scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
+        assert!(scene.set_view(&view));
         let short = render(&scene, &|_| {});
         let target = render::whole(&scene);
         let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
@@ -181,8 +182,9 @@ fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads(
              radiance_w_m2_sr = 5\n[environment]\n{sky}"
         );
         let mut scene = scene(&text, &simple_law(), &[]);
-        (scene.film.width, scene.film.height) = (24, 18);
-        (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (4, 6);
+        scene.set_image_size(ImageSize { width: 24, height: 18 });
+        scene.set_samples_per_pixel(4);
+        scene.set_max_bounces(6);
         let one = on_threads(1, &scene);
         assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
         for threads in [2, 7] {

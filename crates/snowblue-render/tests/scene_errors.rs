@@ -4,10 +4,13 @@
 
 mod snow;
 
+use serde::Deserialize;
 use snow::simple_law;
-use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::exposure::{Exposure, FilmSettings};
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::description::SceneDescription;
+use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::material::Material;
 use snowblue_render::scene::material::pca_snow::PathMode;
 
 const SCENE: &str = r#"[camera]
@@ -40,21 +43,21 @@ material = "floor"
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
-fn load(text: &str, mesh: Option<&str>, overrides: &Overrides) -> Result<Scene, String> {
+fn load(text: &str, mesh: Option<&str>) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
     if let Some(content) = mesh {
         std::fs::write(folder.path().join("gone.ply"), content).unwrap();
     }
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    Scene::load(&path, &simple_law(), overrides).map_err(|error| error.to_string())
+    Scene::load(&path, &simple_law()).map_err(|error| error.to_string())
 }
 
 #[test]
 fn the_scene_without_a_mistake_is_read() {
-    let scene = load(SCENE, Some(PLY), &Overrides::default()).unwrap();
-    assert_eq!((scene.objects.list().len(), scene.materials.len(), scene.lights.len()), (2, 2, 1));
-    assert_eq!((scene.film.width, scene.integrator.max_bounces), (1080, 8));
+    let scene = load(SCENE, Some(PLY)).unwrap();
+    assert_eq!((scene.objects().list().len(), scene.materials().len(), scene.lights().len()), (2, 2, 1));
+    assert_eq!((scene.film().width, scene.integrator().max_bounces), (1080, 8));
 }
 
 #[test]
@@ -85,9 +88,9 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             "density_kg_m3 = 300",
             "density_kg_m3 = 300\nimpurities_ng_g = { soot = 5 }",
             11,
-            "unknown key `soot` in material.drift.impurities_ng_g; known are black-carbon, saharan-dust",
+            "material.drift.impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
         ),
-        ("density_kg_m3 = 300", "density_kg_m3 = \"300\"", 10, "is a text, but must be a number"),
+        ("density_kg_m3 = 300", "density_kg_m3 = \"300\"", 10, "density_kg_m3 is string \"300\", but must be a number"),
         ("density_kg_m3 = 300", "density_kg_m3 = nan", 10, "is NaN kg/m³"),
         (
             "density_kg_m3 = 300",
@@ -104,12 +107,12 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[film]", "[flim]", 4, "unknown table `flim`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
-        ("[film]", "[film]\nwidth = 1.5", 5, "film.width is a number, but must be a whole number"),
+        ("[film]", "[film]\nwidth = 1.5", 5, "film.width is floating point 1.5, but must be a whole number"),
         ("look_at = [0, 0, 0]", "look_at = [1, -2, 0.5]", 3, "must lie off the camera's position"),
         ("look_at = [0, 0, 0]", "look_at = [0, 0]", 3, "must be a list of three numbers"),
         ("\"D65\"", "\"D66\"", 17, "D66"),
-        ("type = \"point\"", "type = \"torch\"", 15, "light.type is \"torch\", but must be one of point, spot"),
-        ("size = [1, 1, 1]", "size = [1, 0, 1]", 21, "object.size is 0 m"),
+        ("type = \"point\"", "type = \"torch\"", 15, "light[0].type is \"torch\", but must be one of point, spot"),
+        ("size = [1, 1, 1]", "size = [1, 0, 1]", 21, "object[0].size is 0 m"),
         ("material = \"drift\"", "material = \"drfit\"", 22, "but must be one of drift, floor"),
         ("shape = \"box\"\nsize = [1, 1, 1]", "", 19, "either `shape` or `mesh`"),
         ("[camera]", "[camera", 1, ""),
@@ -121,7 +124,12 @@ fn mistakes_are_named_with_file_line_value_and_range() {
 #[test]
 fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
     assert_named(&[
-        ("type = \"point\"", "type = \"sphere\"", 18, "unknown key `radiant_intensity_w_sr` in light; known are type"),
+        (
+            "type = \"point\"",
+            "type = \"sphere\"",
+            18,
+            "unknown key `radiant_intensity_w_sr` in light[0]; known are type",
+        ),
         ("illuminant = \"D65\"", "spectrum = \"gone.csv\"", 17, "gone.csv does not exist"),
         (
             "illuminant = \"D65\"",
@@ -136,7 +144,7 @@ fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
             "[[object]]",
             "[environment]\nradiance_w_m2_sr = 1\nvisible = 1\n[[object]]",
             21,
-            "environment.visible is a whole number, but must be true or false",
+            "environment.visible is integer 1, but must be true or false",
         ),
     ]);
 }
@@ -144,7 +152,7 @@ fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
 /// Puts each second text in place of the first; the message then has this line and these words.
 fn assert_named(cases: &[(&str, &str, usize, &str)]) {
     for (right, wrong, line, expected) in cases {
-        let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY), &Overrides::default()).unwrap_err();
+        let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY)).unwrap_err();
         assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
         assert!(message.contains(expected), "{wrong}: {message}");
         assert!(!message.contains('\n'), "{message}");
@@ -156,13 +164,13 @@ fn mistakes_in_shapes_are_named_too() {
     let cases = [
         ("shape = \"box\"\nsize = [1, 1, 1]", "shape = \"plane\"", 21, "a plane has no inside and cannot be snow"),
         ("mesh = \"gone.ply\"", "shape = \"cone\"", 24, "must be one of box, sphere, plane, heights"),
-        ("mesh = \"gone.ply\"", "shape = \"sphere\"\nradius = 0", 25, "object.radius is 0 m, but must lie in"),
-        ("mesh = \"gone.ply\"", "mesh = \"gone.ply\"\nscale = [1, 0, 1]", 25, "object.scale is 0, but must lie in"),
+        ("mesh = \"gone.ply\"", "shape = \"sphere\"\nradius = 0", 25, "object[1].radius is 0 m, but must lie in"),
+        ("mesh = \"gone.ply\"", "mesh = \"gone.ply\"\nscale = [1, 0, 1]", 25, "object[1].scale is 0, but must lie in"),
         (
             "mesh = \"gone.ply\"",
             "shape = \"heights\"\nsize = [1, 1, 1]\nbottom = 0\nheights = [[1, 2], [1, 0]]",
             26,
-            "object.bottom is 0 m, but must lie below the least height of 0 m",
+            "object[1].bottom is 0 m, but must lie below the least height of 0 m",
         ),
         (
             "mesh = \"gone.ply\"",
@@ -180,7 +188,7 @@ fn mistakes_in_shapes_are_named_too() {
 
 /// Replaces something right by something wrong, and looks for the line and the words of the complaint.
 fn check_mistake((right, wrong, line, expected): (&str, &str, usize, &str)) {
-    let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY), &Overrides::default()).unwrap_err();
+    let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY)).unwrap_err();
     assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
     assert!(message.contains(expected), "{wrong}: {message}");
     assert!(!message.contains('\n'), "{message}");
@@ -188,12 +196,12 @@ fn check_mistake((right, wrong, line, expected): (&str, &str, usize, &str)) {
 
 #[test]
 fn missing_and_broken_meshes_and_scenes_are_named() {
-    let missing = load(SCENE, None, &Overrides::default()).unwrap_err();
+    let missing = load(SCENE, None).unwrap_err();
     assert!(missing.contains("scene.toml:24: ") && missing.contains("gone.ply does not exist"), "{missing}");
-    let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12]), &Overrides::default()).unwrap_err();
+    let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12])).unwrap_err();
     assert!(truncated.contains("gone.ply:12: not a readable PLY file"), "{truncated}");
     let table = simple_law();
-    let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table, &Overrides::default()).unwrap_err().to_string();
+    let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table).unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
 }
 
@@ -201,20 +209,23 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
 fn lamps_with_mistakes_are_named() {
     let light = |keys: &str| {
         let (before, after) = (SCENE.split("[[light]]").next().unwrap(), SCENE.split("[[object]]").nth(1).unwrap());
-        load(&format!("{before}{keys}[[object]]{after}"), Some(PLY), &Overrides::default()).unwrap_err()
+        load(&format!("{before}{keys}[[object]]{after}"), Some(PLY)).unwrap_err()
     };
     assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment]"));
     for (keys, expected) in [
-        ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light.direction is [0, 0, 0]"),
-        ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light.irradiance_w_m2 is missing"),
-        ("type = \"sphere\"\nposition = [0, 0, 1]\nradius = 0\n", "light.radius is 0 m, but must lie in 0.000001 to"),
+        ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light[0].direction is [0, 0, 0]"),
+        ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light[0].irradiance_w_m2 is missing"),
+        (
+            "type = \"sphere\"\nposition = [0, 0, 1]\nradius = 0\n",
+            "light[0].radius is 0 m, but must lie in 0.000001 to",
+        ),
         (
             "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nsize = [1, 1]\nradiance_w_m2_sr = 1\n",
-            "light.look_at must lie off the light's position and up axis",
+            "light[0].look_at must lie off the light's position and up axis",
         ),
         (
             "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 1, 0]\nsize = 1\nradiance_w_m2_sr = 1\n",
-            "light.size is a whole number, but must be a list of two numbers",
+            "light[0].size is integer 1, but must be a list of two numbers",
         ),
     ] {
         let message = light(&format!("[[light]]\n{keys}"));
@@ -226,27 +237,132 @@ fn lamps_with_mistakes_are_named() {
 fn skies_that_are_no_images_are_named() {
     let text = format!("{SCENE}[environment]\nimage = \"gone.ply\"\n")
         .replace("mesh = \"gone.ply\"", "shape = \"box\"\nsize = [1, 1, 1]");
-    let message = load(&text, Some(PLY), &Overrides::default()).unwrap_err();
+    let message = load(&text, Some(PLY)).unwrap_err();
     assert!(message.contains("gone.ply: ") && !message.contains('\n'), "{message}");
 }
 
 #[test]
-fn overrides_replace_and_are_checked() {
-    let overrides = Overrides {
-        path: Some(PathMode::View),
-        width: Some(7),
-        exposure: Some(Exposure::Stops(2.0)),
-        ..Overrides::default()
-    };
-    let scene = load(SCENE, Some(PLY), &overrides).unwrap();
-    assert_eq!((scene.film.width, scene.film.height), (7, 1080));
-    assert_eq!(scene.film.exposure, Exposure::Stops(2.0));
-    let snow = scene.materials.iter().find_map(|material| match material {
-        snowblue_render::scene::material::Material::PcaSnow(snow) => Some(snow),
-        snowblue_render::scene::material::Material::Diffuse(_) => None,
+fn a_description_can_be_changed_and_is_checked_again() {
+    let mut file = SceneFile::parse(SCENE.replace("mesh = \"gone.ply\"", "shape = \"plane\""), "scene.toml").unwrap();
+    file.description.film = FilmSettings { width: 7, exposure: Exposure::Stops(2.0), ..file.description.film };
+    file.description.set_path_mode(PathMode::View);
+    let scene = file.build(&simple_law()).unwrap();
+    assert_eq!((scene.film().width, scene.film().height), (7, 1080));
+    assert_eq!(scene.film().exposure, Exposure::Stops(2.0));
+    let path_modes = scene.materials().iter().filter_map(|material| match material {
+        Material::PcaSnow(snow) => Some(snow.path),
+        Material::Diffuse(_) => None,
     });
-    assert_eq!(snow.unwrap().path, PathMode::View);
-    let none = Overrides { samples_per_pixel: Some(0), ..Overrides::default() };
-    let message = load(SCENE, Some(PLY), &none).unwrap_err();
-    assert_eq!(message, "samples per pixel is 0, but must lie in 1–16777216");
+    assert_eq!(path_modes.collect::<Vec<_>>(), [PathMode::View]);
+    file.description.integrator.samples_per_pixel = 0;
+    let message = file.build(&simple_law()).unwrap_err().to_string();
+    assert_eq!(message, "integrator.samples_per_pixel is 0, but must lie in 1–16777216");
+}
+
+/// Every shape, light and material that scene files can have.
+const EVERYTHING: &str = r##"gltf = "a.glb"
+[camera]
+position = [1, -2, 0.5]
+look_at = [0, 0, 0]
+[film]
+exposure = -1.5
+false_color = { red_nm = 900, green_nm = 700, blue_nm = 450 }
+[integrator]
+type = "reference"
+seed = 7
+[material.a]
+type = "diffuse"
+reflectance_rgb = "#c08040"
+[material.b]
+type = "diffuse"
+texture = "b.png"
+[material.c]
+type = "pca_snow"
+grain_size_um = [100, 500]
+facetness = 0.3
+density_kg_m3 = 300
+impurities_ng_g = { black-carbon = [0, 20] }
+mask = { attribute = "age" }
+path = "normal"
+exit = "first"
+emission = "relative"
+reflectance = 0.5
+[[light]]
+type = "point"
+position = [0, 0, 1]
+radiant_intensity_w_sr = 1
+[[light]]
+type = "spot"
+position = [0, 0, 1]
+look_at = [0, 0, 0]
+radiant_intensity_w_sr = 1
+spectrum = "lamp.csv"
+[[light]]
+type = "directional"
+direction = [0, 0, -1]
+irradiance_w_m2 = 1
+[[light]]
+type = "sphere"
+position = [0, 0, 1]
+radius = 0.1
+radiance_w_m2_sr = 1
+visible = false
+illuminant = "A"
+[[light]]
+type = "rectangle"
+position = [0, 0, 1]
+look_at = [1, 0, 0]
+size = [1, 2]
+radiance_w_m2_sr = 1
+[environment]
+image = "sky.exr"
+scale = 0.5
+[[object]]
+shape = "box"
+size = [1, 1, 1]
+scale = [1, 2, 3]
+material = "c"
+body = "one"
+[[object]]
+shape = "sphere"
+radius = 1
+scale = 2
+material = "a"
+[[object]]
+shape = "plane"
+material = "b"
+[[object]]
+shape = "heights"
+size = [1, 1, 1]
+bottom = -1
+heights = [[0, 1], [2, 3]]
+material = "a"
+[[object]]
+shape = "drift"
+size = [3, 2, 0.2]
+mounds = [[0, 0, 0.3, 0.5]]
+material = "a"
+[[object]]
+shape = "igloo"
+courses = 4
+material = "a"
+[[object]]
+mesh = "a.obj"
+part = "stone"
+up = "y"
+material = "a"
+"##;
+
+#[test]
+fn descriptions_survive_being_written_and_read() {
+    let file = SceneFile::parse(EVERYTHING, "scene.toml").unwrap();
+    let text = file.description.to_toml();
+    let again = SceneFile::parse(text.as_str(), "again.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert_eq!(again.description, file.description);
+    let value: toml::Table = toml::from_str(&text).unwrap();
+    assert_eq!(SceneDescription::deserialize(value).unwrap(), file.description, "by serde");
+    let wrong =
+        toml::Table::from_iter([("film".to_owned(), toml::Table::from_iter([("wide".to_owned(), 7.into())]).into())]);
+    let message = SceneDescription::deserialize(wrong).unwrap_err().to_string();
+    assert!(message.contains("unknown key `wide` in film"), "{message}");
 }

@@ -34,7 +34,8 @@ fn rays_off_convex_bodies_leave_them() {
                 "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n{shape}\nposition = {position:?}\n\
                  rotation_deg = {turn:?}\nmaterial = \"grey\"\n[environment]\nradiance_w_m2_sr = 1\n"
             );
-            let objects = scene(&text, &simple_law(), &[("cube.ply", CUBE.into())]).objects;
+            let scene = scene(&text, &simple_law(), &[("cube.ply", CUBE.into())]);
+            let objects = scene.objects();
             let centre = Vec3A::from_array(position.map(|coordinate| coordinate as f32));
             let mut hits = 0;
             for (k, direction) in directions(2000).enumerate() {

@@ -8,8 +8,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law};
+use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law, with_lamp_at};
 use snowblue_database::PcaSnow;
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 
@@ -59,9 +60,9 @@ fn a_slab_lets_through_t_e_over_pi_from_every_direction() {
         let mut scene = scene(&slab(thickness_m, "path = \"normal\""), &table, &[]);
         for (x, y) in [(0.0, 0.0), (0.1, -0.2), (0.7, 0.3), (-1.5, 2.0), (9.0, 0.0)] {
             let top = Vec3A::new(x, y, thickness_m as f32);
-            let (angle_deg, per_intensity) = arrival(lamp(&mut scene), Vec3A::new(x, y, 0.0));
+            let (angle_deg, per_intensity) = arrival(lamp(&scene), Vec3A::new(x, y, 0.0));
             let share = transmittance(&curves, 100.0 * thickness_m, angle_deg);
-            let intensity = lamp(&mut scene).intensity;
+            let intensity = lamp(&scene).intensity;
             let expected =
                 std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
             for eye in [Vec3A::new(0.0, 0.0, 2.0), Vec3A::new(3.0, -1.0, 0.5), Vec3A::new(x - 4.0, y, 0.4)] {
@@ -77,7 +78,7 @@ fn brightest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
     let mut brightest = scene(&slab(0.3, ""), &table, &[]);
     let mut normal = scene(&slab(0.3, "path = \"normal\""), &table, &[]);
     for scene in [&mut brightest, &mut normal] {
-        lamp(scene).position = Vec3A::new(3.0, 0.0, -40.0);
+        *scene = with_lamp_at(scene, Vec3A::new(3.0, 0.0, -40.0), &table, &[]);
     }
     for x in [-3.0, 0.0, 1.0] {
         let (eye, target) = (Vec3A::new(0.5, 0.5, 3.0), Vec3A::new(x, 0.2, 0.3));
@@ -91,12 +92,13 @@ fn light_from_the_front_is_reflected_by_the_depth_behind() {
     let curves = curves(&table);
     for path in ["normal", "light", "brightest"] {
         let mut scene = scene(&slab(0.04, &format!("path = \"{path}\"")), &table, &[]);
-        lamp(&mut scene).position.z = 1.0;
+        let above = lamp(&scene).position.with_z(1.0);
+        scene = with_lamp_at(&scene, above, &table, &[]);
         for (x, y) in [(0.0, 0.0), (1.5, -0.3), (-6.0, 2.0)] {
             let top = Vec3A::new(x, y, 0.04);
-            let (angle_deg, per_intensity) = arrival(lamp(&mut scene), top);
+            let (angle_deg, per_intensity) = arrival(lamp(&scene), top);
             let share = reflectance(&curves, 4.0, angle_deg);
-            let intensity = lamp(&mut scene).intensity;
+            let intensity = lamp(&scene).intensity;
             let expected =
                 std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
             assert_close(&seen(&mut scene, Vec3A::new(1.0, 2.0, 3.0), top), expected, path);
@@ -113,8 +115,8 @@ fn what_a_slab_reflects_and_lets_through_is_no_more_than_it_gets() {
             let (below, above) = (Vec3A::new(x, -0.2, 0.0), Vec3A::new(x, -0.2, thickness_m as f32));
             let reflected = seen(&mut scene, Vec3A::new(1.0, 0.0, -2.0), below);
             let through = seen(&mut scene, Vec3A::new(1.0, 0.0, 2.0), above);
-            let (_, per_intensity) = arrival(lamp(&mut scene), below);
-            let intensity = lamp(&mut scene).intensity;
+            let (_, per_intensity) = arrival(lamp(&scene), below);
+            let intensity = lamp(&scene).intensity;
             for k in 0..SAMPLES {
                 let given = f64::from(intensity.0[k]) * per_intensity;
                 let returned = PI * f64::from(reflected.0[k] + through.0[k]);
@@ -131,10 +133,10 @@ fn a_light_inside_the_snow_shines_out_with_the_square_of_the_distance() {
     let table = simple_law();
     for path in ["light", "brightest"] {
         let mut scene = scene(&slab(0.5, &format!("path = \"{path}\"")), &table, &[]);
-        lamp(&mut scene).position = Vec3A::new(0.0, 0.0, 0.2);
+        scene = with_lamp_at(&scene, Vec3A::new(0.0, 0.0, 0.2), &table, &[]);
         for x in [0.0f32, 0.2, 0.6] {
             let distance_m = f64::from(x).hypot(0.3);
-            let intensity = lamp(&mut scene).intensity;
+            let intensity = lamp(&scene).intensity;
             let expected = std::array::from_fn(|k| {
                 let share = (-snow::extinction_per_cm(k) * 100.0 * distance_m).exp();
                 share * f64::from(intensity.0[k]) / (PI * distance_m * distance_m)
@@ -153,8 +155,8 @@ fn an_opaque_thing_behind_the_snow_hides_the_light_but_not_from_relative_emissio
     let mut shaded = scene(&(slab(0.3, "path = \"normal\"") + screen), &table, &[]);
     assert_eq!(seen(&mut shaded, eye, target), Spectrum::ZERO);
     let mut relative = scene(&(slab(0.3, "path = \"normal\"\nemission = \"relative\"") + screen), &table, &[]);
-    let (angle_deg, _) = arrival(lamp(&mut relative), Vec3A::new(0.1, 0.0, 0.0));
-    let shape = lamp(&mut relative).relative;
+    let (angle_deg, _) = arrival(lamp(&relative), Vec3A::new(0.1, 0.0, 0.0));
+    let shape = lamp(&relative).relative;
     let expected = std::array::from_fn(|k| {
         f64::from(shape.0[k]) * (-snow::extinction_per_cm(k) * 30.0 * (1.0 + angle_deg / 100.0)).exp()
     });
@@ -165,8 +167,9 @@ fn an_opaque_thing_behind_the_snow_hides_the_light_but_not_from_relative_emissio
 fn the_shipped_block_is_continuous_across_its_edges_and_nowhere_black() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
     let mut scene = load(&shipped, &real());
-    (scene.film.width, scene.film.height) = (1, 1);
-    (scene.integrator.samples_per_pixel, scene.integrator.max_bounces) = (1, 0);
+    scene.set_image_size(ImageSize { width: 1, height: 1 });
+    scene.set_samples_per_pixel(1);
+    scene.set_max_bounces(0);
     let eye = Vec3A::new(1.2, -1.6, 0.7);
     for height_m in [0.02, 0.2, 0.4, 0.59] {
         // Over the front and, around the edge at 0.6 m, over the side, in steps of half a millimetre.

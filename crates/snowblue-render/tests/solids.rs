@@ -7,6 +7,7 @@ mod snow;
 
 use glam::{DVec3, Vec3A};
 use snow::{SNOW, directions, scene, seen, simple_law};
+use snowblue_render::film::window::ImageSize;
 use snowblue_render::geometry::ray::{Crossing, Ray};
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
@@ -30,7 +31,7 @@ fn objects(text: &str) -> Scene {
 /// Where a line crosses the solid of the first object, in order.
 fn crossings(scene: &Scene, ray: &Ray) -> Vec<Crossing> {
     let mut crossings = Vec::new();
-    assert!(!scene.objects.crossings(0, ray, f32::INFINITY, &mut crossings));
+    assert!(!scene.objects().crossings(0, ray, f32::INFINITY, &mut crossings));
     crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     crossings
 }
@@ -87,7 +88,7 @@ fn a_stretched_and_turned_mesh_is_the_box_of_that_size() {
                 assert!(one.normal.normalize().dot(other.normal).abs() > 0.999_99, "line {k}");
                 met += 1;
             }
-            if let (Some(one), Some(other)) = (stretched.objects.first_hit(&ray), exact.objects.first_hit(&ray)) {
+            if let (Some(one), Some(other)) = (stretched.objects().first_hit(&ray), exact.objects().first_hit(&ray)) {
                 assert!((one.point - other.point).dot(other.normal).abs() < 1e-6, "line {k}");
                 assert!(one.normal.dot(other.normal) > 0.999_99, "line {k}");
             }
@@ -176,7 +177,7 @@ fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_oth
         let through = |objects: &str| {
             let text = format!("{SNOW}path = \"{path}\"\nexit = \"first\"\nreflectance = 0\n{objects}{light}");
             let mut scene = scene(&text, &simple_law(), &[]);
-            scene.integrator.samples_per_pixel = 256;
+            scene.set_samples_per_pixel(256);
             f64::from(seen(&mut scene, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
         };
         let alone = through(&front(""));
@@ -193,8 +194,9 @@ fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_oth
 fn a_picture_of_two_halves_is_the_picture_of_the_whole() {
     let picture = |text: &str| {
         let mut scene = objects(text);
-        (scene.film.width, scene.film.height, scene.integrator.samples_per_pixel) = (24, 24, 4);
-        scene.integrator.max_bounces = 2;
+        scene.set_image_size(ImageSize { width: 24, height: 24 });
+        scene.set_samples_per_pixel(4);
+        scene.set_max_bounces(2);
         let rendering = render(&scene, &|_| {});
         assert_eq!(rendering.statistics.odd_depth_lines, 0);
         rendering.film

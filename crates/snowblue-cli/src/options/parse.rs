@@ -6,7 +6,7 @@ use std::time::Duration;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::window::Window;
-use snowblue_render::scene::file::GREATEST_STOPS;
+use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::{Aovs, FalseColor};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::ordinates::Streams;

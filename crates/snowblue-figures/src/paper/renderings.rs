@@ -1,12 +1,12 @@
 //! The paper's pictures, rendered from the scenes in `scenes/`: Figs. 1, 9, 10 and 11.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use snowblue_render::files::FilesIn;
+use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
 use snowblue_render::images::raster::PixelSize;
-use snowblue_render::render;
-use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::Overrides;
+use snowblue_render::{SceneDescription, render};
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, Rendering, SOFTWARE};
@@ -15,14 +15,12 @@ use crate::table::{Cell, DataTable};
 
 /// The dragon's mesh, relative to the working directory.
 const DRAGON_MESH: &str = "models/dragon.ply";
-const DRAGON_GRAINS: &str = "grain_size_um = 250";
 
 /// A picture to render.
 struct Shot {
     name: &'static str,
     caption: String,
-    /// Text of the scene file.
-    scene: String,
+    scene: SceneDescription,
     size: PixelSize,
 }
 
@@ -44,7 +42,7 @@ pub(crate) fn fig1() -> Result<Figure, FigureError> {
     let shot = Shot {
         name: "lamp",
         caption: "A lamp in a mound of snow, at dusk".to_owned(),
-        scene: scenes::LAMP.to_owned(),
+        scene: scenes::read(scenes::LAMP)?,
         size: PixelSize { width: 640, height: 480 },
     };
     rendered(&captions, &[shot])
@@ -53,15 +51,15 @@ pub(crate) fn fig1() -> Result<Figure, FigureError> {
 /// A thickness of a block of Fig. 9, and the exposure of its backlit pictures.
 struct Thickness {
     label: &'static str,
-    size_m: &'static str,
+    size_m: f64,
     exposure_stops: f64,
 }
 
 const THICKNESSES: [Thickness; 4] = [
-    Thickness { label: "5 cm", size_m: "0.05", exposure_stops: -0.7 },
-    Thickness { label: "10 cm", size_m: "0.1", exposure_stops: 0.3 },
-    Thickness { label: "15 cm", size_m: "0.15", exposure_stops: 0.8 },
-    Thickness { label: "30 cm", size_m: "0.3", exposure_stops: 1.6 },
+    Thickness { label: "5 cm", size_m: 0.05, exposure_stops: -0.7 },
+    Thickness { label: "10 cm", size_m: 0.1, exposure_stops: 0.3 },
+    Thickness { label: "15 cm", size_m: 0.15, exposure_stops: 0.8 },
+    Thickness { label: "30 cm", size_m: 0.3, exposure_stops: 1.6 },
 ];
 
 /// A view of the blocks of Fig. 9, with the names of its pictures by thickness.
@@ -97,12 +95,12 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
     let mut shots = Vec::new();
     for view in &VIEWS {
         for (name, thickness) in view.names.into_iter().zip(&THICKNESSES) {
-            let size = format!("size = [0.6, {}, 0.6]", thickness.size_m);
-            let mut scene = view.scene.replace(scenes::BLOCK_SIZE, &size);
+            let mut scene = scenes::read(view.scene)?;
+            scenes::set_thickness(&mut scene, thickness.size_m);
             let mut caption = format!("{}, {}", thickness.label, view.label);
             if view.backlit {
                 let stops = thickness.exposure_stops;
-                scene = scene.replace("exposure = 1.5", &format!("exposure = {stops}"));
+                scene.film.exposure = Exposure::Stops(stops);
                 caption = format!("{caption}; {:+.1} stops", stops - THICKNESSES[0].exposure_stops);
             }
             shots.push(Shot { name, caption, scene, size: PixelSize { width: 270, height: 270 } });
@@ -120,11 +118,9 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
 }
 
 pub(crate) fn fig10() -> Result<Figure, FigureError> {
-    let shot = |name, caption: &str, scene: &str| Shot {
-        name,
-        caption: caption.to_owned(),
-        scene: scene.to_owned(),
-        size: PixelSize { width: 400, height: 300 },
+    let shot = |name, caption: &str, scene: &str| -> Result<Shot, FigureError> {
+        let size = PixelSize { width: 400, height: 300 };
+        Ok(Shot { name, caption: caption.to_owned(), scene: scenes::read(scene)?, size })
     };
     let captions = Captions {
         title: "Inside an igloo",
@@ -135,8 +131,8 @@ pub(crate) fn fig10() -> Result<Figure, FigureError> {
                 Inset: opaque blocks, lit from within. It does not specify the snow.",
     };
     let shots = [
-        shot("snow", "Lit by the sky, through the wall", scenes::IGLOO),
-        shot("opaque", "Opaque blocks, a lamp inside", scenes::IGLOO_OPAQUE),
+        shot("snow", "Lit by the sky, through the wall", scenes::IGLOO)?,
+        shot("opaque", "Opaque blocks, a lamp inside", scenes::IGLOO_OPAQUE)?,
     ];
     rendered(&captions, &shots)
 }
@@ -154,14 +150,13 @@ pub(crate) fn fig11() -> Result<Figure, FigureError> {
         let figure = rendered(&Captions { title, ours: &ours, paper }, &[])?;
         return Ok(Figure { warning: Some(reason), ..figure });
     }
-    let shots = [("grains_250", 250), ("grains_100", 100), ("grains_500", 500)].map(|(name, grains_um)| Shot {
-        name,
-        caption: format!("Grains of {grains_um} µm"),
-        // The scene file names the mesh relative to its own folder.
-        scene: scenes::DRAGON
-            .replace("../models/", "models/")
-            .replace(DRAGON_GRAINS, &format!("grain_size_um = {grains_um}")),
-        size: PixelSize { width: 480, height: 360 },
+    let mut dragon = scenes::read(scenes::DRAGON)?;
+    scenes::set_mesh(&mut dragon, DRAGON_MESH);
+    let shots = [("grains_250", 250.0), ("grains_100", 100.0), ("grains_500", 500.0)].map(|(name, grain_size_um)| {
+        let mut scene = dragon.clone();
+        scenes::set_grain_size(&mut scene, grain_size_um);
+        let size = PixelSize { width: 480, height: 360 };
+        Shot { name, caption: format!("Grains of {grain_size_um} µm"), scene, size }
     });
     let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 \
                 cm thick at most, where body and front legs add up, and 30 cm in the median of its silhouette. Larger \
@@ -174,18 +169,18 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
     let (mut renderings, mut rows) = (Vec::new(), Vec::new());
     for shot in shots {
         let PixelSize { width, height } = shot.size;
-        let overrides = Overrides { width: Some(width), height: Some(height), ..Overrides::default() };
-        let path = PathBuf::from(format!("{}.toml", shot.name));
-        let scene = Scene::from_text(&shot.scene, &path, snowblue_data::embedded(), &overrides)?;
+        let mut scene = shot.scene.clone();
+        (scene.film.width, scene.film.height) = (width, height);
+        let scene = scene.build(snowblue_data::embedded(), &FilesIn::new(""))?;
         let rendering = render::render(&scene, &|_| {});
-        let stops = rendering.film.display_factor(scene.film.exposure).log2();
-        let counts = [width, height, scene.integrator.samples_per_pixel, scene.integrator.max_bounces];
+        let stops = rendering.film.display_factor(scene.film().exposure).log2();
+        let counts = [width, height, scene.integrator().samples_per_pixel, scene.integrator().max_bounces];
         let mut row = vec![Cell::word(shot.name)];
         row.extend(counts.map(|count| Cell::Number(count.into())));
         row.push(Cell::Number(stops));
         row.push(Cell::Number(rendering.statistics.odd_depth_lines as f64));
         rows.push(row);
-        let picture = image_file::to_raster(&rendering.film, scene.film.exposure);
+        let picture = image_file::to_raster(&rendering.film, scene.film().exposure);
         let png = image_file::png_bytes(&picture, &[("Software", SOFTWARE)])?;
         renderings.push(Rendering { name: shot.name, caption: shot.caption.clone(), png });
     }

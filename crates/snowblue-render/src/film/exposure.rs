@@ -4,10 +4,14 @@ use std::fmt;
 use std::num::ParseFloatError;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
+use crate::film::sensor::FalseColor;
 use crate::film::window::ImageSize;
 
 /// Size and exposure of an image.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct FilmSettings {
     /// Number of columns of pixels.
     pub width: u32,
@@ -15,6 +19,16 @@ pub struct FilmSettings {
     pub height: u32,
     /// Exposure of a PNG.
     pub exposure: Exposure,
+    /// Three wavelengths of the table as red, green and blue, instead of the colours that an observer sees. Lights are
+    /// then white.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub false_color: Option<FalseColor>,
+}
+
+impl Default for FilmSettings {
+    fn default() -> Self {
+        Self { width: 1080, height: 1080, exposure: Exposure::Auto, false_color: None }
+    }
 }
 
 impl FilmSettings {

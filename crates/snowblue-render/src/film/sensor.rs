@@ -8,6 +8,7 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
 use glam::Vec4;
+use serde::{Deserialize, Serialize};
 use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 
 use crate::error::RenderError;
@@ -19,7 +20,8 @@ use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 const REGISTER_WIDTH: usize = 4;
 
 /// The wavelengths that a false colour shows as red, green and blue.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FalseColor {
     /// Shown as red, in nm.
     pub red_nm: f64,
@@ -126,7 +128,7 @@ impl Sensor {
         if wavelengths_nm.len() != SAMPLES {
             let count = wavelengths_nm.len();
             let reason = format!("false colour needs a table of {SAMPLES} wavelengths, but this one has {count}");
-            return Err(RenderError::Override(reason));
+            return Err(RenderError::FalseColor(reason));
         }
         let mut weights = [LinearRgb::default(); SAMPLES];
         let FalseColor { red_nm, green_nm, blue_nm } = colour;
@@ -223,7 +225,7 @@ fn interpolation_knots(wavelengths_nm: &[f64], at_nm: f64) -> Result<[Knot; 2], 
     let (low_nm, high_nm) = (wavelengths_nm[0], wavelengths_nm[last]);
     if !(low_nm..=high_nm).contains(&at_nm) {
         let reason = format!("false colour at {at_nm} nm, but the table holds {low_nm}–{high_nm} nm");
-        return Err(RenderError::Override(reason));
+        return Err(RenderError::FalseColor(reason));
     }
     let above = wavelengths_nm.partition_point(|nm| *nm <= at_nm).min(last);
     let fraction = (at_nm - wavelengths_nm[above - 1]) / (wavelengths_nm[above] - wavelengths_nm[above - 1]);

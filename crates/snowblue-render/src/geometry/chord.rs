@@ -6,11 +6,13 @@
 //! front or back of a triangle is never asked for.
 
 use glam::Vec3A;
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::ray::Crossing;
 
 /// Where a path that leaves the solid more than once ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Exit {
     /// At the last exit; the depth is the sum of the inside parts.
     #[default]

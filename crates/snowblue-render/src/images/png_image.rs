@@ -5,7 +5,7 @@ use std::io::{BufRead, Cursor, Seek};
 use png::{BitDepth, ColorType, Transformations};
 
 use crate::error::RenderError;
-use crate::files::SceneFile;
+use crate::files::NamedFile;
 
 /// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,7 @@ pub(crate) struct PngImage {
 
 impl PngImage {
     /// Decodes a PNG file.
-    pub(crate) fn decode(file: &SceneFile) -> Result<Self, RenderError> {
+    pub(crate) fn decode(file: &NamedFile) -> Result<Self, RenderError> {
         let image = Self::read(Cursor::new(&file.bytes));
         image.map_err(|reason| RenderError::ReadImage { path: file.path.clone(), reason })
     }

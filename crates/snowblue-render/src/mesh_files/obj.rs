@@ -9,13 +9,13 @@ use std::collections::btree_map::Entry;
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
-use crate::files::SceneFile;
+use crate::files::NamedFile;
 use crate::geometry::triangle_mesh::TriangleMesh;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
 /// Reads a file, or its object or group of a given name.
-pub(super) fn read(file: &SceneFile, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
+pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
     let (path, text) = (&file.path, file.text());
     let mut parser = Parser { in_part: part.is_none(), ..Parser::default() };
     for (number, line) in text.lines().enumerate() {
@@ -157,7 +157,7 @@ mod tests {
         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\no right\ng inner other\nf -4/1 -3/4 -2/3\n";
 
     fn read_text(text: &str, part: Option<&str>) -> Result<TriangleMesh, String> {
-        let file = SceneFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };
+        let file = NamedFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };
         read(&file, part).map_err(|error| error.to_string())
     }
 

@@ -14,7 +14,7 @@ use ply_rs_bw::ply::{
 };
 
 use crate::error::RenderError;
-use crate::files::SceneFile;
+use crate::files::NamedFile;
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 
@@ -85,7 +85,7 @@ fn is_index_list(name: &str) -> bool {
 }
 
 /// Reads a PLY file, in the file's own unit.
-pub(super) fn read(file: &SceneFile) -> Result<TriangleMesh, RenderError> {
+pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, RenderError> {
     let path = &file.path;
     let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
     let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
@@ -185,8 +185,8 @@ fn one_line(message: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{TriangleMesh, Vec2, Vec3};
+    use crate::files::FilesInMemory;
     use crate::mesh_files::read_mesh_from;
-    use std::collections::BTreeMap;
     use std::fmt::Write;
 
     const HEADER: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -194,7 +194,7 @@ mod tests {
     const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
     fn read(content: &[u8]) -> Result<TriangleMesh, String> {
-        let files = BTreeMap::from([("mesh.ply".to_owned(), content.to_vec())]);
+        let files = FilesInMemory::from([("mesh.ply", content)]);
         read_mesh_from(&files, "mesh.ply", None).map_err(|error| error.to_string())
     }
 

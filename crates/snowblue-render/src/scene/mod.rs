@@ -1,74 +1,126 @@
-//! A scene ready to be rendered: camera, objects, materials, lights, and how the picture is to be made.
+//! A scene ready to be rendered: camera, objects, materials, lights, and settings of the film and the integrator.
+//!
+//! A scene is built from a [`SceneDescription`], which is made in code or read from a TOML [`file`]. What is built fits
+//! together: change the description and build it again to change the scene.
 
+mod build;
 pub mod camera;
+pub mod description;
 pub mod file;
+pub(crate) mod integrator;
 pub mod light;
 pub mod material;
 pub mod objects;
 pub mod queries;
 
+use std::collections::BTreeMap;
+
+use snowblue_transport::monte_carlo::Volume;
+
 use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
-use crate::scene::camera::PinholeCamera;
+use crate::film::window::ImageSize;
+use crate::scene::camera::{PinholeCamera, View};
+use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::light::Light;
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
 
-use snowblue_transport::monte_carlo::Volume;
+pub use integrator::{IntegratorKind, IntegratorSettings};
 
 /// Everything that a picture depends on.
 #[derive(Debug)]
 pub struct Scene {
-    /// The eye.
-    pub camera: PinholeCamera,
-    /// What is there.
-    pub objects: Objects,
-    /// What it is made of; objects refer to these by index.
-    pub materials: Vec<Material>,
-    /// What shines.
-    pub lights: Vec<Light>,
-    /// The picture's size and brightness.
-    pub film: FilmSettings,
-    /// How many paths there are and how long.
-    pub integrator: IntegratorSettings,
-    /// What colours light has.
+    pub(crate) camera: PinholeCamera,
+    /// The view of the camera.
+    view: View,
+    pub(crate) objects: Objects,
+    /// Objects refer to these by index.
+    pub(crate) materials: Vec<Material>,
+    pub(crate) lights: Vec<Light>,
+    pub(crate) film: FilmSettings,
+    pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
-    /// The snow of each material, where light walks from grain to grain; empty where it need not.
+    /// The snow of each material for the reference integrator; empty for others.
     pub(crate) volumes: Vec<Option<Volume>>,
+    /// What the scene was built from.
+    pub(crate) description: SceneDescription,
+    /// Hashes of the files that were read, by name.
+    pub(crate) file_hashes: BTreeMap<String, u64>,
 }
 
-/// How light finds its way through snow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum IntegratorKind {
-    /// PCASnow: by the curves of a slab, along one straight line.
-    #[default]
-    PcaSnow,
-    /// From grain to grain, whatever the shape: slow, and true on average.
-    Reference,
-}
-
-impl IntegratorKind {
-    /// All kinds.
-    pub const ALL: [Self; 2] = [Self::PcaSnow, Self::Reference];
-
-    /// Its name in scene files and options.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PcaSnow => "pcasnow",
-            Self::Reference => "reference",
-        }
+impl Scene {
+    /// The camera.
+    pub fn camera(&self) -> &PinholeCamera {
+        &self.camera
     }
-}
 
-/// How many paths there are and how long.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct IntegratorSettings {
-    /// Which way through snow.
-    pub kind: IntegratorKind,
-    /// Paths per pixel.
-    pub samples_per_pixel: u32,
-    /// Surfaces after the first one that a path may visit; 0 is light straight from the lights only.
-    pub max_bounces: u32,
-    /// Which random numbers.
-    pub seed: u32,
+    /// The objects.
+    pub fn objects(&self) -> &Objects {
+        &self.objects
+    }
+
+    /// The materials; objects refer to these by index.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// Size and brightness of the picture.
+    pub fn film(&self) -> &FilmSettings {
+        &self.film
+    }
+
+    /// The integrator and its settings.
+    pub fn integrator(&self) -> &IntegratorSettings {
+        &self.integrator
+    }
+
+    /// What the scene was built from, with the changes made since.
+    pub fn description(&self) -> &SceneDescription {
+        &self.description
+    }
+
+    /// Sets the number of paths per pixel.
+    pub fn set_samples_per_pixel(&mut self, samples: u32) {
+        self.integrator.samples_per_pixel = samples.max(1);
+        self.description.integrator = self.integrator;
+    }
+
+    /// Sets the greatest number of surfaces after the first on a path.
+    pub fn set_max_bounces(&mut self, bounces: u32) {
+        self.integrator.max_bounces = bounces;
+        self.description.integrator = self.integrator;
+    }
+
+    /// Sets the seed of the random numbers.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.integrator.seed = seed;
+        self.description.integrator = self.integrator;
+    }
+
+    /// Sets the size of the picture; the vertical field of view stays. A size has at least one pixel.
+    pub fn set_image_size(&mut self, size: ImageSize) {
+        (self.film.width, self.film.height) = (size.width.max(1), size.height.max(1));
+        self.description.film = self.film;
+        let view = self.view;
+        self.set_view(&view);
+    }
+
+    /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
+    ///
+    /// It does not check that the camera stays out of snow.
+    pub fn set_view(&mut self, view: &View) -> bool {
+        let aspect = self.film.width as f32 / self.film.height as f32;
+        let Some(camera) = PinholeCamera::new(view, aspect) else {
+            return false;
+        };
+        (self.camera, self.view) = (camera, *view);
+        self.description.camera = Some(CameraDescription::from(view));
+        true
+    }
 }

@@ -6,7 +6,7 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
-use crate::files::{SceneFile, SceneFiles};
+use crate::files::{NamedFile, SceneFiles};
 use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
 use crate::images::png_image::PngImage;
 
@@ -42,7 +42,7 @@ impl Heights {
     ///
     /// When the file cannot be read or has another extension.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let file = SceneFile::read(files, name)?;
+        let file = NamedFile::read(files, name)?;
         let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
         let (columns, values) = match file.extension().as_str() {
             "png" => read_png(&file)?,
@@ -89,7 +89,7 @@ fn count(count: usize) -> u32 {
     count as u32
 }
 
-fn read_png(file: &SceneFile) -> Result<(usize, Vec<f32>), RenderError> {
+fn read_png(file: &NamedFile) -> Result<(usize, Vec<f32>), RenderError> {
     let image = PngImage::decode(file)?;
     if image.channels > 1 {
         let reason = "the image is coloured, but must be grey".into();
@@ -98,7 +98,7 @@ fn read_png(file: &SceneFile) -> Result<(usize, Vec<f32>), RenderError> {
     Ok((image.width, image.values))
 }
 
-fn read_exr(file: &SceneFile) -> Result<(usize, Vec<f32>), String> {
+fn read_exr(file: &NamedFile) -> Result<(usize, Vec<f32>), String> {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image =
         image.from_buffered(Cursor::new(&file.bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::RenderError;
-use crate::files::SceneFile;
+use crate::files::NamedFile;
 use crate::spectrum::SAMPLES;
 
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +23,7 @@ pub(crate) struct SpectrumFile {
 
 impl SpectrumFile {
     /// Parses a file with or without a header whose values lie in 0 to `greatest`. Every error names the line.
-    pub(crate) fn parse(file: &SceneFile, greatest: f64) -> Result<Self, RenderError> {
+    pub(crate) fn parse(file: &NamedFile, greatest: f64) -> Result<Self, RenderError> {
         let text = file.text();
         let mut file = Self { path: file.path.clone(), rows: Vec::new(), last_line: 1 };
         for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer};
 
 use crate::error::RenderError;
-use crate::files::{SceneFile, SceneFiles};
+use crate::files::{NamedFile, SceneFiles};
 use crate::geometry::ray::narrow;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
@@ -53,7 +53,7 @@ impl LightSpectrum {
     /// When the file cannot be read, a row is not two numbers, a value is negative, the wavelengths do not increase or
     /// do not cover 400–700 nm, or the spectrum is 0 there. The message names the file and the line.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let file = SpectrumFile::parse(&SceneFile::read(files, name)?, f64::INFINITY)?;
+        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, f64::INFINITY)?;
         let power = file.resample(&wavelengths_nm())?;
         if power.iter().all(|&sample| sample <= 0.0) {
             return Err(file.error("the spectrum is 0 at every 10 nm of 400–700 nm".into()));
@@ -96,9 +96,8 @@ fn luminance_of(power: &[f64; SAMPLES]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
+    use crate::files::FilesInMemory;
     use snowblue_color::Xyz;
 
     fn xyz(spectrum: &Spectrum) -> Xyz {
@@ -107,7 +106,7 @@ mod tests {
     }
 
     fn read(content: &str) -> Result<LightSpectrum, RenderError> {
-        let files = BTreeMap::from([("light.csv".to_owned(), content.as_bytes().to_vec())]);
+        let files = FilesInMemory::from([("light.csv", content)]);
         LightSpectrum::read(&files, "light.csv")
     }
 

@@ -11,8 +11,9 @@ use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::camera::{PinholeCamera, View};
-use snowblue_render::scene::file::Overrides;
+use snowblue_render::scene::camera::View;
+use snowblue_render::scene::description::{LightSource, SceneDescription};
+use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_stat::{Moments, t_p_value};
@@ -93,25 +94,29 @@ pub(crate) fn real() -> CompressedTable {
 
 /// Reads a scene given as text; `files` are put beside it.
 pub(crate) fn scene(text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in files {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, format!("{CAMERA}{text}")).unwrap();
-    load(&path, table)
+    let file = SceneFile::parse(format!("{CAMERA}{text}"), "scene.toml").unwrap_or_else(|error| panic!("{error}"));
+    built(&file.description, table, files)
+}
+
+/// Builds a scene; `files` are those that it names, or else come from the file system by their paths.
+fn built(description: &SceneDescription, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+    let files = |name: &str| match files.iter().find(|(other, _)| *other == name) {
+        Some((_, content)) => Ok(content.clone().into_bytes()),
+        None => std::fs::read(name),
+    };
+    description.build(table, &files).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Reads a scene file.
 pub(crate) fn load(path: &Path, table: &CompressedTable) -> Scene {
-    Scene::load(path, table, &Overrides::default()).unwrap_or_else(|error| panic!("{error}"))
+    Scene::load(path, table).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The light seen from `eye` on looking at `target`, through an opening of a hundred-thousandth of a degree.
 pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
     let up = (target - eye).any_orthogonal_vector();
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
-    scene.camera = PinholeCamera::new(&view, 1.0).unwrap();
+    assert!(scene.set_view(&view));
     pixel_radiance(scene, 0, 0)
 }
 
@@ -146,10 +151,10 @@ impl Estimate {
 
 /// The light seen as by [`seen`] at three wavelengths, from pictures of 16 seeds with so many samples each.
 pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32, bands: [usize; 3]) -> [Estimate; 3] {
-    scene.integrator.samples_per_pixel = samples;
+    scene.set_samples_per_pixel(samples);
     let pictures: Vec<Spectrum> = (1..=SEEDS)
         .map(|seed| {
-            scene.integrator.seed = seed;
+            scene.set_seed(seed);
             seen(scene, eye, target)
         })
         .collect();
@@ -157,9 +162,17 @@ pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u3
 }
 
 /// The scene's first light, a lamp without extent.
-pub(crate) fn lamp(scene: &mut Scene) -> &mut PointLight {
-    let Light::Point(lamp) = &mut scene.lights[0] else { panic!("the first light is a point") };
+pub(crate) fn lamp(scene: &Scene) -> &PointLight {
+    let Light::Point(lamp) = &scene.lights()[0] else { panic!("the first light is a point") };
     lamp
+}
+
+/// The same scene with this lamp elsewhere.
+pub(crate) fn with_lamp_at(scene: &Scene, at: Vec3A, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+    let mut description = scene.description().clone();
+    let LightSource::Point(lamp) = &mut description.lights[0].source else { panic!("the first light is a point") };
+    lamp.position = at.as_dvec3().to_array();
+    built(&description, table, files)
 }
 
 /// The curves of the sample.

@@ -114,7 +114,7 @@ impl RenderJob<'_> {
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let mut file = self.file.clone();
         file.keeps_sums |= !self.is_finished(sums);
-        file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film.exposure }, &self.notes)
+        file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film().exposure }, &self.notes)
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

@@ -16,9 +16,8 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::scene::file::Overrides;
 use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, render};
+use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile, render};
 
 use crate::options::parse;
 use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
@@ -177,17 +176,6 @@ impl Render {
 
     /// The scene and its provenance.
     fn load(&self) -> Result<(Scene, Provenance), Failure> {
-        let overrides = Overrides {
-            integrator: self.integrator,
-            path: self.path,
-            width: self.width,
-            height: self.height,
-            exposure: self.exposure,
-            samples_per_pixel: self.spp,
-            max_bounces: self.max_bounces,
-            seed: self.seed,
-            false_color: self.false_color,
-        };
         let read;
         let table: &CompressedTable = match &self.database {
             None => snowblue_data::embedded(),
@@ -205,9 +193,27 @@ impl Render {
                 }
             },
         };
-        let scene = Scene::load(&self.scene, table, &overrides).map_err(Failure::input)?;
-        let provenance = Provenance::of(&scene, &self.scene, table, &overrides).map_err(Failure::input)?;
+        let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
+        self.change(&mut file.description);
+        let scene = file.build(table).map_err(Failure::input)?;
+        let provenance = Provenance::of(&scene, table);
         Ok((scene, provenance))
+    }
+
+    /// Puts the options in place of the scene's values.
+    fn change(&self, scene: &mut SceneDescription) {
+        let SceneDescription { film, integrator, .. } = scene;
+        film.width = self.width.unwrap_or(film.width);
+        film.height = self.height.unwrap_or(film.height);
+        film.exposure = self.exposure.unwrap_or(film.exposure);
+        film.false_color = self.false_color.or(film.false_color);
+        integrator.kind = self.integrator.unwrap_or(integrator.kind);
+        integrator.samples_per_pixel = self.spp.unwrap_or(integrator.samples_per_pixel);
+        integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
+        integrator.seed = self.seed.unwrap_or(integrator.seed);
+        if let Some(mode) = self.path {
+            scene.set_path_mode(mode);
+        }
     }
 }
 

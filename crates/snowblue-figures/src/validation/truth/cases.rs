@@ -1,10 +1,9 @@
 //! The scenes of the comparison: blocks of three thicknesses and a ball, in front of a far and a near lamp.
 
-use std::path::Path;
-
-use snowblue_render::RenderError;
-use snowblue_render::scene::file::Overrides;
+use snowblue_render::files::FilesInMemory;
+use snowblue_render::scene::material::pca_snow::PathMode;
 use snowblue_render::scene::{IntegratorKind, Scene};
+use snowblue_render::{RenderError, SceneDescription};
 
 use super::image::SIDE;
 use crate::scenes;
@@ -13,8 +12,7 @@ use crate::scenes;
 pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) caption: String,
-    /// Text of the scene file.
-    scene: String,
+    scene: SceneDescription,
     /// Samples per pixel of each reference rendering.
     pub(super) samples: u32,
     /// Whether it is a block seen straight on.
@@ -50,58 +48,73 @@ const VIEWS: [View; 2] = [
 /// A thickness of the blocks. Thicker blocks transmit less light, and need more samples.
 struct Thickness {
     label: &'static str,
-    size_m: &'static str,
+    size_m: f64,
     samples: u32,
 }
 
 const THICKNESSES: [Thickness; 3] = [
-    Thickness { label: "5 cm", size_m: "0.05", samples: 256 },
-    Thickness { label: "10 cm", size_m: "0.1", samples: 512 },
-    Thickness { label: "15 cm", size_m: "0.15", samples: 512 },
+    Thickness { label: "5 cm", size_m: 0.05, samples: 256 },
+    Thickness { label: "10 cm", size_m: 0.1, samples: 512 },
+    Thickness { label: "15 cm", size_m: 0.15, samples: 512 },
 ];
 
-/// Distances of the lamp behind a block's middle: the coordinate in m, and its label.
-const LAMPS: [(&str, &str); 2] = [("1.2", "120 cm"), ("0.45", "45 cm")];
+/// A position of the lamp, and its distance from the middle of the snow.
+struct Lamp {
+    position: [f64; 3],
+    label: &'static str,
+}
 
-/// Position of the lamp in the ball's scene.
-const BALL_LAMP: &str = "[0.5, 0.85, 0.2]";
+/// Behind a block.
+const BLOCK_LAMPS: [Lamp; 2] =
+    [Lamp { position: [0.0, 1.2, 0.2], label: "120 cm" }, Lamp { position: [0.0, 0.45, 0.2], label: "45 cm" }];
 
 /// All scenes, with `sample_factor` times the samples.
-pub(super) fn cases(sample_factor: u32) -> Vec<Case> {
+pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
     let mut cases = Vec::new();
     for view in &VIEWS {
-        for (names, (lamp_m, lamp)) in view.names.into_iter().zip(LAMPS) {
+        let is_front = view.is_front;
+        for (names, lamp) in view.names.into_iter().zip(&BLOCK_LAMPS) {
             for (name, thickness) in names.into_iter().zip(&THICKNESSES) {
                 let Thickness { label, size_m, samples } = thickness;
-                let scene = view
-                    .scene
-                    .replace(scenes::BLOCK_SIZE, &format!("size = [0.6, {size_m}, 0.6]"))
-                    .replace("position = [0.0, 1.2, 0.2]", &format!("position = [0.0, {lamp_m}, 0.2]"))
-                    .replace("vertical_fov_deg = 20", "vertical_fov_deg = 17");
-                let caption = format!("A block of {label}, the lamp {lamp} behind its middle, seen {}", view.label);
+                let mut scene = scenes::read(view.scene)?;
+                scenes::set_thickness(&mut scene, *size_m);
+                scenes::set_lamp_position(&mut scene, lamp.position);
+                if let Some(camera) = &mut scene.camera {
+                    camera.vertical_fov_deg = 17.0;
+                }
+                let (lamp, view) = (lamp.label, view.label);
+                let caption = format!("A block of {label}, the lamp {lamp} behind its middle, seen {view}");
                 let samples = samples * sample_factor;
-                cases.push(Case { name, caption, scene, samples, is_front: view.is_front });
+                cases.push(Case { name, caption, scene, samples, is_front });
             }
         }
     }
-    for (name, position, lamp) in [("ball_far", BALL_LAMP, "1 m"), ("ball_near", "[0.1, 0.17, 0.04]", "20 cm")] {
+    for (name, position, lamp) in [("ball_far", [0.5, 0.85, 0.2], "1 m"), ("ball_near", [0.1, 0.17, 0.04], "20 cm")] {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
-        let scene = scenes::BALL.replace(BALL_LAMP, position);
+        let mut scene = scenes::read(scenes::BALL)?;
+        scenes::set_lamp_position(&mut scene, position);
         cases.push(Case { name, caption, scene, samples: 512 * sample_factor, is_front: false });
     }
-    cases
+    Ok(cases)
 }
 
 impl Case {
-    pub(super) fn load(&self) -> Result<Scene, RenderError> {
-        let overrides = Overrides {
-            integrator: Some(IntegratorKind::Reference),
-            width: Some(SIDE),
-            height: Some(SIDE),
-            samples_per_pixel: Some(self.samples),
-            ..Overrides::default()
-        };
-        let path = format!("{}.toml", self.name);
-        Scene::from_text(&self.scene, Path::new(&path), snowblue_data::embedded(), &overrides)
+    /// The scene for path tracing.
+    pub(super) fn reference(&self) -> Result<Scene, RenderError> {
+        self.build(self.scene.clone(), IntegratorKind::Reference)
+    }
+
+    /// The scene for PCASnow with a path mode.
+    pub(super) fn pcasnow(&self, mode: PathMode) -> Result<Scene, RenderError> {
+        let mut scene = self.scene.clone();
+        scene.set_path_mode(mode);
+        self.build(scene, IntegratorKind::PcaSnow)
+    }
+
+    fn build(&self, mut scene: SceneDescription, kind: IntegratorKind) -> Result<Scene, RenderError> {
+        scene.integrator.kind = kind;
+        scene.integrator.samples_per_pixel = self.samples;
+        (scene.film.width, scene.film.height) = (SIDE, SIDE);
+        scene.build(snowblue_data::embedded(), &FilesInMemory::default())
     }
 }

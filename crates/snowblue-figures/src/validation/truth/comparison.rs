@@ -51,12 +51,11 @@ pub(super) struct Comparison {
 }
 
 impl Reference {
-    /// Renders a scene with `samples` per pixel for each seed.
-    pub(super) fn render(scene: &mut Scene, samples: u32, white: Xyz) -> Self {
-        scene.integrator.samples_per_pixel = samples;
+    /// Renders a scene with each seed.
+    pub(super) fn render(scene: &mut Scene, white: Xyz) -> Self {
         let images: Vec<TimedImage> = (1..=SEEDS)
             .map(|seed| {
-                scene.integrator.seed = seed;
+                scene.set_seed(seed);
                 render_timed(scene)
             })
             .collect();

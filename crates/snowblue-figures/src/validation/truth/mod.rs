@@ -9,9 +9,9 @@ mod comparison;
 mod image;
 mod sheet;
 
-use snowblue_render::scene::material::Material;
+use snowblue_render::RenderError;
+use snowblue_render::scene::Scene;
 use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::scene::{IntegratorKind, Scene};
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, Rendering};
@@ -55,11 +55,13 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
     let (mut renderings, mut rows, mut part_rows) = (Vec::new(), Vec::new(), Vec::new());
     let mut by_mode: Vec<Vec<Comparison>> = MODES.iter().map(|_| Vec::new()).collect();
     let white = daylight(&wavelengths_nm(400, 700, 10))?.white();
-    for case in cases(sample_factor) {
-        let mut scene = case.load()?;
-        let reference = Reference::render(&mut scene, case.samples, white);
-        let images: Vec<ModeImage> =
-            MODES.iter().map(|(name, mode)| ModeImage { mode: name, image: render_mode(&mut scene, *mode) }).collect();
+    for case in cases(sample_factor)? {
+        let reference = Reference::render(&mut case.reference()?, white);
+        let images = MODES.iter().map(|(mode, path_mode)| {
+            let image = render_pcasnow(&mut case.pcasnow(*path_mode)?);
+            Ok(ModeImage { mode, image })
+        });
+        let images: Vec<ModeImage> = images.collect::<Result<_, RenderError>>()?;
         let png = sheet::png(&reference, &images)?;
         renderings.push(Rendering { name: case.name, caption: case.caption.clone(), png });
         if case.is_front {
@@ -88,15 +90,10 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
     })
 }
 
-/// Renders a scene by PCASnow with a path mode.
-fn render_mode(scene: &mut Scene, mode: PathMode) -> TimedImage {
-    scene.integrator.kind = IntegratorKind::PcaSnow;
-    scene.integrator.samples_per_pixel = PCASNOW_SAMPLES;
-    for material in &mut scene.materials {
-        if let Material::PcaSnow(snow) = material {
-            snow.path = mode;
-        }
-    }
+/// Renders a scene by PCASnow.
+fn render_pcasnow(scene: &mut Scene) -> TimedImage {
+    scene.set_samples_per_pixel(PCASNOW_SAMPLES);
+    scene.set_seed(SEEDS);
     render_timed(scene)
 }
 

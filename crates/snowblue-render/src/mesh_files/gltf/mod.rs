@@ -20,7 +20,7 @@ use gltf::mesh::Mode;
 use gltf::{Gltf, Node, Primitive, Semantic};
 
 use crate::error::RenderError;
-use crate::files::{FilesIn, SceneFile, SceneFiles, name_beside};
+use crate::files::{FilesIn, NamedFile, SceneFiles, name_beside};
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 
@@ -89,7 +89,7 @@ impl GltfFile {
     ///
     /// As those of [`open`](Self::open).
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let SceneFile { path, bytes } = SceneFile::read(files, name)?;
+        let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
         let mut gltf = Gltf::from_slice(&bytes).map_err(|error| {
             let message = error.to_string();
@@ -292,7 +292,7 @@ impl Neighbours<'_> {
         let wrong = |reason: String| RenderError::Mesh { path: self.path.into(), reason: format!("{what} {reason}") };
         let Some(data) = uri.strip_prefix("data:") else {
             let name = name_beside(self.name, &uri.replace("%20", " "));
-            return SceneFile::read(self.files, &name).map(|file| file.bytes);
+            return NamedFile::read(self.files, &name).map(|file| file.bytes);
         };
         let text = data.split_once(";base64,").map(|(_, text)| text);
         let text = text.ok_or_else(|| wrong("must be encoded as base64".into()))?;

@@ -30,6 +30,7 @@
 //! beyond the table's last are looked up at the last.
 
 use glam::Vec3A;
+use serde::{Deserialize, Serialize};
 use snowblue_database::lookup::SnowMix;
 
 use crate::geometry::chord::Exit;
@@ -89,7 +90,8 @@ impl PathMode {
 }
 
 /// What light enters at the exit point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Emission {
     /// The light's irradiance: distance, angle and shadows count.
     #[default]

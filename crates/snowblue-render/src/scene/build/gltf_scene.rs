@@ -1,27 +1,27 @@
-//! A whole glTF as part of a scene: its meshes in their places, made of the materials that the scene file has under
-//! their names, and else of diffuse ones of the glTF's base colours; its camera; and its lights.
+//! A whole glTF as part of a scene: its meshes in their places, its camera and its lights. A material is that of the
+//! description under the same name, or else diffuse with the glTF's base colour.
 //!
-//! A light's strength is in candela or lux. Its spectrum is daylight (D65) of its colour, scaled so that ȳ finds as many
-//! lumens in it, at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
+//! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
+//! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
-use crate::files::FilesIn;
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
 use crate::mesh_files::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
+use crate::scene::build::material::NamedMaterial;
+use crate::scene::build::placing::{check_reach, placement};
+use crate::scene::build::sources::Sources;
 use crate::scene::camera::View;
-use crate::scene::file::materials::{Named, Workshop};
-use crate::scene::file::placing::{check_reach, placement};
+use crate::scene::description::KeyPath;
 use crate::scene::light::{DirectionalLight, Light, PointLight, SpotCone};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -41,18 +41,19 @@ pub(super) struct GltfScene {
     pub(super) lights: Vec<Light>,
 }
 
-/// Reads a glTF with y turned to z; materials that the scene has none for are added to `materials`.
+/// Reads a glTF with y turned to z; its materials that the description lacks are added to `materials`.
 pub(super) fn read_gltf(
-    path: &Path,
-    materials: &mut Vec<Named>,
-    workshop: &Workshop,
+    path: &KeyPath,
+    name: &str,
+    materials: &mut Vec<NamedMaterial>,
+    sources: &Sources,
 ) -> Result<GltfScene, RenderError> {
-    let file = GltfFile::open(path)?;
-    let wrong = |reason: String| RenderError::Mesh { path: path.into(), reason };
+    let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
+    let wrong = |reason: String| RenderError::Mesh { path: sources.files.display_name(name), reason };
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
-    let mut palette = Palette { path, file: &file, workshop, own: materials.len(), known: BTreeMap::new() };
+    let mut palette = Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new() };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
@@ -66,15 +67,15 @@ pub(super) fn read_gltf(
             check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
             let shape = Shape::Mesh(instance);
             let material = palette.index(*material, materials)?;
-            let (material_name, made_of) = &materials[material];
+            let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
             made_of.check(&shape).map_err(misfit)?;
             objects.push(Object { name, shape, material, body: None });
         }
     }
-    let daylight = workshop.overrides.false_color.is_none();
+    let daylight = !sources.is_false_color;
     let lights = file.lights(&nodes);
-    let lights = lights.iter().map(|light| shining(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
+    let lights = lights.iter().map(|light| convert(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
     Ok(GltfScene { objects, view: file.view(&nodes), lights })
 }
 
@@ -91,10 +92,9 @@ fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderErr
 
 /// The materials of a glTF as they become those of a scene.
 struct Palette<'file> {
-    path: &'file Path,
     file: &'file GltfFile,
-    workshop: &'file Workshop<'file>,
-    /// How many the scene file has.
+    sources: &'file Sources<'file>,
+    /// How many the description has.
     own: usize,
     /// Index in the scene by the number in the glTF, of those met so far.
     known: BTreeMap<Option<usize>, usize>,
@@ -102,23 +102,23 @@ struct Palette<'file> {
 
 impl Palette<'_> {
     /// Index of the scene's own material of that name, or of a new one.
-    fn index(&mut self, number: Option<usize>, materials: &mut Vec<Named>) -> Result<usize, RenderError> {
+    fn index(&mut self, number: Option<usize>, materials: &mut Vec<NamedMaterial>) -> Result<usize, RenderError> {
         if let Some(&index) = self.known.get(&number) {
             return Ok(index);
         }
         // A glTF's default material is white.
         let material = number.and_then(|number| self.file.material(number));
         let name = material.as_ref().and_then(|material| material.name.clone());
-        let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|(other, _)| other == name));
+        let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|other| other.name == *name));
         let index = match own {
             Some(index) => index,
             None => {
                 let diffuse = match &material {
                     Some(material) => self.diffuse(material)?,
-                    None => self.workshop.even([1.0; 3]),
+                    None => self.sources.uniform([1.0; 3]),
                 };
                 let name = name.unwrap_or_else(|| format!("glTF material {}", materials.len()));
-                materials.push((name, Material::Diffuse(diffuse)));
+                materials.push(NamedMaterial { name, material: Material::Diffuse(diffuse) });
                 materials.len() - 1
             }
         };
@@ -127,13 +127,13 @@ impl Palette<'_> {
     }
 
     fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
-        let paint = self.file.base_colour_texture(material, &FilesIn::beside(self.path))?;
-        Ok(paint.map_or_else(|| self.workshop.even(material.base_colour), |texture| self.workshop.painted(texture)))
+        let paint = self.file.base_colour_texture(material, self.sources.files)?;
+        Ok(paint.map_or_else(|| self.sources.uniform(material.base_colour), |texture| self.sources.textured(texture)))
     }
 }
 
-/// A light of a glTF; without `daylight` it is alike at all wavelengths, for false colours.
-fn shining(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
+/// A light of a glTF. Without `daylight` it is white at all wavelengths, for false colours.
+fn convert(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
     let LinearRgb { r, g, b } = light.colour;
     let luminance = light.colour.luminance();
     let of = |strength: f64| {

@@ -1,0 +1,79 @@
+//! Materials.
+
+use std::collections::BTreeMap;
+
+use snowblue_transport::monte_carlo::Volume;
+
+use crate::error::RenderError;
+use crate::geometry::ray::narrow;
+use crate::images::png_image::PngImage;
+use crate::scene::build::snow::{build_snow, build_volume};
+use crate::scene::build::sources::Sources;
+use crate::scene::build::texture::build_texture;
+use crate::scene::description::{DiffuseDescription, KeyPath, MaterialDescription};
+use crate::scene::material::Material;
+use crate::scene::material::diffuse::Diffuse;
+use crate::spectrum::Spectrum;
+use crate::spectrum::file::SpectrumFile;
+
+/// A material with its name.
+pub(super) struct NamedMaterial {
+    pub(super) name: String,
+    pub(super) material: Material,
+}
+
+/// Builds all materials, in alphabetical order.
+pub(super) fn build_materials(
+    descriptions: &BTreeMap<String, MaterialDescription>,
+    sources: &Sources,
+) -> Result<Vec<NamedMaterial>, RenderError> {
+    let built = descriptions.iter().map(|(name, description)| {
+        let path = KeyPath::root("material").key(name);
+        let material = match description {
+            MaterialDescription::Diffuse(diffuse) => Material::Diffuse(build_diffuse(&path, diffuse, sources)?),
+            MaterialDescription::PcaSnow(snow) => Material::PcaSnow(Box::new(build_snow(&path, snow, sources)?)),
+        };
+        Ok(NamedMaterial { name: name.clone(), material })
+    });
+    built.collect()
+}
+
+/// The snow of each material, in the same order, for the reference integrator.
+pub(super) fn build_volumes(
+    descriptions: &BTreeMap<String, MaterialDescription>,
+    sources: &Sources,
+) -> Result<Vec<Option<Volume>>, RenderError> {
+    let mut volumes: Vec<Option<Volume>> = Vec::new();
+    for (name, description) in descriptions {
+        let path = KeyPath::root("material").key(name);
+        let volume = match description {
+            MaterialDescription::Diffuse(_) => None,
+            MaterialDescription::PcaSnow(snow) => Some(build_volume(&path, snow, sources)?),
+        };
+        let nodes = |volume: &Volume| volume.nodes().len();
+        if let (Some(one), Some(other)) = (&volume, volumes.iter().flatten().next())
+            && nodes(one) != nodes(other)
+        {
+            let reason = "does not fit the other snow: the reference takes snow with particles, or more than half \
+                          full of water, and other snow in separate scenes";
+            return Err(path.error(reason).into());
+        }
+        volumes.push(volume);
+    }
+    Ok(volumes)
+}
+
+fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources) -> Result<Diffuse, RenderError> {
+    match diffuse {
+        DiffuseDescription::Uniform { reflectance } => Ok(Diffuse::Even(Spectrum::constant(narrow(*reflectance)))),
+        DiffuseDescription::Color { reflectance_rgb } => Ok(sources.uniform(reflectance_rgb.linear())),
+        DiffuseDescription::Spectrum { reflectance_spectrum } => {
+            let file = sources.open(&path.key("reflectance_spectrum"), reflectance_spectrum)?;
+            let spectrum = SpectrumFile::parse(&file, 1.0)?.resample(&sources.wavelengths_nm)?;
+            Ok(Diffuse::Even(Spectrum(spectrum.map(narrow))))
+        }
+        DiffuseDescription::Texture(texture) => {
+            Ok(sources.textured(build_texture(path, texture, sources, PngImage::linear_rgb)?))
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! From a description to a scene: reads the files that it names, takes the curves of its snow from a table, and checks
+//! that all of it fits together.
+
+mod gltf_scene;
+mod light;
+mod material;
+mod object;
+mod placing;
+mod recorded_files;
+mod snow;
+mod sources;
+mod texture;
+
+use std::collections::BTreeMap;
+
+use snowblue_database::CompressedTable;
+
+use crate::error::RenderError;
+use crate::files::SceneFiles;
+use crate::film::sensor::Sensor;
+use crate::scene::Scene;
+use crate::scene::camera::{PinholeCamera, View};
+use crate::scene::description::{KeyPath, SceneDescription};
+use crate::scene::integrator::IntegratorKind;
+use crate::scene::objects::Objects;
+
+use gltf_scene::{GltfScene, read_gltf};
+use material::{build_materials, build_volumes};
+use object::{ObjectBuilder, snow_around};
+use recorded_files::RecordedFiles;
+use sources::Sources;
+
+impl SceneDescription {
+    /// Builds the scene; snow takes its curves from `table`, and files come from `files`.
+    ///
+    /// # Errors
+    ///
+    /// When a value is out of range, a file is missing or malformed, or the table has no such snow. The error names the
+    /// place of the value in the description, or the file.
+    pub fn build(&self, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+        self.check()?;
+        let sensor = match self.film.false_color {
+            None => Sensor::cie_1931(),
+            Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
+        };
+        let files = RecordedFiles::new(files);
+        let sources = Sources::new(table, &files, self.film.false_color.is_some());
+        let mut materials = build_materials(&self.materials, &sources)?;
+        let volumes = match self.integrator.kind {
+            IntegratorKind::PcaSnow => Vec::new(),
+            IntegratorKind::Reference => build_volumes(&self.materials, &sources)?,
+        };
+        let mut lights = Vec::with_capacity(self.lights.len() + 1);
+        for (index, light) in self.lights.iter().enumerate() {
+            lights.push(light::build_light(&KeyPath::root("light").index(index), light, &sources)?);
+        }
+        if let Some(environment) = &self.environment {
+            lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
+        }
+        let mut objects = Vec::new();
+        let mut builder = ObjectBuilder::new(&sources, &materials);
+        for (index, object) in self.objects.iter().enumerate() {
+            objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
+        }
+        let gltf = match &self.gltf {
+            None => GltfScene::default(),
+            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources)?,
+        };
+        lights.extend(gltf.lights);
+        if lights.is_empty() {
+            return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment]").into());
+        }
+        objects.extend(gltf.objects);
+        let objects = Objects::new(objects);
+        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind == IntegratorKind::Reference) {
+            let reason = format!("has a body \"{body}\" of several materials; the reference takes one");
+            return Err(KeyPath::root("object").error(reason).into());
+        }
+        let (view, path) = self.view(gltf.view)?;
+        if let Some(index) = snow_around(&objects, &materials, view.position) {
+            let name = &objects.list()[index].name;
+            return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
+        }
+        let camera = PinholeCamera::new(&view, self.film.width as f32 / self.film.height as f32);
+        let camera =
+            camera.ok_or_else(|| path.key("look_at").error("must lie off the camera's position and up axis"))?;
+        Ok(Scene {
+            camera,
+            view,
+            objects,
+            materials: materials.into_iter().map(|named| named.material).collect(),
+            lights,
+            film: self.film,
+            integrator: self.integrator,
+            sensor,
+            volumes,
+            description: self.clone(),
+            file_hashes: files.hashes(),
+        })
+    }
+
+    /// The view of the camera, or that of the glTF, and its place in the description.
+    fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), RenderError> {
+        if let Some(camera) = &self.camera {
+            return Ok((camera.view(), KeyPath::root("camera")));
+        }
+        let reason = "is missing, and there is no glTF with a perspective camera";
+        let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
+        Ok((view, KeyPath::root("gltf").key("camera")))
+    }
+}
+
+/// A body whose objects differ in material.
+fn body_of_two(objects: &Objects) -> Option<&str> {
+    let mut materials = BTreeMap::new();
+    let named = objects.list().iter().filter_map(|object| Some((object.body.as_deref()?, object.material)));
+    named
+        .filter(|(body, material)| materials.entry(*body).or_insert(*material) != material)
+        .map(|(body, _)| body)
+        .next()
+}

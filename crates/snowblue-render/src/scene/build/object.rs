@@ -1,0 +1,216 @@
+//! Objects: shapes and meshes in their places.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
+
+use crate::error::RenderError;
+use crate::geometry::cuboid::Cuboid;
+use crate::geometry::ellipsoid::Ellipsoid;
+use crate::geometry::instance::Instance;
+use crate::geometry::mesh::Mesh;
+use crate::geometry::plane::Plane;
+use crate::geometry::ray::narrow;
+use crate::geometry::shape::Shape;
+use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
+use crate::mesh_files::{is_y_up, read_mesh_from};
+use crate::scene::build::material::NamedMaterial;
+use crate::scene::build::placing::{Placing, check_reach, placement};
+use crate::scene::build::sources::Sources;
+use crate::scene::description::value::point;
+use crate::scene::description::{
+    DescriptionError, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, KeyPath,
+    MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
+};
+use crate::scene::material::Material;
+use crate::scene::objects::{Object, Objects};
+use crate::shapes::drift::{Mound, drift};
+use crate::shapes::height_field::Heights;
+use crate::shapes::igloo::Igloo;
+
+/// A mesh about its own middle, and the map that puts that back.
+type CentredMesh = (Arc<Mesh>, DAffine3);
+
+/// Builds objects; each mesh file is read once.
+pub(super) struct ObjectBuilder<'scene> {
+    sources: &'scene Sources<'scene>,
+    materials: &'scene [NamedMaterial],
+    /// Meshes by file and part.
+    meshes: BTreeMap<(String, Option<String>), CentredMesh>,
+}
+
+impl<'scene> ObjectBuilder<'scene> {
+    /// No mesh is read yet.
+    pub(super) fn new(sources: &'scene Sources<'scene>, materials: &'scene [NamedMaterial]) -> Self {
+        Self { sources, materials, meshes: BTreeMap::new() }
+    }
+
+    /// Builds an object, an igloo as one for each block.
+    pub(super) fn build(&mut self, path: &KeyPath, object: &ObjectDescription) -> Result<Vec<Object>, RenderError> {
+        let index = self.material(path, &object.common.material)?;
+        let NamedMaterial { name: material_name, material } = &self.materials[index];
+        let is_snow = matches!(material, Material::PcaSnow(_));
+        let mut body = object.common.body.clone();
+        if body.is_some() && !is_snow {
+            let reason = format!("joins snow, but the material \"{material_name}\" is diffuse");
+            return Err(path.key("body").error(reason).into());
+        }
+        let placing = Placing::of(&object.common);
+        let shapes = match &object.shape {
+            ShapeDescription::Box(cuboid) => {
+                let size = (point(cuboid.size).as_dvec3() * placing.scale).as_vec3a();
+                vec![Shape::Cuboid(Cuboid::new(placing.position, size, placing.axes()))]
+            }
+            ShapeDescription::Sphere(sphere) => {
+                let to_scene = placing.to_scene() * DAffine3::from_scale(DVec3::splat(sphere.radius));
+                let ellipsoid = Ellipsoid::new(to_scene);
+                let ellipsoid = ellipsoid.ok_or_else(|| path.key("scale").error("flattens the sphere"))?;
+                vec![Shape::Ellipsoid(ellipsoid)]
+            }
+            ShapeDescription::Plane(_) if is_snow => {
+                let reason = "is snow, but a plane has no inside and cannot be snow; use a box of 1000 m for an \
+                              endless layer";
+                return Err(path.key("material").error(reason).into());
+            }
+            ShapeDescription::Plane(_) => vec![Shape::Plane(Plane::new(placing.position, placing.axes()))],
+            ShapeDescription::Heights(heights) => {
+                let solid = self.height_field(path, heights)?;
+                vec![placed(path, &placing, solid)?]
+            }
+            ShapeDescription::Drift(description) => {
+                let solid = drift_solid(description);
+                let solid = solid.map_err(|reason| path.key("size").error(format!("is too small: {reason}")))?;
+                vec![placed(path, &placing, solid)?]
+            }
+            ShapeDescription::Igloo(igloo) => {
+                // The blocks of an igloo are one solid, whether it has a name or not.
+                if is_snow {
+                    body = body.or_else(|| Some(format!("igloo at {}", placing.position)));
+                }
+                let blocks = igloo_of(igloo).blocks().into_iter();
+                blocks.map(|block| placed(path, &placing, block)).collect::<Result<_, _>>()?
+            }
+            ShapeDescription::Mesh(mesh) => vec![self.mesh(path, mesh, &placing)?],
+        };
+        for shape in &shapes {
+            material.check(shape).map_err(|reason| {
+                path.key("material").error(format!("is \"{material_name}\", which does not fit: {reason}"))
+            })?;
+        }
+        let name = object.shape.name();
+        let object = |shape| Object { name: name.clone(), shape, material: index, body: body.clone() };
+        Ok(shapes.into_iter().map(object).collect())
+    }
+
+    /// Index of a material by its name.
+    fn material(&self, path: &KeyPath, name: &str) -> Result<usize, DescriptionError> {
+        self.materials.iter().position(|other| other.name == name).ok_or_else(|| {
+            let names: Vec<_> = self.materials.iter().map(|material| material.name.as_str()).collect();
+            path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
+        })
+    }
+
+    fn height_field(&self, path: &KeyPath, description: &HeightFieldDescription) -> Result<TriangleMesh, RenderError> {
+        let heights = match &description.source {
+            HeightSource::Rows { heights } => {
+                let columns = heights.first().map_or(0, Vec::len);
+                Heights::new(columns, heights.iter().flatten().copied().map(narrow).collect())
+                    .map_err(|reason| path.key("heights").error(format!("are no grid: {reason}")))?
+            }
+            HeightSource::File { file } => Heights::read(self.sources.files, file)
+                .map_err(|error| self.sources.named(&path.key("file"), file, error))?,
+        };
+        let size = point(description.size);
+        // The reason begins with the name of the key.
+        let solid = heights
+            .solid(size.into(), narrow(description.bottom))
+            .map_err(|reason| path.key("bottom").error(reason.strip_prefix("bottom ").unwrap_or(&reason)))?;
+        Ok(solid)
+    }
+
+    fn mesh(&mut self, path: &KeyPath, description: &MeshDescription, placing: &Placing) -> Result<Shape, RenderError> {
+        let MeshDescription { mesh: file, part, up } = description;
+        let path = path.key("mesh");
+        let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
+        let upright = DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY });
+        let (mesh, map) = self.centred(&path, file, part.as_deref())?;
+        let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
+        let placement = placement(&(placing.to_scene() * upright * map)).map_err(wrong)?;
+        let instance = Instance::new(mesh, placement);
+        check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
+        Ok(Shape::Mesh(instance))
+    }
+
+    fn centred(&mut self, path: &KeyPath, file: &str, part: Option<&str>) -> Result<CentredMesh, RenderError> {
+        let key = (file.to_owned(), part.map(str::to_owned));
+        if let Some((mesh, map)) = self.meshes.get(&key) {
+            return Ok((Arc::clone(mesh), *map));
+        }
+        let read = read_mesh_from(self.sources.files, file, part);
+        let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
+        let (mesh, map) = (Arc::new(Mesh::new(centred.mesh)), centred.to_original);
+        self.meshes.insert(key, (Arc::clone(&mesh), map));
+        Ok((mesh, map))
+    }
+}
+
+impl ShapeDescription {
+    /// What its object is called in reports.
+    fn name(&self) -> String {
+        let name = match self {
+            Self::Box(_) => "box",
+            Self::Sphere(_) => "sphere",
+            Self::Plane(_) => "plane",
+            Self::Heights(_) => "heights",
+            Self::Drift(_) => "drift",
+            Self::Igloo(_) => "igloo",
+            Self::Mesh(MeshDescription { mesh, part: Some(part), .. }) => return format!("{mesh} {part}"),
+            Self::Mesh(MeshDescription { mesh, part: None, .. }) => mesh,
+        };
+        name.to_owned()
+    }
+}
+
+/// Ground under snow, with mounds.
+fn drift_solid(description: &DriftDescription) -> Result<TriangleMesh, String> {
+    let single = |number: f64| f64::from(narrow(number));
+    let mounds = description.mounds.iter().map(|mound| Mound {
+        middle_m: DVec2::new(single(mound.x), single(mound.y)),
+        height_m: single(mound.height),
+        radius_m: single(mound.radius),
+    });
+    let size_m = point(description.size).as_dvec3();
+    drift(size_m, &mounds.collect::<Vec<_>>(), description.relief, description.seed)
+}
+
+fn igloo_of(description: &IglooDescription) -> Igloo {
+    Igloo {
+        inner_radius_m: description.inner_radius,
+        wall_m: description.wall,
+        courses: description.courses,
+        block_width_m: description.block_width,
+        seam_depth_m: description.seam_depth.unwrap_or(0.25 * description.wall),
+        seam_width_m: description.seam_width,
+        seed: description.seed,
+    }
+}
+
+/// A solid in its place.
+fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<Shape, DescriptionError> {
+    let centred = triangles.centred();
+    let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));
+    let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;
+    let instance = Instance::new(Arc::new(Mesh::new(centred.mesh)), placement);
+    check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
+    Ok(Shape::Mesh(instance))
+}
+
+/// The object of snow in which a point lies.
+pub(super) fn snow_around(objects: &Objects, materials: &[NamedMaterial], point: Vec3A) -> Option<usize> {
+    (0..objects.list().len()).find(|&index| {
+        let is_snow = matches!(materials[objects.list()[index].material].material, Material::PcaSnow(_));
+        is_snow && objects.holds(index, point)
+    })
+}

@@ -1,0 +1,51 @@
+//! Places of objects in the scene.
+
+use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
+
+use crate::geometry::placement::Placement;
+use crate::geometry::ray::narrow;
+use crate::scene::description::check::GREATEST_COORDINATE_M;
+use crate::scene::description::value::point;
+use crate::scene::description::{ObjectSettings, Scale};
+
+/// Where a shape is, how it is turned and how it is stretched.
+pub(super) struct Placing {
+    pub(super) position: Vec3A,
+    rotation: DMat3,
+    pub(super) scale: DVec3,
+}
+
+impl Placing {
+    /// That of an object.
+    pub(super) fn of(settings: &ObjectSettings) -> Self {
+        let [x, y, z] = settings.rotation_deg.map(|degrees| f64::from(narrow(degrees)).to_radians());
+        let scale = match settings.scale {
+            Scale::Uniform(scale) => DVec3::splat(scale),
+            Scale::Axes(scales) => DVec3::from(scales.map(|scale| f64::from(narrow(scale)))),
+        };
+        Self { position: point(settings.position), rotation: DMat3::from_euler(EulerRot::ZYX, z, y, x), scale }
+    }
+
+    /// The directions of the shape's axes in the scene.
+    pub(super) fn axes(&self) -> Mat3A {
+        self.rotation.as_mat3().into()
+    }
+
+    /// From the shape's coordinates into the scene.
+    pub(super) fn to_scene(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
+    }
+}
+
+/// The placement by a map, or what is wrong with it.
+pub(super) fn placement(to_scene: &DAffine3) -> Result<Placement, String> {
+    Placement::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
+}
+
+/// Refuses bounds that reach farther than a scene may.
+pub(super) fn check_reach(reach_m: f32) -> Result<(), String> {
+    if f64::from(reach_m) <= GREATEST_COORDINATE_M {
+        return Ok(());
+    }
+    Err(format!("reaches to {reach_m} m, but must lie within {GREATEST_COORDINATE_M} m"))
+}

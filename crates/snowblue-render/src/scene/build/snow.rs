@@ -1,0 +1,113 @@
+//! Snow: for PCASnow its curves from the table, for the reference integrator its grains.
+
+use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
+use snowblue_transport::monte_carlo::{GrainPlan, Volume};
+
+use crate::error::RenderError;
+use crate::geometry::ray::narrow;
+use crate::images::png_image::PngImage;
+use crate::scene::build::sources::Sources;
+use crate::scene::build::texture::build_texture;
+use crate::scene::description::{DescriptionError, KeyPath, MaskDescription, PcaSnowDescription};
+use crate::scene::material::pca_snow::{Emission, PcaSnowMaterial, Reflection};
+use crate::scene::material::snow_curves::{Mask, SnowCurves};
+use crate::spectrum::wavelengths_nm;
+
+/// Builds snow for PCASnow.
+pub(super) fn build_snow(
+    path: &KeyPath,
+    snow: &PcaSnowDescription,
+    sources: &Sources,
+) -> Result<PcaSnowMaterial, RenderError> {
+    let curves = curves(path, snow, sources)?;
+    let wanted = wavelengths_nm();
+    let fits = curves.wavelengths_nm().len() == wanted.len()
+        && curves.wavelengths_nm().iter().zip(wanted).all(|(one, other)| (one - other).abs() < 1e-6);
+    if !sources.is_false_color && !fits {
+        let reason = "needs a table of the wavelengths 400 to 700 nm in steps of 10 nm, except for false colours";
+        return Err(path.error(reason).into());
+    }
+    Ok(PcaSnowMaterial {
+        curves,
+        path: snow.path,
+        exit: snow.exit,
+        emission: snow.emission,
+        reflection: snow.reflectance.map_or(Reflection::Table, |share| Reflection::Constant(narrow(share))),
+    })
+}
+
+/// Builds snow for the reference integrator.
+pub(super) fn build_volume(
+    path: &KeyPath,
+    snow: &PcaSnowDescription,
+    sources: &Sources,
+) -> Result<Volume, RenderError> {
+    let keys = [
+        ("mask", snow.mask.is_some()),
+        ("reflectance", snow.reflectance.is_some()),
+        ("emission", snow.emission != Emission::Transmitted),
+    ];
+    if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(path.key(key).error("is not for the reference integrator").into());
+    }
+    let volume = || -> Result<Volume, String> {
+        let ice = fill::ice_from_metadata(&sources.table.metadata).map_err(|error| error.to_string())?;
+        let sample = sample_at(snow, 0.0).snow(ice).map_err(|error| error.to_string())?;
+        let volume = Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default());
+        volume.map_err(|error| error.to_string())
+    };
+    volume().map_err(|reason| path.error(format!("is no snow for the reference integrator: {reason}")).into())
+}
+
+/// The snow where the mask has a value.
+fn sample_at(snow: &PcaSnowDescription, mask: f64) -> TableSample {
+    let mut sample =
+        TableSample::new(snow.grain_size_um.at(mask), snow.facetness.at(mask), snow.density_kg_m3.at(mask));
+    if let Some(saturation) = snow.water_saturation {
+        sample = sample.with(Property::WaterSaturation, saturation.at(mask));
+    }
+    if let Some(temperature_c) = snow.temperature_c {
+        sample = sample.with(Property::Temperature, temperature_c.at(mask));
+    }
+    snow.impurities().fold(sample, |sample, (impurity, content)| sample.with(impurity, content.at(mask)))
+}
+
+/// The curves of the snow that a material is made of.
+fn curves(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) -> Result<SnowCurves, RenderError> {
+    let snow_at =
+        |mask: f64| PcaSnow::new(sources.table, &sample_at(snow, mask)).map_err(|error| off_table(path, &error));
+    match &snow.mask {
+        None => Ok(snow_at(0.0).map(SnowCurves::even)?),
+        Some(mask) => Ok(SnowCurves::varying(build_mask(&path.key("mask"), mask, sources)?, snow_at)?),
+    }
+}
+
+fn build_mask(path: &KeyPath, mask: &MaskDescription, sources: &Sources) -> Result<Mask, RenderError> {
+    match mask {
+        MaskDescription::Texture(texture) => {
+            build_texture(path, texture, sources, PngImage::encoded_rgb).map(Mask::RasterImage)
+        }
+        MaskDescription::Attribute { attribute, range } => {
+            Ok(Mask::Attribute { name: attribute.clone(), range: range.map(narrow) })
+        }
+    }
+}
+
+/// An error about snow that the table does not hold, at the key of the property.
+fn off_table(path: &KeyPath, error: &DatabaseError) -> DescriptionError {
+    let (DatabaseError::OffGrid { quantity, .. }
+    | DatabaseError::OffAxis { quantity, .. }
+    | DatabaseError::NoAxis { quantity, .. }) = error
+    else {
+        return path.error(format!("cannot be taken from the table: {error}"));
+    };
+    let key = match *quantity {
+        "grain size" => "grain_size_um",
+        "facetness" => "facetness",
+        "density" => "density_kg_m3",
+        "water saturation" => "water_saturation",
+        "temperature" => "temperature_c",
+        _ => "impurities_ng_g",
+    };
+    path.key(key).error(format!("is not in the table: {error}"))
+}

@@ -1,0 +1,65 @@
+//! What the parts of a scene are built from.
+
+use std::io;
+
+use snowblue_database::CompressedTable;
+
+use crate::error::RenderError;
+use crate::files::{NamedFile, SceneFiles};
+use crate::scene::description::KeyPath;
+use crate::scene::material::diffuse::Diffuse;
+use crate::scene::material::texture::Texture;
+use crate::spectrum::upsampling::Upsampling;
+use crate::spectrum::{SAMPLES, wavelengths_nm};
+
+/// The table, the files and the colours.
+pub(super) struct Sources<'scene> {
+    pub(super) table: &'scene CompressedTable,
+    pub(super) files: &'scene dyn SceneFiles,
+    /// The wavelengths of the picture.
+    pub(super) wavelengths_nm: [f64; SAMPLES],
+    /// In false colour lights are white, whatever their spectrum.
+    pub(super) is_false_color: bool,
+    upsampling: Upsampling,
+}
+
+impl<'scene> Sources<'scene> {
+    /// For the wavelengths of the observer, or those of the table in false colour.
+    pub(super) fn new(table: &'scene CompressedTable, files: &'scene dyn SceneFiles, is_false_color: bool) -> Self {
+        let of_table = table.axes.wavelengths_nm.first_chunk().filter(|_| is_false_color);
+        Self {
+            table,
+            files,
+            wavelengths_nm: of_table.copied().unwrap_or_else(wavelengths_nm),
+            is_false_color,
+            upsampling: if is_false_color { Upsampling::grey() } else { Upsampling::reflectance() },
+        }
+    }
+
+    /// A reflectance of one colour in linear sRGB.
+    pub(super) fn uniform(&self, colour: [f32; 3]) -> Diffuse {
+        Diffuse::Even(self.upsampling.spectrum(colour))
+    }
+
+    /// Reflectances of the colours of a texture in linear sRGB.
+    pub(super) fn textured(&self, texture: Texture) -> Diffuse {
+        Diffuse::painted(texture, self.upsampling)
+    }
+
+    /// The file that a key names.
+    pub(super) fn open(&self, path: &KeyPath, name: &str) -> Result<NamedFile, RenderError> {
+        NamedFile::read(self.files, name).map_err(|error| self.named(path, name, error))
+    }
+
+    /// An error about the file that a key names: where the file does not exist, that of the key.
+    pub(super) fn named(&self, path: &KeyPath, name: &str, error: RenderError) -> RenderError {
+        match error {
+            RenderError::ReadFile { path: file, source }
+                if source.kind() == io::ErrorKind::NotFound && file == self.files.display_name(name) =>
+            {
+                path.error(format!("is \"{name}\", but {} does not exist", file.display())).into()
+            }
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! The ranges of all values, and the one pass that checks them.
+
+use glam::Vec3A;
+use snowblue_database::Property;
+use snowblue_transport::ParameterRange;
+use snowblue_transport::sample::{
+    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
+};
+
+use super::camera::CameraDescription;
+use super::key_path::{DescriptionError, KeyPath};
+use super::light::{EnvironmentDescription, LightSource};
+use super::material::{
+    DiffuseDescription, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
+};
+use super::object::{HeightSource, IglooDescription, ObjectDescription, ShapeDescription};
+use super::scene::SceneDescription;
+use super::value::{ColorDescription, Scale, SnowProperty, point};
+use crate::film::exposure::{Exposure, FilmSettings};
+use crate::scene::camera::PinholeCamera;
+use crate::scene::integrator::IntegratorSettings;
+
+/// Greatest coordinate of anything in a scene, in m.
+pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
+/// Greatest exposure, in stops.
+pub const GREATEST_STOPS: f64 = 100.0;
+
+const COORDINATE: Range = Range::new(-GREATEST_COORDINATE_M, GREATEST_COORDINATE_M, "m");
+/// A component of a direction of any length.
+const DIRECTION: Range = Range::new(-1e6, 1e6, "");
+const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
+const ROTATION: Range = Range::new(-360.0, 360.0, "deg");
+const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
+const SCALE: Range = Range::new(1e-6, 1e6, "");
+const FRACTION: Range = Range::new(0.0, 1.0, "");
+const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
+const MASK_END: Range = Range::new(-1e9, 1e9, "");
+const LAMP_SIZE: Range = Range::new(1e-6, 1e5, "m");
+const GREATEST_POWER: f64 = 1e12;
+const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
+const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
+const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
+/// Most pixels along a side.
+const GREATEST_SIDE: u32 = 16_384;
+/// Most samples of a pixel.
+const GREATEST_SAMPLES: u32 = 1 << 24;
+/// Most surfaces on a path after the first.
+const GREATEST_BOUNCES: u32 = 10_000;
+
+type Checked = Result<(), DescriptionError>;
+
+/// The least and the greatest value of a quantity, and its unit.
+#[derive(Clone, Copy)]
+struct Range {
+    least: f64,
+    greatest: f64,
+    unit: &'static str,
+}
+
+impl Range {
+    const fn new(least: f64, greatest: f64, unit: &'static str) -> Self {
+        Self { least, greatest, unit }
+    }
+
+    /// That of a parameter of snow.
+    const fn of(parameter: ParameterRange) -> Self {
+        Self::new(parameter.least, parameter.greatest, parameter.unit)
+    }
+
+    /// Powers in a unit.
+    const fn power(unit: &'static str) -> Self {
+        Self::new(0.0, GREATEST_POWER, unit)
+    }
+
+    /// Whether a value lies in the range.
+    fn check(&self, path: &KeyPath, value: f64) -> Checked {
+        let Self { least, greatest, unit } = self;
+        if (*least..=*greatest).contains(&value) {
+            return Ok(());
+        }
+        let space = if unit.is_empty() { "" } else { " " };
+        Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
+    }
+
+    /// Whether all values lie in the range.
+    fn check_all(&self, path: &KeyPath, values: &[f64]) -> Checked {
+        values.iter().try_for_each(|value| self.check(path, *value))
+    }
+}
+
+/// Whether a whole number lies in a range.
+fn check_count(path: &KeyPath, value: u32, least: u32, greatest: u32) -> Checked {
+    if (least..=greatest).contains(&value) {
+        return Ok(());
+    }
+    Err(path.error(format!("is {value}, but must lie in {least}–{greatest}")))
+}
+
+impl SceneDescription {
+    /// Checks every value that can be checked without the files and the table.
+    ///
+    /// # Errors
+    ///
+    /// With the place of the first value that lies out of its range.
+    pub fn check(&self) -> Checked {
+        if let Some(camera) = &self.camera {
+            check_camera(&KeyPath::root("camera"), camera)?;
+        }
+        check_film(&KeyPath::root("film"), &self.film)?;
+        check_integrator(&KeyPath::root("integrator"), &self.integrator)?;
+        for (name, material) in &self.materials {
+            check_material(&KeyPath::root("material").key(name), material)?;
+        }
+        for (index, light) in self.lights.iter().enumerate() {
+            check_light(&KeyPath::root("light").index(index), &light.source)?;
+        }
+        if let Some(environment) = &self.environment {
+            check_environment(&KeyPath::root("environment"), environment)?;
+        }
+        for (index, object) in self.objects.iter().enumerate() {
+            check_object(&KeyPath::root("object").index(index), object)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
+    COORDINATE.check_all(&path.key("position"), &camera.position)?;
+    COORDINATE.check_all(&path.key("look_at"), &camera.look_at)?;
+    DIRECTION.check_all(&path.key("up"), &camera.up)?;
+    FIELD_OF_VIEW.check(&path.key("vertical_fov_deg"), camera.vertical_fov_deg)?;
+    if PinholeCamera::new(&camera.view(), 1.0).is_none() {
+        return Err(path.key("look_at").error("must lie off the camera's position and up axis"));
+    }
+    Ok(())
+}
+
+fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
+    check_count(&path.key("width"), film.width, 1, GREATEST_SIDE)?;
+    check_count(&path.key("height"), film.height, 1, GREATEST_SIDE)?;
+    match film.exposure {
+        Exposure::Auto => Ok(()),
+        Exposure::Stops(stops) => EXPOSURE.check(&path.key("exposure"), stops),
+    }
+}
+
+fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked {
+    check_count(&path.key("samples_per_pixel"), integrator.samples_per_pixel, 1, GREATEST_SAMPLES)?;
+    check_count(&path.key("max_bounces"), integrator.max_bounces, 0, GREATEST_BOUNCES)
+}
+
+fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {
+    match material {
+        MaterialDescription::Diffuse(diffuse) => match diffuse {
+            DiffuseDescription::Uniform { reflectance } => FRACTION.check(&path.key("reflectance"), *reflectance),
+            DiffuseDescription::Color { reflectance_rgb: ColorDescription::Linear(channels) } => {
+                FRACTION.check_all(&path.key("reflectance_rgb"), channels)
+            }
+            DiffuseDescription::Color { reflectance_rgb: ColorDescription::Encoded(_) }
+            | DiffuseDescription::Spectrum { .. } => Ok(()),
+            DiffuseDescription::Texture(texture) => check_texture(path, texture),
+        },
+        MaterialDescription::PcaSnow(snow) => check_snow(path, snow),
+    }
+}
+
+fn check_texture(path: &KeyPath, texture: &TextureDescription) -> Checked {
+    TEXTURE_SCALE.check(&path.key("texture_scale_m"), texture.texture_scale_m)
+}
+
+fn check_snow(path: &KeyPath, snow: &PcaSnowDescription) -> Checked {
+    let check =
+        |key: &str, property: &SnowProperty, range| Range::of(range).check_all(&path.key(key), &property.ends());
+    check("grain_size_um", &snow.grain_size_um, GRAIN_SIZE_RANGE)?;
+    check("facetness", &snow.facetness, FACETNESS_RANGE)?;
+    check("density_kg_m3", &snow.density_kg_m3, DENSITY_RANGE)?;
+    if let Some(saturation) = &snow.water_saturation {
+        check("water_saturation", saturation, WATER_SATURATION_RANGE)?;
+    }
+    if let Some(temperature) = &snow.temperature_c {
+        check("temperature_c", temperature, TEMPERATURE_RANGE)?;
+    }
+    let path_to_impurities = path.key("impurities_ng_g");
+    for (name, content) in &snow.impurities_ng_g {
+        let path = path_to_impurities.key(name);
+        if impurity(name).is_none() {
+            let known: Vec<_> = impurities().map(Property::title).collect();
+            return Err(path.error(format!("is an unknown impurity; known are {}", known.join(", "))));
+        }
+        Range::of(MASS_FRACTION_RANGE).check_all(&path, &content.ends())?;
+    }
+    if let Some(reflectance) = snow.reflectance {
+        FRACTION.check(&path.key("reflectance"), reflectance)?;
+    }
+    match (snow.blended_key(), &snow.mask) {
+        (Some(key), None) => Err(path.key(key).error("has two values, but the material has no `mask`")),
+        (None, Some(_)) => Err(path.key("mask").error("needs a key with two values, as grain_size_um = [100, 500]")),
+        (_, Some(mask)) => check_mask(&path.key("mask"), mask),
+        (None, None) => Ok(()),
+    }
+}
+
+fn check_mask(path: &KeyPath, mask: &MaskDescription) -> Checked {
+    match mask {
+        MaskDescription::Texture(texture) => check_texture(path, texture),
+        MaskDescription::Attribute { range, .. } => {
+            let path = path.key("range");
+            MASK_END.check_all(&path, range)?;
+            if (range[1] - range[0]).abs() <= 0.0 {
+                return Err(path.error(format!("is {} twice, but must have two ends", range[0])));
+            }
+            Ok(())
+        }
+    }
+}
+
+/// The impurities that snow can have.
+fn impurities() -> impl Iterator<Item = Property> {
+    Property::all().filter(|property| property.is_impurity())
+}
+
+/// An impurity by its name.
+pub(super) fn impurity(name: &str) -> Option<Property> {
+    impurities().find(|impurity| impurity.title() == name)
+}
+
+impl PcaSnowDescription {
+    /// A key that has two values.
+    fn blended_key(&self) -> Option<&'static str> {
+        let is_blend = |property: Option<&SnowProperty>| matches!(property, Some(SnowProperty::Blend(_)));
+        let keys = [
+            ("grain_size_um", is_blend(Some(&self.grain_size_um))),
+            ("facetness", is_blend(Some(&self.facetness))),
+            ("density_kg_m3", is_blend(Some(&self.density_kg_m3))),
+            ("water_saturation", is_blend(self.water_saturation.as_ref())),
+            ("temperature_c", is_blend(self.temperature_c.as_ref())),
+            ("impurities_ng_g", self.impurities_ng_g.values().any(|content| is_blend(Some(content)))),
+        ];
+        keys.into_iter().find(|(_, is_blend)| *is_blend).map(|(key, _)| key)
+    }
+
+    /// The impurities with their contents in ng/g.
+    pub(crate) fn impurities(&self) -> impl Iterator<Item = (Property, SnowProperty)> {
+        let contents = self.impurities_ng_g.iter();
+        contents.filter_map(|(name, content)| Some((impurity(name)?, *content)))
+    }
+}
+
+fn check_light(path: &KeyPath, source: &LightSource) -> Checked {
+    let radiance = Range::power("W/(m² sr)");
+    match source {
+        LightSource::Point(light) => {
+            COORDINATE.check_all(&path.key("position"), &light.position)?;
+            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)
+        }
+        LightSource::Spot(light) => {
+            COORDINATE.check_all(&path.key("position"), &light.position)?;
+            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
+            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)?;
+            OUTER_CONE.check(&path.key("outer_cone_deg"), light.outer_cone_deg)?;
+            let inner = Range::new(0.0, light.outer_cone_deg, "deg");
+            inner.check(&path.key("inner_cone_deg"), light.inner_cone_deg)?;
+            let axis = point(light.look_at) - point(light.position);
+            off(&path.key("look_at"), axis, "must lie off the light's position")
+        }
+        LightSource::Directional(light) => {
+            let path_to_direction = path.key("direction");
+            DIRECTION.check_all(&path_to_direction, &light.direction)?;
+            Range::power("W/m²").check(&path.key("irradiance_w_m2"), light.irradiance_w_m2)?;
+            off(&path_to_direction, point(light.direction), "is [0, 0, 0], but must have a length")
+        }
+        LightSource::Sphere(light) => {
+            COORDINATE.check_all(&path.key("position"), &light.position)?;
+            LAMP_SIZE.check(&path.key("radius"), light.radius)?;
+            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
+        }
+        LightSource::Rectangle(light) => {
+            COORDINATE.check_all(&path.key("position"), &light.position)?;
+            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
+            DIRECTION.check_all(&path.key("up"), &light.up)?;
+            LAMP_SIZE.check_all(&path.key("size"), &light.size)?;
+            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
+        }
+    }
+}
+
+/// Refuses directions without a length.
+fn off(path: &KeyPath, direction: Vec3A, reason: &str) -> Checked {
+    direction.try_normalize().map(drop).ok_or_else(|| path.error(reason))
+}
+
+fn check_environment(path: &KeyPath, environment: &EnvironmentDescription) -> Checked {
+    match environment {
+        EnvironmentDescription::Uniform(sky) => {
+            Range::power("W/(m² sr)").check(&path.key("radiance_w_m2_sr"), sky.glow.radiance_w_m2_sr)
+        }
+        EnvironmentDescription::Image(sky) => {
+            IMAGE_SCALE.check(&path.key("scale"), sky.scale)?;
+            ROTATION.check(&path.key("rotation_deg"), sky.rotation_deg)
+        }
+    }
+}
+
+fn check_object(path: &KeyPath, object: &ObjectDescription) -> Checked {
+    let common = &object.common;
+    COORDINATE.check_all(&path.key("position"), &common.position)?;
+    ROTATION.check_all(&path.key("rotation_deg"), &common.rotation_deg)?;
+    match common.scale {
+        Scale::Uniform(scale) => SCALE.check(&path.key("scale"), scale)?,
+        Scale::Axes(scales) => SCALE.check_all(&path.key("scale"), &scales)?,
+    }
+    let size = |size: &[f64]| SHAPE_SIZE.check_all(&path.key("size"), size);
+    match &object.shape {
+        ShapeDescription::Box(cuboid) => size(&cuboid.size),
+        ShapeDescription::Sphere(sphere) => SHAPE_SIZE.check(&path.key("radius"), sphere.radius),
+        ShapeDescription::Plane(_) if common.scale != Scale::default() => {
+            Err(path.key("scale").error("is not for a plane, which has no end"))
+        }
+        ShapeDescription::Plane(_) | ShapeDescription::Mesh(_) => Ok(()),
+        ShapeDescription::Heights(heights) => {
+            size(&heights.size)?;
+            COORDINATE.check(&path.key("bottom"), heights.bottom)?;
+            match &heights.source {
+                HeightSource::Rows { heights } if heights.windows(2).any(|pair| pair[0].len() != pair[1].len()) => {
+                    Err(path.key("heights").error("must be a list of lists of numbers, all of one length"))
+                }
+                HeightSource::Rows { .. } | HeightSource::File { .. } => Ok(()),
+            }
+        }
+        ShapeDescription::Drift(drift) => {
+            size(&drift.size)?;
+            let path_to_mounds = path.key("mounds");
+            for (index, mound) in drift.mounds.iter().enumerate() {
+                let numbers = [mound.x, mound.y, mound.height, mound.radius];
+                if !numbers.iter().all(|number| number.is_finite()) || mound.height <= 0.0 || mound.radius <= 0.0 {
+                    let reason = "must be x, y, height and radius in m, the last two above 0";
+                    return Err(path_to_mounds.index(index).error(reason));
+                }
+            }
+            Range::new(0.0, 1.0, "m").check(&path.key("relief"), drift.relief)
+        }
+        ShapeDescription::Igloo(igloo) => check_igloo(path, igloo),
+    }
+}
+
+fn check_igloo(path: &KeyPath, igloo: &IglooDescription) -> Checked {
+    Range::new(0.5, 10.0, "m").check(&path.key("inner_radius"), igloo.inner_radius)?;
+    Range::new(0.02, 0.5 * igloo.inner_radius, "m").check(&path.key("wall"), igloo.wall)?;
+    check_count(&path.key("courses"), igloo.courses, 2, 20)?;
+    Range::new(0.1, igloo.inner_radius, "m").check(&path.key("block_width"), igloo.block_width)?;
+    if let Some(depth) = igloo.seam_depth {
+        // The relief must not break through a seam.
+        Range::new(0.0, 0.4 * igloo.wall, "m").check(&path.key("seam_depth"), depth)?;
+    }
+    Range::new(0.005, 0.5, "m").check(&path.key("seam_width"), igloo.seam_width)
+}

@@ -1,0 +1,29 @@
+//! A scene as plain data, which mirrors the tables and keys of a scene file.
+//!
+//! [`SceneDescription::build`] makes a [`Scene`](crate::Scene) of it; a [`SceneFile`](crate::scene::file::SceneFile)
+//! is read from TOML. Lengths are in metres; other units stand in the names of the keys.
+
+pub(crate) mod camera;
+pub(crate) mod check;
+pub(crate) mod key_path;
+pub(crate) mod light;
+pub(crate) mod material;
+pub(crate) mod object;
+mod scene;
+pub(crate) mod value;
+
+pub use camera::CameraDescription;
+pub use check::GREATEST_STOPS;
+pub use key_path::{DescriptionError, KeyPath, Step};
+pub use light::{
+    DirectionalLightDescription, EnvironmentDescription, ImageSkyDescription, LampDescription, LightDescription,
+    LightSource, PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription,
+    SpotLightDescription, UniformSkyDescription,
+};
+pub use material::{DiffuseDescription, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription};
+pub use object::{
+    BoxDescription, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, MeshDescription,
+    MoundDescription, ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
+};
+pub use scene::SceneDescription;
+pub use value::{ColorDescription, Scale, SnowProperty};

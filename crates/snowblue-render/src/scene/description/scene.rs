@@ -1,0 +1,60 @@
+//! The whole scene as data.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::camera::CameraDescription;
+use super::light::{EnvironmentDescription, LightDescription};
+use super::material::MaterialDescription;
+use super::object::ObjectDescription;
+use crate::film::exposure::FilmSettings;
+use crate::scene::integrator::IntegratorSettings;
+use crate::scene::material::pca_snow::PathMode;
+
+/// A scene as plain data.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct SceneDescription {
+    /// A glTF whose meshes, lights and materials belong to the scene, and its camera where there is no other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gltf: Option<String>,
+    /// The camera; that of the glTF if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraDescription>,
+    /// Size and brightness of the picture.
+    pub film: FilmSettings,
+    /// The integrator and its settings.
+    pub integrator: IntegratorSettings,
+    /// Materials by name.
+    #[serde(rename = "material", skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, MaterialDescription>,
+    /// Lights with a place or a direction.
+    #[serde(rename = "light", skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<LightDescription>,
+    /// Light from all directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentDescription>,
+    /// What is there.
+    #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<ObjectDescription>,
+}
+
+impl SceneDescription {
+    /// Sets the path mode of all snow.
+    pub fn set_path_mode(&mut self, mode: PathMode) {
+        for material in self.materials.values_mut() {
+            if let MaterialDescription::PcaSnow(snow) = material {
+                snow.path = mode;
+            }
+        }
+    }
+
+    /// The scene as the text of a scene file.
+    ///
+    /// # Panics
+    ///
+    /// Never: every value has a notation in TOML.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("every value has a notation in TOML")
+    }
+}

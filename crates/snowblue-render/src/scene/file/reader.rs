@@ -1,0 +1,190 @@
+//! From a TOML document to a description. serde reads the tables; this file chooses by `type` and `shape` what a table
+//! describes, which serde could do only without the places of errors.
+
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use crate::scene::description::light::LampKeys;
+use crate::scene::description::{
+    EnvironmentDescription, KeyPath, LampDescription, LightDescription, LightSource, MaterialDescription,
+    ObjectDescription, ObjectSettings, SceneDescription, ShapeDescription, UniformSkyDescription,
+};
+use crate::scene::file::message::{Mistake, explain};
+
+type Read<T> = Result<T, Mistake>;
+
+/// Reads a document.
+pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescription> {
+    const KNOWN: [&str; 8] = ["gltf", "camera", "film", "integrator", "material", "light", "environment", "object"];
+    let root = document.into_inner();
+    if let Some(key) = root.keys().find(|key| !KNOWN.contains(&key.get_ref().as_ref())) {
+        let reason = format!("unknown table `{}`; known are {}", key.get_ref(), KNOWN.join(", "));
+        return Err(Mistake { span: key.span(), reason });
+    }
+    let value = |name: &str| root.get(name).map(|value| (value, KeyPath::root(name)));
+    let mut scene = SceneDescription::default();
+    if let Some((value, path)) = value("gltf") {
+        scene.gltf = Some(read(value, &path, &[])?);
+    }
+    if let Some((value, path)) = value("camera") {
+        scene.camera = Some(read(value, &path, &[])?);
+    }
+    if let Some((value, path)) = value("film") {
+        scene.film = read(value, &path, &[])?;
+    }
+    if let Some((value, path)) = value("integrator") {
+        scene.integrator = read(value, &path, &[])?;
+    }
+    if let Some((value, path)) = value("material") {
+        for (name, material) in table(value, &path)?.table {
+            let (name, path) = (name.get_ref(), path.key(name.get_ref()));
+            scene.materials.insert(name.to_string(), read_material(&material, &path)?);
+        }
+    }
+    if let Some((value, path)) = value("light") {
+        scene.lights = list(value, &path, read_light)?;
+    }
+    if let Some((value, path)) = value("environment") {
+        scene.environment = Some(read_environment(value, &path)?);
+    }
+    if let Some((value, path)) = value("object") {
+        scene.objects = list(value, &path, read_object)?;
+    }
+    Ok(scene)
+}
+
+fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescription> {
+    let mut keys = table(value, path)?;
+    let kind = keys.required_text("type", path)?;
+    let known = ["type"];
+    match kind.get_ref().as_str() {
+        "diffuse" => keys.read(path, &known).map(MaterialDescription::Diffuse),
+        "pca_snow" => keys.read(path, &known).map(MaterialDescription::PcaSnow),
+        _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "pca_snow"])),
+    }
+}
+
+fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription> {
+    let mut keys = table(value, path)?;
+    let kind = keys.required_text("type", path)?;
+    let lamp = read_lamp(&mut keys, path)?;
+    let known = ["type", LampKeys::NAMES[0], LampKeys::NAMES[1]];
+    let source = match kind.get_ref().as_str() {
+        "point" => keys.read(path, &known).map(LightSource::Point),
+        "spot" => keys.read(path, &known).map(LightSource::Spot),
+        "directional" => keys.read(path, &known).map(LightSource::Directional),
+        "sphere" => keys.read(path, &known).map(LightSource::Sphere),
+        "rectangle" => keys.read(path, &known).map(LightSource::Rectangle),
+        _ => Err(none_of(&kind, &path.key("type"), &["point", "spot", "directional", "sphere", "rectangle"])),
+    };
+    Ok(LightDescription { lamp, source: source? })
+}
+
+fn read_environment(value: &Spanned<DeValue>, path: &KeyPath) -> Read<EnvironmentDescription> {
+    let mut keys = table(value, path)?;
+    if keys.table.contains_key("image") {
+        return keys.read(path, &[]).map(EnvironmentDescription::Image);
+    }
+    let lamp = read_lamp(&mut keys, path)?;
+    let glow = keys.read(path, &LampKeys::NAMES)?;
+    Ok(EnvironmentDescription::Uniform(UniformSkyDescription { lamp, glow }))
+}
+
+/// Takes the spectrum of a light out of its table.
+fn read_lamp(keys: &mut Keys, path: &KeyPath) -> Read<LampDescription> {
+    let lamp = keys.split(&LampKeys::NAMES);
+    let span = lamp.table.get("spectrum").map_or(lamp.span.clone(), Spanned::span);
+    let reason = || format!("{path} has either `illuminant` or `spectrum`, not both");
+    lamp.read::<LampKeys>(path, &[])?.lamp().ok_or_else(|| Mistake { span, reason: reason() })
+}
+
+fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescription> {
+    let mut keys = table(value, path)?;
+    let common = keys.split(&ObjectSettings::NAMES).read(path, &[])?;
+    let mut known = ObjectSettings::NAMES.to_vec();
+    let shape = match (keys.text("shape", path)?, keys.table.contains_key("mesh")) {
+        (Some(shape), false) => {
+            known.insert(0, "shape");
+            match shape.get_ref().as_str() {
+                "box" => keys.read(path, &known).map(ShapeDescription::Box),
+                "sphere" => keys.read(path, &known).map(ShapeDescription::Sphere),
+                "plane" => keys.read(path, &known).map(ShapeDescription::Plane),
+                "heights" => keys.read(path, &known).map(ShapeDescription::Heights),
+                "drift" => keys.read(path, &known).map(ShapeDescription::Drift),
+                "igloo" => keys.read(path, &known).map(ShapeDescription::Igloo),
+                _ => {
+                    let shapes = ["box", "sphere", "plane", "heights", "drift", "igloo"];
+                    Err(none_of(&shape, &path.key("shape"), &shapes))
+                }
+            }
+        }
+        (None, true) => keys.read(path, &known).map(ShapeDescription::Mesh),
+        _ => Err(Mistake { span: value.span(), reason: format!("{path} must have either `shape` or `mesh`") }),
+    };
+    Ok(ObjectDescription { shape: shape?, common })
+}
+
+/// The keys of a table that are still to be read.
+struct Keys<'text> {
+    table: DeTable<'text>,
+    span: std::ops::Range<usize>,
+}
+
+impl<'text> Keys<'text> {
+    /// Takes a text out.
+    fn text(&mut self, key: &str, path: &KeyPath) -> Read<Option<Spanned<String>>> {
+        let Some(value) = self.table.remove(key) else {
+            return Ok(None);
+        };
+        Ok(Some(Spanned::new(value.span(), read(&value, &path.key(key), &[])?)))
+    }
+
+    /// Takes a text out that must be there.
+    fn required_text(&mut self, key: &str, path: &KeyPath) -> Read<Spanned<String>> {
+        let span = self.span.clone();
+        self.text(key, path)?.ok_or_else(|| Mistake { span, reason: format!("{} is missing", path.key(key)) })
+    }
+
+    /// Takes some keys out.
+    fn split(&mut self, names: &[&str]) -> Self {
+        let entries = names.iter().filter_map(|name| self.table.remove_entry(*name));
+        Self { table: entries.collect(), span: self.span.clone() }
+    }
+
+    /// Reads all keys that are left.
+    fn read<T: Deserialize<'text>>(self, path: &KeyPath, known: &[&str]) -> Read<T> {
+        read(&Spanned::new(self.span, DeValue::Table(self.table)), path, known)
+    }
+}
+
+fn table<'text>(value: &Spanned<DeValue<'text>>, path: &KeyPath) -> Read<Keys<'text>> {
+    match value.get_ref().as_table() {
+        Some(table) => Ok(Keys { table: table.clone(), span: value.span() }),
+        None => Err(Mistake { span: value.span(), reason: format!("{path} must be a table") }),
+    }
+}
+
+/// Reads every table of an array like `[[light]]`.
+fn list<'text, T>(
+    value: &Spanned<DeValue<'text>>,
+    path: &KeyPath,
+    read: impl Fn(&Spanned<DeValue<'text>>, &KeyPath) -> Read<T>,
+) -> Read<Vec<T>> {
+    let Some(tables) = value.get_ref().as_array() else {
+        return Err(Mistake { span: value.span(), reason: format!("{path} must be written as [[{path}]]") });
+    };
+    tables.iter().enumerate().map(|(index, table)| read(table, &path.index(index))).collect()
+}
+
+/// Reads a value by serde.
+fn read<'text, T: Deserialize<'text>>(value: &Spanned<DeValue<'text>>, path: &KeyPath, known: &[&str]) -> Read<T> {
+    let deserializer: ValueDeserializer = value.clone().into_deserializer();
+    T::deserialize(deserializer).map_err(|error| explain(&error, value, path, known))
+}
+
+fn none_of(found: &Spanned<String>, path: &KeyPath, names: &[&str]) -> Mistake {
+    let reason = format!("{path} is \"{}\", but must be one of {}", found.get_ref(), names.join(", "));
+    Mistake { span: found.span(), reason }
+}

@@ -1,0 +1,47 @@
+//! The integrators and their settings.
+
+use serde::{Deserialize, Serialize};
+
+/// How light finds its way through snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IntegratorKind {
+    /// PCASnow: by the curves of a slab, along one straight line.
+    #[default]
+    PcaSnow,
+    /// A volumetric path tracer, the ground truth for PCASnow. Slow, and unbiased for any shape.
+    Reference,
+}
+
+impl IntegratorKind {
+    /// All kinds.
+    pub const ALL: [Self; 2] = [Self::PcaSnow, Self::Reference];
+
+    /// Its name in scene files and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PcaSnow => "pcasnow",
+            Self::Reference => "reference",
+        }
+    }
+}
+
+/// The integrator, and how many paths it traces and how long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IntegratorSettings {
+    /// The integrator.
+    #[serde(rename = "type")]
+    pub kind: IntegratorKind,
+    /// Paths per pixel.
+    pub samples_per_pixel: u32,
+    /// Greatest number of surfaces after the first on a path; 0 is direct light only.
+    pub max_bounces: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+}
+
+impl Default for IntegratorSettings {
+    fn default() -> Self {
+        Self { kind: IntegratorKind::default(), samples_per_pixel: 64, max_bounces: 8, seed: 1 }
+    }
+}
