@@ -114,8 +114,8 @@ impl LightTable {
     fn new(scene: &Scene, power: &Spectrum, tables_left: &mut usize) -> Self {
         let weights = scene.sensor.weights_of(power);
         let of_material = |material: &Material| match material {
-            Material::Diffuse(Diffuse::Even(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
-            Material::Diffuse(Diffuse::Painted(_)) => MaterialResponse::Spectral,
+            Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
+            Material::Diffuse(Diffuse::Textured(_)) => MaterialResponse::Spectral,
             Material::PcaSnow(snow) => {
                 let single = snow.curves.single().filter(|_| *tables_left > 0);
                 let Some(table) = single.and_then(|snow| snow.project(&weights)) else {

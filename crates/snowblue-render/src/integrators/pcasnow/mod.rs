@@ -169,7 +169,7 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         'scene: 'a,
     {
         let shading = match &self.scene.materials[surface.material] {
-            Material::Diffuse(Diffuse::Even(reflectance)) => Shading::Diffuse(reflectance),
+            Material::Diffuse(Diffuse::Uniform(reflectance)) => Shading::Diffuse(reflectance),
             Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
             Material::PcaSnow(snow) => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
         };

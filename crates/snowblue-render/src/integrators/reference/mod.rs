@@ -1,26 +1,26 @@
-//! Light from grain to grain: what a picture of snow is without PCASnow's straight lines, a slab's curves, or light that
-//! leaves snow alike in all directions. Slow, and true on average: PCASnow is measured by it.
+//! Volumetric path tracer, the ground truth for PCASnow: light is scattered from grain to grain in snow of any shape.
 //!
-//! A path runs backwards from the camera, which reciprocity allows, since a grain's phase function depends on the angle
-//! alone. Where it enters snow there is no step of the index; it goes on by free flights, t = −ln u / κ, from grain to
-//! grain ([`Volume`](snowblue_transport::monte_carlo::Volume)), until it leaves. From each scattering every lamp without
-//! extent is joined (next-event estimation; Veach 1997, *Robust Monte Carlo Methods for Light Transport Simulation*,
+//! A path runs backwards from the camera, which reciprocity allows because a grain's phase function depends on the
+//! scattering angle alone. The refractive index does not change where it enters snow. There it continues by free flights,
+//! t = −ln u / κ, from grain to grain ([`Volume`]), until it leaves. At each scattering every light without extent
+//! contributes by next-event estimation (Veach 1997, *Robust Monte Carlo Methods for Light Transport Simulation*,
 //! chapter 8):
 //!
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
-//! ℓ being the path through ice so far, d that through snow to the lamp, and V whether it is free else. Lamps with extent
-//! and skies are met by the path itself. Three things make that bearable, and none of them changes a mean:
+//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V its visibility otherwise. The
+//! path's own rays find lights with extent. Three techniques reduce the cost without changing a mean:
 //!
-//! - e^{−κd} is the chance with which a lamp is joined at all: nothing more need be worked out deep in snow.
-//! - So is the absorption of the least absorbed wavelength the chance with which a path goes on; the others are weighed.
-//! - Grains are met beforehand, and paths go along their list from random places on: flights and azimuths are each one's own.
+//! - e^{−κd} is the probability that a light contributes at all, so that deep in snow there is nothing to compute.
+//! - The absorption of the least absorbed wavelength is the probability that a path ends. Other wavelengths are weighted.
+//! - Scattering events are precomputed. Each path reads the list from a random position and draws its own flights and
+//!   azimuths.
 //!
-//! All wavelengths go one way but for the index of ice: a sample is a walk at each of a few indices, with the same random
-//! numbers, and the wavelengths are composed of these.
+//! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices, with
+//! the same random numbers, and wavelengths are interpolated between them.
 //!
-//! Simplified: a solid that touches snow is the snow's neighbour, with no air between; where two bodies of snow overlap,
-//! light is in the one that it entered. Roulette on dark paints as in [`path`](crate::integrators::pcasnow).
+//! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one that it
+//! entered.
 
 mod surroundings;
 
@@ -39,17 +39,16 @@ use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 use crate::spectrum::{SAMPLES, Spectrum};
 
-use surroundings::{Leg, Surroundings};
+use surroundings::{Flight, Surroundings};
 
-/// Follows light from grain to grain.
+/// Traces paths of light from grain to grain.
 #[derive(Debug)]
 pub(crate) struct ReferenceIntegrator<'scene> {
     scene: &'scene Scene,
     surroundings: Surroundings<'scene>,
-    /// Lights without extent.
     delta_lights: Vec<DeltaLight>,
-    sees_lights: bool,
-    /// What the index nodes count for the wavelengths; a scene without snow has one.
+    has_area_lights: bool,
+    /// Weights of the wavelengths at each index node. A scene without snow has one node.
     weights: Vec<Spectrum>,
 }
 
@@ -67,32 +66,40 @@ impl DeltaLight {
     }
 }
 
-/// A path of light on its way.
-struct Walk {
+/// The state of a path.
+struct Path {
     ray: Ray,
-    /// A direction across that turns with the ray, from which azimuths are counted: a small change of the index then
-    /// changes the whole way but little.
+    /// A unit vector perpendicular to the ray from which azimuths are measured. It turns with the ray, so that a small
+    /// change of the index changes the path little.
     side: Vec3A,
     stream: Stream,
+    /// Number of the index node.
     node: usize,
     throughput: Spectrum,
     radiance: Spectrum,
 }
 
 /// How a path's stay in snow ends.
-enum End {
+enum SnowEnd {
     /// Absorbed.
-    Dark,
+    Absorbed,
     /// Out of the snow.
     Outside,
-    /// Nowhere in it: the surface has no other side on the path's line, being open, or a rim that the path grazes.
+    /// Not in the snow at all: the surface has no other side on the ray, because it is open or the ray grazes a rim.
     Missed,
-    /// On something in the snow or beside it.
-    Met(SurfaceInteraction),
+    /// At a solid in the snow or in contact with it.
+    Solid(SurfaceInteraction),
+}
+
+/// The body of snow in which a path is.
+#[derive(Clone, Copy)]
+struct Snow {
+    object: usize,
+    material: usize,
 }
 
 impl<'scene> ReferenceIntegrator<'scene> {
-    /// A tracer that has not traced anything.
+    /// Starts with zero counts.
     pub(crate) fn new(scene: &'scene Scene) -> Self {
         let volume = scene.volumes.iter().flatten().next();
         let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
@@ -100,23 +107,23 @@ impl<'scene> ReferenceIntegrator<'scene> {
             scene,
             surroundings: Surroundings::new(scene),
             delta_lights: scene.lights.iter().filter_map(DeltaLight::new).collect(),
-            sees_lights: scene.lights.iter().any(Light::has_extent),
+            has_area_lights: scene.lights.iter().any(Light::has_extent),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
         }
     }
 
-    /// What was traced so far.
+    /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
         self.surroundings.statistics
     }
 
-    /// One sample of the radiance that arrives along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
         let [pixel, sample] = sampler.address();
         self.surroundings.statistics.camera_rays += 1;
         let mut radiance = Spectrum::ZERO;
         for node in 0..self.weights.len() {
-            let mut walk = Walk {
+            let mut path = Path {
                 ray: *camera_ray,
                 side: camera_ray.direction.any_orthonormal_vector(),
                 stream: Stream::new(pixel.into(), sample.into()),
@@ -124,181 +131,183 @@ impl<'scene> ReferenceIntegrator<'scene> {
                 throughput: Spectrum::ONE,
                 radiance: Spectrum::ZERO,
             };
-            self.follow(&mut walk);
-            radiance.add_product(1.0, &self.weights[node], &walk.radiance);
+            self.trace(&mut path);
+            radiance.add_product(1.0, &self.weights[node], &path.radiance);
         }
         radiance
     }
 
-    /// Follows a path to its end.
-    fn follow(&mut self, walk: &mut Walk) {
-        let mut met = self.surroundings.first_hit(&walk.ray);
-        self.add_seen_lights(walk, met.as_ref());
-        // The object in whose snow the path is.
+    /// Traces a path to its end.
+    fn trace(&mut self, path: &mut Path) {
+        let mut hit = self.surroundings.first_hit(&path.ray);
+        self.add_visible_lights(path, hit.as_ref());
         let mut within = None;
         for bounce in 0..=self.scene.integrator.max_bounces {
-            let Some(surface) = met else { return };
+            let Some(surface) = hit else { return };
             match &self.scene.materials[surface.material] {
                 Material::Diffuse(diffuse) => {
-                    if !self.bounce(walk, diffuse, &surface, bounce) {
+                    if !self.reflect(path, diffuse, &surface, bounce) {
                         return;
                     }
                 }
-                Material::PcaSnow(_) => within = Some((surface.object, surface.material)),
+                Material::PcaSnow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
             }
             if let Some(snow) = within {
                 let entering = matches!(self.scene.materials[surface.material], Material::PcaSnow(_));
-                match self.through_snow(walk, snow, entering) {
-                    End::Dark => return,
-                    End::Missed => {
+                match self.scatter(path, snow, entering) {
+                    SnowEnd::Absorbed => return,
+                    SnowEnd::Missed => {
                         let reach_m = self.scene.objects.reach_m(surface.object);
-                        walk.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
+                        path.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
                         within = None;
                     }
-                    End::Met(surface) => {
-                        met = Some(surface);
+                    SnowEnd::Solid(surface) => {
+                        hit = Some(surface);
                         continue;
                     }
-                    End::Outside => within = None,
+                    SnowEnd::Outside => within = None,
                 }
             }
-            met = self.surroundings.first_hit(&walk.ray);
-            let limit_m = met.map_or(f32::INFINITY, |surface| surface.point.distance(walk.ray.origin));
-            self.add_lights(walk, limit_m, None);
+            hit = self.surroundings.first_hit(&path.ray);
+            let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.ray.origin));
+            self.add_area_lights(path, limit_m, None);
         }
     }
 
-    /// Joins the lamps from a painted surface and sends the path on from there; false if it ends.
-    fn bounce(&mut self, walk: &mut Walk, diffuse: &Diffuse, surface: &SurfaceInteraction, bounce: u32) -> bool {
-        let reflectance = diffuse.reflectance(&self.scene.objects, surface);
-        walk.throughput *= reflectance;
+    /// Adds the lights without extent at a diffuse surface and samples the next ray there. Returns false if the path ends.
+    fn reflect(&mut self, path: &mut Path, diffuse: &Diffuse, surface: &SurfaceInteraction, bounce: u32) -> bool {
+        path.throughput *= diffuse.reflectance(&self.scene.objects, surface);
         let reach_m = self.scene.objects.reach_m(surface.object);
         let from = off_surface(surface.point, surface.normal, reach_m);
         for index in 0..self.delta_lights.len() {
-            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], walk.stream.uniform());
-            let place = SurfacePoint { point: surface.point, normal: surface.normal };
-            if let Some(incident) = sample.incident_at(&place)
-                && let Some(passed) = self.surroundings.passed(from, &sample.origin, walk.node, chance)
+            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
+            if let Some(incident) = sample.incident_at(&surface.surface_point())
+                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, path.node, chance)
             {
                 let factor = incident.irradiance_per_power * std::f32::consts::FRAC_1_PI;
-                walk.radiance.add_product(factor, &(walk.throughput * passed), &power);
+                path.radiance.add_product(factor, &(path.throughput * transmitted), &power);
             }
         }
-        let [u, v, chance] = [(); 3].map(|()| narrow(walk.stream.uniform()));
+        let [u, v, chance] = [(); 3].map(|()| narrow(path.stream.uniform()));
         let direction = cosine_direction(surface.normal, u, v);
-        let survival = survival_probability(bounce, &walk.throughput);
+        let survival = survival_probability(bounce, &path.throughput);
         if chance >= survival {
             return false;
         }
-        walk.throughput = walk.throughput * survival.recip();
-        walk.ray = Ray { origin: from, direction };
-        walk.side = direction.any_orthonormal_vector();
+        path.throughput = path.throughput * survival.recip();
+        path.ray = Ray { origin: from, direction };
+        path.side = direction.any_orthonormal_vector();
         true
     }
 
-    /// From grain to grain through an object's snow, on its surface at first or within it.
-    fn through_snow(&mut self, walk: &mut Walk, (object, material): (usize, usize), entering: bool) -> End {
-        let Some(volume) = &self.scene.volumes[material] else { return End::Dark };
-        let node = &volume.nodes()[walk.node];
+    /// Scatters a path in snow, from its surface if `entering`, else from inside.
+    fn scatter(&mut self, path: &mut Path, snow: Snow, entering: bool) -> SnowEnd {
+        let Some(volume) = &self.scene.volumes[snow.material] else { return SnowEnd::Absorbed };
+        let node = &volume.nodes()[path.node];
         let mean_flight_m = node.extinction_per_m().recip();
-        let mut way = PathLengths::default();
-        // What chance lets a path pay of the least absorption.
-        let fortune = -walk.stream.uniform().ln();
-        let mut grains = grains_from(node.events(), walk.stream.uniform());
-        let mut left_m = None;
+        let mut lengths = PathLengths::default();
+        // Optical depth of absorption, at the least absorbed wavelength, at which the path ends.
+        let absorption_limit = -path.stream.uniform().ln();
+        let mut events = events_from(node.events(), path.stream.uniform());
+        // The way out along the first flight, where it is known.
+        let mut known_exit = None;
         if entering {
-            left_m = self.surroundings.enter(object, &mut walk.ray);
-            if left_m.is_none() {
-                return End::Missed;
+            known_exit = self.surroundings.enter(snow.object, &mut path.ray);
+            if known_exit.is_none() {
+                return SnowEnd::Missed;
             }
         }
         loop {
-            let flight_m = narrow(-walk.stream.uniform().ln() * mean_flight_m);
-            let leg = self.surroundings.leg(object, &walk.ray, flight_m, left_m.take());
-            let length_m = leg.length_m();
-            self.add_lights(walk, length_m, Some((volume, &way)));
-            way.pores_m += f64::from(length_m);
-            if volume.least_absorption(&way) > fortune {
-                return End::Dark;
+            let flight_m = narrow(-path.stream.uniform().ln() * mean_flight_m);
+            let flight = self.surroundings.fly(snow.object, &path.ray, flight_m, known_exit.take());
+            let length_m = flight.length_m();
+            self.add_area_lights(path, length_m, Some((volume, &lengths)));
+            lengths.pores_m += f64::from(length_m);
+            if volume.least_absorption(&lengths) > absorption_limit {
+                return SnowEnd::Absorbed;
             }
-            if let Leg::Flown(_) = leg {
-                walk.ray.origin = walk.ray.at(length_m);
-                self.join_lamps(walk, object, volume, &way);
-                let Some(grain) = grains.next() else { return End::Dark };
-                way.ice_in_air_m += f64::from(grain.ice_in_air_m);
-                way.ice_in_water_m += f64::from(grain.ice_in_water_m);
-                walk.turn(grain.cos_scattering);
-                if volume.least_absorption(&way) > fortune {
-                    return End::Dark;
+            match flight {
+                Flight::Free(_) => {
+                    path.ray.origin = path.ray.at(length_m);
+                    self.add_delta_lights(path, snow.object, volume, &lengths);
+                    let Some(event) = events.next() else { return SnowEnd::Absorbed };
+                    lengths.ice_in_air_m += f64::from(event.ice_in_air_m);
+                    lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
+                    path.turn(event.cos_scattering);
+                    if volume.least_absorption(&lengths) > absorption_limit {
+                        return SnowEnd::Absorbed;
+                    }
                 }
-                continue;
+                Flight::Out { origin, .. } => {
+                    path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
+                    path.ray.origin = origin;
+                    return SnowEnd::Outside;
+                }
+                Flight::Solid(surface, _) => {
+                    path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
+                    return SnowEnd::Solid(surface);
+                }
             }
-            walk.throughput *= left(volume, &way, volume.least_absorption(&way));
-            return match leg {
-                Leg::Out { origin, .. } => {
-                    walk.ray.origin = origin;
-                    End::Outside
-                }
-                Leg::Met(surface, _) => End::Met(surface),
-                Leg::Flown(_) => End::Dark,
-            };
         }
     }
 
-    /// The light that lamps without extent send to the end of a flight, and a grain there into the path.
-    fn join_lamps(&mut self, walk: &mut Walk, object: usize, volume: &Volume, way: &PathLengths) {
+    /// Adds the lights without extent that a grain at the end of a flight scatters into the path.
+    fn add_delta_lights(&mut self, path: &mut Path, object: usize, volume: &Volume, lengths: &PathLengths) {
         for index in 0..self.delta_lights.len() {
-            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], walk.stream.uniform());
-            let point = walk.ray.origin;
-            let mean_flight_m = volume.nodes()[walk.node].extinction_per_m().recip();
-            if self.surroundings.stays(object, point, &sample.origin, narrow(-chance.ln() * mean_flight_m)) {
+            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
+            let point = path.ray.origin;
+            let node = &volume.nodes()[path.node];
+            let mean_flight_m = node.extinction_per_m().recip();
+            if self.surroundings.stays_inside(object, point, &sample.origin, narrow(-chance.ln() * mean_flight_m)) {
                 continue;
             }
-            let Some(passed) = self.surroundings.passed(point, &sample.origin, walk.node, chance) else { continue };
-            let direction = sample.origin.direction_from(point).direction;
-            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal: direction }) else { continue };
-            let phase = volume.nodes()[walk.node].phase_per_sr(f64::from(walk.ray.direction.dot(direction)));
-            let mut share = walk.throughput * left(volume, way, volume.least_absorption(way)) * passed;
-            share.0.iter_mut().zip(phase).for_each(|(share, phase)| *share *= phase);
-            walk.radiance.add_product(incident.irradiance_per_power, &share, &power);
+            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, path.node, chance) else {
+                continue;
+            };
+            let normal = sample.origin.direction_from(point).direction;
+            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
+            let phase = node.phase_per_sr(f64::from(path.ray.direction.dot(normal)));
+            let absorbed = attenuation(volume, lengths, volume.least_absorption(lengths));
+            let mut scattered = path.throughput * absorbed * transmitted;
+            scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
+            path.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
         }
     }
 
-    /// The lights with extent that the camera's ray meets.
-    fn add_seen_lights(&self, walk: &mut Walk, met: Option<&SurfaceInteraction>) {
-        let limit_m = met.map_or(f32::INFINITY, |surface| surface.point.distance(walk.ray.origin));
+    /// Adds the lights with extent that the camera sees.
+    fn add_visible_lights(&self, path: &mut Path, hit: Option<&SurfaceInteraction>) {
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.ray.origin));
         for light in &self.scene.lights {
-            if let Some(radiance) = light.hit_radiance(&walk.ray, limit_m, None) {
-                walk.radiance += radiance;
+            if let Some(radiance) = light.hit_radiance(&path.ray, limit_m, None) {
+                path.radiance += radiance;
             }
         }
     }
 
-    /// The lights with extent on the next `limit_m` of a path, in snow after a way there.
+    /// Adds the lights with extent within `limit_m` along the ray, in snow after the path lengths so far.
     #[inline]
-    fn add_lights(&self, walk: &mut Walk, limit_m: f32, snow: Option<(&Volume, &PathLengths)>) {
-        if !self.sees_lights {
+    fn add_area_lights(&self, path: &mut Path, limit_m: f32, snow: Option<(&Volume, &PathLengths)>) {
+        if !self.has_area_lights {
             return;
         }
-        for LightHit { radiance, distance_m } in
-            self.scene.lights.iter().filter_map(|light| light.full_hit_radiance(&walk.ray, limit_m))
-        {
-            let share = snow.map_or(Spectrum::ONE, |(volume, way)| {
-                let to_lamp = PathLengths { pores_m: way.pores_m + f64::from(distance_m), ..*way };
-                left(volume, &to_lamp, volume.least_absorption(way))
+        let hits = self.scene.lights.iter().filter_map(|light| light.full_hit_radiance(&path.ray, limit_m));
+        for LightHit { radiance, distance_m } in hits {
+            let absorbed = snow.map_or(Spectrum::ONE, |(volume, lengths)| {
+                let to_light = PathLengths { pores_m: lengths.pores_m + f64::from(distance_m), ..*lengths };
+                attenuation(volume, &to_light, volume.least_absorption(lengths))
             });
-            walk.radiance.add_product(1.0, &(walk.throughput * share), &radiance);
+            path.radiance.add_product(1.0, &(path.throughput * absorbed), &radiance);
         }
     }
 }
 
-impl Walk {
-    /// Turns the ray by an angle, about a random azimuth.
+impl Path {
+    /// Turns the ray by a scattering angle, at a random azimuth.
     #[inline]
     fn turn(&mut self, cos_scattering: f32) {
-        let (sin_turn, cos_turn) = (std::f32::consts::TAU * narrow(self.stream.uniform())).sin_cos();
+        let (sin_azimuth, cos_azimuth) = (std::f32::consts::TAU * narrow(self.stream.uniform())).sin_cos();
         let ahead = self.ray.direction;
-        let aside = self.side * cos_turn + ahead.cross(self.side) * sin_turn;
+        let aside = self.side * cos_azimuth + ahead.cross(self.side) * sin_azimuth;
         let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
         self.ray.direction = renormalized(ahead * cos_scattering + aside * sin_scattering);
         let side = aside * cos_scattering - ahead * sin_scattering;
@@ -306,21 +315,21 @@ impl Walk {
     }
 }
 
-/// A vector of nearly unit length at unit length: one step of Newton's for 1/√x from 1 on.
+/// Scales a vector of nearly unit length to unit length: one Newton step for 1/√x from 1.
 #[inline]
 fn renormalized(vector: Vec3A) -> Vec3A {
     vector * (1.5 - 0.5 * vector.length_squared())
 }
 
-/// The grains of a list from a random place on, again and again.
+/// The events of a list from a random position, cyclically.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
-fn grains_from(events: &[ScatteringEvent], chance: f64) -> impl Iterator<Item = &ScatteringEvent> {
+fn events_from(events: &[ScatteringEvent], chance: f64) -> impl Iterator<Item = &ScatteringEvent> {
     events.iter().cycle().skip((chance * events.len() as f64) as usize)
 }
 
-/// What is left of each wavelength after a way through snow, with some absorption already paid.
-fn left(volume: &Volume, way: &PathLengths, paid: f64) -> Spectrum {
-    let mut left = Spectrum([0.0; SAMPLES]);
-    volume.attenuation(way, paid, &mut left.0);
-    left
+/// Attenuation of each wavelength by absorption along a path, less the optical depth `accounted`.
+fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectrum {
+    let mut attenuation = Spectrum([0.0; SAMPLES]);
+    volume.attenuation(lengths, accounted, &mut attenuation.0);
+    attenuation
 }

@@ -65,12 +65,12 @@ pub(super) fn build_volumes(
 
 fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources) -> Result<Diffuse, RenderError> {
     match diffuse {
-        DiffuseDescription::Uniform { reflectance } => Ok(Diffuse::Even(Spectrum::constant(narrow(*reflectance)))),
+        DiffuseDescription::Uniform { reflectance } => Ok(Diffuse::Uniform(Spectrum::constant(narrow(*reflectance)))),
         DiffuseDescription::Color { reflectance_rgb } => Ok(sources.uniform(reflectance_rgb.linear())),
         DiffuseDescription::Spectrum { reflectance_spectrum } => {
             let file = sources.open(&path.key("reflectance_spectrum"), reflectance_spectrum)?;
             let spectrum = SpectrumFile::parse(&file, 1.0)?.resample(&sources.wavelengths_nm)?;
-            Ok(Diffuse::Even(Spectrum(spectrum.map(narrow))))
+            Ok(Diffuse::Uniform(Spectrum(spectrum.map(narrow))))
         }
         DiffuseDescription::Texture(texture) => {
             Ok(sources.textured(build_texture(path, texture, sources, PngImage::linear_rgb)?))

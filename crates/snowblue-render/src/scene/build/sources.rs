@@ -38,12 +38,12 @@ impl<'scene> Sources<'scene> {
 
     /// A reflectance of one colour in linear sRGB.
     pub(super) fn uniform(&self, colour: [f32; 3]) -> Diffuse {
-        Diffuse::Even(self.upsampling.spectrum(colour))
+        Diffuse::Uniform(self.upsampling.spectrum(colour))
     }
 
     /// Reflectances of the colours of a texture in linear sRGB.
     pub(super) fn textured(&self, texture: Texture) -> Diffuse {
-        Diffuse::painted(texture, self.upsampling)
+        Diffuse::textured(texture, self.upsampling)
     }
 
     /// The file that a key names.

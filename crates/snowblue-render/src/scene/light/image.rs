@@ -1,10 +1,9 @@
-//! An image of all directions as a light: latitude and longitude, drawn by brightness.
+//! An environment image as a light: a latitude-longitude map, sampled by luminance.
 //!
-//! Rows run from straight up (+z) to straight down, columns around; the middle column looks along +y, and to the right
-//! directions turn clockwise as seen from above: the image is as seen from within. Pixels are joined by straight lines
-//! (bilinear). Directions are drawn with a density that is constant over each pixel's solid angle and proportional to the
-//! luminance averaged over it: rows first, then columns, by inverting cumulative sums (Pharr, Jakob & Humphreys 2023,
-//! section A.5).
+//! Rows run from straight up (+z) to straight down, columns around; the middle column looks along +y, and directions
+//! turn clockwise to the right as seen from above, as in a view from inside. Interpolation is bilinear. The sampling density
+//! is constant over each pixel's solid angle and proportional to its mean luminance: rows first, then columns, by inversion
+//! of cumulative sums (Pharr, Jakob & Humphreys 2023, section A.5).
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::io::Cursor;
@@ -19,10 +18,10 @@ use crate::geometry::ray::narrow;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
 
-/// Brightest channel of a pixel: what lamps may have at most, far from what single precision holds.
+/// Largest channel of a pixel: the limit of all lights, far below that of single precision.
 const GREATEST_PIXEL: f64 = 1e12;
 
-/// Light from all directions, each with the colour of an image.
+/// Light from all directions with the colours of an image.
 #[derive(Debug)]
 pub struct SkyImage {
     width: usize,
@@ -31,15 +30,15 @@ pub struct SkyImage {
     pixels: Vec<[f32; 3]>,
     upsampling: Upsampling,
     turn_rad: f32,
-    /// Share of the light in all rows up to each, and in each row of all columns up to each.
+    /// Cumulative fractions of the light over the rows, and over the columns of each row.
     rows: Vec<f32>,
     columns: Vec<f32>,
 }
 
-/// An image of the sky as it is in a file.
+/// An environment image as in its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panorama {
-    /// Pixels around.
+    /// Pixels in a row, over all azimuths.
     pub width: usize,
     /// Pixels from zenith to nadir.
     pub height: usize,
@@ -75,15 +74,15 @@ impl Panorama {
 }
 
 impl SkyImage {
-    /// Light of an image times `scale`; its value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
-    /// images that this program writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
+    /// Light of an image times `scale`. The value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
+    /// images that this crate writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
     ///
-    /// Colours that no screen shows become the nearest of their luminance. Without `daylight` colours
-    /// are grey: for false colours.
+    /// Colours outside the sRGB gamut become the nearest of their luminance. Without `daylight` all colours are grey, for
+    /// false colours.
     ///
     /// # Errors
     ///
-    /// What is wrong with the image: a pixel is not a number, or all are black.
+    /// When a pixel is not finite or too bright, or all are black.
     pub fn new(panorama: &Panorama, scale: f32, rotation_deg: f32, daylight: bool) -> Result<Self, String> {
         let (width, height) = (panorama.width, panorama.height);
         let mut pixels = Vec::with_capacity(panorama.pixels.len());
@@ -113,14 +112,14 @@ impl SkyImage {
         self.upsampling.spectrum(self.color(direction))
     }
 
-    /// The spectrum that comes from a direction with luminance 1; nothing where it is black.
+    /// The spectrum of the radiance from a direction scaled to luminance 1; zero where the image is black.
     pub(super) fn relative(&self, direction: Vec3A) -> Spectrum {
         let color = self.color(direction);
         let luminance = luminance(color);
         if luminance > 0.0 { self.upsampling.spectrum(color) * luminance.recip() } else { Spectrum::ZERO }
     }
 
-    /// A direction, of the density [`density_per_sr`](Self::density_per_sr).
+    /// A direction with the density [`density_per_sr`](Self::density_per_sr).
     pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
         let (row, down) = invert(&self.rows, v);
         let (column, across) = invert(&self.columns[row * self.width..][..self.width], u);
@@ -140,7 +139,7 @@ impl SkyImage {
         share * self.width as f32 / (TAU * (top - bottom))
     }
 
-    /// Where a direction lies in the image, in pixels from its upper left corner.
+    /// Position of a direction in the image, in pixels from its upper left corner.
     fn place(&self, direction: Vec3A) -> [f32; 2] {
         let longitude = direction.y.atan2(direction.x) - self.turn_rad;
         let across = (0.5 + (FRAC_PI_2 - longitude) / TAU).rem_euclid(1.0);
@@ -148,7 +147,7 @@ impl SkyImage {
         [across * self.width as f32, down * self.height as f32]
     }
 
-    /// Colour between the pixels' middles; around the seam and beyond the poles' rows it goes on.
+    /// Bilinear interpolation between pixel centres, periodic in azimuth and constant beyond the first and last row.
     fn color(&self, direction: Vec3A) -> [f32; 3] {
         let [across, down] = self.place(direction).map(|place| place - 0.5);
         let (left, right) = ((across + self.width as f32).floor(), across - across.floor());
@@ -156,31 +155,31 @@ impl SkyImage {
         let (above, below) = (whole(down.floor(), self.height), whole(down.floor() + 1.0, self.height));
         let lower = down - down.floor();
         let mut color = [0.0; 3];
-        for (row, share_down) in [(above, 1.0 - lower), (below, lower)] {
-            for (column, share_across) in [(left, 1.0 - right), ((left + 1) % self.width, right)] {
+        for (row, weight_down) in [(above, 1.0 - lower), (below, lower)] {
+            for (column, weight_across) in [(left, 1.0 - right), ((left + 1) % self.width, right)] {
                 let pixel = self.pixels[row * self.width + column];
                 for (sum, channel) in color.iter_mut().zip(pixel) {
-                    *sum += share_down * share_across * channel;
+                    *sum += weight_down * weight_across * channel;
                 }
             }
         }
         color
     }
 
-    /// z of the upper and the lower edge of a row.
+    /// Cosine of the polar angle at the upper and the lower edge of a row.
     fn edge_cosines(&self, row: usize) -> (f32, f32) {
         let z = |edge: usize| (PI * edge as f32 / self.height as f32).cos();
         (z(row), z(row + 1))
     }
 
-    /// Fills the cumulative sums; false where there is no light.
+    /// Fills the cumulative sums. Returns false if the image is black.
     fn tabulate(&mut self) -> bool {
         let (width, height) = (self.width, self.height);
         let bright: Vec<f32> = self.pixels.iter().map(|&pixel| luminance(pixel)).collect();
         let mut row_weights = Vec::with_capacity(height);
         self.columns = Vec::with_capacity(width * height);
         for row in 0..height {
-            // The mean over a pixel of straight lines between the middles of pixels: 1/8, 6/8, 1/8 both ways.
+            // Mean of the bilinear interpolation over a pixel: weights 1/8, 6/8, 1/8 along both axes.
             let rows = [(row.saturating_sub(1), 0.125), (row, 0.75), ((row + 1).min(height - 1), 0.125)];
             let at =
                 |column: usize| -> f32 { rows.iter().map(|(row, share)| share * bright[row * width + column]).sum() };
@@ -202,7 +201,7 @@ fn luminance([r, g, b]: [f32; 3]) -> f32 {
     narrow(LinearRgb { r: f64::from(r), g: f64::from(g), b: f64::from(b) }.luminance())
 }
 
-/// The sum, and its share up to each weight and with it.
+/// The sum of weights, and their cumulative fractions.
 fn cumulative(weights: impl Iterator<Item = f32>) -> (f64, Vec<f32>) {
     let mut total = 0.0;
     let sums: Vec<f64> = weights
@@ -214,19 +213,19 @@ fn cumulative(weights: impl Iterator<Item = f32>) -> (f64, Vec<f32>) {
     (total, sums.into_iter().map(|sum| if total > 0.0 { narrow(sum / total) } else { 0.0 }).collect())
 }
 
-/// The step of a cumulative sum in which a number in [0, 1) falls, and where in it.
+/// The step of a cumulative sum that contains a number in [0, 1), and the position within it.
 fn invert(sums: &[f32], u: f32) -> (usize, f32) {
     let index = sums.partition_point(|&sum| sum <= u).min(sums.len() - 1);
     let before = if index == 0 { 0.0 } else { sums[index - 1] };
     (index, ((u - before) / (sums[index] - before)).min(1.0))
 }
 
-/// The share of one step.
+/// The fraction of one step.
 fn step(sums: &[f32], index: usize) -> f32 {
     sums[index] - if index == 0 { 0.0 } else { sums[index - 1] }
 }
 
-/// A place as the number of its pixel, at least 0 and below `count`.
+/// Pixel index of a coordinate, clamped to 0..`count`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the pixels")]
 fn whole(place: f32, count: usize) -> usize {
     (place.max(0.0) as usize).min(count - 1)

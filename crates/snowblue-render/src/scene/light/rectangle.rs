@@ -1,9 +1,10 @@
-//! A rectangle as a lamp, drawn by the solid angle in which it is seen.
+//! A rectangular area light, sampled by the solid angle that it subtends.
 //!
 //! Ureña, Fajardo & King (2013), "An area-preserving parametrization for spherical rectangles", Computer Graphics Forum
-//! 32(4), 59–66, doi:10.1111/cgf.12151: a first number cuts off its share of the solid angle Ω, which gives the place
-//! across; the second is linear in the height on the sphere along that cut. p(ω) = 1/Ω. Done in double precision, since
-//! Ω is a small difference of angles. Where even this leaves nothing, from afar, the point is drawn evenly over the area.
+//! 32(4), 59–66, doi:10.1111/cgf.12151: the first number cuts off a fraction of the solid angle Ω, which
+//! gives the horizontal coordinate; the second is linear in the height on the sphere along that cut. p(ω) = 1/Ω. It uses
+//! double precision because Ω is a small difference of angles. From so far away that even this fails, points are uniform
+//! over the area.
 
 use std::f64::consts::PI;
 
@@ -12,10 +13,10 @@ use glam::{DVec3, Vec3A};
 use super::EmitterPoint;
 use crate::geometry::ray::{Ray, narrow};
 
-/// Solid angle below which a rectangle is drawn by area, in sr: the angles' sum is good to some 1e-15.
+/// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;
 
-/// A rectangle that shines from one side, alike in all directions.
+/// A rectangle that emits from one side with the same radiance in all directions.
 #[derive(Debug, Clone, Copy)]
 pub struct RectangleLight {
     centre: Vec3A,
@@ -26,22 +27,22 @@ pub struct RectangleLight {
     half_height_m: f32,
 }
 
-/// Where and how large a rectangle is.
+/// Position and size of a rectangle.
 #[derive(Debug, Clone, Copy)]
 pub struct RectanglePlace {
-    /// Its centre, in m.
+    /// Centre in m.
     pub centre: Vec3A,
     /// A point that it faces, in m.
     pub look_at: Vec3A,
-    /// The direction of its height, made perpendicular to that in which it faces; of any length.
+    /// Direction of its height, of any length; made perpendicular to the facing direction.
     pub up: Vec3A,
-    /// Its width, in m.
+    /// Width in m.
     pub width_m: f32,
-    /// Its height, in m.
+    /// Height in m.
     pub height_m: f32,
 }
 
-/// A rectangle as seen from a point, with axes along its sides and its normal; it lies in the plane of a `z` below 0.
+/// A rectangle as seen from a point, in axes along its sides and its normal. Its plane has a negative `z`.
 struct View {
     axes: [DVec3; 3],
     origin: DVec3,
@@ -71,17 +72,17 @@ impl RectangleLight {
         })
     }
 
-    /// Its area, in m².
+    /// Area in m².
     pub(super) fn area_m2(&self) -> f32 {
         4.0 * self.half_width_m * self.half_height_m
     }
 
-    /// Its centre, in m.
+    /// Centre in m.
     pub(super) fn centre(&self) -> Vec3A {
         self.centre
     }
 
-    /// A point of it, of evenly spread directions; none from behind.
+    /// A point on it, uniform in the direction from `from`; none from behind.
     pub(super) fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
         let position = match self.view(from) {
             Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
@@ -95,8 +96,7 @@ impl RectangleLight {
         Some(EmitterPoint { position, normal: self.normal })
     }
 
-    /// Density of [`sample`](Self::sample) over directions, in 1/sr, where `area_m2_sr` is the area per solid angle at the
-    /// point drawn.
+    /// Density of [`sample`](Self::sample), in 1/sr; `area_m2_sr` is the area per solid angle at the sampled point.
     pub(super) fn density_per_sr(&self, from: Vec3A, area_m2_sr: f32) -> f32 {
         match self.view(from) {
             Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => narrow(view.solid_angle_sr.recip()),
@@ -105,7 +105,7 @@ impl RectangleLight {
         }
     }
 
-    /// Where a ray meets its bright side, before `limit_m`.
+    /// Where a ray hits its emitting side, before `limit_m`.
     pub(super) fn hit(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
         let approach = -self.normal.dot(ray.direction);
         let distance_m = self.normal.dot(ray.origin - self.centre) / approach;
@@ -121,14 +121,14 @@ impl RectangleLight {
         let axes = [self.across, self.up, self.normal].map(Vec3A::as_dvec3);
         let origin = from.as_dvec3();
         let [x, y, z] = axes.map(|axis| axis.dot(self.centre.as_dvec3() - origin));
-        // Not below 0: the viewer is behind it.
+        // The viewer is behind it.
         if z >= 0.0 {
             return None;
         }
         let (half_width, half_height) = (f64::from(self.half_width_m), f64::from(self.half_height_m));
         let (x0, x1, y0, y1) = (x - half_width, x + half_width, y - half_height, y + half_height);
-        // Of the normals of neighbouring edges' planes one has no x- and the other no y-component: their z-components
-        // are all that the angles between them need.
+        // Of the normals of the planes of adjacent edges one has no x- and the other no y-component, so the angles between
+        // them follow from the z-components.
         let edge = |offset: f64| -offset / z.hypot(offset);
         let (bottom, right, top, left) = (edge(y0), edge(x1), edge(y1), edge(x0));
         let corner = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
@@ -150,7 +150,7 @@ impl View {
     /// The point of the rectangle for two numbers in [0, 1).
     fn sample(&self, u: f64, v: f64) -> Vec3A {
         let [bottom, top] = self.edges;
-        // The cut that leaves a share u of the solid angle on its left.
+        // The cut that leaves a fraction u of the solid angle on its left.
         let turn = u * self.solid_angle_sr + self.corners;
         let slope = (turn.cos() * bottom - top) / turn.sin();
         let cut = (1.0 / slope.hypot(bottom)).copysign(slope).clamp(-1.0, 1.0);

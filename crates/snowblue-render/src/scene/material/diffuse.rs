@@ -1,38 +1,38 @@
-//! A Lambertian surface: radiance L = ρ E / π, the same in every direction.
+//! Lambertian surfaces: radiance L = ρ E / π in all directions.
 
 use crate::scene::material::texture::Texture;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
 
-/// A surface that reflects alike in all directions, on both sides.
+/// A surface with the same diffuse reflection on both sides.
 #[derive(Debug)]
 pub enum Diffuse {
-    /// The same share of the light everywhere.
-    Even(Spectrum),
-    /// As a picture says.
-    Painted(Box<Paint>),
+    /// Uniform reflectance.
+    Uniform(Spectrum),
+    /// Reflectance from a texture.
+    Textured(Box<ReflectanceTexture>),
 }
 
-/// A picture whose colours are reflectances.
+/// A texture whose colours are reflectances.
 #[derive(Debug)]
-pub struct Paint {
+pub struct ReflectanceTexture {
     /// Linear sRGB.
     texture: Texture,
     upsampling: Upsampling,
 }
 
 impl Diffuse {
-    /// Paint of the colours of a texture in linear sRGB.
-    pub(crate) fn painted(texture: Texture, upsampling: Upsampling) -> Self {
-        Self::Painted(Box::new(Paint { texture, upsampling }))
+    /// Reflectance from a texture in linear sRGB.
+    pub(crate) fn textured(texture: Texture, upsampling: Upsampling) -> Self {
+        Self::Textured(Box::new(ReflectanceTexture { texture, upsampling }))
     }
 
-    /// The share of the light that is reflected at a hit.
+    /// Reflectance at a hit.
     pub(crate) fn reflectance(&self, objects: &Objects, surface: &SurfaceInteraction) -> Spectrum {
         match self {
-            Self::Even(reflectance) => *reflectance,
-            Self::Painted(paint) => paint.upsampling.spectrum(paint.texture.at(objects, surface)),
+            Self::Uniform(reflectance) => *reflectance,
+            Self::Textured(texture) => texture.upsampling.spectrum(texture.texture.at(objects, surface)),
         }
     }
 }

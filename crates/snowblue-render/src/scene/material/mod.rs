@@ -24,8 +24,8 @@ impl Material {
     /// Checks that a shape has what the material needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         match self {
-            Self::Diffuse(Diffuse::Even(_)) => Ok(()),
-            Self::Diffuse(Diffuse::Painted(_)) => Texture::check(shape),
+            Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
+            Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
             Self::PcaSnow(snow) => snow.curves.check(shape),
         }
     }

@@ -1,9 +1,9 @@
-//! The curves of the snow of one material: everywhere the same, or between two snows, as a mask says.
+//! The curves of a material's snow: uniform, or varying between two samples by a mask.
 //!
-//! A mask of 0 is the first snow, 1 the second; in between every property lies in proportion between theirs. Such snow
-//! is taken out of the table beforehand, at so many even steps of the mask that halving them changes the transmittance
-//! of 1, 10 and 100 cm by less than 1 % wherever more than a millionth comes through, and reflectance as little; at a
-//! hit the logarithms of the two neighbours are mixed. The steps are then halved once more.
+//! Mask 0 is the first sample, mask 1 the second, and properties are interpolated linearly between them. Curves are
+//! precomputed at equidistant values of the mask and mixed logarithmically between neighbours. The number of steps doubles
+//! until halving them changes the transmittance of 1, 10 and 100 cm (above a millionth) and the reflectance by less than
+//! 1 %; they are then halved once more.
 
 use snowblue_database::PcaSnow;
 use snowblue_database::lookup::SnowMix;
@@ -13,25 +13,25 @@ use crate::scene::material::texture::Texture;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::Spectrum;
 
-/// Mixtures differ from the snow in between by less than this, as a share.
+/// Largest relative difference between a mix and the sample itself.
 const TOLERANCE: f32 = 0.01;
-/// Transmittance below this is not compared.
+/// Smallest transmittance that is compared.
 const LEAST_TRANSMITTANCE: f32 = 1e-6;
-/// Where snows are compared: thicknesses in cm and angles in degrees.
-const COMPARED: [(f32, f32); 4] = [(1.0, 0.0), (10.0, 60.0), (10.0, 0.0), (100.0, 0.0)];
-/// Steps end here. Grains of 100–500 µm take 64, together with densities of 10–900 kg/m³ as many as these.
+/// Thicknesses in cm and angles in degrees at which a mix is compared.
+const COMPARED: [[f32; 2]; 4] = [[1.0, 0.0], [10.0, 60.0], [10.0, 0.0], [100.0, 0.0]];
+/// Most steps. Grain sizes of 100–500 µm take 64; together with densities of 10–900 kg/m³ they take all.
 const MOST_STEPS: usize = 1024;
 
-/// A number for each place of a surface.
+/// A number at each point of a surface.
 #[derive(Debug, Clone)]
 pub enum Mask {
-    /// The first channel of a picture, as its file has it.
+    /// The first channel of a texture, without decoding.
     RasterImage(Texture),
-    /// A value that meshes have at their vertices.
+    /// A vertex attribute of a mesh.
     Attribute {
-        /// Its name in the mesh file.
+        /// Name in the mesh file.
         name: String,
-        /// The value that counts as 0, and the one that counts as 1.
+        /// The values that map to 0 and to 1.
         range: [f32; 2],
     },
 }
@@ -39,13 +39,13 @@ pub enum Mask {
 /// The curves of a material's snow.
 #[derive(Debug)]
 pub struct SnowCurves {
-    /// One snow, or those at even steps of the mask from 0 to 1.
+    /// One sample, or those at equidistant values of the mask from 0 to 1.
     steps: Vec<PcaSnow>,
     mask: Option<Mask>,
 }
 
 impl Mask {
-    /// Whether a shape has what the mask needs, or what is missing.
+    /// Checks that a shape has what the mask needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         let Self::Attribute { name, range: [low, high] } = self else {
             return Texture::check(shape);
@@ -75,7 +75,7 @@ impl Mask {
 }
 
 impl SnowCurves {
-    /// The same snow everywhere.
+    /// Uniform snow.
     pub fn even(snow: PcaSnow) -> Self {
         Self { steps: vec![snow], mask: None }
     }
@@ -84,7 +84,7 @@ impl SnowCurves {
     ///
     /// # Errors
     ///
-    /// When there is no such snow at a mixture.
+    /// When `snow_at` fails.
     pub(crate) fn varying<E>(mask: Mask, snow_at: impl Fn(f64) -> Result<PcaSnow, E>) -> Result<Self, E> {
         let mut steps = vec![snow_at(0.0)?, snow_at(1.0)?];
         loop {
@@ -110,7 +110,7 @@ impl SnowCurves {
         self.steps[0].wavelengths_nm()
     }
 
-    /// Whether a shape has what a mask needs, or what is missing.
+    /// Checks that a shape has what a mask needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         self.mask.as_ref().map_or(Ok(()), |mask| mask.check(shape))
     }
@@ -125,7 +125,7 @@ impl SnowCurves {
     }
 }
 
-/// The mixture of the two steps around a mask's value, which rounding may have taken out of 0 to 1.
+/// The mix of the two samples around a value of the mask, which rounding may have moved beyond 0 to 1.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the steps")]
 fn between(steps: &[PcaSnow], mask: f32) -> SnowMix<'_> {
     let last = steps.len() - 1;
@@ -134,10 +134,10 @@ fn between(steps: &[PcaSnow], mask: f32) -> SnowMix<'_> {
     SnowMix::new(&steps[step], &steps[step + 1], place - step as f32)
 }
 
-/// Whether snow is, but for the tolerance, the mixture of two others in halves.
+/// Whether a sample equals the even mix of two others within the tolerance.
 fn is_mixture(first: &PcaSnow, second: &PcaSnow, middle: &PcaSnow) -> bool {
     let (mixture, middle) = (SnowMix::new(first, second, 0.5), SnowMix::single(middle));
-    COMPARED.iter().all(|&(thickness_cm, angle_deg)| {
+    COMPARED.iter().all(|&[thickness_cm, angle_deg]| {
         let [mut mixed, mut own] = [Spectrum::ZERO; 2];
         let near = |mixed: &Spectrum, own: &Spectrum| {
             let mut pairs = mixed.0.iter().zip(&own.0).filter(|(_, own)| **own > LEAST_TRANSMITTANCE);
