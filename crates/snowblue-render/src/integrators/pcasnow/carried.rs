@@ -9,8 +9,7 @@ use std::ops::{AddAssign, Mul};
 
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
-use super::snow::SnowVertex;
-use super::{Shading, Vertex};
+use super::vertex::{Shading, SnowVertex, Vertex};
 use crate::film::sensor::SensorSample;
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightOrigin, LightSample};

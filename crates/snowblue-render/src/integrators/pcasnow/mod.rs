@@ -11,7 +11,8 @@
 //! spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
 mod carried;
-mod snow;
+mod transmission;
+mod vertex;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -29,7 +30,7 @@ use crate::scene::queries::{SceneQueries, Statistics};
 use crate::spectrum::Spectrum;
 
 use carried::{Carried, Source};
-use snow::SnowVertex;
+use vertex::{Shading, SnowVertex, Vertex};
 
 pub(crate) use carried::LightTables;
 
@@ -49,22 +50,6 @@ struct PathRadiance<C> {
     first: C,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
-}
-
-/// A surface on a path, ready to be shaded.
-struct Vertex<'a> {
-    surface: &'a SurfaceInteraction,
-    shading: Shading<'a>,
-}
-
-/// What a surface reflects and transmits.
-enum Shading<'a> {
-    /// Reflectance of a plain diffuse surface.
-    Diffuse(&'a Spectrum),
-    /// Reflectance of a textured diffuse surface.
-    Textured(Spectrum),
-    /// Snow.
-    Snow(SnowVertex<'a>),
 }
 
 impl<'scene> PcaSnowIntegrator<'scene> {
@@ -210,16 +195,5 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
         let radiance = C::reflected(&source, vertex, incident.cos_incidence);
         Some(radiance * (incident.irradiance_per_power * FRAC_1_PI))
-    }
-}
-
-impl Vertex<'_> {
-    /// Reflectance for light at a cosine of incidence.
-    fn reflectance(&self, cos_incidence: f32) -> Spectrum {
-        match &self.shading {
-            Shading::Diffuse(reflectance) => **reflectance,
-            Shading::Textured(reflectance) => *reflectance,
-            Shading::Snow(snow) => snow.reflectance(cos_incidence),
-        }
     }
 }

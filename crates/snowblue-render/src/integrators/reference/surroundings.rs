@@ -31,19 +31,19 @@ pub(super) struct Surroundings<'scene> {
 }
 
 /// How a flight in snow ends.
-pub(super) enum Leg {
+pub(super) enum Flight {
     /// At a grain, after a length in m.
-    Flown(f32),
+    Free(f32),
     /// Out of the snow, after a length in m, with a point just outside.
     Out { length_m: f32, origin: Vec3A },
     /// On a solid, after a length in m.
-    Met(SurfaceInteraction, f32),
+    Solid(SurfaceInteraction, f32),
 }
 
-impl Leg {
+impl Flight {
     pub(super) fn length_m(&self) -> f32 {
         match self {
-            Self::Flown(length_m) | Self::Out { length_m, .. } | Self::Met(_, length_m) => *length_m,
+            Self::Free(length_m) | Self::Out { length_m, .. } | Self::Solid(_, length_m) => *length_m,
         }
     }
 }
@@ -92,7 +92,7 @@ impl<'scene> Surroundings<'scene> {
     /// m, and the way out.
     ///
     /// All crossings of the whole line are taken, so that nothing hangs on whether a rounded point lies a hair inside.
-    pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Leg> {
+    pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Flight> {
         self.cross(surface_object, ray, f32::INFINITY);
         let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
         let (start_m, stop) = (pair[0].distance_m.max(0.0), pair[1]);
@@ -101,11 +101,11 @@ impl<'scene> Surroundings<'scene> {
     }
 
     /// Flies through an object's snow, so far or as far as it reaches; `known` is the way out where it is known.
-    pub(super) fn leg(&mut self, object: usize, ray: &Ray, flight_m: f32, known: Option<Leg>) -> Leg {
+    pub(super) fn fly(&mut self, object: usize, ray: &Ray, flight_m: f32, known: Option<Flight>) -> Flight {
         let leg = match known {
             Some(leg) if leg.length_m() < flight_m => leg,
-            Some(_) => Leg::Flown(flight_m),
-            None => self.fly(object, ray, flight_m),
+            Some(_) => Flight::Free(flight_m),
+            None => self.fly_through_snow(object, ray, flight_m),
         };
         let list = self.objects().list();
         let touching_m = leg.length_m() + TOUCH_M;
@@ -114,47 +114,48 @@ impl<'scene> Surroundings<'scene> {
             let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
             nearest = list[solid].shape.first_hit(ray, limit_m).map(|hit| (solid, hit)).or(nearest);
         }
-        let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(leg, Leg::Flown(m) if m <= hit.distance_m)) else {
+        let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(leg, Flight::Free(m) if m <= hit.distance_m))
+        else {
             return leg;
         };
         let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
         let (material, direction) = (list[solid].material, ray.direction);
         let surface =
             SurfaceInteraction { object: solid, material, point: hit.point, normal, direction, place: hit.place };
-        Leg::Met(surface, hit.distance_m)
+        Flight::Solid(surface, hit.distance_m)
     }
 
     /// The same, were there nothing but the snow.
     #[inline]
-    fn fly(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Leg {
+    fn fly_through_snow(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Flight {
         let one = &self.objects().list()[object];
         if one.body.is_none() {
             return match one.shape.first_hit(ray, flight_m) {
-                None => Leg::Flown(flight_m),
+                None => Flight::Free(flight_m),
                 Some(hit) => self.out(ray, hit.distance_m, hit.normal, object),
             };
         }
         self.cross(object, ray, flight_m);
         let around = |pair: &&[Crossing]| pair[0].distance_m <= TOUCH_M && pair[1].distance_m > 0.0;
         match self.crossings.chunks_exact(2).find(around).map(|pair| pair[1]) {
-            Some(stop) if stop.distance_m > flight_m => Leg::Flown(flight_m),
+            Some(stop) if stop.distance_m > flight_m => Flight::Free(flight_m),
             Some(stop) => self.out(ray, stop.distance_m, stop.normal, stop.object as usize),
-            None => Leg::Out { length_m: 0.0, origin: ray.origin },
+            None => Flight::Out { length_m: 0.0, origin: ray.origin },
         }
     }
 
     /// Out through a face.
-    fn out(&self, ray: &Ray, length_m: f32, normal: Vec3A, object: usize) -> Leg {
+    fn out(&self, ray: &Ray, length_m: f32, normal: Vec3A, object: usize) -> Flight {
         let normal = normal.normalize();
         let outward = if normal.dot(ray.direction) < 0.0 { -normal } else { normal };
         let origin = off_surface(ray.at(length_m), outward, self.objects().reach_m(object));
-        Leg::Out { length_m, origin }
+        Flight::Out { length_m, origin }
     }
 
     /// Whether light to a lamp is still in an object's snow after a flight: told by its nearest face alone, which is quicker
     /// than all that a line to the lamp crosses. Of a body of parts nothing is told.
     #[inline]
-    pub(super) fn stays(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
+    pub(super) fn stays_inside(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
         let (one, way) = (&self.objects().list()[object], origin.direction_from(from));
         let ray = Ray { origin: from, direction: way.direction };
         one.body.is_none() && flight_m < way.distance_m && !one.shape.occludes(&ray, flight_m)
@@ -162,7 +163,13 @@ impl<'scene> Surroundings<'scene> {
 
     /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
     /// with the probability e^{−κd}, decided by `chance`, less what the pores absorb.
-    pub(super) fn passed(&mut self, from: Vec3A, origin: &LightOrigin, node: usize, chance: f64) -> Option<Spectrum> {
+    pub(super) fn transmitted(
+        &mut self,
+        from: Vec3A,
+        origin: &LightOrigin,
+        node: usize,
+        chance: f64,
+    ) -> Option<Spectrum> {
         let way = origin.direction_from(from);
         let ray = Ray { origin: from, direction: way.direction };
         self.statistics.shadow_rays += 1;

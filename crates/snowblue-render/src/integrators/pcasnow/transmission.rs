@@ -1,31 +1,18 @@
-//! A hit on snow: Algorithm 1 of Varsa & Baranoski (2024), and the other path modes of
+//! Light through snow: Algorithm 1 of Varsa & Baranoski (2024), and the other path modes of
 //! [`pca_snow`](crate::scene::material::pca_snow).
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::Vec3A;
-use snowblue_database::lookup::SnowMix;
-
 use super::carried::{Carried, LightTables, Source};
-use crate::geometry::chord::{Chord, ChordEnd, Exit, Line};
+use super::vertex::{SnowVertex, depth_cm};
+use crate::geometry::chord::{Chord, ChordEnd, Exit};
 use crate::geometry::ray::SurfacePoint;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
-use crate::scene::material::pca_snow::{Emission, PcaSnowMaterial};
-use crate::scene::objects::{Side, SurfaceInteraction};
+use crate::scene::material::pca_snow::Emission;
+use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
-use crate::spectrum::Spectrum;
-
-/// Snow at a point X_i of its surface.
-#[derive(Debug)]
-pub(super) struct SnowVertex<'a> {
-    material: &'a PcaSnowMaterial,
-    curves: SnowMix<'a>,
-    surface: &'a SurfaceInteraction,
-    /// The path through the snow that does not depend on the light.
-    straight: Option<Chord>,
-}
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]
@@ -38,50 +25,7 @@ struct Passage {
     entry: Option<(SurfacePoint, Side)>,
 }
 
-impl<'a> SnowVertex<'a> {
-    /// The snow at a hit.
-    #[inline]
-    pub(super) fn new(
-        material: &'a PcaSnowMaterial,
-        surface: &'a SurfaceInteraction,
-        queries: &mut SceneQueries,
-    ) -> Self {
-        let curves = material.curves.at(queries.objects(), surface);
-        let mut snow = Self { material, curves, surface, straight: None };
-        snow.straight = snow.chord(queries, material.path.straight_direction(surface), f32::INFINITY);
-        snow
-    }
-
-    /// Index of its material in the scene.
-    #[inline]
-    pub(super) fn material_index(&self) -> usize {
-        self.surface.material
-    }
-
-    /// Depth of the snow behind the point, in cm, which determines its reflectance.
-    #[inline]
-    pub(super) fn depth_cm(&self) -> f32 {
-        self.straight.as_ref().map_or(0.0, depth_cm)
-    }
-
-    /// Angle of incidence to look up, in degrees.
-    #[inline]
-    pub(super) fn look_up_angle_deg(&self, cos_incidence: f32) -> f32 {
-        self.curves.look_up_angle_deg(cos_incidence)
-    }
-
-    /// Reflectance for light at a cosine of incidence.
-    pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
-        self.material.reflectance(&self.curves, self.depth_cm(), cos_incidence)
-    }
-
-    /// Transmittance of a depth for light at a cosine of incidence.
-    pub(super) fn transmittance(&self, depth_cm: f32, cos_incidence: f32) -> Spectrum {
-        let mut transmittance = Spectrum::ZERO;
-        self.curves.transmittance(depth_cm, self.look_up_angle_deg(cos_incidence), &mut transmittance.0);
-        transmittance
-    }
-
+impl SnowVertex<'_> {
     /// Light from the lights that comes through the snow.
     #[inline]
     pub(super) fn transmitted<C: Carried>(
@@ -200,13 +144,6 @@ impl<'a> SnowVertex<'a> {
         Some(Passage { depth_cm: depth_cm(&chord), incident, entry })
     }
 
-    /// A straight path from the point through the snow.
-    #[inline]
-    fn chord(&self, queries: &mut SceneQueries, direction: Vec3A, end_m: f32) -> Option<Chord> {
-        let SurfaceInteraction { object, point, normal, .. } = *self.surface;
-        queries.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
-    }
-
     /// Whether the light reaches the entry of a passage.
     #[inline]
     fn is_lit(&self, queries: &mut SceneQueries, sample: &LightSample, passage: &Passage) -> bool {
@@ -214,10 +151,4 @@ impl<'a> SnowVertex<'a> {
             self.material.emission == Emission::Relative || sample.is_visible(queries, &entry, side)
         })
     }
-}
-
-/// Depth of a path in cm, the unit of the table.
-#[inline]
-fn depth_cm(chord: &Chord) -> f32 {
-    100.0 * chord.depth_m
 }

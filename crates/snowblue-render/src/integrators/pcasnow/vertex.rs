@@ -1,0 +1,105 @@
+//! Surfaces on a path.
+
+use glam::Vec3A;
+use snowblue_database::lookup::SnowMix;
+
+use crate::geometry::chord::{Chord, Line};
+use crate::scene::material::pca_snow::PcaSnowMaterial;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::SceneQueries;
+use crate::spectrum::Spectrum;
+
+/// A surface on a path, ready to be shaded.
+pub(super) struct Vertex<'a> {
+    pub(super) surface: &'a SurfaceInteraction,
+    pub(super) shading: Shading<'a>,
+}
+
+/// What a surface reflects and transmits.
+pub(super) enum Shading<'a> {
+    /// Reflectance of a plain diffuse surface.
+    Diffuse(&'a Spectrum),
+    /// Reflectance of a textured diffuse surface.
+    Textured(Spectrum),
+    /// Snow.
+    Snow(SnowVertex<'a>),
+}
+
+/// Snow at a point X_i of its surface.
+#[derive(Debug)]
+pub(super) struct SnowVertex<'a> {
+    pub(super) material: &'a PcaSnowMaterial,
+    curves: SnowMix<'a>,
+    pub(super) surface: &'a SurfaceInteraction,
+    /// The path through the snow that does not depend on the light.
+    pub(super) straight: Option<Chord>,
+}
+
+impl Vertex<'_> {
+    /// Reflectance for light at a cosine of incidence.
+    pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+        match &self.shading {
+            Shading::Diffuse(reflectance) => **reflectance,
+            Shading::Textured(reflectance) => *reflectance,
+            Shading::Snow(snow) => snow.reflectance(cos_incidence),
+        }
+    }
+}
+
+impl<'a> SnowVertex<'a> {
+    /// The snow at a hit.
+    #[inline]
+    pub(super) fn new(
+        material: &'a PcaSnowMaterial,
+        surface: &'a SurfaceInteraction,
+        queries: &mut SceneQueries,
+    ) -> Self {
+        let curves = material.curves.at(queries.objects(), surface);
+        let mut snow = Self { material, curves, surface, straight: None };
+        snow.straight = snow.chord(queries, material.path.straight_direction(surface), f32::INFINITY);
+        snow
+    }
+
+    /// Index of its material in the scene.
+    #[inline]
+    pub(super) fn material_index(&self) -> usize {
+        self.surface.material
+    }
+
+    /// Depth of the snow behind the point, in cm, which determines its reflectance.
+    #[inline]
+    pub(super) fn depth_cm(&self) -> f32 {
+        self.straight.as_ref().map_or(0.0, depth_cm)
+    }
+
+    /// Angle of incidence to look up, in degrees.
+    #[inline]
+    pub(super) fn look_up_angle_deg(&self, cos_incidence: f32) -> f32 {
+        self.curves.look_up_angle_deg(cos_incidence)
+    }
+
+    /// Reflectance for light at a cosine of incidence.
+    pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+        self.material.reflectance(&self.curves, self.depth_cm(), cos_incidence)
+    }
+
+    /// Transmittance of a depth for light at a cosine of incidence.
+    pub(super) fn transmittance(&self, depth_cm: f32, cos_incidence: f32) -> Spectrum {
+        let mut transmittance = Spectrum::ZERO;
+        self.curves.transmittance(depth_cm, self.look_up_angle_deg(cos_incidence), &mut transmittance.0);
+        transmittance
+    }
+
+    /// A straight path from the point through the snow.
+    #[inline]
+    pub(super) fn chord(&self, queries: &mut SceneQueries, direction: Vec3A, end_m: f32) -> Option<Chord> {
+        let SurfaceInteraction { object, point, normal, .. } = *self.surface;
+        queries.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
+    }
+}
+
+/// Depth of a path in cm, the unit of the table.
+#[inline]
+pub(super) fn depth_cm(chord: &Chord) -> f32 {
+    100.0 * chord.depth_m
+}
