@@ -2,7 +2,7 @@
 
 use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_render::film::image_file;
-use snowblue_render::images::raster::PixelSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{RenderError, swatch};
 
 /// The paper's three sample wavelengths, in nm.
@@ -29,7 +29,7 @@ pub fn display_hex(colour: LinearRgb) -> String {
 }
 
 /// A swatch of a light times a factor, with the grey texture of snow, as the bytes of a PNG file.
-pub(crate) fn textured_png(light: Xyz, factor: f64, size: PixelSize) -> Result<Vec<u8>, RenderError> {
+pub(crate) fn textured_png(light: Xyz, factor: f64, size: ImageSize) -> Result<Vec<u8>, RenderError> {
     let picture = swatch::swatch(LinearRgb::from_xyz(light * factor), size, Some(1));
     image_file::png_bytes(&picture, &[])
 }

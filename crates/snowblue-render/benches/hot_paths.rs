@@ -8,7 +8,7 @@ use std::path::Path;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DAffine3, Vec3, Vec3A};
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::geometry::instance::Instance;
 use snowblue_render::geometry::mesh::Mesh;
 use snowblue_render::geometry::placement::Placement;

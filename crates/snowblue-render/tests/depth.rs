@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
 use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law, with_lamp_at};
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;

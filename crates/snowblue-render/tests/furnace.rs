@@ -11,7 +11,7 @@ use snow::{SNOW, directions, estimate, extinction_per_cm, lamp, scene, seen, sim
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;

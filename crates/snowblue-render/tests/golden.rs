@@ -19,7 +19,7 @@ use snow::{SNOW, law_of_grains, scene};
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;

@@ -11,7 +11,7 @@ use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::scene::Scene;
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};

@@ -11,7 +11,7 @@ use glam::Vec3A;
 use snow::{Estimate, SNOW, estimate, scene, seen, simple_law};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;

@@ -13,7 +13,7 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Aovs;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::{self, Progress, Rendering, Watch, accumulator, pixel_radiance, render, render_missing};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;

@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::Vec3A;
 use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law, with_lamp_at};
 use snowblue_database::PcaSnow;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 

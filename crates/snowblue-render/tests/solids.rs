@@ -7,7 +7,7 @@ mod snow;
 
 use glam::{DVec3, Vec3A};
 use snow::{SNOW, directions, scene, seen, simple_law};
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::geometry::ray::{Crossing, Ray};
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;

@@ -2,7 +2,7 @@
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, Xyz};
-use snowblue_render::images::raster::PixelSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -207,7 +207,7 @@ fn draw(spectra: &[Vec<(f64, f64)>], curves: &[Vec<(f64, f64)>; 2], lamps: &[Lam
 /// A row for each number of samples, a column for each illuminant.
 fn swatches(chart: &mut Chart, lamps: &[Lamp]) -> Result<(), FigureError> {
     const SIZE: (f64, f64) = (146.0, 98.0);
-    const PIXELS: PixelSize = PixelSize { width: 146, height: 98 };
+    const PIXELS: ImageSize = ImageSize { width: 146, height: 98 };
     let (left, top) = (100.0, 440.0);
     let factor = common_exposure(lamps.iter().flat_map(|lamp| lamp.lights));
     for (which, name) in SAMPLES.iter().enumerate() {

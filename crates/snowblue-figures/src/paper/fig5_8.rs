@@ -1,7 +1,7 @@
 //! The paper's Figs. 5–8: effects of grain size, facetness, density and thickness on the transmitted colour.
 
 use snowblue_color::{Lab, LinearRgb, Xyz};
-use snowblue_render::images::raster::PixelSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};
@@ -158,7 +158,7 @@ fn colours(rows: &[Row], white: Xyz) -> FigureTable {
 
 fn draw(rows: &[Row], factor: f64) -> Result<String, FigureError> {
     const SIZE: (f64, f64) = (116.0, 66.0);
-    const PIXELS: PixelSize = PixelSize { width: 116, height: 66 };
+    const PIXELS: ImageSize = ImageSize { width: 116, height: 66 };
     const GAP: f64 = 4.0;
     const LEFT: f64 = 160.0;
     let mut chart = Chart::new(900.0, 810.0, "Light through snow: grain size, facetness, density, thickness and angle");

@@ -5,7 +5,7 @@ use std::path::Path;
 use snowblue_render::files::FilesIn;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
-use snowblue_render::images::raster::PixelSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{SceneDescription, render};
 
 use crate::error::FigureError;
@@ -21,7 +21,7 @@ struct Shot {
     name: &'static str,
     caption: String,
     scene: SceneDescription,
-    size: PixelSize,
+    size: ImageSize,
 }
 
 /// Captions of a figure.
@@ -43,7 +43,7 @@ pub(crate) fn fig1() -> Result<Figure, FigureError> {
         name: "lamp",
         caption: "A lamp in a mound of snow, at dusk".to_owned(),
         scene: scenes::read(scenes::LAMP)?,
-        size: PixelSize { width: 640, height: 480 },
+        size: ImageSize { width: 640, height: 480 },
     };
     rendered(&captions, &[shot])
 }
@@ -103,7 +103,7 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
                 scene.film.exposure = Exposure::Stops(stops);
                 caption = format!("{caption}; {:+.1} stops", stops - THICKNESSES[0].exposure_stops);
             }
-            shots.push(Shot { name, caption, scene, size: PixelSize { width: 270, height: 270 } });
+            shots.push(Shot { name, caption, scene, size: ImageSize { width: 270, height: 270 } });
         }
     }
     let captions = Captions {
@@ -119,7 +119,7 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
 
 pub(crate) fn fig10() -> Result<Figure, FigureError> {
     let shot = |name, caption: &str, scene: &str| -> Result<Shot, FigureError> {
-        let size = PixelSize { width: 400, height: 300 };
+        let size = ImageSize { width: 400, height: 300 };
         Ok(Shot { name, caption: caption.to_owned(), scene: scenes::read(scene)?, size })
     };
     let captions = Captions {
@@ -155,7 +155,7 @@ pub(crate) fn fig11() -> Result<Figure, FigureError> {
     let shots = [("grains_250", 250.0), ("grains_100", 100.0), ("grains_500", 500.0)].map(|(name, grain_size_um)| {
         let mut scene = dragon.clone();
         scenes::set_grain_size(&mut scene, grain_size_um);
-        let size = PixelSize { width: 480, height: 360 };
+        let size = ImageSize { width: 480, height: 360 };
         Shot { name, caption: format!("Grains of {grain_size_um} µm"), scene, size }
     });
     let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 \
@@ -168,7 +168,7 @@ pub(crate) fn fig11() -> Result<Figure, FigureError> {
 fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> {
     let (mut renderings, mut rows) = (Vec::new(), Vec::new());
     for shot in shots {
-        let PixelSize { width, height } = shot.size;
+        let ImageSize { width, height } = shot.size;
         let mut scene = shot.scene.clone();
         (scene.film.width, scene.film.height) = (width, height);
         let scene = scene.build(snowblue_data::embedded(), &FilesIn::new(""))?;

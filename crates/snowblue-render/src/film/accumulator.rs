@@ -16,8 +16,9 @@ use snowblue_color::{LinearRgb, Xyz};
 use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
 use crate::film::sample_block::{Coverage, SampleBlock};
-use crate::film::window::{ImageSize, Pixel, Window, range_length};
+use crate::film::window::{Window, range_length};
 use crate::geometry::ray::narrow;
+use crate::images::raster::{ImageSize, PixelPosition};
 use crate::spectrum::SAMPLES;
 
 /// Units of a sum in 1.
@@ -54,7 +55,7 @@ impl FilmAccumulator {
     ///
     /// When the window reaches beyond the image.
     pub fn new(image_size: ImageSize, window: &Window, aovs: Aovs, wavelengths_nm: &[f64; SAMPLES]) -> Self {
-        assert!(image_size.window().contains(window), "the window lies within the image");
+        assert!(Window::of_image(image_size).contains(window), "the window lies within the image");
         Self {
             image_size,
             window: window.clone(),
@@ -99,11 +100,12 @@ impl FilmAccumulator {
     }
 
     /// The first pixel of the window, row by row, that has no sample.
-    pub fn first_empty_pixel(&self) -> Option<Pixel> {
+    pub fn first_empty_pixel(&self) -> Option<PixelPosition> {
         let index = self.sample_counts().iter().position(|count| *count == 0)?;
         let index = u32::try_from(index).ok()?;
         let width = self.window.size().width;
-        Some(Pixel { column: self.window.columns.start + index % width, row: self.window.rows.start + index / width })
+        let (x, y) = (self.window.columns.start + index % width, self.window.rows.start + index / width);
+        Some(PixelPosition { x, y })
     }
 
     /// Number of samples of each pixel of the window, row by row.

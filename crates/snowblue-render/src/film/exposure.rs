@@ -7,7 +7,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::film::sensor::FalseColor;
-use crate::film::window::ImageSize;
+use crate::images::raster::ImageSize;
 
 /// Size and exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

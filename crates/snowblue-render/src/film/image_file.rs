@@ -10,9 +10,8 @@ use snowblue_database::file::write_atomically;
 use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::exposure::Exposure;
-use crate::film::window::ImageSize;
 use crate::geometry::ray::narrow;
-use crate::images::raster::RasterImage;
+use crate::images::raster::{ImageSize, RasterImage};
 
 /// Texts that are stored with an image: pairs of keyword and text, such as the program and the seed.
 pub type Metadata<'a> = [(&'a str, &'a str)];

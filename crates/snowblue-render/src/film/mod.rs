@@ -20,7 +20,7 @@ use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::exposure::Exposure;
-use crate::film::window::ImageSize;
+use crate::images::raster::ImageSize;
 
 /// The fraction of pixels that automatic exposure fits into the display's range. The rest, lights and highlights, may
 /// clip.

@@ -26,8 +26,9 @@ use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, write_file};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
-use crate::film::window::{ImageSize, Window};
+use crate::film::window::Window;
 use crate::geometry::ray::narrow;
+use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
@@ -211,7 +212,7 @@ impl ResumableImage {
         let is_within = |block: &SampleBlock| window.contains(&block.window());
         let wavelengths: Option<Vec<f64>> =
             text(header, WAVELENGTHS)?.split_whitespace().map(|nm| nm.parse().ok()).collect();
-        let is_consistent = image_size.window().contains(&window) && coverage.blocks().iter().all(is_within);
+        let is_consistent = Window::of_image(image_size).contains(&window) && coverage.blocks().iter().all(is_within);
         is_consistent.then_some(Self {
             path: path.into(),
             provenance: Provenance::parse(&text(header, PROVENANCE)?),

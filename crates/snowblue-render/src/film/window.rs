@@ -1,36 +1,8 @@
-//! Image sizes, pixels and rectangles of pixels.
+//! Rectangles of pixels.
 
 use std::ops::Range;
 
-/// Size of an image in pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ImageSize {
-    /// Number of columns.
-    pub width: u32,
-    /// Number of rows.
-    pub height: u32,
-}
-
-impl ImageSize {
-    /// Number of pixels.
-    pub fn pixel_count(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
-    /// All pixels of the image.
-    pub fn window(self) -> Window {
-        Window { columns: 0..self.width, rows: 0..self.height }
-    }
-}
-
-/// Position of a pixel. The upper left pixel is (0, 0).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pixel {
-    /// Column, from the left.
-    pub column: u32,
-    /// Row, from the top.
-    pub row: u32,
-}
+use crate::images::raster::ImageSize;
 
 /// A rectangle of pixels. Both ranges are half-open; the upper left pixel of the image is (0, 0).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +14,11 @@ pub struct Window {
 }
 
 impl Window {
+    /// All pixels of an image.
+    pub fn of_image(size: ImageSize) -> Self {
+        Self { columns: 0..size.width, rows: 0..size.height }
+    }
+
     /// Number of columns and rows.
     pub fn size(&self) -> ImageSize {
         ImageSize { width: range_length(&self.columns), height: range_length(&self.rows) }

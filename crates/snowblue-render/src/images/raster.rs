@@ -13,11 +13,18 @@ pub struct PixelPosition {
 
 /// Size of an image in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PixelSize {
+pub struct ImageSize {
     /// Pixels from left to right.
     pub width: u32,
     /// Pixels from top to bottom.
     pub height: u32,
+}
+
+impl ImageSize {
+    /// Number of pixels.
+    pub fn pixel_count(self) -> usize {
+        self.width as usize * self.height as usize
+    }
 }
 
 /// An image of encoded colours.

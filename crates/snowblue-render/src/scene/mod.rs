@@ -19,7 +19,7 @@ use snowblue_transport::monte_carlo::Volume;
 
 use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
-use crate::film::window::ImageSize;
+use crate::images::raster::ImageSize;
 use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::light::Light;

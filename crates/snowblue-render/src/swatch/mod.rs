@@ -6,7 +6,7 @@ pub mod snow_texture;
 use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Srgb8};
 
-use crate::images::raster::{PixelPosition, PixelSize, RasterImage};
+use crate::images::raster::{ImageSize, PixelPosition, RasterImage};
 use crate::swatch::lettering::{Lettering, TextOrigin};
 use crate::swatch::snow_texture::SnowTexture;
 
@@ -70,11 +70,11 @@ struct Layout {
     footer: Lettering,
     title_lines: Vec<String>,
     footer_lines: Vec<String>,
-    swatch: PixelSize,
+    swatch: ImageSize,
     gap: u32,
     /// Upper left corner of the first swatch.
     first: PixelPosition,
-    size: PixelSize,
+    size: ImageSize,
 }
 
 /// The exposure factor that brings the brightest colour near white without clipping.
@@ -87,7 +87,7 @@ pub fn automatic_exposure<'c>(colours: impl IntoIterator<Item = &'c LinearRgb>) 
 }
 
 /// A swatch of a linear colour, flat or multiplied by a snow texture with a seed.
-pub fn swatch(colour: LinearRgb, size: PixelSize, texture: Option<u64>) -> RasterImage {
+pub fn swatch(colour: LinearRgb, size: ImageSize, texture: Option<u64>) -> RasterImage {
     let Some(seed) = texture else {
         return RasterImage::filled(size.width, size.height, Srgb8::encode(colour.displayable()));
     };
@@ -144,7 +144,7 @@ impl SwatchSheet {
         let (name, footer) = (style(1.0, false, GREY), style(0.8, false, GREY));
         let widest = |labels: &[String]| labels.iter().map(|text| label.width_px(text)).fold(0.0, f32::max);
         let swatch =
-            PixelSize { width: whole(size_px.max(widest(&self.columns.labels) + 0.5 * font_px)), height: self.size_px };
+            ImageSize { width: whole(size_px.max(widest(&self.columns.labels) + 0.5 * font_px)), height: self.size_px };
         let gap = whole((0.04 * size_px).max(3.0));
         let beside = widest(&self.rows.labels).max(name.width_px(&self.rows.name));
         let beside = if beside > 0.0 { beside + 0.8 * font_px } else { 0.0 };
@@ -169,7 +169,7 @@ impl SwatchSheet {
         let below = first.y + rows * (swatch.height + gap);
         let height =
             below as f32 + 1.0 * font_px + 1.45 * footer.size_px * footer_lines.len() as f32 + margin - 0.4 * font_px;
-        let size = PixelSize { width: whole(content + 2.0 * margin), height: whole(height) };
+        let size = ImageSize { width: whole(content + 2.0 * margin), height: whole(height) };
         Layout { margin, title, label, name, footer, title_lines, footer_lines, swatch, gap, first, size }
     }
 
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn the_average_of_a_textured_swatch_is_its_colour() {
         let colour = LinearRgb { r: 0.12, g: 0.4, b: 0.8 };
-        let picture = swatch(colour, PixelSize { width: 160, height: 160 }, Some(1));
+        let picture = swatch(colour, ImageSize { width: 160, height: 160 }, Some(1));
         let (mut r, mut g, mut b) = (0.0, 0.0, 0.0);
         for pixel in picture.pixels() {
             let light = pixel.decode();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::film::window::{ImageSize, Pixel};
+use snowblue_render::images::raster::{ImageSize, PixelPosition};
 
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
 
@@ -31,7 +31,7 @@ pub(super) fn merge_pictures(
     for part in &parts {
         sums.add(&part.read_sums().map_err(Failure::input)?);
     }
-    if let Some(Pixel { column: x, row: y }) = sums.first_empty_pixel() {
+    if let Some(PixelPosition { x, y }) = sums.first_empty_pixel() {
         return Err(Failure::Input(format!("no part has a sample of pixel {x},{y}: the tiles leave a gap")));
     }
     let ImageSize { width: columns, height: rows } = window.size();

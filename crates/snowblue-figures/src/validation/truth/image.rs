@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use snowblue_color::Xyz;
-use snowblue_render::film::window::ImageSize;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::scene::Scene;
 use snowblue_render::{Film, render};
 
