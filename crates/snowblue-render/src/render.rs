@@ -1,7 +1,19 @@
 //! Rendering: rows of pixels in parallel, a few samples of each pixel at a time.
 //!
-//! [`render`] renders a whole image. [`render_missing`] adds the missing samples of a block to a [`FilmAccumulator`], so that
-//! an image can be rendered in parts, stopped and resumed.
+//! [`render`] renders a whole image; most programs need nothing else. To render a part of an image or AOVs, or to stop and
+//! resume, make an [`accumulator`] and add samples with [`render_missing`]:
+//!
+//! ```no_run
+//! # use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
+//! # use snowblue_render::{Aovs, SampleBlock, Scene};
+//! # fn render_left_columns(scene: &Scene) {
+//! let left = SampleBlock { columns: 0..10, ..all_samples(scene) };
+//! let aovs = Aovs { normal: true, ..Aovs::default() };
+//! let mut sums = accumulator(scene, aovs, &left.window());
+//! render_missing(scene, &left, &mut sums, RenderControl::default());
+//! let image = sums.film();
+//! # }
+//! ```
 //!
 //! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the order of
 //! the samples. So an image has the same bits on any number of threads, in one run or several, from one file or from parts.
@@ -17,6 +29,7 @@ use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::Window;
 use crate::geometry::ray::Ray;
+use crate::images::raster::PixelPosition;
 use crate::integrators::first_hit::add_first_hit;
 use crate::integrators::{Integrator, LightTables};
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
@@ -41,11 +54,18 @@ pub struct Progress {
 
 /// Callbacks of a rendering. Any thread calls them, once for each row of pixels in each pass.
 #[derive(Clone, Copy)]
-pub struct Watch<'a> {
+pub struct RenderControl<'a> {
     /// Receives the progress.
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Returns whether to stop. Rows that have begun are finished.
     pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Ignores the progress and never stops.
+impl Default for RenderControl<'_> {
+    fn default() -> Self {
+        Self { progress: &|_| {}, stop: &|| false }
+    }
 }
 
 /// A rendered image.
@@ -61,9 +81,9 @@ pub struct Rendering {
 ///
 /// Any thread calls `progress` after each row of each pass. Rows do not finish in order.
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
-    let whole = whole(scene);
-    let mut accumulator = accumulator(scene, Aovs::default(), &whole.window());
-    let statistics = render_missing(scene, &whole, &mut accumulator, Watch { progress, stop: &|| false });
+    let target = all_samples(scene);
+    let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
+    let statistics = render_missing(scene, &target, &mut accumulator, RenderControl { progress, ..RenderControl::default() });
     Rendering { film: accumulator.film(), statistics }
 }
 
@@ -73,7 +93,7 @@ pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulato
 }
 
 /// All samples of all pixels of a scene's image.
-pub fn whole(scene: &Scene) -> SampleBlock {
+pub fn all_samples(scene: &Scene) -> SampleBlock {
     SampleBlock {
         columns: 0..scene.film.width,
         rows: 0..scene.film.height,
@@ -82,7 +102,7 @@ pub fn whole(scene: &Scene) -> SampleBlock {
 }
 
 /// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool, until all
-/// are done or `watch.stop` returns true. The accumulator's coverage then says which are missing, and another call continues.
+/// are done or `control.stop` returns true. The accumulator's coverage then says which are missing, and another call continues.
 ///
 /// # Panics
 ///
@@ -91,16 +111,16 @@ pub fn render_missing(
     scene: &Scene,
     target: &SampleBlock,
     accumulator: &mut FilmAccumulator,
-    watch: Watch,
+    control: RenderControl,
 ) -> Statistics {
     let missing = accumulator.coverage().missing_from(target);
     let samples = missing.iter().map(SampleBlock::count).sum();
     let done = AtomicU64::new(0);
     let progress = |row: Progress| {
         let samples_done = done.fetch_add(row.samples_done, Ordering::Relaxed) + row.samples_done;
-        (watch.progress)(Progress { samples_done, samples });
+        (control.progress)(Progress { samples_done, samples });
     };
-    let watch = Watch { progress: &progress, ..watch };
+    let control = RenderControl { progress: &progress, ..control };
     let tables = match scene.integrator.kind {
         IntegratorKind::PcaSnow if !accumulator.aovs().spectrum => LightTables::new(scene),
         IntegratorKind::PcaSnow | IntegratorKind::Reference => LightTables::none(scene),
@@ -108,11 +128,11 @@ pub fn render_missing(
     let per_pass = samples_per_pixel_and_pass(scene, target);
     let mut statistics = Statistics::default();
     let mut start = missing.iter().map(|block| block.samples.start).min().unwrap_or(target.samples.end);
-    while start < target.samples.end && !(watch.stop)() {
+    while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: start..end, ..target.clone() };
         let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
-        statistics = statistics.plus(render_pass(RowRenderer::new(scene, &tables), &blocks, accumulator, watch));
+        statistics = statistics.plus(render_pass(RowRenderer::new(scene, &tables), &blocks, accumulator, control));
         start = end;
     }
     statistics
@@ -144,7 +164,7 @@ fn render_pass(
     renderer: RowRenderer,
     blocks: &[SampleBlock],
     accumulator: &mut FilmAccumulator,
-    watch: Watch,
+    control: RenderControl,
 ) -> Statistics {
     let (window, aovs) = (accumulator.window().clone(), accumulator.aovs());
     let finished: Vec<Option<Statistics>> = accumulator
@@ -152,12 +172,12 @@ fn render_pass(
         .zip(window.rows.clone())
         .map(|(sums, row)| {
             let here: Vec<&SampleBlock> = blocks.iter().filter(|block| block.rows.contains(&row)).collect();
-            if here.is_empty() || (watch.stop)() {
+            if here.is_empty() || (control.stop)() {
                 return None;
             }
             let statistics = renderer.render(row, &here, Row { aovs, first_column: window.columns.start, sums });
             let count = here.iter().map(|block| block.count() / u64::from(block.rows.end - block.rows.start)).sum();
-            (watch.progress)(Progress { samples_done: count, samples: count });
+            (control.progress)(Progress { samples_done: count, samples: count });
             Some(statistics)
         })
         .collect();
@@ -223,12 +243,12 @@ impl<'scene> RowRenderer<'scene> {
 }
 
 /// Mean radiance of one pixel, in W m⁻² sr⁻¹ as a band density, from the same samples as in the image.
-pub fn pixel_radiance(scene: &Scene, column: u32, row: u32) -> Spectrum {
+pub fn pixel_radiance(scene: &Scene, pixel: PixelPosition) -> Spectrum {
     let tables = LightTables::none(scene);
     let (mut integrator, mut sum) = (Integrator::new(scene, &tables), Spectrum::ZERO);
     let samples = scene.integrator.samples_per_pixel;
     let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
-    let pixel = Pixel::new(scene, &pattern, column, row);
+    let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);
     for sample in 0..samples {
         sum += integrator.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample));
     }

@@ -19,7 +19,7 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::{Watch, accumulator, render, render_missing, whole};
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render, render_missing};
 use snowblue_render::scene::Scene;
 use snowblue_render::{FilmAccumulator, SampleBlock};
 
@@ -54,16 +54,14 @@ fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> Sample
     SampleBlock { columns, rows, samples }
 }
 
-const GO_ON: Watch = Watch { progress: &|_| {}, stop: &|| false };
-
 fn sums_of(scene: &Scene, channels: Aovs, portion: &SampleBlock) -> FilmAccumulator {
     let mut sums = accumulator(scene, channels, &portion.window());
-    render_missing(scene, portion, &mut sums, GO_ON);
+    render_missing(scene, portion, &mut sums, RenderControl::default());
     sums
 }
 
 fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulator {
-    let mut sums = accumulator(scene, channels, &whole(scene).window());
+    let mut sums = accumulator(scene, channels, &all_samples(scene).window());
     parts.iter().for_each(|part| sums.add(&sums_of(scene, channels, part)));
     sums
 }
@@ -71,7 +69,7 @@ fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulato
 #[test]
 fn ranges_tiles_and_both_make_the_same_picture() {
     for scene in [pictured(), lit_directly()] {
-        let at_once = sums_of(&scene, Aovs::default(), &whole(&scene));
+        let at_once = sums_of(&scene, Aovs::default(), &all_samples(&scene));
         assert!(at_once.film() == render(&scene, &|_| {}).film);
         let (all_columns, all_rows) = (0..23, 0..17);
         let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
@@ -92,7 +90,7 @@ fn ranges_tiles_and_both_make_the_same_picture() {
 #[test]
 fn all_channels_are_the_same_in_parts_and_leave_the_colours_alone() {
     let scene = pictured();
-    let at_once = sums_of(&scene, ALL, &whole(&scene));
+    let at_once = sums_of(&scene, ALL, &all_samples(&scene));
     let parts = [portion(0..23, 0..7, 0..37), portion(0..23, 7..17, 20..37), portion(0..23, 7..17, 0..20)];
     assert!(added(&scene, ALL, &parts) == at_once);
     assert!(at_once.film() == render(&scene, &|_| {}).film);
@@ -101,7 +99,7 @@ fn all_channels_are_the_same_in_parts_and_leave_the_colours_alone() {
 #[test]
 fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
     let scene = pictured();
-    let target = whole(&scene);
+    let target = all_samples(&scene);
     let at_once = sums_of(&scene, Aovs::default(), &target);
     for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -111,7 +109,9 @@ fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
             let asked = AtomicU32::new(0);
             let stop = || asked.fetch_add(1, Ordering::Relaxed) > rows_at_a_time;
             let before = sums.coverage().clone();
-            pool.install(|| render_missing(&scene, &target, &mut sums, Watch { stop: &stop, ..GO_ON }));
+            pool.install(|| {
+                render_missing(&scene, &target, &mut sums, RenderControl { stop: &stop, ..RenderControl::default() })
+            });
             assert_ne!(*sums.coverage(), before, "every go does something");
             goes += 1;
         }
@@ -139,7 +139,7 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
     let path = folder.path().join("part.exr");
     for channels in [Aovs::default(), ALL] {
         let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
-        render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, GO_ON);
+        render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, RenderControl::default());
         let kept = ResumeData { provenance: &origin, exposure: Exposure::Stops(-1.2) };
         resumable_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
         let part = ResumableImage::open(&path).unwrap();
@@ -151,14 +151,14 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
         let back = part.read_sums().unwrap();
         assert!(back == sums);
         let grown = |sums: FilmAccumulator| {
-            let mut sums = sums.extended_to(&whole(&scene).window());
-            render_missing(&scene, &whole(&scene), &mut sums, GO_ON);
+            let mut sums = sums.extended_to(&all_samples(&scene).window());
+            render_missing(&scene, &all_samples(&scene), &mut sums, RenderControl::default());
             sums
         };
         assert!(grown(back) == grown(sums));
     }
     // Without sums a file is a picture only.
-    resumable_file::write(&sums_of(&scene, Aovs::default(), &whole(&scene)), None, &[], &path).unwrap();
+    resumable_file::write(&sums_of(&scene, Aovs::default(), &all_samples(&scene)), None, &[], &path).unwrap();
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R"]);
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
     write_exr(&Film::new(ImageSize { width: 1, height: 1 }, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
@@ -172,7 +172,7 @@ fn channels_tell_what_they_are_named_for() {
     let scene = pictured();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
-    let sums = sums_of(&scene, ALL, &whole(&scene));
+    let sums = sums_of(&scene, ALL, &all_samples(&scene));
     resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);

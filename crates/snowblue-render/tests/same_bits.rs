@@ -14,7 +14,9 @@ use snowblue_render::Aovs;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::{self, Progress, Rendering, Watch, accumulator, pixel_radiance, render, render_missing};
+use snowblue_render::render::{
+    self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render, render_missing,
+};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 
@@ -105,9 +107,9 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
         };
         assert!(scene.set_view(&view));
         let short = render(&scene, &|_| {});
-        let target = render::whole(&scene);
+        let target = render::all_samples(&scene);
         let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
-        let long = render_missing(&scene, &target, &mut sums, Watch { progress: &|_| {}, stop: &|| false });
+        let long = render_missing(&scene, &target, &mut sums, RenderControl::default());
         assert_eq!(short.statistics, long, "{case}");
         let (mut lit, mut worst) = (0, 0.0_f64);
         for (short, long) in short.film.pixels().iter().zip(sums.film().pixels()) {

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::render::{Watch, accumulator, render_missing};
+use snowblue_render::render::{RenderControl, accumulator, render_missing};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
@@ -87,11 +87,11 @@ impl RenderJob<'_> {
             }
             let next_preview = self.preview.as_ref().map(|_| Instant::now() + PREVIEW_INTERVAL);
             let pause = next_preview.into_iter().chain(next_checkpoint).min();
-            let watch = Watch {
+            let control = RenderControl {
                 progress: &|at| bar.set(done + at.samples_done, all),
                 stop: &|| interrupt::is_requested() || pause.is_some_and(|pause| Instant::now() >= pause),
             };
-            statistics = statistics.plus(render_missing(self.scene, &self.target, sums, watch));
+            statistics = statistics.plus(render_missing(self.scene, &self.target, sums, control));
             if let Some(preview) = &mut self.preview
                 && let Err(error) = preview.show(sums)
             {

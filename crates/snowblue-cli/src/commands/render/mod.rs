@@ -156,7 +156,7 @@ impl Render {
 
     /// The pixels and samples to render.
     fn target(&self, scene: &Scene) -> Result<SampleBlock, Failure> {
-        let mut target = render::whole(scene);
+        let mut target = render::all_samples(scene);
         if let Some(samples) = &self.spp_range {
             target.samples = samples.clone();
         }
