@@ -1,28 +1,25 @@
-//! From a scene with snow to an image: a spectral path tracer with PCASnow.
+//! Renders scenes with snow: a spectral path tracer with PCASnow, and a volumetric reference.
 //!
 //! ```text
-//! scene_file ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
-//!                 │         ├─ path: one path of light, 31 wavelengths at once
-//!                 │         └─ sums: the exact sums of a part of a picture; picture_file keeps them
-//!                 ├─ objects: shapes and meshes ─ what a ray hits, and how deep a line runs through a solid
-//!                 ├─ materials: diffuse, pca_snow, each even or by a texture
-//!                 └─ lights, camera
+//! scene file ─► Scene ─► render ─► Film ─► PNG, OpenEXR
+//! table ───────┘  │        ├─ integrators: paths of light, with PCASnow or through the volume
+//!                 │        └─ film: exact sums over samples, AOVs, files that can be resumed and merged
+//!                 ├─ camera, lights
+//!                 ├─ objects: shapes and meshes in bodies; hits and depths along lines
+//!                 └─ materials: diffuse and snow, constant or textured
 //! ```
 //!
-//! [`Scene::load`](scene::Scene::load) reads a scene and takes the curves of its snow from a table,
-//! [`render::render`] makes the picture, and [`image_file`] stores it. What a hit on snow means is told in
-//! [`material::pca_snow`]. Past the door nothing fails: a scene that was read can be rendered.
+//! A [`Scene`] takes the curves of its snow from a table of `snowblue-database`. [`render`](render::render) renders it, and
+//! [`film::image_file`] writes the image. All checks are made when a scene is loaded; a loaded scene always renders.
+//! [`swatch`] draws sheets of labelled colours.
 //!
-//! [`swatch`] draws sheets of colours with labels, and [`texture`] the grey of snow over them.
+//! An image has the same bits on any number of threads. Geometry is in metres and single precision. Tests at the edges of
+//! triangles are exact, so that depths are correct in every direction and through every edge.
 //!
-//! A picture has the same bits on any number of threads. Geometry is single precision, in metres; where a sign decides
-//! what is inside (the edges of triangles) arithmetic is exact, so that depths hold from every direction and through
-//! every edge.
+//! **Simplified.** With PCASnow, light enters snow at one point and leaves it at another on a straight line, with the curves
+//! of a slab, equally in all directions. Faces are flat: vertex normals of meshes are ignored.
 //!
-//! **Simplified.** Snow takes in light at one point and gives it out at another on a straight line, with the curves of a
-//! slab; light leaves it alike in all directions. Faces are flat: normals of a mesh's vertices are not used.
-//!
-//! **Out of scope.** Building tables (`snowblue-database`); names of files, options and progress bars (the faces).
+//! **Out of scope.** Building tables (`snowblue-database`); the command line (`snowblue-cli`).
 
 pub mod error;
 pub mod files;
