@@ -83,7 +83,8 @@ pub struct Rendering {
 pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
     let target = all_samples(scene);
     let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
-    let statistics = render_missing(scene, &target, &mut accumulator, RenderControl { progress, ..RenderControl::default() });
+    let statistics =
+        render_missing(scene, &target, &mut accumulator, RenderControl { progress, ..RenderControl::default() });
     Rendering { film: accumulator.film(), statistics }
 }
 

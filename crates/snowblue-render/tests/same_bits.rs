@@ -13,7 +13,7 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Aovs;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::images::raster::{ImageSize, PixelPosition};
 use snowblue_render::render::{
     self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render, render_missing,
 };
@@ -136,9 +136,9 @@ fn a_pixel_alone_is_the_pixel_in_the_picture() {
         &snowblue_render::spectrum::wavelengths_nm(),
     )
     .unwrap();
-    for (column, row) in [(0, 39), (20, 20), (47, 25)] {
-        let alone = weights.xyz(&pixel_radiance(&scene, column, row).0.map(f64::from));
-        let there = picture.pixels()[(row * 48 + column) as usize];
+    for (x, y) in [(0, 39), (20, 20), (47, 25)] {
+        let alone = weights.xyz(&pixel_radiance(&scene, PixelPosition { x, y }).0.map(f64::from));
+        let there = picture.pixels()[(y * 48 + x) as usize];
         // Spectra are added up in single precision, and so are the 31 products of a sample: some 2⁻²² of the sum.
         for (alone, there) in [(alone.x, there.x), (alone.y, there.y), (alone.z, there.z)] {
             assert!((alone - there).abs() <= there * f64::from(1 << 22).recip(), "{alone} {there}");

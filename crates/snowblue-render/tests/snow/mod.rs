@@ -9,6 +9,7 @@ use std::path::Path;
 use glam::Vec3A;
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
+use snowblue_render::images::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
@@ -117,7 +118,7 @@ pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
     let up = (target - eye).any_orthogonal_vector();
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
     assert!(scene.set_view(&view));
-    pixel_radiance(scene, 0, 0)
+    pixel_radiance(scene, PixelPosition { x: 0, y: 0 })
 }
 
 /// A mean over independent pictures and its standard error.
