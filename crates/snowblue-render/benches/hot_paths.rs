@@ -1,6 +1,6 @@
-//! Samples of pictures and rays through meshes, on one thread: `cargo bench -p snowblue-render`.
+//! Samples of an image and rays through a mesh, on one thread: `cargo bench -p snowblue-render`.
 
-#![allow(clippy::unwrap_used, reason = "a bench may panic")]
+#![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use std::f32::consts::{PI, TAU};
 use std::path::Path;
@@ -8,23 +8,24 @@ use std::path::Path;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DAffine3, Vec3, Vec3A};
-use snowblue_render::images::raster::ImageSize;
 use snowblue_render::geometry::instance::Instance;
 use snowblue_render::geometry::mesh::Mesh;
 use snowblue_render::geometry::placement::Placement;
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{Scene, render};
 
 fn main() {
     divan::main();
 }
 
-/// Pixels of a side of the picture, and samples of each.
+/// Width and height of the image in pixels.
 const SIDE: u32 = 90;
+/// Samples per pixel.
 const SAMPLES: u32 = 16;
 
-/// The shipped block from which the paper's figure comes, in the light of its lamp alone, or with what surfaces throw back.
+/// The shipped block of the paper's figure, with direct light only and with 8 bounces.
 #[divan::bench(args = [0, 8])]
 fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
@@ -38,8 +39,8 @@ fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
         .bench_local(|| one.install(|| render(black_box(&scene), &|_| {})));
 }
 
-/// A ball of a million triangles, radius 1 m.
-fn ball() -> Instance {
+/// A sphere of a million triangles, radius 1 m.
+fn sphere() -> Instance {
     const ROWS: u16 = 708;
     let place = |row: u16, column: u16| {
         let (polar, turn) = (PI * f32::from(row) / f32::from(ROWS), TAU * f32::from(column % ROWS) / f32::from(ROWS));
@@ -57,7 +58,7 @@ fn ball() -> Instance {
     Instance::new(Mesh::new(TriangleMesh::from_triangles(&triangles)).into(), here)
 }
 
-/// Rays from all around through the ball, none near the one before.
+/// Incoherent rays through the sphere.
 fn rays() -> Vec<Ray> {
     let ray = |number: u16| {
         let turn = 2.399_963 * f32::from(number);
@@ -69,10 +70,10 @@ fn rays() -> Vec<Ray> {
     (0..1024).map(ray).collect()
 }
 
-/// What a ray hits first.
+/// The first hit of a ray.
 #[divan::bench]
 fn first_hit_of_a_million_triangles(bencher: Bencher) {
-    let (mesh, rays) = (ball(), rays());
+    let (mesh, rays) = (sphere(), rays());
     let mut next = 0;
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();
@@ -80,10 +81,10 @@ fn first_hit_of_a_million_triangles(bencher: Bencher) {
     });
 }
 
-/// Where a line goes in and out.
+/// All crossings of a line.
 #[divan::bench]
 fn crossings_of_a_million_triangles(bencher: Bencher) {
-    let (mesh, rays) = (ball(), rays());
+    let (mesh, rays) = (sphere(), rays());
     let (mut next, mut crossings) = (0, Vec::new());
     bencher.bench_local(|| {
         next = (next + 1) % rays.len();

@@ -1,23 +1,23 @@
-//! What the path `brightest` keeps and what it does not: brightness along lines over a block, and the balance of light.
+//! Properties of the path mode `brightest`: continuity of radiance over a block, and energy conservation.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
 mod snow;
 
 use glam::{DVec3, Vec3A};
-use snow::{SNOW, extinction_per_cm, real, scene, seen, simple_law};
+use snow::{SNOW, analytic_table, computed_table, extinction_per_cm, radiance, scene};
 use snowblue_render::scene::Scene;
 
-/// The wavelength that is looked at.
+/// Index of the wavelength.
 const BAND: usize = 15;
-/// Half the size of the block, whose middle is the origin, in m. Its back, which lamps light, is at greatest y.
+/// Half the size of the block, in m. Its centre is the origin; its back, which the light faces, is at greatest y.
 const HALF_M: Vec3A = Vec3A::new(0.3, 0.15, 0.3);
-/// How near to an edge lines begin and end, and how far from the lit faces, in m: towards those depths go to 0, and a step of
-/// the line changes them by more than a few per cent.
+/// Distance of scan lines from edges and from lit faces, in m. Towards a lit face the depth goes to 0 and changes by more
+/// than a few per cent within a step.
 const RIM_M: f32 = 2e-4;
 const LIT_RIM_M: f32 = 0.02;
 
-/// A block that reflects nothing, before a lamp.
+/// A block with reflectance 0, lit by a point light.
 fn block(lamp: [f32; 3]) -> Scene {
     let size = 2.0 * HALF_M;
     let text = format!(
@@ -25,10 +25,10 @@ fn block(lamp: [f32; 3]) -> Scene {
          [[light]]\ntype = \"point\"\nposition = {lamp:?}\nradiant_intensity_w_sr = 40\n",
         size.x, size.y, size.z
     );
-    scene(&text, &simple_law(), &[])
+    scene(&text, &analytic_table(), &[])
 }
 
-/// A straight line on a face, from one point to another, and the face's normal.
+/// A line segment on a face, and the face's normal.
 struct Scan {
     from: Vec3A,
     to: Vec3A,
@@ -36,16 +36,17 @@ struct Scan {
 }
 
 impl Scan {
-    fn at(&self, share: f32) -> Vec3A {
-        self.from.lerp(self.to, share)
+    fn at(&self, fraction: f32) -> Vec3A {
+        self.from.lerp(self.to, fraction)
     }
 
-    fn brightness(&self, scene: &mut Scene, share: f32) -> f64 {
-        let target = self.at(share);
-        seen(scene, target + self.normal + Vec3A::new(0.1, -0.2, 0.15), target).0[BAND].into()
+    fn brightness(&self, scene: &mut Scene, fraction: f32) -> f64 {
+        let target = self.at(fraction);
+        radiance(scene, target + self.normal + Vec3A::new(0.1, -0.2, 0.15), target).0[BAND].into()
     }
 
-    /// Where brightness steps, and by how much: what stays of a change when the way is halved as long as coordinates allow.
+    /// Where radiance is discontinuous, and the ratio across: changes that remain after bisection to the precision of the
+    /// coordinates.
     fn steps(&self, scene: &mut Scene) -> Vec<(Vec3A, f64)> {
         const PIECES: u16 = 1000;
         let mut found = Vec::new();
@@ -70,7 +71,7 @@ impl Scan {
     }
 }
 
-/// A line over the front, from left to right, and one on from there over the right side to near the back.
+/// A scan over the front from left to right, and its continuation over the right side.
 fn around(height_m: f32) -> [Scan; 2] {
     let (right, front) = (HALF_M.x, -HALF_M.y);
     let front = Scan {
@@ -87,7 +88,7 @@ fn around(height_m: f32) -> [Scan; 2] {
 }
 
 #[test]
-fn brightness_is_continuous_across_edges_where_a_lamp_lights_one_face() {
+fn radiance_is_continuous_across_edges_if_the_light_faces_one_side_only() {
     for lamp in [[0.0, 0.45, -0.1], [0.2, 0.3, 0.2], [-0.25, 2.0, 0.0], [0.1, 20.0, 0.1]] {
         let mut scene = block(lamp);
         for height_m in [-0.28, -0.1, 0.1, 0.29] {
@@ -95,7 +96,7 @@ fn brightness_is_continuous_across_edges_where_a_lamp_lights_one_face() {
             for scan in [&front, &side] {
                 assert_eq!(scan.steps(&mut scene), [], "lamp at {lamp:?}");
             }
-            // Around the edge, 0.3 mm farther on.
+            // Across the edge, over 0.3 mm.
             let ratio = side.brightness(&mut scene, 0.0) / front.brightness(&mut scene, 1.0);
             assert!((0.99..1.01).contains(&ratio), "{ratio} around the edge, lamp at {lamp:?}");
         }
@@ -103,7 +104,7 @@ fn brightness_is_continuous_across_edges_where_a_lamp_lights_one_face() {
 }
 
 #[test]
-fn brightness_steps_where_lines_to_the_lamp_pass_the_edge_between_two_lit_faces() {
+fn radiance_steps_where_lines_to_the_light_cross_the_edge_between_two_lit_faces() {
     let mut greatest = 1.0f64;
     for lamp in [[0.6, 0.6, 0.0], [0.5, 1.5, 0.1], [0.4, 0.4, -0.2], [0.31, 0.45, 0.0], [0.9, 0.3, 0.1]] {
         let mut scene = block(lamp);
@@ -115,18 +116,19 @@ fn brightness_steps_where_lines_to_the_lamp_pass_the_edge_between_two_lit_faces(
             let steps = front.steps(&mut scene);
             assert!(steps.len() <= 1, "{steps:?}");
             for (at, ratio) in steps {
-                let way = lamp - at.as_dvec3();
-                let exit = at.as_dvec3() + way * ((edge.y - f64::from(at.y)) / way.y);
+                let to_light = lamp - at.as_dvec3();
+                let exit = at.as_dvec3() + to_light * ((edge.y - f64::from(at.y)) / to_light.y);
                 assert!((exit.x - edge.x).abs() < 1e-5, "{at}: the line leaves at {exit}");
-                // T cos θ of one face over that of the other, with the same depth.
+                // Ratio of T cos θ of the two faces at the same depth.
                 let depth_cm = 100.0 * exit.distance(at.as_dvec3());
                 let passed = |cos: f64| {
                     let angle_deg = cos.acos().to_degrees().min(89.0);
                     cos * (-extinction_per_cm(BAND) * depth_cm * (1.0 + angle_deg / 100.0)).exp()
                 };
-                let expected = (passed(way.x / way.length()) / passed(way.y / way.length())).ln().abs();
+                let expected =
+                    (passed(to_light.x / to_light.length()) / passed(to_light.y / to_light.length())).ln().abs();
                 let step = ratio.ln().abs();
-                // Less where the path along the normal stands in for the darker side.
+                // The step is smaller where the path along the normal replaces the darker one.
                 assert!(step < expected + 1e-3, "{at}: a step of {step} for {expected}");
                 greatest = greatest.max(step.exp());
             }
@@ -135,34 +137,34 @@ fn brightness_steps_where_lines_to_the_lamp_pass_the_edge_between_two_lit_faces(
     assert!((3.0..4.0).contains(&greatest), "the greatest step is {greatest}");
 }
 
-/// The most that a block of snow returns at a place on its front of what a white sky gives it, at any wavelength.
+/// Maximum over points of the front and wavelengths of the radiance of a block under a sky of radiance 1.
 fn returned(size_m: [f64; 3], path: &str) -> f32 {
     let text = format!(
         "{SNOW}path = \"{path}\"\n[[object]]\nshape = \"box\"\nsize = {size_m:?}\nmaterial = \"snow\"\n\
          [environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n"
     );
-    let mut scene = scene(&text, &real(), &[]);
+    let mut scene = scene(&text, &computed_table(), &[]);
     scene.set_samples_per_pixel(256);
     let places = (0..64).map(|k| [k % 8, k / 8].map(|step| (step as f32 + 0.5) / 8.0 - 0.5));
     let brightest = places.map(|[across, up]| {
         let target = Vec3A::new(across * size_m[0] as f32, -0.5 * size_m[1] as f32, up * size_m[2] as f32);
-        let light = seen(&mut scene, target + Vec3A::new(0.1, -2.0, 0.2), target);
+        let light = radiance(&mut scene, target + Vec3A::new(0.1, -2.0, 0.2), target);
         light.0.into_iter().fold(0.0, f32::max)
     });
     brightest.fold(0.0, f32::max)
 }
 
-/// What three components and splines add to R + T at most, from 2 mm of snow on, where ice absorbs next to nothing.
+/// Error limit of R + T in a compressed table where ice hardly absorbs, for at least 2 mm of snow.
 const TABLE_ROUNDING: f32 = 2e-3;
 
 #[test]
-fn blocks_return_no_more_than_they_get_but_for_what_the_brightest_path_finds_at_edges() {
+fn blocks_conserve_energy_except_near_edges_with_the_brightest_path() {
     for size_m in [[1.0, 1.0, 1.0], [0.05, 0.05, 0.05], [0.02, 0.5, 0.5], [0.5, 0.002, 0.5]] {
         for path in ["normal", "view"] {
             let most = returned(size_m, path);
             assert!(most < 1.0 + TABLE_ROUNDING, "{path} through {size_m:?} m: {most}");
         }
-        // The better of two paths for every direction is more than a mean over all paths: beside an edge, by a third and more.
+        // The brighter of two paths exceeds the mean over all paths, near an edge by more than a third.
         let most = returned(size_m, "brightest");
         assert!(most < 1.5, "brightest through {size_m:?} m: {most}");
     }

@@ -1,4 +1,4 @@
-//! Depths through solids, told from the light that comes through snow with a simple law.
+//! Depths through solids, inferred from the light transmitted by snow with an analytic transmittance.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -7,9 +7,9 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
-use snow::{SNOW, directions, extinction_per_cm, lamp, scene, seen, simple_law, with_lamp_at};
-use snowblue_render::images::raster::ImageSize;
+use snow::{SNOW, analytic_table, directions, extinction_per_cm, point_light, radiance, scene, with_light_at};
 use snowblue_render::geometry::ray::Ray;
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
@@ -18,10 +18,10 @@ const SIZE_M: [f64; 3] = [0.6, 0.3, 0.5];
 const TURN_DEG: [f64; 3] = [20.0, -35.0, 70.0];
 const POSITION_M: [f64; 3] = [0.2, 0.1, -0.3];
 
-/// The sides of a box with these corners as quadrilaterals, all outwards.
+/// The sides of a box as quadrilaterals, oriented outwards.
 const SIDES: &str = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
 
-/// A PLY file of boxes, each from one corner to the other, with the first `sides` sides of each.
+/// A PLY file of boxes, given by opposite corners, with the first `sides` sides of each.
 fn boxes(corners: &[(DVec3, DVec3)], sides: usize) -> String {
     let mut vertices = String::new();
     let mut faces = String::new();
@@ -47,16 +47,16 @@ fn boxes(corners: &[(DVec3, DVec3)], sides: usize) -> String {
     )
 }
 
-/// One object of snow, with one light that the test moves about.
+/// One object of snow, with one light that the test moves.
 fn lone(object: &str, keys: &str, files: &[(&str, String)]) -> Scene {
     let text = format!(
         "{SNOW}{keys}\n[[object]]\n{object}\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 10\n"
     );
-    scene(&text, &simple_law(), files)
+    scene(&text, &analytic_table(), files)
 }
 
-/// Enters and leaves a box at these distances, and the cosine to the normal on leaving; none if it misses.
+/// Distances at which a ray enters and leaves the box, and the cosine at the exit; none if it misses.
 fn through_box(origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
     let [x, y, z] = TURN_DEG.map(f64::to_radians);
     let to_box = (DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x)).transpose();
@@ -68,7 +68,7 @@ fn through_box(origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
     (enter < leave).then_some((enter, leave, cos))
 }
 
-/// Checks the depth of a placed box, given as `object`, along lines in all directions.
+/// Checks the depth of a transformed box along lines in all directions.
 fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
     let placed = format!("{object}\nposition = {POSITION_M:?}\nrotation_deg = {TURN_DEG:?}");
     let scene = lone(&placed, &format!("path = \"{path}\"\nreflectance = 0"), files);
@@ -82,19 +82,20 @@ fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
             continue;
         };
         if leave - enter < 1e-3 {
-            // Nearer to an edge than the rounding of single precision lets a pixel aim.
+            // Too close to an edge for the single precision of camera rays.
             continue;
         }
-        // The light stands on the same line behind the box: every mode of path but `normal` is this line.
+        // The light is on the same line behind the box. In all path modes but `normal` the path is this line.
         let beyond_m = 2.0;
-        let mut scene = with_lamp_at(&scene, (eye + direction * (leave + beyond_m)).as_vec3a(), &simple_law(), files);
-        let seen = seen(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
-        let irradiance = f64::from(lamp(&scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
+        let mut scene =
+            with_light_at(&scene, (eye + direction * (leave + beyond_m)).as_vec3a(), &analytic_table(), files);
+        let seen = radiance(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
+        let irradiance = f64::from(point_light(&scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
         let angle_deg = cos.acos().to_degrees().min(89.0);
         let depth_cm =
             -(f64::from(seen.0[15]) * PI / irradiance).ln() / (extinction_per_cm(15) * (1.0 + angle_deg / 100.0));
-        // Coordinates near 3 m carry 2e-7 m; oblique exits turn that into depth divided by the cosine, and the arc
-        // cosine near 1 is good to 0.02°.
+        // Coordinates near 3 m are rounded by 2e-7 m, which oblique exits divide by the cosine. The arc cosine near 1
+        // has an error of 0.02°.
         let allowed_cm = 1e-4 * depth_cm + 1e-3 / cos;
         assert!(
             (depth_cm - 100.0 * (leave - enter)).abs() < allowed_cm,
@@ -107,25 +108,25 @@ fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
 }
 
 #[test]
-fn a_box_has_its_exact_thickness_from_any_direction() {
+fn boxes_have_the_exact_depth_in_every_direction() {
     for path in ["view", "light"] {
         check_thickness(&format!("shape = \"box\"\nsize = {SIZE_M:?}"), path, &[]);
     }
 }
 
 #[test]
-fn a_box_of_triangles_has_its_exact_thickness_from_any_direction() {
+fn boxes_of_triangles_have_the_exact_depth_in_every_direction() {
     let half = DVec3::from_array(SIZE_M) * 0.5;
     let file = boxes(&[(-half, half)], 6);
     check_thickness("mesh = \"box.ply\"", "view", &[("box.ply", file.clone())]);
-    // The same box in half the size, scaled.
+    // The same box from half the size, scaled by 2.
     let small = boxes(&[(-half * 0.5, half * 0.5)], 6);
     check_thickness("mesh = \"box.ply\"\nscale = 2", "light", &[("box.ply", small)]);
 }
 
 #[test]
-fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
-    // Two walls of one object, 10 and 20 cm thick, 30 cm apart.
+fn depth_is_the_sum_up_to_the_last_exit_or_ends_at_the_first() {
+    // One object of two walls, 10 cm and 20 cm thick, 30 cm apart.
     let walls = [
         (DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.1, 1.0)),
         (DVec3::new(-1.0, 0.4, -1.0), DVec3::new(1.0, 0.6, 1.0)),
@@ -134,20 +135,20 @@ fn depths_add_up_to_the_last_exit_or_end_at_the_first() {
     for (exit, depth_cm) in [("last", 30.0), ("first", 10.0)] {
         let keys = format!("path = \"view\"\nexit = \"{exit}\"\nemission = \"relative\"\nreflectance = 0");
         let scene = lone("mesh = \"walls.ply\"", &keys, &files);
-        let mut scene = with_lamp_at(&scene, Vec3A::new(0.2, 9.0, 0.3), &simple_law(), &files);
-        let seen = seen(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
-        let share = f64::from(seen.0[15]) / f64::from(lamp(&scene).relative.0[15]);
-        assert!((share.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {share}");
+        let mut scene = with_light_at(&scene, Vec3A::new(0.2, 9.0, 0.3), &analytic_table(), &files);
+        let seen = radiance(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
+        let fraction = f64::from(seen.0[15]) / f64::from(point_light(&scene).relative.0[15]);
+        assert!((fraction.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {fraction}");
     }
 }
 
 #[test]
-fn open_meshes_are_counted_and_closed_ones_are_not() {
+fn lines_through_open_meshes_are_counted() {
     let corners = [(DVec3::splat(-0.5), DVec3::splat(0.5))];
     for (sides, open) in [(6, false), (5, true)] {
         let files = [("box.ply", boxes(&corners, sides))];
         let scene = lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &files);
-        let mut scene = with_lamp_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &simple_law(), &files);
+        let mut scene = with_light_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &analytic_table(), &files);
         scene.set_image_size(ImageSize { width: 40, height: 40 });
         scene.set_samples_per_pixel(4);
         let view =
@@ -161,8 +162,8 @@ fn open_meshes_are_counted_and_closed_ones_are_not() {
 }
 
 #[test]
-fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
-    // More objects than are tried one by one: the hierarchy over objects answers.
+fn scenes_of_many_objects_use_the_bvh_over_objects() {
+    // Enough objects for a BVH over objects.
     let text: String = (0..40)
         .map(|k| {
             format!(
@@ -171,7 +172,7 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
         })
         .collect();
     let light = "[environment]\nradiance_w_m2_sr = 1\n";
-    let scene = scene(&format!("{SNOW}{text}{light}"), &simple_law(), &[]);
+    let scene = scene(&format!("{SNOW}{text}{light}"), &analytic_table(), &[]);
     for k in 0..40 {
         let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
         assert_eq!(scene.objects().first_hit(&ray).unwrap().object, k);
@@ -179,10 +180,9 @@ fn a_row_of_boxes_is_seen_and_shadowed_like_any_other_scene() {
     }
 }
 
-/// Two walls in one mesh shine as two boxes do: along the axes, where directions have zeros of either sign, and on the
-/// faces that look at each other, on which light falls that came through the other wall.
+/// Includes directions along the axes, with zeros of either sign, and faces that receive light through the other wall.
 #[test]
-fn two_walls_in_a_mesh_are_two_boxes() {
+fn two_walls_in_a_mesh_look_like_two_boxes() {
     let walls = [
         (DVec3::new(-1.0, -0.3, -1.0), DVec3::new(1.0, -0.2, 1.0)),
         (DVec3::new(-1.0, 0.2, -1.0), DVec3::new(1.0, 0.4, 1.0)),
@@ -191,7 +191,7 @@ fn two_walls_in_a_mesh_are_two_boxes() {
     for path in ["normal", "light", "brightest"] {
         let keys = format!("path = \"{path}\"\nreflectance = 0\n");
         let mesh = format!("{SNOW}{keys}\n[[object]]\nmesh = \"walls.ply\"\nmaterial = \"snow\"\n{light}");
-        let mut one = scene(&mesh, &simple_law(), &[("walls.ply", boxes(&walls, 6))]);
+        let mut one = scene(&mesh, &analytic_table(), &[("walls.ply", boxes(&walls, 6))]);
         let of_box = |(low, high): &(DVec3, DVec3)| {
             let (size, middle) = (*high - *low, 0.5 * (*low + *high));
             format!(
@@ -200,15 +200,15 @@ fn two_walls_in_a_mesh_are_two_boxes() {
             )
         };
         let apart = format!("{SNOW}{keys}\n{}{}{light}", of_box(&walls[0]), of_box(&walls[1]));
-        let mut two = scene(&apart, &simple_law(), &[]);
+        let mut two = scene(&apart, &analytic_table(), &[]);
         for scene in [&mut one, &mut two] {
             scene.set_max_bounces(0);
         }
-        // From between the walls: the near face of the lit wall glows, that of the shaded wall does not.
-        for (target, glows) in [(Vec3A::new(0.3, 0.2, 0.1), true), (Vec3A::new(0.3, -0.2, 0.1), false)] {
+        // From between the walls: the face of the lit wall transmits light, that of the shadowed wall does not.
+        for (target, is_lit) in [(Vec3A::new(0.3, 0.2, 0.1), true), (Vec3A::new(0.3, -0.2, 0.1), false)] {
             let eye = Vec3A::new(0.0, 0.05, 0.0);
-            let (a, b) = (seen(&mut one, eye, target), seen(&mut two, eye, target));
-            assert_eq!(b.mean() > 1e-9, glows, "{path} {target}: {}", b.mean());
+            let (a, b) = (radiance(&mut one, eye, target), radiance(&mut two, eye, target));
+            assert_eq!(b.mean() > 1e-9, is_lit, "{path} {target}: {}", b.mean());
             assert!((a.mean() - b.mean()).abs() <= 1e-4 * b.mean(), "{path} {target}: {} {}", a.mean(), b.mean());
         }
     }

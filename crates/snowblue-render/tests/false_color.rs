@@ -1,4 +1,4 @@
-//! Pictures of wavelengths that no eye sees, from a table that holds them.
+//! False colour: images of infrared wavelengths, from a table that holds them.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
@@ -27,7 +27,7 @@ fn infrared() -> CompressedTable {
 }
 
 /// A picture of one pixel in false colour, of a scene with these files.
-fn seen(table: &CompressedTable, text: &str, files: &[(&str, &str)]) -> LinearRgb {
+fn rendered(table: &CompressedTable, text: &str, files: &[(&str, &str)]) -> LinearRgb {
     let mut scene = SceneFile::parse(format!("{CAMERA}{text}"), "scene.toml").unwrap().description;
     scene.film.false_color = Some(COLOUR);
     let mut in_memory = FilesInMemory::default();
@@ -36,64 +36,65 @@ fn seen(table: &CompressedTable, text: &str, files: &[(&str, &str)]) -> LinearRg
     LinearRgb::from_xyz(render(&scene, &|_| {}).film.pixels()[0])
 }
 
-/// Two centimetres of snow between the eye and a far lamp.
-fn through_snow(table: &CompressedTable, lamp: &str) -> LinearRgb {
+/// Two centimetres of snow between the camera and a distant light.
+fn through_snow(table: &CompressedTable, light: &str) -> LinearRgb {
     let slab = "[[object]]\nshape = \"box\"\nsize = [50, 0.02, 50]\nmaterial = \"snow\"\n";
-    seen(table, &format!("{SNOW}path = \"normal\"\n{slab}{lamp}"), &[])
+    rendered(table, &format!("{SNOW}path = \"normal\"\n{slab}{light}"), &[])
 }
 
-/// A wall of paint before the eye, lit from behind it.
-fn paint(table: &CompressedTable, keys: &str) -> LinearRgb {
+/// A diffuse wall, lit from behind the camera.
+fn wall(table: &CompressedTable, keys: &str) -> LinearRgb {
     let wall = "[[object]]\nshape = \"box\"\nsize = [50, 0.02, 50]\nmaterial = \"paint\"\n[[light]]\n\
         type = \"directional\"\ndirection = [0, 1, 0]\nirradiance_w_m2 = 1\n";
     let rising = ("rising.csv", "400,0\n1300,0.9\n");
-    seen(table, &format!("[material.paint]\ntype = \"diffuse\"\n{keys}\n{wall}"), &[rising])
+    rendered(table, &format!("[material.paint]\ntype = \"diffuse\"\n{keys}\n{wall}"), &[rising])
 }
 
-fn lamp(illuminant: &str) -> String {
+fn light(illuminant: &str) -> String {
     format!(
         "[[light]]\ntype = \"point\"\nposition = [0, 1e5, 0]\nilluminant = \"{illuminant}\"\n\
          radiant_intensity_w_sr = 1e10\n"
     )
 }
 
-/// T E/π at three wavelengths, with the lamp's irradiance alike at all of them.
 #[test]
-fn channels_are_transmittances_of_the_table() {
+fn channels_are_t_e_over_pi_at_three_wavelengths() {
     let table = infrared();
-    let seen = through_snow(&table, &lamp("D65"));
+    let seen = through_snow(&table, &light("D65"));
     let mut transmittance = [0.0; 31];
     let snow = PcaSnow::new(&table, &SAMPLE).unwrap();
     snow.transmittance(2.0, 0.0, &mut transmittance);
-    // The lamp is so far away that irradiance is 1 W/m² everywhere.
+    // The light is so far away that the irradiance is 1 W/m² everywhere.
     for (channel, place) in [(seen.r, 21), (seen.g, 15), (seen.b, 5)] {
         let expected = f64::from(transmittance[place]) / std::f64::consts::PI;
         assert!((channel / expected - 1.0).abs() < 1e-4, "{seen:?}: {channel}, not {expected}");
     }
-    assert!(seen.b > 3.0 * seen.r, "snow passes less of the infrared: {seen:?}");
-    assert_eq!(through_snow(&table, &lamp("A")), seen, "lamps are white in false colour");
+    assert!(seen.b > 3.0 * seen.r, "snow transmits less infrared: {seen:?}");
+    assert_eq!(through_snow(&table, &light("A")), seen, "lights are white in false colour");
 }
 
 #[test]
-fn paints_reflect_at_the_tables_wavelengths_and_colours_are_grey() {
+fn reflectances_use_the_wavelengths_of_the_table_and_rgb_colours_are_grey() {
     let table = infrared();
-    let LinearRgb { r, g, b } = paint(&table, "reflectance_spectrum = \"rising.csv\"");
-    let grey = paint(&table, "reflectance_rgb = [0.2, 0.5, 0.1]");
+    let LinearRgb { r, g, b } = wall(&table, "reflectance_spectrum = \"rising.csv\"");
+    let grey = wall(&table, "reflectance_rgb = [0.2, 0.5, 0.1]");
     let luminance = LinearRgb { r: 0.2, g: 0.5, b: 0.1 }.luminance();
     let expected = [0.63, 0.45, 0.15, luminance, luminance, luminance].map(|share| share / std::f64::consts::PI);
     for (channel, expected) in [r, g, b, grey.r, grey.g, grey.b].into_iter().zip(expected) {
-        // The lamp's single precision, and that of the sums.
+        // Tolerance: single precision of the light and of the sums.
         assert!((channel / expected - 1.0).abs() < 1e-5, "{channel} for {expected}");
     }
 }
 
 #[test]
-fn eyes_need_the_visible_grid() {
+fn images_of_visible_light_need_the_visible_grid() {
     let mut file = SceneFile::parse(format!("{CAMERA}{SNOW}"), "scene.toml").unwrap();
     let mut refused = |table: &CompressedTable, false_color| {
         file.description.film.false_color = false_color;
         file.build(table).unwrap_err().to_string()
     };
-    assert!(refused(&infrared(), None).contains("400 to 700 nm in steps of 10 nm"));
-    assert_eq!(refused(&snow::simple_law(), Some(COLOUR)), "false colour at 1030 nm, but the table holds 400–700 nm");
+    let message = refused(&infrared(), None);
+    assert!(message.contains("700 nm") && message.contains("10 nm"), "{message}");
+    let message = refused(&snow::analytic_table(), Some(COLOUR));
+    assert!(message.contains("1030 nm") && message.contains("400–700 nm"), "{message}");
 }

@@ -1,4 +1,4 @@
-//! Closed rooms and endless walls, where the light between surfaces is known.
+//! Interreflection with closed-form solutions: furnaces, integrating spheres and infinite walls.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -7,7 +7,7 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3, Vec3A};
-use snow::{SNOW, directions, estimate, extinction_per_cm, lamp, scene, seen, simple_law};
+use snow::{SNOW, analytic_table, directions, estimate, extinction_per_cm, point_light, radiance, scene};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
@@ -17,7 +17,7 @@ use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, sidak_level};
 
-/// Spheres about the origin, each an octahedron whose sides are cut `steps` times and blown up, as a PLY file.
+/// A PLY file of spheres around the origin, each an octahedron whose sides are subdivided `steps` times.
 fn spheres(steps: usize, radii_m: &[f32]) -> String {
     let mut triangles: Vec<[Vec3; 3]> = Vec::new();
     for (octant, radius_m) in (0..8).flat_map(|octant| radii_m.iter().map(move |radius_m| (octant, radius_m))) {
@@ -44,7 +44,7 @@ fn spheres(steps: usize, radii_m: &[f32]) -> String {
     )
 }
 
-/// A closed sphere with a lamp in its middle; directly lit, its wall has the radiance ρ I / (π r²).
+/// A hollow sphere with a point light in its centre. Its wall reflects the radiance ρ I / (π r²) of direct light.
 fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Scene {
     let text = format!(
         "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n\
@@ -57,7 +57,7 @@ fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Sce
 
 /// A scene seen from within a sphere of radius 1 m.
 fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel: u32) -> Scene {
-    let mut scene = scene(text, &simple_law(), &[file]);
+    let mut scene = scene(text, &analytic_table(), &[file]);
     scene.set_image_size(ImageSize { width: 12, height: 8 });
     scene.set_max_bounces(max_bounces);
     scene.set_samples_per_pixel(samples_per_pixel);
@@ -71,7 +71,7 @@ fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel:
     scene
 }
 
-/// Mean luminance of a picture and its standard error.
+/// Mean luminance of an image and its standard error.
 fn mean_luminance(film: &Film) -> (f64, f64) {
     let mut moments = Moments::default();
     film.pixels().iter().for_each(|xyz| moments.push(xyz.y));
@@ -79,20 +79,20 @@ fn mean_luminance(film: &Film) -> (f64, f64) {
 }
 
 #[test]
-fn every_bounce_in_a_closed_sphere_adds_its_power_of_the_reflectance() {
+fn bounce_n_in_a_hollow_sphere_adds_the_reflectance_to_the_power_n() {
     for (max_bounces, sum) in [(0, 1.0), (1, 1.7), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
         let film = render(&lit_sphere(0.7, max_bounces, 8), &|_| {}).film;
         for xyz in film.pixels() {
-            // Equal-energy light: Y is the radiance. A facet's middle is nearer than its corners by 2e-4, and its
-            // irradiance higher by twice that.
+            // For equal-energy light Y is the radiance. Tolerance: the centre of a facet is nearer than its corners by
+            // 2e-4, and its irradiance higher by twice that.
             assert!((xyz.y / sum - 1.0).abs() < 1e-3, "{max_bounces} bounces: {} for {sum}", xyz.y);
         }
     }
 }
 
 #[test]
-fn a_lamp_with_extent_in_a_closed_sphere_adds_the_same_powers() {
-    // E = π L a² from a ball of radius a in the middle: directly lit, the wall has the radiance ρ L a² = 1.
+fn a_spherical_light_in_a_hollow_sphere_adds_the_same_powers() {
+    // A sphere of radius a in the centre gives E = π L a², so the wall reflects ρ L a² = 1 of direct light.
     let radiance = 1.0 / (0.7 * 0.3f64.powi(2));
     let text = format!(
         "[material.wall]\ntype = \"diffuse\"\nreflectance = 0.7\n[[object]]\nmesh = \"sphere.ply\"\nmaterial = \"wall\"\n\
@@ -103,24 +103,24 @@ fn a_lamp_with_extent_in_a_closed_sphere_adds_the_same_powers() {
         let scene = within(&text, ("sphere.ply", spheres(48, &[1.0])), max_bounces, 64);
         let film = render(&scene, &|_| {}).film;
         let (mean, standard_error) = mean_luminance(&film);
-        // The facets' share as above.
+        // The facets' error as above.
         let allowed = 4.0 * standard_error + 1e-3 * sum;
         assert!((mean - sum).abs() < allowed && allowed < 0.05 * sum, "{mean} ± {allowed} for {sum}");
     }
 }
 
 #[test]
-fn a_closed_sphere_reaches_its_balance_though_long_paths_end_by_chance() {
+fn a_hollow_sphere_reaches_equilibrium_with_russian_roulette() {
     let film = render(&lit_sphere(0.8, 10_000, 64), &|_| {}).film;
     let (mean, standard_error) = mean_luminance(&film);
-    // L = 1 / (1 − ρ); the facets' share as above, five times over.
+    // L = 1 / (1 − ρ). The facets' error is as above, times 5.
     assert!((mean - 5.0).abs() < 4.0 * standard_error + 5e-3, "{mean} ± {standard_error}");
     assert!(standard_error > 1e-3 && standard_error < 0.1, "{standard_error}");
 }
 
 #[test]
-fn snow_that_lets_light_through_lights_the_floor() {
-    // Before an endless wall of radiance L a floor at its foot gets π L / 2.
+fn light_transmitted_by_snow_illuminates_the_floor() {
+    // A floor at the foot of an infinite wall of radiance L has the irradiance π L / 2.
     let text = format!(
         "{SNOW}reflectance = 0\nemission = \"relative\"\npath = \"normal\"\n\
          [material.floor]\ntype = \"diffuse\"\nreflectance = 0.5\n\
@@ -128,14 +128,14 @@ fn snow_that_lets_light_through_lights_the_floor() {
          [[object]]\nshape = \"box\"\nsize = [400, 200, 0.1]\nposition = [0, -100, -0.05]\nmaterial = \"floor\"\n\
          [[light]]\ntype = \"point\"\nposition = [0, 90000, 0]\nradiant_intensity_w_sr = 1\n"
     );
-    let mut scene = scene(&text, &simple_law(), &[]);
+    let mut scene = scene(&text, &analytic_table(), &[]);
     let samples = 1 << 14;
     scene.set_max_bounces(1);
     scene.set_samples_per_pixel(samples);
-    let floor = seen(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
+    let floor = radiance(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
     for k in [0, 15, 30] {
-        let wall = f64::from(lamp(&scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
-        // Half of the rays meet the wall: the standard error of independent ones, relative, is 1/√n.
+        let wall = f64::from(point_light(&scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
+        // Half of the rays hit the wall. The relative standard error of independent rays is 1/√n.
         let expected = 0.25 * wall;
         let allowed = 4.0 * expected / f64::from(samples).sqrt();
         assert!((f64::from(floor.0[k]) - expected).abs() < allowed, "{} for {expected} ± {allowed}", floor.0[k]);
@@ -143,8 +143,8 @@ fn snow_that_lets_light_through_lights_the_floor() {
 }
 
 #[test]
-fn a_hollow_ball_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
-    // A shell from 1 m to 1.2 m: the simple snow reflects a quarter, and no light comes from outside.
+fn a_hollow_sphere_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
+    // A shell from 1 m to 1.2 m. The snow has reflectance 1/4, and no light comes from outside.
     let text = format!(
         "{SNOW}[[object]]\nmesh = \"shell.ply\"\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\nradiant_intensity_w_sr = {}\n",
@@ -159,17 +159,17 @@ fn a_hollow_ball_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
     }
 }
 
-/// White things before a white sky: balls, boxes and a floor, none of which touches another.
-const WHITE_THINGS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance = 1\n\
+/// White objects that do not touch each other.
+const WHITE_OBJECTS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance = 1\n\
     [[object]]\nshape = \"plane\"\nposition = [0, 0, -1]\nmaterial = \"white\"\n\
     [[object]]\nshape = \"sphere\"\nradius = 0.6\nscale = [1, 0.5, 1.5]\nmaterial = \"white\"\n\
     [[object]]\nmesh = \"ball.ply\"\nposition = [1.2, 0.3, 0]\nscale = 0.5\nmaterial = \"white\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.8, 0.6, 0.7]\nrotation_deg = [20, 30, 40]\nposition = [-1.2, 0, -0.2]\n\
     material = \"white\"\n";
 
-/// A small picture of these things, all light followed to its end.
+/// A small image of these objects with unlimited bounces.
 fn white_furnace(sky: &str) -> Scene {
-    let mut scene = scene(&format!("{WHITE_THINGS}{sky}"), &simple_law(), &[("ball.ply", spheres(12, &[1.0]))]);
+    let mut scene = scene(&format!("{WHITE_OBJECTS}{sky}"), &analytic_table(), &[("ball.ply", spheres(12, &[1.0]))]);
     scene.set_image_size(ImageSize { width: 24, height: 16 });
     scene.set_samples_per_pixel(16);
     scene.set_max_bounces(10_000);
@@ -184,20 +184,23 @@ fn white_furnace(sky: &str) -> Scene {
 }
 
 #[test]
-fn in_a_white_furnace_nothing_is_seen() {
+fn objects_in_a_white_furnace_are_invisible() {
     let furnace = white_furnace("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n");
     let rendering = render(&furnace, &|_| {});
-    // Every path ends at the sky, and nothing takes light from it on the way: Y is 1 but for the rounding of its sum.
+    // Every path reaches the sky without absorption, so Y is 1 within rounding.
     for xyz in rendering.film.pixels() {
         assert!((xyz.y - 1.0).abs() < 1e-6, "{}", xyz.y);
     }
     let statistics = rendering.statistics;
-    assert!(2 * statistics.indirect_rays > statistics.camera_rays, "half of it are white things: {statistics:?}");
+    assert!(
+        2 * statistics.indirect_rays > statistics.camera_rays,
+        "at least half of the pixels show white objects: {statistics:?}"
+    );
 }
 
 #[test]
-fn in_a_white_furnace_with_a_sky_of_an_image_nothing_is_seen() {
-    // Now light comes by two ways, and each by chance: by the sky's brightness and by the path's next ray.
+fn objects_in_a_white_furnace_with_an_image_sky_are_invisible() {
+    // Here light is sampled in two ways: by the sky's luminance and by the reflection.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.exr");
     write_exr(
@@ -213,8 +216,8 @@ fn in_a_white_furnace_with_a_sky_of_an_image_nothing_is_seen() {
     assert!(standard_error < 5e-3, "{standard_error}");
 }
 
-/// A lamp within a hollow sphere of radius 1 m about the origin.
-struct Lamp {
+/// A light in a hollow sphere of radius 1 m around the origin.
+struct HollowSphereLight {
     text: &'static str,
     /// Φ, in W.
     power_w: f64,
@@ -222,25 +225,25 @@ struct Lamp {
     irradiance: fn(DVec3) -> f64,
 }
 
-const LAMPS: [Lamp; 3] = [
-    Lamp {
+const LIGHTS: [HollowSphereLight; 3] = [
+    HollowSphereLight {
         text: "type = \"point\"\nposition = [0.3, -0.2, 0.1]\nradiant_intensity_w_sr = 2\n",
         power_w: 8.0 * PI,
         irradiance: |wall| {
-            let way = DVec3::new(0.3, -0.2, 0.1) - wall;
-            2.0 * -wall.dot(way) / way.length().powi(3)
+            let to_light = DVec3::new(0.3, -0.2, 0.1) - wall;
+            2.0 * -wall.dot(to_light) / to_light.length().powi(3)
         },
     },
-    Lamp {
+    HollowSphereLight {
         text: "type = \"sphere\"\nposition = [-0.2, 0.3, 0.2]\nradius = 0.15\nradiance_w_m2_sr = 5\nvisible = false\n",
         power_w: 5.0 * PI * 4.0 * PI * 0.0225,
-        // E = π L (R/d)² cos θ of a ball that stands above the horizon.
+        // E = π L (R/d)² cos θ of a sphere above the horizon.
         irradiance: |wall| {
-            let way = DVec3::new(-0.2, 0.3, 0.2) - wall;
-            5.0 * PI * 0.0225 * -wall.dot(way) / way.length().powi(3)
+            let to_light = DVec3::new(-0.2, 0.3, 0.2) - wall;
+            5.0 * PI * 0.0225 * -wall.dot(to_light) / to_light.length().powi(3)
         },
     },
-    Lamp {
+    HollowSphereLight {
         text: "type = \"rectangle\"\nposition = [0.1, 0.2, -0.3]\nlook_at = [0.1, 0.2, 5]\nup = [0, 1, 0]\n\
             size = [0.4, 0.25]\nradiance_w_m2_sr = 5\nvisible = false\n",
         power_w: 5.0 * PI * 0.1,
@@ -249,8 +252,8 @@ const LAMPS: [Lamp; 3] = [
             let mut sum = 0.0;
             for (i, j) in (0..steps).flat_map(|i| (0..steps).map(move |j| (i, j))) {
                 let [u, v] = [i, j].map(|step| (f64::from(step) + 0.5) / f64::from(steps) - 0.5);
-                let way = DVec3::new(0.1 + 0.4 * u, 0.2 + 0.25 * v, -0.3) - wall;
-                sum += -wall.dot(way) * (-way.z).max(0.0) / way.length_squared().powi(2);
+                let to_light = DVec3::new(0.1 + 0.4 * u, 0.2 + 0.25 * v, -0.3) - wall;
+                sum += -wall.dot(to_light) * (-to_light.z).max(0.0) / to_light.length_squared().powi(2);
             }
             sum * 5.0 * 0.1 / f64::from(steps * steps)
         },
@@ -258,18 +261,18 @@ const LAMPS: [Lamp; 3] = [
 ];
 
 #[test]
-fn a_hollow_sphere_spreads_the_light_of_any_lamp_alike() {
-    // An integrating sphere: the wall's radiance is ρ E / π + (ρ + ρ² + …) · ρ Φ / (4 π² R²), its second part everywhere the
-    // same, wherever the lamp is and whatever its shape.
+fn an_integrating_sphere_distributes_the_light_of_any_light_source_evenly() {
+    // The wall's radiance is ρ E / π + (ρ + ρ² + …) · ρ Φ / (4 π² R²). The second term is the same everywhere, for any
+    // position and shape of the light.
     let reflectance = 0.7f64;
-    let level = sidak_level(1e-3, LAMPS.len() * 16);
-    for lamp in &LAMPS {
+    let level = sidak_level(1e-3, LIGHTS.len() * 16);
+    for lamp in &LIGHTS {
         let text = format!(
             "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
              material = \"wall\"\n[[light]]\nilluminant = \"E\"\n{}",
             lamp.text
         );
-        let mut scene = scene(&text, &simple_law(), &[]);
+        let mut scene = scene(&text, &analytic_table(), &[]);
         scene.set_max_bounces(3);
         let spread =
             (reflectance + reflectance.powi(2) + reflectance.powi(3)) * reflectance * lamp.power_w / (4.0 * PI * PI);
@@ -284,8 +287,8 @@ fn a_hollow_sphere_spreads_the_light_of_any_lamp_alike() {
 }
 
 #[test]
-fn a_hollow_sphere_of_any_reflectance_reaches_a_radiance_of_one() {
-    // Lit from its middle such that ρ E / π = 1 − ρ: then L = 1 − ρ + ρ L everywhere, and L = 1.
+fn a_hollow_sphere_reaches_a_radiance_of_one_for_any_reflectance() {
+    // With a light in the centre such that ρ E / π = 1 − ρ, L = 1 − ρ + ρ L everywhere, so L = 1.
     for reflectance in [0.2, 0.5, 0.9] {
         let text = format!(
             "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
@@ -293,13 +296,13 @@ fn a_hollow_sphere_of_any_reflectance_reaches_a_radiance_of_one() {
              radiant_intensity_w_sr = {}\n",
             PI * (1.0 - reflectance) / reflectance
         );
-        let mut scene = scene(&text, &simple_law(), &[]);
+        let mut scene = scene(&text, &analytic_table(), &[]);
         scene.set_max_bounces(10_000);
         let level = sidak_level(1e-3, 8);
         for wall in directions(8) {
             let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
             assert!(found.p_value(1.0) > level, "{reflectance} at {wall}: {found:?}");
-            // The number of bounces is all that chance decides.
+            // Only the number of bounces is random.
             assert!(found.standard_error < 0.06, "{reflectance} at {wall}: {found:?}");
         }
     }

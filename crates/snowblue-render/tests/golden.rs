@@ -1,10 +1,10 @@
-//! Pictures against stored ones: each pixel's mean and variance over many seeds lie in `golden/`, as EXR files with the
-//! channels `mean.X` … `variance.Z`, and a picture with another seed must be one of theirs.
+//! Images against stored statistics: EXR files in `golden/` hold each pixel's mean and variance over many seeds, in the
+//! channels `mean.X` … `variance.Z`. An image with another seed must agree with them.
 //!
-//! `UPDATE_GOLDEN=1 cargo nextest run -p snowblue-render --test golden` renders and stores them anew. A picture that
-//! fails is left in the folder of temporary files that the message names.
+//! `UPDATE_GOLDEN=1 cargo nextest run -p snowblue-render --test golden` renders and stores them again. An image that
+//! fails is written to the temporary folder that the message names.
 
-#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and pictures are single")]
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and images are single")]
 
 mod snow;
 
@@ -15,7 +15,7 @@ use exr::prelude::{
     WritableImage, read,
 };
 use glam::Vec3A;
-use snow::{SNOW, law_of_grains, scene};
+use snow::{SNOW, analytic_table_of_grains, scene};
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
@@ -26,17 +26,18 @@ use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
 const SIZE: ImageSize = ImageSize { width: 32, height: 24 };
-/// Pictures behind a stored mean and variance; their seeds are 1 to 128.
-const PICTURES: u32 = 128;
-/// Pictures whose mean is compared, with seeds that none of those has: rare bright paths make single ones far from normal.
-const OTHERS: std::ops::Range<u32> = 1000..1008;
-/// Probability that a picture fails one of the two tests though nothing is wrong, were its seed not fixed.
+/// Number of images of the stored statistics; their seeds are 1 to 128.
+const IMAGE_COUNT: u32 = 128;
+/// Seeds of the images whose mean is compared. A single image is far from normally distributed because of rare bright
+/// paths.
+const TEST_SEEDS: std::ops::Range<u32> = 1000..1008;
+/// Probability of a false alarm per test, over random seeds.
 const LEVEL: f64 = 1e-3;
-/// What another processor's rounding may change, relative.
+/// Relative rounding error between processors.
 const ROUNDING: f64 = 1e-5;
 const NAMES: [&str; 6] = ["mean.X", "mean.Y", "mean.Z", "variance.X", "variance.Y", "variance.Z"];
 
-/// A block of snow before a lamp, on a floor, all of it near enough to the lit side for bounces there to be no rarity.
+/// A backlit block of snow on a floor. All of it is close to the lit side, so bounces there are frequent.
 fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
     let snow = SNOW.replace("400", &grain_size_um.to_string());
     let text = format!(
@@ -46,10 +47,10 @@ fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
          [[object]]\nshape = \"box\"\nsize = [1.4, 1.2, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n\
          [[light]]\ntype = \"point\"\nposition = [0.1, 0.9, 0.6]\nradiant_intensity_w_sr = {radiant_intensity_w_sr}\n"
     );
-    picture(&text, &[], [0.9, -1.1, 1.1], [0.0, 0.0, 0.2], 45.0)
+    scene_with_camera(&text, &[], [0.9, -1.1, 1.1], [0.0, 0.0, 0.2], 45.0)
 }
 
-/// Two balls of triangles that are one body, and a third that is not, under a sun and a blue sky, on a field of heights.
+/// Two spheres of triangles in one body and a third that is not, under sun and blue sky, on a height field.
 fn drift() -> Scene {
     let text = format!(
         "{SNOW}[material.ground]\ntype = \"diffuse\"\nreflectance = 0.2\n\
@@ -61,10 +62,10 @@ fn drift() -> Scene {
          [[light]]\ntype = \"directional\"\ndirection = [0.3, -0.8, -0.5]\nirradiance_w_m2 = 10\nilluminant = \"D55\"\n\
          [environment]\nradiance_w_m2_sr = 0.6\nilluminant = \"D75\"\n"
     );
-    picture(&text, &[("ball.ply", ball())], [1.0, -1.4, 0.8], [0.1, 0.0, 0.25], 45.0)
+    scene_with_camera(&text, &[("ball.ply", sphere())], [1.0, -1.4, 0.8], [0.1, 0.0, 0.25], 45.0)
 }
 
-/// A grey room with a ball and a panel as lamps, and a wall of snow in it before the panel.
+/// A grey room with a spherical and a rectangular light, and a wall of snow before the rectangle.
 fn room() -> Scene {
     let text = format!(
         "{SNOW}path = \"normal\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.6\n\
@@ -75,12 +76,12 @@ fn room() -> Scene {
          radiance_w_m2_sr = 6\nilluminant = \"A\"\n\
          [[light]]\ntype = \"sphere\"\nposition = [0.7, -0.5, 1.7]\nradius = 0.15\nradiance_w_m2_sr = 4\n"
     );
-    picture(&text, &[], [0.1, -1.4, 1.3], [0.0, 0.6, 0.6], 75.0)
+    scene_with_camera(&text, &[], [0.1, -1.4, 1.3], [0.0, 0.6, 0.6], 75.0)
 }
 
-/// A ball and a slab of snow, seen as the paper does, under a sky of an image.
+/// A sphere and a slab of snow with path mode `view`, under an image sky.
 fn sky() -> Scene {
-    // Bluer upwards, with one bright spot.
+    // Bluer towards the zenith, with one bright spot.
     let colour = |k: u32| {
         let (row, column) = (f64::from(k / 16), k % 16);
         let sun = if row < 3.5 && row > 1.5 && column == 4 { 12.0 } else { 0.0 };
@@ -97,11 +98,11 @@ fn sky() -> Scene {
         SNOW.split_once('\n').unwrap().1,
         path.display()
     );
-    picture(&text, &[], [0.4, -1.6, 0.7], [0.0, 0.0, 0.3], 45.0)
+    scene_with_camera(&text, &[], [0.4, -1.6, 0.7], [0.0, 0.0, 0.3], 45.0)
 }
 
-/// A closed ball of 512 triangles, radius 1.
-fn ball() -> String {
+/// A closed sphere of 512 triangles, radius 1.
+fn sphere() -> String {
     let (rings, turns) = (16, 16);
     let mut vertices = String::new();
     for (ring, turn) in (0..=rings).flat_map(|ring| (0..turns).map(move |turn| (ring, turn))) {
@@ -123,8 +124,14 @@ fn ball() -> String {
     )
 }
 
-fn picture(text: &str, files: &[(&str, String)], eye: [f32; 3], target: [f32; 3], vertical_fov_deg: f32) -> Scene {
-    let mut scene = scene(text, &law_of_grains(), files);
+fn scene_with_camera(
+    text: &str,
+    files: &[(&str, String)],
+    eye: [f32; 3],
+    target: [f32; 3],
+    vertical_fov_deg: f32,
+) -> Scene {
+    let mut scene = scene(text, &analytic_table_of_grains(), files);
     scene.set_image_size(SIZE);
     scene.set_samples_per_pixel(64);
     scene.set_max_bounces(2);
@@ -133,13 +140,13 @@ fn picture(text: &str, files: &[(&str, String)], eye: [f32; 3], target: [f32; 3]
     scene
 }
 
-/// The mean of the pictures of some seeds.
+/// The mean of the images of some seeds.
 fn rendered(mut scene: Scene, seeds: std::ops::Range<u32>) -> Film {
-    let share = f64::from(seeds.end - seeds.start).recip();
+    let fraction = f64::from(seeds.end - seeds.start).recip();
     let mut sum = vec![Xyz::default(); SIZE.pixel_count()];
     for seed in seeds {
         scene.set_seed(seed);
-        sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * share);
+        sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * fraction);
     }
     Film::new(SIZE, sum)
 }
@@ -148,7 +155,7 @@ fn channels(xyz: &Xyz) -> [f64; 3] {
     [xyz.x, xyz.y, xyz.z]
 }
 
-/// Each pixel's mean and variance, by channel as in [`NAMES`].
+/// Each pixel's mean and variance, in the channels of [`NAMES`].
 struct Golden([Vec<f32>; 6]);
 
 impl Golden {
@@ -156,9 +163,9 @@ impl Golden {
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.exr"))
     }
 
-    fn of_many(mut scene: Scene) -> Self {
+    fn of_seeds(mut scene: Scene) -> Self {
         let mut moments = vec![[Moments::default(); 3]; SIZE.pixel_count()];
-        for seed in 1..=PICTURES {
+        for seed in 1..=IMAGE_COUNT {
             scene.set_seed(seed);
             for (moments, xyz) in moments.iter_mut().zip(render(&scene, &|_| {}).film.pixels()) {
                 moments.iter_mut().zip(channels(xyz)).for_each(|(moments, value)| moments.push(value));
@@ -190,17 +197,17 @@ impl Golden {
         }))
     }
 
-    /// Says what of a picture does not fit, if anything: a channel of a pixel, or the luminance of all pixels together.
-    fn misfit(&self, film: &Film) -> Option<String> {
-        let degrees = f64::from(PICTURES - 1);
-        // The stored mean has an error of its own.
-        let share = 1.0 / OTHERS.len() as f64 + 1.0 / f64::from(PICTURES);
+    /// The first mismatch of an image: a channel of a pixel, or the luminance of all pixels together.
+    fn mismatch(&self, film: &Film) -> Option<String> {
+        let degrees = f64::from(IMAGE_COUNT - 1);
+        // The stored mean has an error too.
+        let fraction = 1.0 / TEST_SEEDS.len() as f64 + 1.0 / f64::from(IMAGE_COUNT);
         let level = sidak_level(LEVEL, 3 * film.pixels().len());
         let (mut chi_squared, mut noisy) = (0.0, 0.0);
         for (pixel, xyz) in film.pixels().iter().enumerate() {
             for (channel, found) in channels(xyz).into_iter().enumerate() {
                 let [mean, variance] = [channel, channel + 3].map(|plane| f64::from(self.0[plane][pixel]));
-                let error = (variance * share).sqrt().hypot(ROUNDING * mean);
+                let error = (variance * fraction).sqrt().hypot(ROUNDING * mean);
                 let t = if (found - mean).abs() > 0.0 { (found - mean) / error } else { 0.0 };
                 if t_p_value(t, degrees) < level {
                     let (column, row) = (pixel as u32 % SIZE.width, pixel as u32 / SIZE.width);
@@ -208,7 +215,7 @@ impl Golden {
                     return Some(format!("{name} at {column}, {row} is {found}, stored {mean} ± {error}, t = {t:.1}"));
                 }
                 if channel == 1 && error > 0.0 {
-                    // The variance of t is that of a normal times ν / (ν − 2).
+                    // The variance of t is ν / (ν − 2).
                     chi_squared += t * t * (degrees - 2.0) / degrees;
                     noisy += 1.0;
                 }
@@ -219,48 +226,48 @@ impl Golden {
     }
 }
 
-/// Compares a scene's picture with the stored one, and the same picture brighter by 3 %; or stores it.
+/// Compares a scene's image with the stored statistics; the same image brighter by 3 % must fail. Or stores it.
 fn check(name: &str, scene: Scene) {
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        Golden::of_many(scene).store(name);
+        Golden::of_seeds(scene).store(name);
         return;
     }
-    let (golden, film) = (Golden::load(name), rendered(scene, OTHERS));
-    if let Some(reason) = golden.misfit(&film) {
+    let (golden, film) = (Golden::load(name), rendered(scene, TEST_SEEDS));
+    if let Some(reason) = golden.mismatch(&film) {
         let found = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.exr"));
         write_exr(&film, &[], &found).unwrap();
-        panic!("{name}: {reason}; the picture is {}", found.display());
+        panic!("{name}: {reason}; the image is {}", found.display());
     }
     let brighter = film.pixels().iter().map(|&xyz| xyz * 1.03).collect();
-    assert!(golden.misfit(&Film::new(SIZE, brighter)).is_some(), "{name} brighter by 3 %");
+    assert!(golden.mismatch(&Film::new(SIZE, brighter)).is_some(), "{name} brighter by 3 %");
 }
 
 #[test]
-fn a_block_before_a_lamp() {
+fn a_backlit_block_matches() {
     check("block", block(400.0, 20.0));
 }
 
 #[test]
-fn a_drift_of_meshes_under_sun_and_sky() {
+fn meshes_under_sun_and_sky_match() {
     check("drift", drift());
 }
 
 #[test]
-fn a_room_with_lamps_of_some_size() {
+fn a_room_with_area_lights_matches() {
     check("room", room());
 }
 
 #[test]
-fn snow_under_a_sky_of_an_image() {
+fn snow_under_an_image_sky_matches() {
     check("sky", sky());
 }
 
 #[test]
-fn other_grains_and_another_lamp_are_told_apart() {
+fn other_grain_sizes_and_intensities_do_not_match() {
     let golden = Golden::load("block");
-    let misfit = |grain_size_um, radiant_intensity_w_sr| {
-        golden.misfit(&rendered(block(grain_size_um, radiant_intensity_w_sr), OTHERS))
+    let mismatch = |grain_size_um, radiant_intensity_w_sr| {
+        golden.mismatch(&rendered(block(grain_size_um, radiant_intensity_w_sr), TEST_SEEDS))
     };
-    assert!(misfit(430.0, 20.0).is_some(), "grains of 430 µm for 400 µm");
-    assert!(misfit(400.0, 20.6).is_some(), "a lamp brighter by 3 %");
+    assert!(mismatch(430.0, 20.0).is_some(), "430 µm instead of 400 µm");
+    assert!(mismatch(400.0, 20.6).is_some(), "a light brighter by 3 %");
 }

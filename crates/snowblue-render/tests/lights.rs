@@ -1,4 +1,4 @@
-//! Lamps with extent and skies, against closed forms, and through snow.
+//! Area lights and skies against closed forms, directly and through snow.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -7,7 +7,7 @@ mod snow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3A;
-use snow::{SNOW, extinction_per_cm, scene, seen, simple_law};
+use snow::{SNOW, analytic_table, extinction_per_cm, radiance, scene};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
@@ -19,26 +19,26 @@ use snowblue_stat::{Moments, sidak_level, z_p_value};
 /// Thickness of the slab, in cm.
 const DEPTH_CM: f64 = 20.0;
 
-/// A slab on the plane z = 0 that reflects nothing, with its lights.
+/// A slab on the plane z = 0 with reflectance 0, and its lights.
 fn slab(keys: &str, lights: &str) -> Scene {
     let text = format!(
         "{SNOW}reflectance = 0\n{keys}\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.2]\n\
          position = [0, 0, 0.1]\nmaterial = \"snow\"\n{lights}"
     );
-    scene(&text, &simple_law(), &[])
+    scene(&text, &analytic_table(), &[])
 }
 
 fn sky(illuminant: &str) -> String {
     format!("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"{illuminant}\"\n")
 }
 
-/// Means of 16 independent pictures of one pixel at a wavelength.
+/// Moments of 16 independent images of one pixel, at three wavelengths.
 fn repeated(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32) -> [Moments; 3] {
     scene.set_samples_per_pixel(samples);
     let mut moments = [Moments::default(); 3];
     for seed in 1..=16 {
         scene.set_seed(seed);
-        let light = seen(scene, eye, target);
+        let light = radiance(scene, eye, target);
         for (moment, k) in moments.iter_mut().zip([0, 15, 30]) {
             moment.push(f64::from(light.0[k]));
         }
@@ -46,18 +46,18 @@ fn repeated(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32) -> [Mome
     moments
 }
 
-/// Fails where a mean is off at a level of 1e-3 for all three; `exact` is what rounding leaves of an exact answer.
+/// Tests the means at a level of 1e-3 for all three. `exact` is the relative rounding error of an exact result.
 fn assert_agrees(moments: &[Moments; 3], expected: [f64; 3], exact: f64, what: &str) {
     for (moment, expected) in moments.iter().zip(expected) {
         let off = (moment.mean() - expected).abs();
-        // Fifteen degrees of freedom are near enough to a normal when Sobol's points make errors far smaller.
+        // A normal distribution is close enough to t with 15 degrees of freedom: Sobol points make errors far smaller.
         let p = z_p_value(off / moment.standard_error().max(1e-30));
         let (mean, error) = (moment.mean(), moment.standard_error());
         assert!(off < exact * expected || p > sidak_level(1e-3, 3), "{what}: {mean} ± {error} for {expected}");
     }
 }
 
-/// 2 ∫ T(θ) cos θ sin θ dθ by the midpoint rule, T of the simple law on a path of `length(θ)` in cm.
+/// 2 ∫ T(θ) cos θ sin θ dθ by the midpoint rule, for the analytic T over `length(θ)` in cm.
 fn diffuse_transmittance(k: usize, length_cm: impl Fn(f64) -> f64) -> f64 {
     let steps = 20_000;
     let term = |step: i32| {
@@ -70,7 +70,7 @@ fn diffuse_transmittance(k: usize, length_cm: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn a_slab_under_a_uniform_sky_lets_through_its_diffuse_transmittance() {
+fn a_slab_under_a_uniform_sky_has_its_diffuse_transmittance() {
     let (eye, target) = (Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2));
     let cos_view = 1.0 / 5f64.sqrt();
     for (path, seen_along) in [("normal", 1.0), ("brightest", 1.0), ("view", cos_view)] {
@@ -78,17 +78,17 @@ fn a_slab_under_a_uniform_sky_lets_through_its_diffuse_transmittance() {
         let mut scene = slab(&format!("path = \"{path}\""), &sky("E"));
         assert_agrees(&repeated(&mut scene, eye, target, 256), expected, 1e-4, path);
     }
-    // On lines to the sky depth grows with the angle; the table ends at 1 m of snow.
+    // On lines to the sky the depth grows with the angle. The table ends at 1 m of snow.
     let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |angle| (DEPTH_CM / angle.cos()).min(100.0)));
     let found = repeated(&mut slab("path = \"light\"", &sky("E")), eye, target, 1024);
     for (moment, expected) in found.iter().zip(expected) {
-        // Beyond 1 m, at 78° and more, the table goes on as its last step does: what comes from there is below 3 %.
+        // Beyond 1 m, from 78° on, the table is extrapolated. These directions contribute less than 3 %.
         assert!((moment.mean() / expected - 1.0).abs() < 0.03, "light: {moment:?} for {expected}");
     }
 }
 
 #[test]
-fn relative_emission_under_a_sky_is_its_spectrum_whatever_its_strength() {
+fn relative_emission_does_not_depend_on_the_radiance_of_the_sky() {
     let light = "[environment]\nradiance_w_m2_sr = 7\nilluminant = \"A\"\n";
     let mut scene = slab("path = \"normal\"\nemission = \"relative\"", light);
     let shape = LightSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
@@ -98,7 +98,7 @@ fn relative_emission_under_a_sky_is_its_spectrum_whatever_its_strength() {
 }
 
 #[test]
-fn a_white_image_is_a_uniform_sky_of_daylight() {
+fn a_white_image_sky_is_a_uniform_sky_of_daylight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.exr");
     let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
@@ -114,16 +114,16 @@ fn a_white_image_is_a_uniform_sky_of_daylight() {
 }
 
 #[test]
-fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
+fn a_convex_box_under_a_white_sky_has_the_radiance_of_its_reflectance() {
     let floor = "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.7\n\
         [[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nrotation_deg = [20, 30, 40]\nmaterial = \"grey\"\n";
-    let mut scene = scene(&format!("{floor}{}", sky("E")), &simple_law(), &[]);
+    let mut scene = scene(&format!("{floor}{}", sky("E")), &analytic_table(), &[]);
     for max_bounces in [0, 5] {
         scene.set_max_bounces(max_bounces);
         for eye in [Vec3A::new(5.0, 1.0, 2.0), Vec3A::new(-3.0, 4.0, -4.0)] {
-            // A single path is exact: a convex body sees the sky alone.
-            let surface = seen(&mut scene, eye, Vec3A::ZERO);
-            let beyond = seen(&mut scene, eye, eye * 2.0);
+            // A single path is exact: rays from a convex body reach the sky.
+            let surface = radiance(&mut scene, eye, Vec3A::ZERO);
+            let beyond = radiance(&mut scene, eye, eye * 2.0);
             for k in 0..31 {
                 assert!((surface.0[k] - 0.7).abs() < 1e-6 && (beyond.0[k] - 1.0).abs() < 1e-6);
             }
@@ -132,22 +132,22 @@ fn in_a_white_furnace_a_box_shows_its_reflectance_and_the_sky_itself() {
 }
 
 #[test]
-fn a_wide_slab_of_snow_returns_no_more_than_the_sky_gives() {
+fn a_wide_slab_under_a_sky_has_r_plus_diffuse_t() {
     let text = format!(
         "{SNOW}path = \"brightest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\nmaterial = \"snow\"\n{}",
         sky("E")
     );
-    let mut scene = scene(&text, &simple_law(), &[]);
+    let mut scene = scene(&text, &analytic_table(), &[]);
     let expected = [0, 15, 30].map(|k| 0.25 + diffuse_transmittance(k, |_| 1.0));
     let found = repeated(&mut scene, Vec3A::new(1.0, 0.0, 0.0), Vec3A::NEG_Z, 256);
     assert_agrees(&found, expected, 1e-4, "furnace");
 }
 
 #[test]
-fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
+fn small_area_lights_equal_point_lights_through_snow() {
     let point =
         "[[light]]\ntype = \"point\"\nposition = [0.1, -0.2, -0.8]\nilluminant = \"A\"\nradiant_intensity_w_sr = ";
-    // I = L A, with A the area that is seen: the panel faces the exit.
+    // I = L A with A the projected area. The rectangle faces the exit.
     let ball = "type = \"sphere\"\nradius = 0.004";
     let panel = |exit: &str| format!("type = \"rectangle\"\nsize = [0.008, 0.005]\nlook_at = {exit}");
     let (eye, target) = (Vec3A::new(2.0, 0.5, 1.2), Vec3A::new(0.3, 0.2, 0.2));
@@ -161,13 +161,14 @@ fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
         let keys = format!("path = \"{path}\"");
         let extended =
             format!("[[light]]\n{lamp}\nposition = [0.1, -0.2, -0.8]\nilluminant = \"A\"\nradiance_w_m2_sr = 1e5\n");
-        let single = seen(&mut slab(&keys, &format!("{point}{}\n", 1e5 * area_m2)), eye, target);
+        let single = radiance(&mut slab(&keys, &format!("{point}{}\n", 1e5 * area_m2)), eye, target);
         let found = repeated(&mut slab(&keys, &extended), eye, target, 64);
         for (moment, k) in found.iter().zip([0, 15, 30]) {
             let ratio = moment.mean() / f64::from(single.0[k]);
-            // Seen from one point a ball is its middle but for squares of 4 mm over 92 cm. On lines to the ball its near
-            // side is up to R nearer to both ends, and r²/r² changes by up to 2 R (1/92 cm − 1/110 cm) = 1.5e-3. What
-            // only one of the two exits sees, turned by δ about the ball, `brightest` takes as well: (1 − cos δ)/2 = 2e-3.
+            // `normal`: the error is of the order (4 mm / 92 cm)². `light`: the near side of the sphere is up to R closer
+            // to both ends of the line, which changes the ratio of squared distances by up to
+            // 2 R (1/92 cm − 1/110 cm) = 1.5e-3. `brightest`: the part of the sphere that is visible from one of the two
+            // exits only adds (1 − cos δ)/2 = 2e-3, where δ is the angle between them.
             let most = match path {
                 "normal" => 1e-4,
                 "light" => 1.5e-3,
@@ -179,11 +180,14 @@ fn a_small_ball_and_a_small_panel_are_lamps_without_extent_through_snow() {
 }
 
 #[test]
-fn a_distant_lamp_lights_by_the_cosine() {
+fn irradiance_of_a_directional_light_is_proportional_to_the_cosine() {
     let sun = "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, 0.8]\nirradiance_w_m2 = 3\nilluminant = \"E\"\n";
     for path in ["normal", "brightest"] {
-        let light =
-            seen(&mut slab(&format!("path = \"{path}\""), sun), Vec3A::new(0.0, 1.0, 2.0), Vec3A::new(0.0, 0.0, 0.2));
+        let light = radiance(
+            &mut slab(&format!("path = \"{path}\""), sun),
+            Vec3A::new(0.0, 1.0, 2.0),
+            Vec3A::new(0.0, 0.0, 0.2),
+        );
         let angle_deg = 0.8f64.acos().to_degrees();
         for k in [0, 15, 30] {
             let expected = 3.0 * 0.8 / PI * (-extinction_per_cm(k) * DEPTH_CM * (1.0 + angle_deg / 100.0)).exp();
@@ -193,21 +197,21 @@ fn a_distant_lamp_lights_by_the_cosine() {
 }
 
 #[test]
-fn lamps_are_seen_unless_they_are_not_to_be() {
+fn area_lights_are_visible_unless_visible_is_false() {
     let lamp =
         "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 3]\nradius = 0.5\nilluminant = \"E\"\nradiance_w_m2_sr = 4\n";
     let (eye, target) = (Vec3A::new(0.0, -3.0, 3.0), Vec3A::new(0.0, 0.0, 3.0));
     let mut scene = slab("", lamp);
-    assert!((seen(&mut scene, eye, target).0[15] - 4.0).abs() < 1e-5);
-    assert!(seen(&mut scene, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "past the lamp");
+    assert!((radiance(&mut scene, eye, target).0[15] - 4.0).abs() < 1e-5);
+    assert!(radiance(&mut scene, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "beside the light");
     let below = Vec3A::new(0.0, -3.0, -3.0);
-    assert!(seen(&mut scene, below, target).0[15] < 0.1, "the slab hides it");
+    assert!(radiance(&mut scene, below, target).0[15] < 0.1, "the slab occludes it");
     let mut scene = slab("", &format!("{lamp}visible = false\n"));
-    assert!(seen(&mut scene, eye, target).0[15] < 1e-6);
+    assert!(radiance(&mut scene, eye, target).0[15] < 1e-6);
 }
 
 #[test]
-fn a_lamp_half_buried_in_snow_is_bright_but_bounded() {
+fn the_radiance_of_a_half_buried_light_is_bounded() {
     let lamp = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.2]\nradius = 0.05\nilluminant = \"E\"\n\
         radiance_w_m2_sr = 1\nvisible = false\n";
     for path in ["light", "brightest"] {
@@ -215,16 +219,16 @@ fn a_lamp_half_buried_in_snow_is_bright_but_bounded() {
         for target in [Vec3A::new(0.0, 0.0, 0.0), Vec3A::new(0.2, 0.1, 0.0), Vec3A::new(0.06, 0.0, 0.2)] {
             let eye = target + Vec3A::new(0.3, 0.2, if target.z > 0.1 { 2.0 } else { -2.0 });
             for moment in repeated(&mut scene, eye, target, 16) {
-                // E is at most π L of what stands out of the snow and as much of what lies in it.
+                // E is at most π L from the half outside the snow and π L from the half inside.
                 assert!(moment.mean() < 2.0 && moment.variance().sqrt() < 0.5, "{path} at {target}: {moment:?}");
             }
         }
     }
 }
 
-/// A lamp on a wall, and one 1e-5 m before it: the light of the floor and what the camera sees are alike.
+/// A light on a wall and one 1e-5 m before it illuminate the floor equally and look the same.
 #[test]
-fn a_lamp_on_a_wall_is_not_hidden_by_it() {
+fn a_wall_does_not_occlude_a_light_on_it() {
     let room = |gap_m: f32| {
         format!(
             "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\nshape = \"box\"\nsize = [4, 1, 4]\n\
@@ -235,22 +239,22 @@ fn a_lamp_on_a_wall_is_not_hidden_by_it() {
         )
     };
     let [on, before] = [0.0, 1e-5].map(|gap_m| {
-        let mut scene = scene(&room(gap_m), &simple_law(), &[]);
+        let mut scene = scene(&room(gap_m), &analytic_table(), &[]);
         scene.set_max_bounces(1);
-        let lamp = seen(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
-        assert!(lamp.0[15] >= 1.0 - 1e-6, "the lamp and what its wall reflects: {lamp:?}");
+        let lamp = radiance(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
+        assert!(lamp.0[15] >= 1.0 - 1e-6, "the light, and the reflection of its wall: {lamp:?}");
         repeated(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.1, 0.7, 0.0), 4096)
     });
     for (on, before) in on.iter().zip(&before) {
         let error = on.standard_error().hypot(before.standard_error());
-        // The gap itself turns the lamp by some 1e-5 / 0.3 of what the floor sees.
+        // The gap changes the solid angle by about 1e-5 / 0.3.
         assert!((on.mean() - before.mean()).abs() < 4.0 * error + 1e-4 * on.mean(), "{on:?} {before:?}");
     }
 }
 
-/// A panel just below the face of snow: what is seen is at most what the panel shines.
+/// A rectangle just below the surface of snow.
 #[test]
-fn a_panel_within_snow_shines_no_brighter_through_it() {
+fn snow_does_not_increase_the_radiance_of_a_light_inside() {
     for depth_m in [1e-4, 1e-3, 5e-3] {
         let lamp = format!(
             "[[light]]\ntype = \"rectangle\"\nposition = [0, 0, {depth_m}]\nlook_at = [0, 0, -1]\nup = [0, 1, 0]\n\

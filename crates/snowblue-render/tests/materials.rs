@@ -1,4 +1,4 @@
-//! Paints and snow that varies, each against the same made in a simpler way.
+//! Diffuse colours, textures and varying snow, each against an equivalent constant material.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SAMPLE, seen, simple_law};
+use snow::{SAMPLE, analytic_table, radiance};
 use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
 use snowblue_render::scene::Scene;
@@ -31,8 +31,8 @@ impl Folder {
         std::fs::write(self.path().join(name), content).unwrap();
     }
 
-    /// A picture of rows of colours in codes of 8 bits.
-    fn picture(&self, name: &str, columns: usize, pixels: &[[u8; 3]]) {
+    /// An 8-bit RGB image.
+    fn image(&self, name: &str, columns: usize, pixels: &[[u8; 3]]) {
         let file = std::fs::File::create(self.path().join(name)).unwrap();
         let rows = pixels.len() / columns;
         let mut encoder = png::Encoder::new(file, u32::try_from(columns).unwrap(), u32::try_from(rows).unwrap());
@@ -40,7 +40,7 @@ impl Folder {
         encoder.write_header().unwrap().write_image_data(pixels.as_flattened()).unwrap();
     }
 
-    /// One grey pixel of 16 bits.
+    /// A 16-bit grey image of one pixel.
     fn grey(&self, name: &str, value: f64) {
         let file = std::fs::File::create(self.path().join(name)).unwrap();
         let mut encoder = png::Encoder::new(file, 1, 1);
@@ -57,7 +57,7 @@ impl Folder {
     }
 }
 
-/// Equal-energy light from far above and in front.
+/// Equal-energy directional light from above and in front.
 const SUN: &str =
     "[[light]]\ntype = \"directional\"\ndirection = [0, 0.6, -0.8]\nirradiance_w_m2 = 10\nilluminant = \"E\"\n";
 
@@ -65,9 +65,9 @@ fn diffuse(keys: &str) -> String {
     format!("[material.paint]\ntype = \"diffuse\"\n{keys}\n{SUN}[[object]]\nmaterial = \"paint\"\n")
 }
 
-/// The reflectance of what is seen at a target from above and in front, where `cos` is that of the light.
+/// The reflectance at a target, seen from above and in front, where `cos` is the cosine of the light.
 fn reflectance(scene: &mut Scene, target: Vec3A, cos: f64) -> Spectrum {
-    let radiance = seen(scene, target + Vec3A::new(0.0, -3.0, 4.0), target);
+    let radiance = radiance(scene, target + Vec3A::new(0.0, -3.0, 4.0), target);
     Spectrum(radiance.0.map(|sample| (f64::from(sample) * PI / (10.0 * cos)) as f32))
 }
 
@@ -79,33 +79,33 @@ fn assert_near(found: &Spectrum, expected: &Spectrum, tolerance: f64, what: &str
 }
 
 #[test]
-fn paint_reflects_as_its_file_says() {
+fn reflectance_files_are_interpolated() {
     let folder = Folder::new();
     folder.write("paint.csv", "wavelength_nm,value\n380,0\n500,0.6\n700,0.2\n");
     let text = diffuse("reflectance_spectrum = \"paint.csv\"") + "shape = \"plane\"\n";
-    let found = reflectance(&mut folder.load(&text, &simple_law()).unwrap(), Vec3A::ZERO, 0.8);
+    let found = reflectance(&mut folder.load(&text, &analytic_table()).unwrap(), Vec3A::ZERO, 0.8);
     let line = |nm: f64| if nm < 500.0 { 0.6 * (nm - 380.0) / 120.0 } else { 0.6 - 0.4 * (nm - 500.0) / 200.0 };
-    assert_near(&found, &Spectrum(wavelengths_nm().map(|nm| line(nm) as f32)), 1e-5, "paint");
+    assert_near(&found, &Spectrum(wavelengths_nm().map(|nm| line(nm) as f32)), 1e-5, "file");
 }
 
 #[test]
-fn colours_are_linear_in_numbers_and_encoded_in_hexadecimals() {
+fn numbers_are_linear_rgb_and_hexadecimals_are_srgb() {
     let folder = Folder::new();
     let of = |keys: &str| {
         let text = diffuse(keys) + "shape = \"plane\"\n";
-        reflectance(&mut folder.load(&text, &simple_law()).unwrap(), Vec3A::ZERO, 0.8)
+        reflectance(&mut folder.load(&text, &analytic_table()).unwrap(), Vec3A::ZERO, 0.8)
     };
     assert_near(&of("reflectance_rgb = [0.25, 0.25, 0.25]"), &of("reflectance = 0.25"), 1e-5, "grey");
-    // Code 188 is a linear 0.5029 (IEC 61966-2-1), code 255 is 1.
+    // Code 188 is 0.5029 in linear RGB (IEC 61966-2-1), code 255 is 1.
     let linear = of("reflectance_rgb = [0.5029, 1.0, 0]");
     assert_near(&of("reflectance_rgb = \"#bcff00\""), &linear, 1e-4, "hexadecimal");
     assert!(linear.0[14] > 0.99 && linear.0[2] < 0.02, "{linear:?}");
 }
 
-/// Red, green above blue, white.
+/// Red and green above blue and white.
 const FOUR: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
 
-/// Which of the four that is, seen in red, green and blue.
+/// The index in [`FOUR`] of a reflectance.
 fn nearest(found: &Spectrum) -> usize {
     let [blue, green, red] = [4, 14, 24].map(|k| found.0[k] > 0.5);
     [(true, false, false), (false, true, false), (false, false, true), (true, true, true)]
@@ -115,9 +115,9 @@ fn nearest(found: &Spectrum) -> usize {
 }
 
 #[test]
-fn pictures_lie_upright_on_every_shape() {
+fn textures_are_upright_on_every_shape() {
     let folder = Folder::new();
-    folder.picture("four.png", 2, &FOUR);
+    folder.image("four.png", 2, &FOUR);
     let two_triangles = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
         property float u\nproperty float v\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
         -1 -1 0 0 0\n1 -1 0 1 0\n1 1 0 1 1\n-1 1 0 0 1\n4 0 1 2 3\n";
@@ -129,28 +129,28 @@ fn pictures_lie_upright_on_every_shape() {
         (scaled, "shape = \"heights\"\nsize = [2, 2, 1]\nheights = [[0, 0], [0, 0]]\nbottom = -1"),
         ("texture = \"four.png\"", "mesh = \"sheet.ply\""),
     ] {
-        let mut scene = folder.load(&format!("{}{object}\n", diffuse(keys)), &simple_law()).unwrap();
-        // Seen from above with y upwards: the middles of the pixels of a picture 2 m wide.
+        let mut scene = folder.load(&format!("{}{object}\n", diffuse(keys)), &analytic_table()).unwrap();
+        // The centres of the pixels of a texture 2 m wide, from above.
         for (at, expected) in [([-0.5, 0.5], 0), ([0.5, 0.5], 1), ([-0.5, -0.5], 2), ([0.5, -0.5], 3)] {
             let found = reflectance(&mut scene, Vec3A::new(at[0], at[1], 0.0), 0.8);
             assert_eq!(nearest(&found), expected, "{object} at {at:?}");
         }
     }
     let text = diffuse("texture = \"four.png\"") + "shape = \"sphere\"\nradius = 1\n";
-    let mut sphere = folder.load(&text, &simple_law()).unwrap();
-    // An eighth of a turn to the left and to the right of the front, above the middle: the upper half of the picture.
+    let mut sphere = folder.load(&text, &analytic_table()).unwrap();
+    // 45° to the left and right of the front, above the centre: the upper half of the texture.
     for (x, strongest) in [(-1.0, 24), (1.0, 14)] {
         let normal = Vec3A::new(x, -1.0, 0.9).normalize();
-        let found = seen(&mut sphere, normal * 3.0, normal);
+        let found = radiance(&mut sphere, normal * 3.0, normal);
         for other in [4, 14, 24].into_iter().filter(|k| *k != strongest) {
             assert!(found.0[strongest] > 1.5 * found.0[other], "{x}: {found:?}");
         }
     }
 }
 
-/// The simple law for grains of 100 to 500 µm: extinction goes with the root of 400 µm over the grain size.
+/// The analytic table for grains of 100 to 500 µm: extinction is proportional to √(400 µm / grain size).
 fn many_grains() -> CompressedTable {
-    let mut table = simple_law();
+    let mut table = analytic_table();
     table.axes.grain_sizes_um = vec![100.0, 150.0, 200.0, 300.0, 400.0, 500.0];
     let copies = |values: &[f32], scale: &dyn Fn(f64) -> f64| -> Vec<f32> {
         let sizes = &table.axes.grain_sizes_um;
@@ -161,7 +161,7 @@ fn many_grains() -> CompressedTable {
     table
 }
 
-/// Snow with a lamp behind, on a slab whose front is at y = −0.1.
+/// Backlit snow with a front at y = −0.1.
 fn backlit(grain_keys: &str, object: &str) -> String {
     format!(
         "[material.snow]\ntype = \"pca_snow\"\nfacetness = 0.3\ndensity_kg_m3 = 300\n{grain_keys}\npath = \"normal\"\n\
@@ -173,20 +173,20 @@ fn backlit(grain_keys: &str, object: &str) -> String {
 
 const SLAB: &str = "shape = \"box\"\nsize = [2, 0.2, 2]";
 
-/// What the slab shows at a place of its front, and what snow of one grain size would show.
+/// Radiance of a point of the slab's front.
 fn at_front(scene: &mut Scene, x: f32) -> Spectrum {
-    seen(scene, Vec3A::new(x, -3.0, 0.1), Vec3A::new(x, -0.1, 0.1))
+    radiance(scene, Vec3A::new(x, -3.0, 0.1), Vec3A::new(x, -0.1, 0.1))
 }
 
 #[test]
-fn a_mask_gives_the_first_snow_the_second_and_those_between() {
+fn a_mask_interpolates_between_two_grain_sizes() {
     let (folder, table) = (Folder::new(), many_grains());
     for (mask, grain_size_um, tolerance) in [
         (0.0, 100.0, 1e-6),
         (1.0, 500.0, 1e-6),
-        // Half-way is a step of the curves itself, but for the mask's 16 bits: ln T of 7 changes by 2e-5.
+        // 0.5 is a node of the curves. The 16 bits of the mask change a ln T of 7 by 2e-5.
         (0.5, 300.0, 1e-4),
-        // Between steps mixtures are within 1 %, as the head of `snow_curves` says.
+        // Between nodes the error is at most 1 %, as `snow_curves` documents.
         (0.37, 248.0, 1e-2),
         (0.0331, 113.24, 1e-2),
     ] {
@@ -197,7 +197,7 @@ fn a_mask_gives_the_first_snow_the_second_and_those_between() {
         let expected = at_front(&mut folder.load(&plain, &table).unwrap(), 0.3);
         assert_near(&found, &expected, tolerance, &format!("mask {mask}"));
     }
-    // The expectation itself, for one of them: T E / π and the faint front light's R E / π.
+    // The expectation itself, for one of them.
     let mut curve = [0.0; SAMPLES];
     let sample = TableSample { grain_size_um: 300.0, ..SAMPLE };
     PcaSnow::new(&table, &sample).unwrap().transmittance(20.0, 0.0, &mut curve);
@@ -205,10 +205,10 @@ fn a_mask_gives_the_first_snow_the_second_and_those_between() {
 }
 
 #[test]
-fn a_linear_mask_over_a_box_gives_even_brightness_from_side_to_side() {
+fn radiance_is_monotonic_along_a_linear_mask() {
     let (folder, table) = (Folder::new(), many_grains());
     let codes: Vec<[u8; 3]> = (0..256).map(|code| [code as u8; 3]).collect();
-    folder.picture("ramp.png", 256, &codes);
+    folder.image("ramp.png", 256, &codes);
     let mask = "mask = { texture = \"ramp.png\", texture_scale_m = 2 }";
     let mut scene = folder.load(&backlit(&format!("grain_size_um = [100, 500]\n{mask}"), SLAB), &table).unwrap();
     let mut before = 0.0;
@@ -221,7 +221,7 @@ fn a_linear_mask_over_a_box_gives_even_brightness_from_side_to_side() {
 }
 
 #[test]
-fn a_mask_can_be_a_value_of_the_meshs_vertices() {
+fn a_mask_can_be_a_vertex_attribute() {
     let (folder, table) = (Folder::new(), many_grains());
     folder.write("block.ply", &block("age", |x| 15.0 * (x + 1.0)));
     let keys = "grain_size_um = [100, 500]\nmask = { attribute = \"age\", range = [0, 30] }";
@@ -234,7 +234,7 @@ fn a_mask_can_be_a_value_of_the_meshs_vertices() {
     }
 }
 
-/// The slab as a mesh, with an attribute by x.
+/// The slab as a mesh, with a vertex attribute that depends on x.
 fn block(attribute: &str, value: impl Fn(f32) -> f32) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
@@ -249,7 +249,7 @@ fn block(attribute: &str, value: impl Fn(f32) -> f32) -> String {
 }
 
 #[test]
-fn two_snows_in_one_scene_are_each_as_alone() {
+fn two_snow_materials_in_one_scene_are_independent() {
     let (folder, table) = (Folder::new(), many_grains());
     let alone = |grain: &str| at_front(&mut folder.load(&backlit(grain, SLAB), &table).unwrap(), 0.3);
     let (fine, coarse) = (alone("grain_size_um = 100"), alone("grain_size_um = 500"));
@@ -257,16 +257,15 @@ fn two_snows_in_one_scene_are_each_as_alone() {
         path = \"normal\"\n[[object]]\nshape = \"box\"\nsize = [2, 0.2, 2]\nposition = [5, 0, 0]\nmaterial = \"coarse\"\n";
     let mut both = folder.load(&(backlit("grain_size_um = 100", SLAB) + other), &table).unwrap();
     assert_near(&at_front(&mut both, 0.3), &fine, 1e-6, "fine");
-    // Coordinates of about 5 m, which depths are made of, are four times as coarse: 5e-7 m in 0.2 m, times ln T of 4.
+    // Depths from coordinates of about 5 m have an error of 5e-7 m in 0.2 m, times a ln T of 4.
     assert_near(&at_front(&mut both, 5.3), &coarse, 1e-4, "coarse");
     assert!(coarse.mean() > 1.5 * fine.mean());
 }
 
-/// A glTF of one square, seen from above, with what is said of its material, and with lights; its last buffer view (3) holds a
-/// picture.
-fn gltf(material: &str, lights: &str, nodes: &str, picture: &[u8]) -> String {
+/// A glTF of one horizontal square with a material and lights. Buffer view 3, the last, holds an image.
+fn gltf(material: &str, lights: &str, nodes: &str, image: &[u8]) -> String {
     let mut bytes = Vec::new();
-    // y is up in a glTF, and z is towards the viewer; its texture coordinates count downwards.
+    // In glTF y is up, z is towards the viewer, and texture coordinates count downwards.
     for place in [[-1.0f32, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]] {
         bytes.extend(place.iter().flat_map(|value| value.to_le_bytes()));
     }
@@ -274,7 +273,7 @@ fn gltf(material: &str, lights: &str, nodes: &str, picture: &[u8]) -> String {
         bytes.extend(place.iter().flat_map(|value| value.to_le_bytes()));
     }
     bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|index| index.to_le_bytes()));
-    bytes.extend(picture);
+    bytes.extend(image);
     let data: String = base64(&bytes);
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0{nodes}]}}],
@@ -290,7 +289,7 @@ fn gltf(material: &str, lights: &str, nodes: &str, picture: &[u8]) -> String {
         {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}},
         {{"bufferView":2,"componentType":5123,"count":6,"type":"SCALAR"}}]}}"#,
         bytes.len(),
-        picture.len()
+        image.len()
     )
 }
 
@@ -299,29 +298,29 @@ fn base64(bytes: &[u8]) -> String {
     base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
-/// In the place of a picture where there is none.
-const FILLER: [u8; 4] = [0; 4];
+/// Placeholder where there is no image.
+const NO_IMAGE: [u8; 4] = [0; 4];
 
 const LAMP: &str = r#"{"type":"directional","intensity":1}"#;
 
 #[test]
-fn a_gltf_brings_its_base_colours_and_their_textures() {
+fn base_colours_and_textures_of_a_gltf_are_used() {
     let folder = Folder::new();
-    folder.picture("four.png", 2, &FOUR);
+    folder.image("four.png", 2, &FOUR);
     let tint = [0.5, 0.25, 1.0];
     let coloured = r#""materials":[{"name":"floor","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1,1]}}]"#;
-    folder.write("floor.gltf", &gltf(coloured, LAMP, "", &FILLER));
+    folder.write("floor.gltf", &gltf(coloured, LAMP, "", &NO_IMAGE));
     let text = |keys: &str| format!("gltf = \"floor.gltf\"\n{}{keys}{SUN}", snow::CAMERA);
     let load = |keys: &str| {
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, text(keys)).unwrap();
-        Scene::load(&path, &simple_law()).unwrap()
+        Scene::load(&path, &analytic_table()).unwrap()
     };
     let colour = format!("[material.floor]\ntype = \"diffuse\"\nreflectance_rgb = {tint:?}\n");
     let own = reflectance(&mut load(""), Vec3A::ZERO, 0.8);
     assert_near(&own, &reflectance(&mut load(&colour), Vec3A::ZERO, 0.8), 1e-5, "base colour");
     let green = "[material.floor]\ntype = \"diffuse\"\nreflectance_rgb = [0, 1, 0]\n";
-    assert_eq!(nearest(&reflectance(&mut load(green), Vec3A::ZERO, 0.8)), 1, "the scene's own wins");
+    assert_eq!(nearest(&reflectance(&mut load(green), Vec3A::ZERO, 0.8)), 1, "the scene replaces the material");
     let png = std::fs::read(folder.path().join("four.png")).unwrap();
     let uri = format!(r#""uri":"data:image/png;base64,{}""#, base64(&png));
     for image in [r#""uri":"four.png""#, &uri, r#""bufferView":3,"mimeType":"image/png""#] {
@@ -334,7 +333,7 @@ fn a_gltf_brings_its_base_colours_and_their_textures() {
     }
 }
 
-/// A material with a picture.
+/// A material with a texture.
 fn textured(image: &str) -> String {
     format!(
         r#""materials":[{{"name":"floor","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
@@ -343,7 +342,7 @@ fn textured(image: &str) -> String {
 }
 
 #[test]
-fn mistakes_of_a_gltfs_colours_are_named() {
+fn invalid_base_colours_of_a_gltf_are_errors() {
     let folder = Folder::new();
     let path = folder.path().join("whole.toml");
     std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}{SUN}", snow::CAMERA)).unwrap();
@@ -351,17 +350,17 @@ fn mistakes_of_a_gltfs_colours_are_named() {
     let jpeg = textured(r#""bufferView":3,"mimeType":"image/jpeg""#);
     let missing = textured(r#""uri":"gone.png""#);
     for (material, expected) in [
-        (bright, "floor.gltf: base colour of the material \"floor\": it is 2, 0, 0, but must lie in 0–1"),
-        (&jpeg, "floor.gltf: base colour of the material \"floor\": the texture is a JPEG, but must be a PNG"),
-        (&missing, "gone.png"),
+        (bright, &["floor.gltf: ", "\"floor\"", "2, 0, 0", "0–1"][..]),
+        (&jpeg, &["floor.gltf: ", "\"floor\"", "JPEG", "PNG"]),
+        (&missing, &["gone.png"]),
     ] {
         folder.write("floor.gltf", &gltf(material, LAMP, "", &[0xff, 0xd8, 0xff, 0xe0]));
-        let message = Scene::load(&path, &simple_law()).unwrap_err().to_string();
-        assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+        let message = Scene::load(&path, &analytic_table()).unwrap_err().to_string();
+        assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");
     }
 }
 
-/// Candela per m² of what is seen, by ȳ and 683 lm/W.
+/// Luminance in cd/m², by ȳ and 683 lm/W.
 fn luminance_cd_m2(radiance: &Spectrum) -> f64 {
     let eye = snowblue_color::Observer::Cie1931;
     let samples = wavelengths_nm().into_iter().zip(radiance.0);
@@ -370,11 +369,11 @@ fn luminance_cd_m2(radiance: &Spectrum) -> f64 {
 }
 
 #[test]
-fn lights_of_a_gltf_shine_as_bright_as_it_says() {
+fn lights_of_a_gltf_have_their_photometric_intensity() {
     let folder = Folder::new();
     let white = r#""materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,1,1,1]}}]"#;
     let orange = LinearRgb { r: 1.0, g: 0.5, b: 0.25 };
-    // The light hangs 2 m above the floor and looks down; E in lx at the middle and at 1 m beside.
+    // The light is 2 m above the floor and points down. E in lx is given below it and 1 m beside.
     let beside = |full: f64| full * 0.25 / 1.25f64.powf(1.5);
     let fade = |inner: f64, outer: f64| {
         let cos = 2.0 / 5f64.sqrt();
@@ -390,23 +389,23 @@ fn lights_of_a_gltf_shine_as_bright_as_it_says() {
         ),
         (r#""type":"spot","intensity":30,"spot":{"innerConeAngle":0.1,"outerConeAngle":0.4}"#, 30.0 / 4.0, 0.0),
     ] {
-        folder.write("floor.gltf", &gltf(white, &format!(r#"{{{light},"color":[1,0.5,0.25]}}"#), ",1", &FILLER));
+        folder.write("floor.gltf", &gltf(white, &format!(r#"{{{light},"color":[1,0.5,0.25]}}"#), ",1", &NO_IMAGE));
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}", snow::CAMERA)).unwrap();
-        let mut scene = Scene::load(&path, &simple_law()).unwrap();
+        let mut scene = Scene::load(&path, &analytic_table()).unwrap();
         for (x, illuminance_lx) in [(0.0, middle), (0.999_999, side)] {
-            let found = luminance_cd_m2(&seen(&mut scene, Vec3A::new(x, -3.0, 4.0), Vec3A::new(x, 0.0, 0.0)));
+            let found = luminance_cd_m2(&radiance(&mut scene, Vec3A::new(x, -3.0, 4.0), Vec3A::new(x, 0.0, 0.0)));
             let expected = orange.luminance() * illuminance_lx / PI;
-            // Rows of the basis are the primaries' luminances but for six decimals and the white of 400–700 nm.
+            // Tolerance: six decimals of the basis, and white restricted to 400–700 nm.
             assert!((found - expected).abs() <= 5e-3 * expected, "{light} at {x}: {found} for {expected}");
         }
     }
 }
 
 #[test]
-fn mistakes_of_materials_are_named_with_their_line() {
+fn invalid_materials_are_errors_with_their_line() {
     let folder = Folder::new();
-    folder.picture("four.png", 2, &FOUR);
+    folder.image("four.png", 2, &FOUR);
     folder.write("block.ply", &block("age", |x| x));
     folder.write("bright.csv", "400,0.5\n700,1.5\n");
     let wrong = |text: &str| folder.load(text, &many_grains()).unwrap_err();
@@ -417,23 +416,17 @@ fn mistakes_of_materials_are_named_with_their_line() {
     for (message, expected) in [
         (paint("texture = \"gone.png\"", plane), ["scene.toml:12: material.paint.texture", "gone.png does not exist"]),
         (paint("texture = \"block.ply\"", plane), ["block.ply: not a readable PNG", ""]),
-        (
-            paint("texture = \"four.png\"", mesh),
-            ["object[0].material is \"paint\"", "but the mesh no texture coordinates"],
-        ),
+        (paint("texture = \"four.png\"", mesh), ["object[0].material is \"paint\"", "texture coordinates"]),
         (paint("reflectance_spectrum = \"bright.csv\"", plane), ["bright.csv:2: value is 1.5", "must lie in 0–1"]),
         (
             paint("reflectance_rgb = [0, 2, 0]", plane),
             ["scene.toml:12: ", "reflectance_rgb is 2, but must lie in 0 to 1"],
         ),
-        (paint("reflectance_rgb = \"#12345\"", plane), ["scene.toml:12: ", "`#12345`, but must be `#` and six"]),
-        (
-            paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane),
-            ["scene.toml:13: ", "either `reflectance` or"],
-        ),
-        (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:13: ", "needs a `texture`"]),
+        (paint("reflectance_rgb = \"#12345\"", plane), ["scene.toml:12: ", "`#12345`"]),
+        (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:13: ", "`reflectance`"]),
+        (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:13: ", "`texture`"]),
         (paint("", plane), ["scene.toml:10: ", "material.paint needs one of reflectance, "]),
-        (mask(grains, SLAB), ["scene.toml:14: material.snow.grain_size_um has two values", "no `mask`"]),
+        (mask(grains, SLAB), ["scene.toml:14: material.snow.grain_size_um", "`mask`"]),
         (
             mask("grain_size_um = 100\nmask = { attribute = \"age\" }", mesh),
             ["scene.toml:15: ", "needs a key with two"],
@@ -441,10 +434,7 @@ fn mistakes_of_materials_are_named_with_their_line() {
         (mask(&format!("{grains}mask = {{ attribute = \"wet\" }}"), mesh), ["attribute \"wet\"", "object are: age"]),
         (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), SLAB), ["attribute \"age\"", "object are: none"]),
         (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), mesh), ["\"age\" is -1", "must lie in 0 to 1"]),
-        (
-            mask(&format!("{grains}mask = {{ texture = \"four.png\" }}"), mesh),
-            ["scene.toml:", "no texture coordinates"],
-        ),
+        (mask(&format!("{grains}mask = {{ texture = \"four.png\" }}"), mesh), ["scene.toml:", "texture coordinates"]),
         (
             mask("grain_size_um = [100, 600]\nmask = { texture = \"four.png\" }", SLAB),
             ["scene.toml:14: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],

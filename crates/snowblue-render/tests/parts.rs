@@ -1,4 +1,4 @@
-//! A picture rendered in parts is the picture: ranges of samples, tiles, interrupts and files change no bit.
+//! An image rendered in parts has the same bits: ranges of samples, tiles, interruptions and files.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and channels are single")]
 
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use snow::{SNOW, real, scene, simple_law};
+use snow::{SNOW, analytic_table, computed_table, scene};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
@@ -31,32 +31,32 @@ const TEXT: &str = "path = \"brightest\"\n[material.grey]\ntype = \"diffuse\"\nr
     [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
     [[light]]\ntype = \"sphere\"\nposition = [0, -3, 2]\nradius = 0.2\nradiance_w_m2_sr = 5\nilluminant = \"A\"\n";
 
-/// A block of snow and a grey ball, lit by two lamps.
-fn pictured() -> Scene {
-    let mut scene = scene(&format!("{SNOW}{TEXT}"), &simple_law(), &[]);
+/// A block of snow and a grey sphere, lit by two lights.
+fn two_lights() -> Scene {
+    let mut scene = scene(&format!("{SNOW}{TEXT}"), &analytic_table(), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
     scene.set_samples_per_pixel(37);
     scene.set_max_bounces(3);
     scene
 }
 
-/// The same in light straight from the lamp without extent, which goes a way of its own.
-fn lit_directly() -> Scene {
+/// The same in direct light from the point light only.
+fn direct_light() -> Scene {
     let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
-    let mut scene = scene(&format!("{SNOW}{text}"), &real(), &[]);
+    let mut scene = scene(&format!("{SNOW}{text}"), &computed_table(), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
     scene.set_samples_per_pixel(37);
     scene.set_max_bounces(0);
     scene
 }
 
-fn portion(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
+fn block(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
     SampleBlock { columns, rows, samples }
 }
 
-fn sums_of(scene: &Scene, channels: Aovs, portion: &SampleBlock) -> FilmAccumulator {
-    let mut sums = accumulator(scene, channels, &portion.window());
-    render_missing(scene, portion, &mut sums, RenderControl::default());
+fn sums_of(scene: &Scene, channels: Aovs, block: &SampleBlock) -> FilmAccumulator {
+    let mut sums = accumulator(scene, channels, &block.window());
+    render_missing(scene, block, &mut sums, RenderControl::default());
     sums
 }
 
@@ -67,44 +67,44 @@ fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulato
 }
 
 #[test]
-fn ranges_tiles_and_both_make_the_same_picture() {
-    for scene in [pictured(), lit_directly()] {
+fn ranges_and_tiles_sum_to_the_same_image() {
+    for scene in [two_lights(), direct_light()] {
         let at_once = sums_of(&scene, Aovs::default(), &all_samples(&scene));
         assert!(at_once.film() == render(&scene, &|_| {}).film);
         let (all_columns, all_rows) = (0..23, 0..17);
-        let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| portion(all_columns.clone(), all_rows.clone(), samples));
+        let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| block(all_columns.clone(), all_rows.clone(), samples));
         let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
-            .map(|(columns, rows)| portion(columns, rows, 0..37));
+            .map(|(columns, rows)| block(columns, rows, 0..37));
         let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| SampleBlock { samples, ..tile.clone() }));
         for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
             assert!(added(&scene, Aovs::default(), &parts) == at_once, "{parts:?}");
         }
-        let pixel = portion(17..18, 5..6, 0..37);
+        let pixel = block(17..18, 5..6, 0..37);
         let place = 5 * 23 + 17;
         assert_eq!(sums_of(&scene, Aovs::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
-        // A picture of fewer samples is another.
-        assert!(sums_of(&scene, Aovs::default(), &portion(0..23, 0..17, 0..36)).film() != at_once.film());
+        // Fewer samples give a different image.
+        assert!(sums_of(&scene, Aovs::default(), &block(0..23, 0..17, 0..36)).film() != at_once.film());
     }
 }
 
 #[test]
-fn all_channels_are_the_same_in_parts_and_leave_the_colours_alone() {
-    let scene = pictured();
+fn aovs_sum_to_the_same_image_and_do_not_change_colours() {
+    let scene = two_lights();
     let at_once = sums_of(&scene, ALL, &all_samples(&scene));
-    let parts = [portion(0..23, 0..7, 0..37), portion(0..23, 7..17, 20..37), portion(0..23, 7..17, 0..20)];
+    let parts = [block(0..23, 0..7, 0..37), block(0..23, 7..17, 20..37), block(0..23, 7..17, 0..20)];
     assert!(added(&scene, ALL, &parts) == at_once);
     assert!(at_once.film() == render(&scene, &|_| {}).film);
 }
 
 #[test]
-fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
-    let scene = pictured();
+fn interrupted_and_resumed_rendering_gives_the_same_image_on_any_number_of_threads() {
+    let scene = two_lights();
     let target = all_samples(&scene);
     let at_once = sums_of(&scene, Aovs::default(), &target);
     for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut sums = accumulator(&scene, Aovs::default(), &target.window());
-        let mut goes = 0;
+        let mut runs = 0;
         while !sums.coverage().missing_from(&target).is_empty() {
             let asked = AtomicU32::new(0);
             let stop = || asked.fetch_add(1, Ordering::Relaxed) > rows_at_a_time;
@@ -112,15 +112,15 @@ fn stopped_and_continued_it_is_the_same_on_any_number_of_threads() {
             pool.install(|| {
                 render_missing(&scene, &target, &mut sums, RenderControl { stop: &stop, ..RenderControl::default() })
             });
-            assert_ne!(*sums.coverage(), before, "every go does something");
-            goes += 1;
+            assert_ne!(*sums.coverage(), before, "every run adds samples");
+            runs += 1;
         }
-        assert!(goes > 1);
+        assert!(runs > 1);
         assert!(sums == at_once, "{threads} threads, {rows_at_a_time} rows at a time");
     }
 }
 
-/// The numbers of all channels of a file.
+/// The values of all float channels of a file.
 fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let list = image.from_file(path).unwrap().layer_data.channel_data.list;
@@ -132,32 +132,32 @@ fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
 }
 
 #[test]
-fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
-    let scene = pictured();
-    let origin = Provenance::of(&scene, &simple_law());
+fn files_keep_the_exact_sums_and_their_position_in_the_image() {
+    let scene = two_lights();
+    let provenance = Provenance::of(&scene, &analytic_table());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.exr");
     for channels in [Aovs::default(), ALL] {
-        let mut sums = sums_of(&scene, channels, &portion(4..15, 3..12, 5..9));
-        render_missing(&scene, &portion(4..6, 3..12, 9..12), &mut sums, RenderControl::default());
-        let kept = ResumeData { provenance: &origin, exposure: Exposure::Stops(-1.2) };
-        resumable_file::write(&sums, Some(kept), &[("seed", "1")], &path).unwrap();
-        let part = ResumableImage::open(&path).unwrap();
+        let mut sums = sums_of(&scene, channels, &block(4..15, 3..12, 5..9));
+        render_missing(&scene, &block(4..6, 3..12, 9..12), &mut sums, RenderControl::default());
+        let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Stops(-1.2) };
+        resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
+        let file = ResumableImage::open(&path).unwrap();
         assert_eq!(
-            (&part.provenance, part.aovs, part.image_size),
-            (&origin, channels, ImageSize { width: 23, height: 17 })
+            (&file.provenance, file.aovs, file.image_size),
+            (&provenance, channels, ImageSize { width: 23, height: 17 })
         );
-        assert_eq!((&part.coverage, part.exposure), (sums.coverage(), kept.exposure));
-        let back = part.read_sums().unwrap();
+        assert_eq!((&file.coverage, file.exposure), (sums.coverage(), resume_data.exposure));
+        let back = file.read_sums().unwrap();
         assert!(back == sums);
-        let grown = |sums: FilmAccumulator| {
+        let completed = |sums: FilmAccumulator| {
             let mut sums = sums.extended_to(&all_samples(&scene).window());
             render_missing(&scene, &all_samples(&scene), &mut sums, RenderControl::default());
             sums
         };
-        assert!(grown(back) == grown(sums));
+        assert!(completed(back) == completed(sums));
     }
-    // Without sums a file is a picture only.
+    // A file without sums is not resumable.
     resumable_file::write(&sums_of(&scene, Aovs::default(), &all_samples(&scene)), None, &[], &path).unwrap();
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R"]);
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
@@ -168,25 +168,25 @@ fn files_keep_the_sums_to_the_last_bit_and_their_place_in_the_picture() {
 }
 
 #[test]
-fn channels_tell_what_they_are_named_for() {
-    let scene = pictured();
+fn channels_have_the_values_of_their_names() {
+    let scene = two_lights();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
     let sums = sums_of(&scene, ALL, &all_samples(&scene));
     resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);
-    // The camera is at (0, −9, 0): the block's front, towards −y, is on the left of the picture.
+    // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
     let block = 8 * 23 + 7;
     let at = |name: &str| channels[name][block];
     assert!((at("normal.Y") + 1.0).abs() < 1e-6 && at("normal.X").abs() < 1e-6);
     assert!((at("thickness") - 0.3).abs() < 1e-6, "{}", at("thickness"));
     assert!((at("albedo.R") - 0.25).abs() < 0.003 && (at("albedo.B") - 0.25).abs() < 0.003, "R = 1/4");
-    // The first light is behind the block.
+    // The first light lies behind the block.
     assert!(at("angle") > 0.0 && at("angle") < 90.0);
-    // A corner shows nothing.
-    assert!(channels.values().all(|values| values[0].to_bits() == 0), "nothing is there but darkness");
-    // The mean of the spectrum is that of the colour: luminance by the observer's curve.
+    // A corner pixel shows nothing.
+    assert!(channels.values().all(|values| values[0].to_bits() == 0), "empty pixels are 0");
+    // The spectrum has the colour of the pixel.
     let wavelengths = snowblue_render::spectrum::wavelengths_nm();
     let names = wavelengths.map(|nm| format!("S0.{nm:.0},000000nm"));
     let observer = snowblue_color::Colorimeter::new(
@@ -201,41 +201,41 @@ fn channels_tell_what_they_are_named_for() {
     }
 }
 
-/// The variance of the mean of 64 samples of one picture against the scatter of means of 64 independent ones.
+/// The variance estimated from 64 samples of one image, against the variance of means of 64 independent samples.
 #[test]
-fn variances_are_those_of_many_pictures() {
-    let mut scene = pictured();
+fn the_variance_channel_agrees_with_the_variance_over_images() {
+    let mut scene = two_lights();
     let channels = Aovs { variance: true, ..Aovs::default() };
     let (pictures, samples) = (64u32, 16);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("variance.exr");
     let mut values: Vec<Vec<f64>> = Vec::new();
-    let mut told = vec![0.0; 23 * 17];
-    // A pixel's samples are points of one Sobol set, whose mean varies less than that of independent ones. One sample of
-    // every picture is independent of the others, so means are taken across pictures.
+    let mut estimated = vec![0.0; 23 * 17];
+    // The samples of a pixel are points of one Sobol sequence, whose mean varies less than that of independent points.
+    // Single samples of different images are independent, so the means are taken across images.
     for sample in 0..samples {
         let mut across = vec![0.0; 23 * 17];
         for seed in 0..pictures {
             scene.set_seed(1 + seed + pictures * sample);
-            let one = sums_of(&scene, channels, &portion(0..23, 0..17, 0..1)).film();
+            let one = sums_of(&scene, channels, &block(0..23, 0..17, 0..1)).film();
             across.iter_mut().zip(one.pixels()).for_each(|(sum, xyz)| *sum += LinearRgb::from_xyz(*xyz).g);
         }
         values.push(across.iter().map(|sum| sum / f64::from(pictures)).collect());
     }
-    let told_by = 8;
-    for seed in 0..told_by {
+    let image_count = 8;
+    for seed in 0..image_count {
         scene.set_seed(5000 + seed);
-        let sums = sums_of(&scene, channels, &portion(0..23, 0..17, 0..64));
+        let sums = sums_of(&scene, channels, &block(0..23, 0..17, 0..64));
         resumable_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
-        told.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(told_by));
+        estimated.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(image_count));
     }
     let (mut found, mut expected) = (0.0, 0.0);
     for pixel in 0..23 * 17 {
         let mean = values.iter().map(|one| one[pixel]).sum::<f64>() / f64::from(samples);
         found += values.iter().map(|one| (one[pixel] - mean).powi(2)).sum::<f64>() / f64::from(samples - 1);
-        expected += told[pixel];
+        expected += estimated[pixel];
     }
-    // 391 pixels of 15 degrees each, were they alike: 2 %; they are not, but edges make up most of the variance.
+    // 391 equal pixels with 15 degrees of freedom each would give 2 %. Most of the variance is at few edge pixels.
     assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
 }

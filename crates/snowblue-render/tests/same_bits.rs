@@ -1,4 +1,4 @@
-//! A picture depends on its scene and seed, and on nothing else.
+//! An image depends on its scene and seed only.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use glam::Vec3A;
-use snow::{SNOW, load, real, scene, simple_law};
+use snow::{SNOW, analytic_table, computed_table, load, scene};
 use snowblue_color::LinearRgb;
 use snowblue_render::Aovs;
 use snowblue_render::film::Film;
@@ -22,7 +22,7 @@ use snowblue_render::scene::camera::View;
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
-    let mut scene = load(&path, &simple_law());
+    let mut scene = load(&path, &analytic_table());
     scene.set_image_size(ImageSize { width: 48, height: 40 });
     scene.set_samples_per_pixel(4);
     scene
@@ -34,7 +34,7 @@ fn on_threads(threads: usize, scene: &Scene) -> Rendering {
 }
 
 #[test]
-fn one_thread_and_many_give_the_same_picture() {
+fn one_thread_and_many_give_the_same_image() {
     for bounces in [8, 0] {
         let mut scene = shipped();
         scene.set_max_bounces(bounces);
@@ -47,30 +47,30 @@ fn one_thread_and_many_give_the_same_picture() {
     }
 }
 
-/// A block on a floor with a lamp behind it and another far away before it.
+/// A block on a floor with a point light behind it and a directional light in front.
 const BLOCK: &str = "[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n\
     [[light]]\ntype = \"point\"\nposition = [0.1, 0.6, 0.2]\nradiant_intensity_w_sr = 9\n\
     [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.6, -0.4]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.4, 0.1, 0.4]\nposition = [0, 0, 0.2]\nmaterial = \"snow\"\nbody = \"wall\"\n\
     [[object]]\nshape = \"box\"\nsize = [3, 3, 0.1]\nposition = [0, 0, -0.05]\nmaterial = \"floor\"\n";
 
-/// A ball, a turned block of the same body as the block, and a plane behind them.
+/// A sphere, a rotated box in the body of the block, and a plane behind them.
 const MORE: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [-0.3, 0.1, 0.15]\nmaterial = \"snow\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.3, 0.2, 0.2]\nposition = [0.25, 0.05, 0.1]\nrotation_deg = [10, 5, 30]\n\
     material = \"snow\"\nbody = \"wall\"\n\
     [[object]]\nshape = \"plane\"\nposition = [0, 1.5, 0]\nrotation_deg = [90, 0, 0]\nmaterial = \"floor\"\n";
 
-/// A heap with hollows, and a block deeper than the table, lit at its far end.
+/// A drift with hollows, and a box deeper than the table, lit at its far end.
 const DEEP: &str = "[[object]]\nshape = \"drift\"\nsize = [0.6, 0.4, 0.2]\nposition = [-0.2, -0.5, 0]\nmaterial = \"snow\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.2, 4, 0.1]\nposition = [-0.8, 2.5, 0.3]\nmaterial = \"snow\"\n\
     [[light]]\ntype = \"point\"\nposition = [-0.8, 4.7, 0.3]\nradiant_intensity_w_sr = 1e4\n";
 
-/// A lamp in the block, and one that shines in a cone.
+/// A point light in the block, and a spotlight.
 const LAMPS: &str = "[[light]]\ntype = \"point\"\nposition = [0.05, 0.01, 0.25]\nradiant_intensity_w_sr = 0.1\n\
     [[light]]\ntype = \"spot\"\nposition = [0.5, -0.5, 1]\nlook_at = [0, 0, 0.3]\nouter_cone_deg = 25\n\
     radiant_intensity_w_sr = 2\n";
 
-/// Small boxes: more objects than are tried one by one.
+/// Small boxes: enough objects for a BVH over objects.
 fn pebbles() -> String {
     let pebble = |k: i32| {
         let x = 0.1 * f64::from(k - 4);
@@ -81,9 +81,9 @@ fn pebbles() -> String {
     (0..8).map(pebble).collect()
 }
 
-/// Light straight from lamps goes a short way of its own, four samples side by side, where colours are all that is asked for.
+/// Without AOVs, colours come from projected tables instead of spectra.
 #[test]
-fn the_short_way_and_the_long_way_give_the_same_colours() {
+fn projected_tables_and_spectra_give_the_same_colours() {
     let everything = format!("{BLOCK}{MORE}{LAMPS}");
     let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\"\n"), BLOCK.to_owned()));
     let cases = paths.into_iter().chain([
@@ -95,8 +95,8 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
     ]);
     for (keys, things) in cases {
         let case = format!("{keys}, {} of objects and lamps", things.matches("[[").count());
-        let mut scene = scene(&format!("{SNOW}{keys}{things}"), &real(), &[]);
-        // Not four by four.
+        let mut scene = scene(&format!("{SNOW}{keys}{things}"), &computed_table(), &[]);
+        // The number of samples is not a multiple of four.
         scene.set_image_size(ImageSize { width: 40, height: 40 });
         scene.set_samples_per_pixel(5);
         let view = View {
@@ -121,13 +121,13 @@ fn the_short_way_and_the_long_way_give_the_same_colours() {
                 }
             }
         }
-        // Straight lines between the nodes of logarithms of colours; `lookup::projected` in snowblue-database bounds them.
+        // Projected tables interpolate logarithms of colours linearly; tests of `lookup::projected` bound the error.
         assert!(lit > 1000 && worst < 2e-4, "{case}: {lit} lit, {worst}");
     }
 }
 
 #[test]
-fn a_pixel_alone_is_the_pixel_in_the_picture() {
+fn pixel_radiance_equals_the_pixel_of_the_image() {
     let scene = shipped();
     let picture = render(&scene, &|_| {}).film;
     let weights = snowblue_color::Colorimeter::new(
@@ -139,7 +139,7 @@ fn a_pixel_alone_is_the_pixel_in_the_picture() {
     for (x, y) in [(0, 39), (20, 20), (47, 25)] {
         let alone = weights.xyz(&pixel_radiance(&scene, PixelPosition { x, y }).0.map(f64::from));
         let there = picture.pixels()[(y * 48 + x) as usize];
-        // Spectra are added up in single precision, and so are the 31 products of a sample: some 2⁻²² of the sum.
+        // Sums of spectra and of the 31 products of a sample are in single precision: about 2⁻²² of the sum.
         for (alone, there) in [(alone.x, there.x), (alone.y, there.y), (alone.z, there.z)] {
             assert!((alone - there).abs() <= there * f64::from(1 << 22).recip(), "{alone} {there}");
         }
@@ -147,21 +147,21 @@ fn a_pixel_alone_is_the_pixel_in_the_picture() {
 }
 
 #[test]
-fn every_sample_is_announced_once() {
-    let announced = Mutex::new(Vec::new());
-    let note = |at: Progress| announced.lock().unwrap().push(at);
-    render(&shipped(), &note);
-    let mut announced = announced.into_inner().unwrap();
-    announced.sort_unstable_by_key(|at| at.samples_done);
-    // Two passes, of one sample and of three.
-    assert_eq!(announced.len(), 2 * 40);
-    assert!(announced.iter().all(|at| at.samples == 48 * 40 * 4));
-    assert!(announced.windows(2).all(|pair| [48, 144].contains(&(pair[1].samples_done - pair[0].samples_done))));
-    assert_eq!(announced[79].samples_done, 48 * 40 * 4);
+fn every_sample_is_reported_once() {
+    let reported = Mutex::new(Vec::new());
+    let report = |at: Progress| reported.lock().unwrap().push(at);
+    render(&shipped(), &report);
+    let mut reported = reported.into_inner().unwrap();
+    reported.sort_unstable_by_key(|at| at.samples_done);
+    // Two passes, of one and of three samples.
+    assert_eq!(reported.len(), 2 * 40);
+    assert!(reported.iter().all(|at| at.samples == 48 * 40 * 4));
+    assert!(reported.windows(2).all(|pair| [48, 144].contains(&(pair[1].samples_done - pair[0].samples_done))));
+    assert_eq!(reported[79].samples_done, 48 * 40 * 4);
 }
 
 #[test]
-fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads() {
+fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let image = folder.path().join("sky.exr");
     let row = |k: u32| LinearRgb { r: f64::from(k % 7), g: f64::from(k % 5), b: f64::from(k % 3) }.xyz();
@@ -183,7 +183,7 @@ fn all_kinds_of_lights_and_paths_give_the_same_picture_on_any_number_of_threads(
              [[light]]\ntype = \"rectangle\"\nposition = [-1, 1, 1]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.3]\n\
              radiance_w_m2_sr = 5\n[environment]\n{sky}"
         );
-        let mut scene = scene(&text, &simple_law(), &[]);
+        let mut scene = scene(&text, &analytic_table(), &[]);
         scene.set_image_size(ImageSize { width: 24, height: 18 });
         scene.set_samples_per_pixel(4);
         scene.set_max_bounces(6);

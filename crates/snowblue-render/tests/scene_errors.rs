@@ -5,7 +5,7 @@
 mod snow;
 
 use serde::Deserialize;
-use snow::simple_law;
+use snow::analytic_table;
 use snowblue_render::film::exposure::{Exposure, FilmSettings};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::description::SceneDescription;
@@ -50,7 +50,7 @@ fn load(text: &str, mesh: Option<&str>) -> Result<Scene, String> {
     }
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    Scene::load(&path, &simple_law()).map_err(|error| error.to_string())
+    Scene::load(&path, &analytic_table()).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -200,7 +200,7 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     assert!(missing.contains("scene.toml:24: ") && missing.contains("gone.ply does not exist"), "{missing}");
     let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12])).unwrap_err();
     assert!(truncated.contains("gone.ply:12: not a readable PLY file"), "{truncated}");
-    let table = simple_law();
+    let table = analytic_table();
     let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table).unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
 }
@@ -246,7 +246,7 @@ fn a_description_can_be_changed_and_is_checked_again() {
     let mut file = SceneFile::parse(SCENE.replace("mesh = \"gone.ply\"", "shape = \"plane\""), "scene.toml").unwrap();
     file.description.film = FilmSettings { width: 7, exposure: Exposure::Stops(2.0), ..file.description.film };
     file.description.set_path_mode(PathMode::View);
-    let scene = file.build(&simple_law()).unwrap();
+    let scene = file.build(&analytic_table()).unwrap();
     assert_eq!((scene.film().width, scene.film().height), (7, 1080));
     assert_eq!(scene.film().exposure, Exposure::Stops(2.0));
     let path_modes = scene.materials().iter().filter_map(|material| match material {
@@ -255,7 +255,7 @@ fn a_description_can_be_changed_and_is_checked_again() {
     });
     assert_eq!(path_modes.collect::<Vec<_>>(), [PathMode::View]);
     file.description.integrator.samples_per_pixel = 0;
-    let message = file.build(&simple_law()).unwrap_err().to_string();
+    let message = file.build(&analytic_table()).unwrap_err().to_string();
     assert_eq!(message, "integrator.samples_per_pixel is 0, but must lie in 1–16777216");
 }
 

@@ -1,12 +1,11 @@
-//! Solids do not shadow themselves by rounding: a ray off a convex body leaves it, however great the body is and wherever
-//! it stands.
+//! No self-shadowing by rounding: a ray from the surface of a convex body does not hit it, whatever its size and position.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
 mod snow;
 
 use glam::Vec3A;
-use snow::{directions, scene, simple_law};
+use snow::{analytic_table, directions, scene};
 use snowblue_render::geometry::ray::{Ray, off_surface};
 use snowblue_render::sampling::cosine_direction;
 
@@ -17,7 +16,7 @@ const CUBE: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\np
     4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
 
 #[test]
-fn rays_off_convex_bodies_leave_them() {
+fn rays_from_convex_bodies_do_not_hit_them() {
     let shapes = [
         ("shape = \"box\"\nsize = [1000, 800, 500]", 1000.0),
         ("shape = \"sphere\"\nradius = 500", 1000.0),
@@ -25,7 +24,7 @@ fn rays_off_convex_bodies_leave_them() {
         ("mesh = \"cube.ply\"\nscale = [0.5, 0.4, 0.25]", 1.0),
         ("shape = \"box\"\nsize = [0.001, 0.002, 0.003]", 0.003),
     ];
-    // Before the coordinate origin, around it, with a side through it, and far away.
+    // Around the origin, with a side through it, beside it, and far away.
     let places = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, -0.25], [0.3, -0.2, 0.4], [20.0, 0.0, 0.01]];
     for (shape, size) in shapes {
         for (place, turn) in places.into_iter().flat_map(|place| [[0, 0, 0], [20, -35, 70]].map(|turn| (place, turn))) {
@@ -34,7 +33,7 @@ fn rays_off_convex_bodies_leave_them() {
                 "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n{shape}\nposition = {position:?}\n\
                  rotation_deg = {turn:?}\nmaterial = \"grey\"\n[environment]\nradiance_w_m2_sr = 1\n"
             );
-            let scene = scene(&text, &simple_law(), &[("cube.ply", CUBE.into())]);
+            let scene = scene(&text, &analytic_table(), &[("cube.ply", CUBE.into())]);
             let objects = scene.objects();
             let centre = Vec3A::from_array(position.map(|coordinate| coordinate as f32));
             let mut hits = 0;
@@ -47,7 +46,7 @@ fn rays_off_convex_bodies_leave_them() {
                 };
                 hits += 1;
                 let origin = off_surface(hit.point, hit.normal, objects.reach_m(0));
-                // Nearly upright, between, and nearly along the surface.
+                // From near the normal to grazing.
                 for (u, v) in [(0.05, 0.1), (0.5, 0.5), (0.99, 0.7), (0.9999, 0.3)] {
                     let off = Ray { origin, direction: cosine_direction(hit.normal, u, v) };
                     assert!(!objects.any_hit(&off, f32::INFINITY), "{shape} at {position:?} turned {turn:?}: line {k}");

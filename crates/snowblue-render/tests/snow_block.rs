@@ -1,4 +1,4 @@
-//! Light through and from blocks of snow, against T E / π and R E / π worked out here.
+//! Light transmitted and reflected by slabs of snow, against T E / π and R E / π.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -8,17 +8,17 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, curves, lamp, load, real, scene, seen, simple_law, with_lamp_at};
+use snow::{SNOW, analytic_table, computed_table, curves, load, point_light, radiance, scene, with_light_at};
 use snowblue_database::PcaSnow;
 use snowblue_render::images::raster::ImageSize;
 use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 
-/// Single precision, through a distance, a cosine and its arc, a look-up and an exponential: some ten roundings, of
-/// which the look-up multiplies by ln T (up to 12).
+/// Relative rounding error of about ten operations in single precision: distance, cosine, arc cosine, look-up and
+/// exponential. The look-up multiplies its error by ln T, up to 12.
 const ROUNDING: f64 = 3e-5;
 
-/// A slab on the plane z = 0, so wide that its rim does not matter.
+/// A slab on the plane z = 0, wide enough to be infinite.
 fn slab(thickness_m: f64, keys: &str) -> String {
     format!(
         "{SNOW}{keys}\n[[object]]\nshape = \"box\"\nsize = [100, 100, {thickness_m}]\nposition = [0, 0, {}]\n\
@@ -39,11 +39,11 @@ fn reflectance(curves: &PcaSnow, thickness_cm: f64, angle_deg: f64) -> [f32; SAM
     values
 }
 
-/// Angle in degrees and irradiance per radiant intensity, of a light on a point of a plane z = const.
+/// Angle in degrees and irradiance per radiant intensity of a light at a point of a plane z = const.
 fn arrival(light: &PointLight, point: Vec3A) -> (f64, f64) {
-    let way = (light.position - point).as_dvec3();
-    let cos = way.z.abs() / way.length();
-    (cos.acos().to_degrees(), cos / way.length_squared())
+    let to_light = (light.position - point).as_dvec3();
+    let cos = to_light.z.abs() / to_light.length();
+    (cos.acos().to_degrees(), cos / to_light.length_squared())
 }
 
 fn assert_close(seen: &Spectrum, expected: [f64; SAMPLES], what: &str) {
@@ -53,74 +53,78 @@ fn assert_close(seen: &Spectrum, expected: [f64; SAMPLES], what: &str) {
 }
 
 #[test]
-fn a_slab_lets_through_t_e_over_pi_from_every_direction() {
-    let table = real();
+fn a_slab_transmits_t_e_over_pi_in_every_direction() {
+    let table = computed_table();
     let curves = curves(&table);
     for thickness_m in [0.05, 0.3] {
         let mut scene = scene(&slab(thickness_m, "path = \"normal\""), &table, &[]);
         for (x, y) in [(0.0, 0.0), (0.1, -0.2), (0.7, 0.3), (-1.5, 2.0), (9.0, 0.0)] {
             let top = Vec3A::new(x, y, thickness_m as f32);
-            let (angle_deg, per_intensity) = arrival(lamp(&scene), Vec3A::new(x, y, 0.0));
-            let share = transmittance(&curves, 100.0 * thickness_m, angle_deg);
-            let intensity = lamp(&scene).intensity;
+            let (angle_deg, per_intensity) = arrival(point_light(&scene), Vec3A::new(x, y, 0.0));
+            let fraction = transmittance(&curves, 100.0 * thickness_m, angle_deg);
+            let intensity = point_light(&scene).intensity;
             let expected =
-                std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
+                std::array::from_fn(|k| f64::from(fraction[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
             for eye in [Vec3A::new(0.0, 0.0, 2.0), Vec3A::new(3.0, -1.0, 0.5), Vec3A::new(x - 4.0, y, 0.4)] {
-                assert_close(&seen(&mut scene, eye, top), expected, &format!("{thickness_m} m at {x}, {y} from {eye}"));
+                assert_close(
+                    &radiance(&mut scene, eye, top),
+                    expected,
+                    &format!("{thickness_m} m at {x}, {y} from {eye}"),
+                );
             }
         }
     }
 }
 
 #[test]
-fn brightest_is_the_normal_path_where_the_light_is_far_behind_a_slab() {
-    let table = real();
+fn the_brightest_path_through_a_slab_from_a_distant_light_is_the_normal_path() {
+    let table = computed_table();
     let mut brightest = scene(&slab(0.3, ""), &table, &[]);
     let mut normal = scene(&slab(0.3, "path = \"normal\""), &table, &[]);
     for scene in [&mut brightest, &mut normal] {
-        *scene = with_lamp_at(scene, Vec3A::new(3.0, 0.0, -40.0), &table, &[]);
+        *scene = with_light_at(scene, Vec3A::new(3.0, 0.0, -40.0), &table, &[]);
     }
     for x in [-3.0, 0.0, 1.0] {
         let (eye, target) = (Vec3A::new(0.5, 0.5, 3.0), Vec3A::new(x, 0.2, 0.3));
-        assert_eq!(seen(&mut brightest, eye, target), seen(&mut normal, eye, target));
+        assert_eq!(radiance(&mut brightest, eye, target), radiance(&mut normal, eye, target));
     }
 }
 
 #[test]
-fn light_from_the_front_is_reflected_by_the_depth_behind() {
-    let table = real();
+fn reflectance_of_front_light_is_that_of_the_depth_behind() {
+    let table = computed_table();
     let curves = curves(&table);
     for path in ["normal", "light", "brightest"] {
         let mut scene = scene(&slab(0.04, &format!("path = \"{path}\"")), &table, &[]);
-        let above = lamp(&scene).position.with_z(1.0);
-        scene = with_lamp_at(&scene, above, &table, &[]);
+        let above = point_light(&scene).position.with_z(1.0);
+        scene = with_light_at(&scene, above, &table, &[]);
         for (x, y) in [(0.0, 0.0), (1.5, -0.3), (-6.0, 2.0)] {
             let top = Vec3A::new(x, y, 0.04);
-            let (angle_deg, per_intensity) = arrival(lamp(&scene), top);
-            let share = reflectance(&curves, 4.0, angle_deg);
-            let intensity = lamp(&scene).intensity;
+            let (angle_deg, per_intensity) = arrival(point_light(&scene), top);
+            let fraction = reflectance(&curves, 4.0, angle_deg);
+            let intensity = point_light(&scene).intensity;
             let expected =
-                std::array::from_fn(|k| f64::from(share[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
-            assert_close(&seen(&mut scene, Vec3A::new(1.0, 2.0, 3.0), top), expected, path);
+                std::array::from_fn(|k| f64::from(fraction[k]) * f64::from(intensity.0[k]) * per_intensity / PI);
+            assert_close(&radiance(&mut scene, Vec3A::new(1.0, 2.0, 3.0), top), expected, path);
         }
     }
 }
 
 #[test]
-fn what_a_slab_reflects_and_lets_through_is_no_more_than_it_gets() {
-    let table = real();
+fn a_slab_conserves_energy() {
+    let table = computed_table();
     for thickness_m in [0.001, 0.01, 0.1, 0.5] {
         let mut scene = scene(&slab(thickness_m, "path = \"normal\""), &table, &[]);
         for x in [0.1, 0.5, 1.5, 4.0, 20.0] {
             let (below, above) = (Vec3A::new(x, -0.2, 0.0), Vec3A::new(x, -0.2, thickness_m as f32));
-            let reflected = seen(&mut scene, Vec3A::new(1.0, 0.0, -2.0), below);
-            let through = seen(&mut scene, Vec3A::new(1.0, 0.0, 2.0), above);
-            let (_, per_intensity) = arrival(lamp(&scene), below);
-            let intensity = lamp(&scene).intensity;
+            let reflected = radiance(&mut scene, Vec3A::new(1.0, 0.0, -2.0), below);
+            let through = radiance(&mut scene, Vec3A::new(1.0, 0.0, 2.0), above);
+            let (_, per_intensity) = arrival(point_light(&scene), below);
+            let intensity = point_light(&scene).intensity;
             for k in 0..SAMPLES {
                 let given = f64::from(intensity.0[k]) * per_intensity;
                 let returned = PI * f64::from(reflected.0[k] + through.0[k]);
-                // Thin snow absorbs next to nothing; three components and splines keep R + T to a few parts in 1e3.
+                // Thin snow hardly absorbs, and the compressed table has an error of R + T of a few parts in 1e3.
                 assert!(returned < 1.004 * given, "{thickness_m} m, x = {x}, sample {k}: {}", returned / given);
                 assert!(returned > 0.5 * given, "{thickness_m} m, x = {x}, sample {k}: {}", returned / given);
             }
@@ -129,59 +133,62 @@ fn what_a_slab_reflects_and_lets_through_is_no_more_than_it_gets() {
 }
 
 #[test]
-fn a_light_inside_the_snow_shines_out_with_the_square_of_the_distance() {
-    let table = simple_law();
+fn radiance_of_a_light_inside_snow_falls_with_the_squared_distance() {
+    let table = analytic_table();
     for path in ["light", "brightest"] {
         let mut scene = scene(&slab(0.5, &format!("path = \"{path}\"")), &table, &[]);
-        scene = with_lamp_at(&scene, Vec3A::new(0.0, 0.0, 0.2), &table, &[]);
+        scene = with_light_at(&scene, Vec3A::new(0.0, 0.0, 0.2), &table, &[]);
         for x in [0.0f32, 0.2, 0.6] {
             let distance_m = f64::from(x).hypot(0.3);
-            let intensity = lamp(&scene).intensity;
+            let intensity = point_light(&scene).intensity;
             let expected = std::array::from_fn(|k| {
-                let share = (-snow::extinction_per_cm(k) * 100.0 * distance_m).exp();
-                share * f64::from(intensity.0[k]) / (PI * distance_m * distance_m)
+                let fraction = (-snow::extinction_per_cm(k) * 100.0 * distance_m).exp();
+                fraction * f64::from(intensity.0[k]) / (PI * distance_m * distance_m)
             });
-            assert_close(&seen(&mut scene, Vec3A::new(0.3, 0.1, 2.0), Vec3A::new(x, 0.0, 0.5)), expected, path);
+            assert_close(&radiance(&mut scene, Vec3A::new(0.3, 0.1, 2.0), Vec3A::new(x, 0.0, 0.5)), expected, path);
         }
     }
 }
 
 #[test]
-fn an_opaque_thing_behind_the_snow_hides_the_light_but_not_from_relative_emission() {
-    let table = simple_law();
+fn an_opaque_object_behind_snow_occludes_the_light_except_with_relative_emission() {
+    let table = analytic_table();
     let screen = "[material.black]\ntype = \"diffuse\"\nreflectance = 0\n[[object]]\nshape = \"box\"\n\
         size = [1, 1, 0.01]\nposition = [0.1, -0.2, -0.4]\nmaterial = \"black\"\n";
     let (eye, target) = (Vec3A::new(0.3, 0.1, 2.0), Vec3A::new(0.1, 0.0, 0.3));
     let mut shaded = scene(&(slab(0.3, "path = \"normal\"") + screen), &table, &[]);
-    assert_eq!(seen(&mut shaded, eye, target), Spectrum::ZERO);
+    assert_eq!(radiance(&mut shaded, eye, target), Spectrum::ZERO);
     let mut relative = scene(&(slab(0.3, "path = \"normal\"\nemission = \"relative\"") + screen), &table, &[]);
-    let (angle_deg, _) = arrival(lamp(&relative), Vec3A::new(0.1, 0.0, 0.0));
-    let shape = lamp(&relative).relative;
+    let (angle_deg, _) = arrival(point_light(&relative), Vec3A::new(0.1, 0.0, 0.0));
+    let shape = point_light(&relative).relative;
     let expected = std::array::from_fn(|k| {
         f64::from(shape.0[k]) * (-snow::extinction_per_cm(k) * 30.0 * (1.0 + angle_deg / 100.0)).exp()
     });
-    assert_close(&seen(&mut relative, eye, target), expected, "relative");
+    assert_close(&radiance(&mut relative, eye, target), expected, "relative");
 }
 
 #[test]
-fn the_shipped_block_is_continuous_across_its_edges_and_nowhere_black() {
+fn radiance_of_the_shipped_block_is_continuous_across_edges_and_nowhere_0() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
-    let mut scene = load(&shipped, &real());
+    let mut scene = load(&shipped, &computed_table());
     scene.set_image_size(ImageSize { width: 1, height: 1 });
     scene.set_samples_per_pixel(1);
     scene.set_max_bounces(0);
     let eye = Vec3A::new(1.2, -1.6, 0.7);
     for height_m in [0.02, 0.2, 0.4, 0.59] {
-        // Over the front and, around the edge at 0.6 m, over the side, in steps of half a millimetre.
+        // Over the front and, from the edge at 0.6 m on, over the side, in steps of 0.5 mm.
         let mut before: Option<f64> = None;
         for step in 0..1750 {
-            let way = (step as f32 + 0.5) * 0.0005;
-            let target =
-                if way < 0.6 { Vec3A::new(way - 0.3, -0.15, height_m) } else { Vec3A::new(0.3, way - 0.75, height_m) };
-            let now = seen(&mut scene, eye, target).mean();
+            let along_m = (step as f32 + 0.5) * 0.0005;
+            let target = if along_m < 0.6 {
+                Vec3A::new(along_m - 0.3, -0.15, height_m)
+            } else {
+                Vec3A::new(0.3, along_m - 0.75, height_m)
+            };
+            let now = radiance(&mut scene, eye, target).mean();
             assert!(now > 0.01, "{now} at {target}");
             if let Some(before) = before {
-                // The steepest rise is at the far end, where 2 cm of snow become 1.9: about 2 % a step.
+                // The steepest rise is at the far end, where the depth falls from 2 cm to 1.9 cm: about 2 % per step.
                 let ratio = now / before;
                 assert!((0.97..1.03).contains(&ratio), "{ratio} at {target}");
             }

@@ -1,14 +1,13 @@
-//! Spheres, stretched and repeated meshes, bodies of several objects: the same depths and the same light as the shapes
-//! that they stand for.
+//! Spheres, scaled and instanced meshes, and bodies of several objects have the depths and radiance of equivalent shapes.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
 mod snow;
 
 use glam::{DVec3, Vec3A};
-use snow::{SNOW, directions, scene, seen, simple_law};
-use snowblue_render::images::raster::ImageSize;
+use snow::{SNOW, analytic_table, directions, radiance, scene};
 use snowblue_render::geometry::ray::{Crossing, Ray};
+use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 
@@ -23,12 +22,12 @@ const CUBE: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\np
 fn objects(text: &str) -> Scene {
     scene(
         &format!("{SNOW}path = \"normal\"\nreflectance = 0\n{text}{LIGHT}"),
-        &simple_law(),
+        &analytic_table(),
         &[("cube.ply", CUBE.into())],
     )
 }
 
-/// Where a line crosses the solid of the first object, in order.
+/// The crossings of a line with the first object, by distance.
 fn crossings(scene: &Scene, ray: &Ray) -> Vec<Crossing> {
     let mut crossings = Vec::new();
     assert!(!scene.objects().crossings(0, ray, f32::INFINITY, &mut crossings));
@@ -37,7 +36,7 @@ fn crossings(scene: &Scene, ray: &Ray) -> Vec<Crossing> {
 }
 
 #[test]
-fn a_ball_is_crossed_along_its_chords_from_any_direction() {
+fn crossings_of_a_sphere_are_exact_in_every_direction() {
     let ball = objects(
         "[[object]]\nshape = \"sphere\"\nradius = 0.15\nscale = 2\nposition = [0.2, -0.1, 0.4]\nmaterial = \"snow\"\n",
     );
@@ -47,18 +46,18 @@ fn a_ball_is_crossed_along_its_chords_from_any_direction() {
         let miss_m = 0.31 * (k % 23) as f64 / 23.0;
         let eye = (centre + towards.any_orthonormal_vector() * miss_m - towards * 3.0).as_vec3a();
         let found = crossings(&ball, &Ray { origin: eye, direction: towards.as_vec3a() });
-        // The ray as rounded: its own distance from the centre, and direction.
+        // The expected crossings of the rounded ray.
         let along = towards.as_vec3a().as_dvec3();
-        let way = centre.as_vec3a().as_dvec3() - eye.as_dvec3();
-        let middle = way.dot(along) / along.length_squared();
-        let within = 0.09 - (way - middle * along).length_squared();
-        // Near the rim the place of the centre, good to 3e-8 m, decides.
+        let to_centre = centre.as_vec3a().as_dvec3() - eye.as_dvec3();
+        let middle = to_centre.dot(along) / along.length_squared();
+        let within = 0.09 - (to_centre - middle * along).length_squared();
+        // Near the silhouette the rounding of the centre, 3e-8 m, decides.
         if within < 1e-5 {
             continue;
         }
         let half_m = within.sqrt();
         for (crossing, expected) in found.iter().zip([middle - half_m, middle + half_m]) {
-            // A distance near 3 m is rounded by 1.2e-7; the radius' and the centre's rounding of 3e-8 count by r / half.
+            // A distance near 3 m is rounded by 1.2e-7 m; the rounding of radius and centre, 3e-8 m, is scaled by r / half.
             let allowed = 3e-7 + 2e-7 * 0.3 / half_m;
             assert!((f64::from(crossing.distance_m) - expected).abs() < allowed, "line {k}");
         }
@@ -67,38 +66,38 @@ fn a_ball_is_crossed_along_its_chords_from_any_direction() {
 }
 
 #[test]
-fn a_stretched_and_turned_mesh_is_the_box_of_that_size() {
+fn a_scaled_and_rotated_mesh_equals_the_box_of_that_size() {
     let place = "position = [0.3, -0.2, 0.4]\nrotation_deg = [20, -35, 70]\nmaterial = \"snow\"\n";
-    // Twice in the scene, so that the second copy shares the triangles of the first.
+    // A second instance shares the triangles of the first.
     let mesh =
         |more: &str| objects(&format!("[[object]]\nmesh = \"cube.ply\"\nscale = [0.3, 0.15, 0.25]\n{place}{more}"));
-    let copy = "[[object]]\nmesh = \"cube.ply\"\nposition = [0, -60, 0]\nmaterial = \"snow\"\n";
+    let instance = "[[object]]\nmesh = \"cube.ply\"\nposition = [0, -60, 0]\nmaterial = \"snow\"\n";
     let exact = objects(&format!("[[object]]\nshape = \"box\"\nsize = [0.6, 0.3, 0.5]\n{place}"));
-    for stretched in [mesh(""), mesh(copy)] {
-        let mut met = 0;
+    for stretched in [mesh(""), mesh(instance)] {
+        let mut hits = 0;
         for (k, direction) in directions(2000).enumerate() {
             let side = direction.any_orthonormal_vector() * (0.4 * (k % 17) as f32 / 17.0);
             let ray = Ray { origin: Vec3A::new(0.3, -0.2, 0.4) + side - direction * 2.0, direction };
             let (one, other) = (crossings(&stretched, &ray), crossings(&exact, &ray));
             assert_eq!(one.len(), other.len(), "line {k}");
             for (one, other) in one.iter().zip(&other) {
-                // As for a box of triangles in place: coordinates of a few metres, and what the transform rounds.
+                // Rounding of coordinates of a few metres, and of the transform.
                 let cos = other.normal.dot(direction).abs();
                 assert!((one.distance_m - other.distance_m).abs() * cos < 4e-6, "line {k}");
                 assert!(one.normal.normalize().dot(other.normal).abs() > 0.999_99, "line {k}");
-                met += 1;
+                hits += 1;
             }
             if let (Some(one), Some(other)) = (stretched.objects().first_hit(&ray), exact.objects().first_hit(&ray)) {
                 assert!((one.point - other.point).dot(other.normal).abs() < 1e-6, "line {k}");
                 assert!(one.normal.dot(other.normal) > 0.999_99, "line {k}");
             }
         }
-        assert!(met > 2000, "{met}");
+        assert!(hits > 2000, "{hits}");
     }
 }
 
 #[test]
-fn mirrored_and_swollen_spheres_keep_lengths_in_metres() {
+fn scaled_spheres_have_distances_in_metres() {
     let egg = objects("[[object]]\nshape = \"sphere\"\nradius = 1\nscale = [0.1, 0.2, 0.4]\nmaterial = \"snow\"\n");
     for (axis, length_m) in [(Vec3A::X, 0.2), (Vec3A::Y, 0.4), (Vec3A::Z, 0.8)] {
         let found = crossings(&egg, &Ray { origin: -3.0 * axis, direction: axis });
@@ -106,8 +105,8 @@ fn mirrored_and_swollen_spheres_keep_lengths_in_metres() {
     }
 }
 
-/// Blocks of these boundaries along y, 0.8 m wide and high, as objects of one body or of none.
-fn occludes(boundaries: &[(f64, f64)], body: bool) -> String {
+/// Boxes between these bounds along y, 0.8 m wide and high, in one body or without a body.
+fn blocks(boundaries: &[(f64, f64)], body: bool) -> String {
     let body = if body { "body = \"wall\"\n" } else { "" };
     let block = |&(low, high): &(f64, f64)| {
         format!(
@@ -120,42 +119,42 @@ fn occludes(boundaries: &[(f64, f64)], body: bool) -> String {
 }
 
 fn light_through(text: &str, target: Vec3A) -> f32 {
-    seen(&mut objects(text), Vec3A::new(0.3, -2.0, 0.5), target).0[15]
+    radiance(&mut objects(text), Vec3A::new(0.3, -2.0, 0.5), target).0[15]
 }
 
 #[test]
-fn blocks_of_a_body_that_touch_or_overlap_are_one_block() {
+fn touching_or_overlapping_blocks_of_a_body_are_one_block() {
     let target = Vec3A::new(0.1, 0.0, -0.05);
-    let whole = light_through(&occludes(&[(0.0, 0.3)], false), target);
+    let whole = light_through(&blocks(&[(0.0, 0.3)], false), target);
     assert!(whole > 0.0);
     for parts in [[(0.0, 0.1), (0.1, 0.3)], [(0.0, 0.2), (0.1, 0.3)], [(0.0, 0.3), (0.1, 0.2)]] {
-        let united = light_through(&occludes(&parts, true), target);
-        // Ends of the parts near 0.3 m are rounded by 3e-8; the depth of 30 cm has ln T ≈ -1 here.
+        let united = light_through(&blocks(&parts, true), target);
+        // Bounds near 0.3 m are rounded by 3e-8 m; the depth of 30 cm has ln T ≈ −1.
         assert!((united / whole - 1.0).abs() < 1e-5, "{parts:?}: {united} for {whole}");
     }
-    // Without the body's name the block behind hides the light from the block before it.
-    assert_eq!(light_through(&occludes(&[(0.0, 0.1), (0.1, 0.3)], false), target).to_bits(), 0);
+    // Without a body the rear block occludes the light of the front block.
+    assert_eq!(light_through(&blocks(&[(0.0, 0.1), (0.1, 0.3)], false), target).to_bits(), 0);
 }
 
 #[test]
 fn a_gap_in_a_body_is_air() {
     let target = Vec3A::new(0.1, 0.0, -0.05);
     let depth = |parts: &[(f64, f64)]| {
-        let scene = objects(&occludes(parts, true));
+        let scene = objects(&blocks(parts, true));
         let found = crossings(&scene, &Ray { origin: target - Vec3A::Y, direction: Vec3A::Y });
         found.chunks(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
     };
     assert!((depth(&[(0.0, 0.1), (0.4, 0.6)]) - 0.3).abs() < 1e-6);
     assert!((depth(&[(0.0, 0.1), (0.05, 0.6)]) - 0.6).abs() < 1e-6);
-    // The light of the whole wall's depth, from its last exit.
-    let apart = light_through(&occludes(&[(0.0, 0.1), (0.4, 0.6)], true), target);
-    let mut thin = objects(&occludes(&[(0.3, 0.6)], false));
-    let same_exit = seen(&mut thin, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.3, -0.05)).0[15];
+    // The light enters at the last exit.
+    let apart = light_through(&blocks(&[(0.0, 0.1), (0.4, 0.6)], true), target);
+    let mut thin = objects(&blocks(&[(0.3, 0.6)], false));
+    let same_exit = radiance(&mut thin, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.3, -0.05)).0[15];
     assert!((apart / same_exit - 1.0).abs() < 1e-5, "{apart} for {same_exit}");
 }
 
 #[test]
-fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_other_snow_does() {
+fn a_body_does_not_occlude_area_lights_at_its_own_exits_but_other_snow_does() {
     let panel = "[[light]]\ntype = \"rectangle\"\nposition = [0.1, 2, 0.2]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.5]\n\
         radiance_w_m2_sr = 10\n";
     let ball = "[[light]]\ntype = \"sphere\"\nposition = [0.1, 2, 0.2]\nradius = 0.3\nradiance_w_m2_sr = 10\n";
@@ -165,7 +164,7 @@ fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_oth
             "[[object]]\nshape = \"box\"\nsize = [0.8, 0.1, 0.8]\nposition = [0, 0.05, 0]\nmaterial = \"snow\"\n{body}"
         )
     };
-    // Behind it, and so wide that little of the sky is seen around it.
+    // Behind the front, and wide enough to cover most of the sky.
     let behind = |body: &str| {
         format!(
             "[[object]]\nshape = \"box\"\nsize = [60, 0.1, 60]\nposition = [0, 0.3, 0]\nmaterial = \"snow\"\n{body}"
@@ -176,22 +175,22 @@ fn a_body_does_not_shade_its_own_exits_from_a_lamp_of_some_size_or_a_sky_and_oth
     {
         let through = |objects: &str| {
             let text = format!("{SNOW}path = \"{path}\"\nexit = \"first\"\nreflectance = 0\n{objects}{light}");
-            let mut scene = scene(&text, &simple_law(), &[]);
+            let mut scene = scene(&text, &analytic_table(), &[]);
             scene.set_samples_per_pixel(256);
-            f64::from(seen(&mut scene, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
+            f64::from(radiance(&mut scene, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
         };
         let alone = through(&front(""));
         let of_one_body = through(&format!("{}{}", front("body = \"wall\"\n"), behind("body = \"wall\"\n")));
         let of_two = through(&format!("{}{}", front("body = \"wall\"\n"), behind("body = \"other\"\n")));
         assert!(alone > 0.0 && (of_one_body / alone - 1.0).abs() < 1e-5, "{light} {path}: {of_one_body} for {alone}");
-        // Between the blocks, 20 cm apart, the sky is seen within half a degree of the wall: 1/100 of the half space.
+        // Through the gap of 20 cm the sky is visible within half a degree of the wall: 1/100 of the hemisphere.
         let leak = if light == sky { 0.01 * alone } else { 0.0 };
         assert!(of_two <= leak, "{light} {path}: {of_two} of {alone}");
     }
 }
 
 #[test]
-fn a_picture_of_two_halves_is_the_picture_of_the_whole() {
+fn an_image_of_two_halves_equals_the_image_of_the_whole() {
     let picture = |text: &str| {
         let mut scene = objects(text);
         scene.set_image_size(ImageSize { width: 24, height: 24 });
@@ -201,10 +200,10 @@ fn a_picture_of_two_halves_is_the_picture_of_the_whole() {
         assert_eq!(rendering.statistics.odd_depth_lines, 0);
         rendering.film
     };
-    let whole = picture(&occludes(&[(-0.2, 0.2)], false));
-    let halves = picture(&occludes(&[(-0.2, 0.05), (0.0, 0.2)], true));
+    let whole = picture(&blocks(&[(-0.2, 0.2)], false));
+    let halves = picture(&blocks(&[(-0.2, 0.05), (0.0, 0.2)], true));
     for (one, other) in whole.pixels().iter().zip(halves.pixels()) {
-        // A sample may hit an edge on this side or that; the rest agrees to rounding.
+        // A sample may hit either side of an edge; the rest agrees within rounding.
         assert!((one.y - other.y).abs() <= 1e-4 * one.y.max(1e-3), "{} {}", one.y, other.y);
     }
     assert!(whole.pixels().iter().any(|xyz| xyz.y > 0.0));

@@ -1,6 +1,6 @@
-//! Snow for tests: one with a simple law, to tell depths and angles from light, and one as it is.
+//! Snow tables, scenes and estimates for tests.
 
-#![allow(dead_code, reason = "every test file uses some of it")]
+#![allow(dead_code, reason = "no test file uses all of it")]
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "tables and rays are in single precision")]
 
@@ -19,25 +19,25 @@ use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_stat::{Moments, t_p_value};
 
-/// The sample that both tables hold.
+/// The sample of the tables.
 pub(crate) const SAMPLE: TableSample = TableSample::new(400.0, 0.3, 300.0);
 
-/// A pca_snow material of that sample, ready for more keys.
+/// A `pca_snow` material of that sample. Further keys can follow.
 pub(crate) const SNOW: &str =
     "[material.snow]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
 
-/// A camera, which every scene must have, for a picture of one pixel.
+/// Camera, film and integrator of an image of one pixel.
 pub(crate) const CAMERA: &str = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
     [integrator]\nsamples_per_pixel = 1\nmax_bounces = 0\n";
 
-/// Extinction of the simple law at a wavelength, in 1/cm.
+/// Extinction of [`analytic_table`] at a wavelength, in 1/cm.
 pub(crate) fn extinction_per_cm(wavelength: usize) -> f64 {
     0.02 + 0.001 * wavelength as f64
 }
 
-/// Snow with T = exp(−σ h (1 + θ/100°)) and R = 1/4: both are exact in the table's own interpolation, which is linear
-/// in ln T over thickness and angle.
-pub(crate) fn simple_law() -> CompressedTable {
+/// A table with T = exp(−σ h (1 + θ/100°)) and R = 1/4. Its interpolation, linear in ln T over thickness and angle, is
+/// exact. It shows depths and angles in radiance.
+pub(crate) fn analytic_table() -> CompressedTable {
     let axes = Axes {
         grain_sizes_um: vec![SAMPLE.grain_size_um],
         facetness: vec![SAMPLE.facetness],
@@ -61,10 +61,10 @@ pub(crate) fn simple_law() -> CompressedTable {
     }
 }
 
-/// The simple law's snow of several grain sizes d: T = exp(−σ h (1 + θ/100°) √(400 µm/d)), and it reflects the more the
-/// finer it is and the bluer the light.
-pub(crate) fn law_of_grains() -> CompressedTable {
-    let mut table = simple_law();
+/// [`analytic_table`] for several grain sizes d: T = exp(−σ h (1 + θ/100°) √(400 µm/d)). The reflectance is higher for fine
+/// grains and blue light.
+pub(crate) fn analytic_table_of_grains() -> CompressedTable {
+    let mut table = analytic_table();
     let one = std::mem::take(&mut table.transmittance.coefficients);
     table.axes.grain_sizes_um = vec![200.0, 400.0, 800.0];
     let finer: Vec<f32> = table.axes.grain_sizes_um.iter().map(|size_um| (400.0 / size_um).sqrt() as f32).collect();
@@ -75,13 +75,13 @@ pub(crate) fn law_of_grains() -> CompressedTable {
     table
 }
 
-/// Values of one principal component.
+/// One principal component.
 fn component(coefficients: Vec<f32>, basis: Vec<f32>) -> Components {
     Components { count: 1, coefficients, basis, singular_values: vec![1.0] }
 }
 
-/// The sample's own curves, by discrete ordinates.
-pub(crate) fn real() -> CompressedTable {
+/// The table of the sample by discrete ordinates.
+pub(crate) fn computed_table() -> CompressedTable {
     let axes = Axes {
         grain_sizes_um: vec![SAMPLE.grain_size_um],
         facetness: vec![SAMPLE.facetness],
@@ -93,7 +93,7 @@ pub(crate) fn real() -> CompressedTable {
     CompressedTable::new(&table, Space::Log, 3).unwrap()
 }
 
-/// Reads a scene given as text; `files` are put beside it.
+/// Reads a scene from text; `files` are written beside it.
 pub(crate) fn scene(text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
     let file = SceneFile::parse(format!("{CAMERA}{text}"), "scene.toml").unwrap_or_else(|error| panic!("{error}"));
     built(&file.description, table, files)
@@ -113,26 +113,25 @@ pub(crate) fn load(path: &Path, table: &CompressedTable) -> Scene {
     Scene::load(path, table).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The light seen from `eye` on looking at `target`, through an opening of a hundred-thousandth of a degree.
-pub(crate) fn seen(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
+/// The radiance from `target` to a camera at `eye`, with a field of view of 1e-5 degrees.
+pub(crate) fn radiance(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
     let up = (target - eye).any_orthogonal_vector();
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
     assert!(scene.set_view(&view));
     pixel_radiance(scene, PixelPosition { x: 0, y: 0 })
 }
 
-/// A mean over independent pictures and its standard error.
+/// A mean over independent images and its standard error.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Estimate {
     pub(crate) mean: f64,
     pub(crate) standard_error: f64,
 }
 
-/// Pictures of a pixel for one estimate: points of one picture lie too evenly for their scatter to tell an error.
+/// Number of images of an estimate. Samples within an image are not independent, so they cannot give its error.
 const SEEDS: u32 = 16;
 
-/// Rounding of a radiance, relative: single precision through a distance, a cosine and its arc, a look-up and an
-/// exponential.
+/// Relative rounding error of a radiance in single precision.
 const ROUNDING: f64 = 3e-5;
 
 impl Estimate {
@@ -143,45 +142,45 @@ impl Estimate {
         Self { mean: moments.mean(), standard_error: moments.standard_error() }
     }
 
-    /// Probability of a mean at least as far from a value, if this is the true one.
+    /// The p-value of a true mean of `exact`.
     pub(crate) fn p_value(&self, exact: f64) -> f64 {
         let error = self.standard_error.hypot(ROUNDING * exact);
         t_p_value((self.mean - exact) / error, f64::from(SEEDS - 1))
     }
 }
 
-/// The light seen as by [`seen`] at three wavelengths, from pictures of 16 seeds with so many samples each.
+/// Estimates of [`radiance`] at three wavelengths, from 16 images with `samples` samples each.
 pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32, bands: [usize; 3]) -> [Estimate; 3] {
     scene.set_samples_per_pixel(samples);
     let pictures: Vec<Spectrum> = (1..=SEEDS)
         .map(|seed| {
             scene.set_seed(seed);
-            seen(scene, eye, target)
+            radiance(scene, eye, target)
         })
         .collect();
     bands.map(|k| Estimate::of(pictures.iter().map(|picture| f64::from(picture.0[k]))))
 }
 
-/// The scene's first light, a lamp without extent.
-pub(crate) fn lamp(scene: &Scene) -> &PointLight {
+/// The scene's first light, a point light.
+pub(crate) fn point_light(scene: &Scene) -> &PointLight {
     let Light::Point(lamp) = &scene.lights()[0] else { panic!("the first light is a point") };
     lamp
 }
 
-/// The same scene with this lamp elsewhere.
-pub(crate) fn with_lamp_at(scene: &Scene, at: Vec3A, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+/// The same scene with the first light at another position.
+pub(crate) fn with_light_at(scene: &Scene, at: Vec3A, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
     let mut description = scene.description().clone();
     let LightSource::Point(lamp) = &mut description.lights[0].source else { panic!("the first light is a point") };
     lamp.position = at.as_dvec3().to_array();
     built(&description, table, files)
 }
 
-/// The curves of the sample.
+/// The curves of the sample in a table.
 pub(crate) fn curves(table: &CompressedTable) -> PcaSnow {
     PcaSnow::new(table, &SAMPLE).unwrap()
 }
 
-/// Directions spread evenly over the sphere.
+/// Directions evenly distributed over the sphere.
 pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
     (0..count).map(move |k| {
         let z = 1.0 - 2.0 * (k as f32 + 0.5) / count as f32;
