@@ -96,7 +96,7 @@ impl ResampledGrid {
         let at_angles = (0..table_angles_deg.len()).map(at_angle).collect::<Vec<_>>();
         for node_deg in grid.node_angles_deg() {
             let weights = cubic::weights(table_angles_deg, f64::from(node_deg));
-            for thickness in 0..thicknesses_cm.len() {
+            for (thickness, _) in thicknesses_cm.iter().enumerate() {
                 let mut sums = [0.0; PADDED_COMPONENTS];
                 for (angle, weight) in &weights {
                     let values = &at_angles[*angle][thickness];
