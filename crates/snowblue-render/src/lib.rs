@@ -9,15 +9,15 @@
 //!                 └─ materials: diffuse and snow, constant or textured
 //! ```
 //!
-//! A [`Scene`] takes the curves of its snow from a table of `snowblue-database`. [`render`](render::render) renders it, and
-//! [`film::image_file`] writes the image. All checks are made when a scene is loaded; a loaded scene always renders.
-//! [`swatch`] draws sheets of labelled colours.
+//! A [`Scene`] takes the curves of its snow from a table of `snowblue-database`. [`render`](render::render) renders it,
+//! and [`film::image_file`] writes the image. All checks are made when a scene is loaded; a loaded scene always
+//! renders. [`swatch`] draws sheets of labelled colours.
 //!
-//! An image has the same bits on any number of threads. Geometry is in metres and single precision. Tests at the edges of
-//! triangles are exact, so that depths are correct in every direction and through every edge.
+//! An image has the same bits on any number of threads. Geometry is in metres and single precision. Tests at the edges
+//! of triangles are exact, so that depths are correct in every direction and through every edge.
 //!
-//! **Simplified.** With PCASnow, light enters snow at one point and leaves it at another on a straight line, with the curves
-//! of a slab, equally in all directions. Faces are flat: vertex normals of meshes are ignored.
+//! **Simplified.** With PCASnow, light enters snow at one point and leaves it at another on a straight line, with the
+//! curves of a slab, equally in all directions. Faces are flat: vertex normals of meshes are ignored.
 //!
 //! **Out of scope.** Building tables (`snowblue-database`); the command line (`snowblue-cli`).
 

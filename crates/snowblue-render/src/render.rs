@@ -1,7 +1,7 @@
 //! Rendering: rows of pixels in parallel, a few samples of each pixel at a time.
 //!
-//! [`render`] renders a whole image; most programs need nothing else. To render a part of an image or AOVs, or to stop and
-//! resume, make an [`accumulator`] and add samples with [`render_missing`]:
+//! [`render`] renders a whole image; most programs need nothing else. To render a part of an image or AOVs, or to stop
+//! and resume, make an [`accumulator`] and add samples with [`render_missing`]:
 //!
 //! ```no_run
 //! # use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
@@ -15,8 +15,9 @@
 //! # }
 //! ```
 //!
-//! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the order of
-//! the samples. So an image has the same bits on any number of threads, in one run or several, from one file or from parts.
+//! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the
+//! order of the samples. So an image has the same bits on any number of threads, in one run or several, from one file
+//! or from parts.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -39,8 +40,8 @@ use crate::spectrum::Spectrum;
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
-/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. The reference
-/// uses the fewest, because its samples are slow and an interrupt waits for the end of a row.
+/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. The
+/// reference uses the fewest, because its samples are slow and an interrupt waits for the end of a row.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
 
 /// Progress of a rendering.
@@ -102,8 +103,9 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
     }
 }
 
-/// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool, until all
-/// are done or `control.stop` returns true. The accumulator's coverage then says which are missing, and another call continues.
+/// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool,
+/// until all are done or `control.stop` returns true. The accumulator's coverage then says which are missing, and
+/// another call continues.
 ///
 /// # Panics
 ///
@@ -151,7 +153,8 @@ fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-/// End of the pass that begins with sample `start`. The first passes are short, for an early preview of the whole image.
+/// End of the pass that begins with sample `start`. The first passes are short, for an early preview of the whole
+/// image.
 fn pass_end(start: u32, per_pass: u32) -> u32 {
     match start {
         0 => 1,

@@ -12,8 +12,8 @@ use snowblue_render::scene::Scene;
 const BAND: usize = 15;
 /// Half the size of the block, in m. Its centre is the origin; its back, which the light faces, is at greatest y.
 const HALF_M: Vec3A = Vec3A::new(0.3, 0.15, 0.3);
-/// Distance of scan lines from edges and from lit faces, in m. Towards a lit face the depth goes to 0 and changes by more
-/// than a few per cent within a step.
+/// Distance of scan lines from edges and from lit faces, in m. Towards a lit face the depth goes to 0 and changes by
+/// more than a few per cent within a step.
 const RIM_M: f32 = 2e-4;
 const LIT_RIM_M: f32 = 0.02;
 
@@ -45,8 +45,8 @@ impl Scan {
         radiance(scene, target + self.normal + Vec3A::new(0.1, -0.2, 0.15), target).0[BAND].into()
     }
 
-    /// Where radiance is discontinuous, and the ratio across: changes that remain after bisection to the precision of the
-    /// coordinates.
+    /// Where radiance is discontinuous, and the ratio across: changes that remain after bisection to the precision of
+    /// the coordinates.
     fn steps(&self, scene: &mut Scene) -> Vec<(Vec3A, f64)> {
         const PIECES: u16 = 1000;
         let mut found = Vec::new();

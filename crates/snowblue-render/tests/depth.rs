@@ -40,7 +40,8 @@ fn boxes(corners: &[(DVec3, DVec3)], sides: usize) -> String {
         }
     }
     format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\n\
          property list uchar int vertex_indices\nend_header\n{vertices}{faces}",
         8 * corners.len(),
         sides * corners.len()

@@ -37,7 +37,8 @@ fn spheres(steps: usize, radii_m: &[f32]) -> String {
         triangles.iter().flatten().map(|corner| format!("{} {} {}\n", corner.x, corner.y, corner.z)).collect();
     let faces: String = (0..triangles.len()).map(|k| format!("3 {} {} {}\n", 3 * k, 3 * k + 1, 3 * k + 2)).collect();
     format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\n\
          property list uchar int vertex_indices\nend_header\n{vertices}{faces}",
         3 * triangles.len(),
         triangles.len()
@@ -95,7 +96,8 @@ fn a_spherical_light_in_a_hollow_sphere_adds_the_same_powers() {
     // A sphere of radius a in the centre gives E = π L a², so the wall reflects ρ L a² = 1 of direct light.
     let radiance = 1.0 / (0.7 * 0.3f64.powi(2));
     let text = format!(
-        "[material.wall]\ntype = \"diffuse\"\nreflectance = 0.7\n[[object]]\nmesh = \"sphere.ply\"\nmaterial = \"wall\"\n\
+        "[material.wall]\ntype = \"diffuse\"\nreflectance = 0.7\n[[object]]\nmesh = \"sphere.ply\"\n\
+         material = \"wall\"\n\
          [[light]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 0.3\nilluminant = \"E\"\nvisible = false\n\
          radiance_w_m2_sr = {radiance}\n"
     );
@@ -268,7 +270,8 @@ fn an_integrating_sphere_distributes_the_light_of_any_light_source_evenly() {
     let level = sidak_level(1e-3, LIGHTS.len() * 16);
     for lamp in &LIGHTS {
         let text = format!(
-            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
+            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\n\
+             radius = 1\n\
              material = \"wall\"\n[[light]]\nilluminant = \"E\"\n{}",
             lamp.text
         );
@@ -291,7 +294,8 @@ fn a_hollow_sphere_reaches_a_radiance_of_one_for_any_reflectance() {
     // With a light in the centre such that ρ E / π = 1 − ρ, L = 1 − ρ + ρ L everywhere, so L = 1.
     for reflectance in [0.2, 0.5, 0.9] {
         let text = format!(
-            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\nradius = 1\n\
+            "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n[[object]]\nshape = \"sphere\"\n\
+             radius = 1\n\
              material = \"wall\"\n[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\n\
              radiant_intensity_w_sr = {}\n",
             PI * (1.0 - reflectance) / reflectance

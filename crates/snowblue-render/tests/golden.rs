@@ -54,10 +54,13 @@ fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
 fn drift() -> Scene {
     let text = format!(
         "{SNOW}[material.ground]\ntype = \"diffuse\"\nreflectance = 0.2\n\
-         [[object]]\nmesh = \"ball.ply\"\nscale = [0.4, 0.3, 0.3]\nposition = [-0.2, 0, 0.3]\nmaterial = \"snow\"\nbody = \"drift\"\n\
-         [[object]]\nmesh = \"ball.ply\"\nscale = 0.3\nposition = [0.2, 0.1, 0.3]\nmaterial = \"snow\"\nbody = \"drift\"\n\
+         [[object]]\nmesh = \"ball.ply\"\nscale = [0.4, 0.3, 0.3]\nposition = [-0.2, 0, 0.3]\nmaterial = \"snow\"\n\
+         body = \"drift\"\n\
+         [[object]]\nmesh = \"ball.ply\"\nscale = 0.3\nposition = [0.2, 0.1, 0.3]\nmaterial = \"snow\"\n\
+         body = \"drift\"\n\
          [[object]]\nmesh = \"ball.ply\"\nscale = 0.12\nposition = [0.5, -0.5, 0.15]\nmaterial = \"snow\"\n\
-         [[object]]\nshape = \"heights\"\nsize = [3, 3, 0.1]\nheights = [[1, 0, 1], [0, 0, 0], [0.5, 0, 0.5]]\nbottom = -0.1\n\
+         [[object]]\nshape = \"heights\"\nsize = [3, 3, 0.1]\nheights = [[1, 0, 1], [0, 0, 0], [0.5, 0, 0.5]]\n\
+         bottom = -0.1\n\
          material = \"ground\"\n\
          [[light]]\ntype = \"directional\"\ndirection = [0.3, -0.8, -0.5]\nirradiance_w_m2 = 10\nilluminant = \"D55\"\n\
          [environment]\nradiance_w_m2_sr = 0.6\nilluminant = \"D75\"\n"
@@ -91,7 +94,8 @@ fn sky() -> Scene {
     let path = folder.path().join("sky.exr");
     write_exr(&Film::new(ImageSize { width: 16, height: 8 }, (0..128).map(colour).collect()), &[], &path).unwrap();
     let text = format!(
-        "{SNOW}path = \"view\"\n[material.easy]\n{}reflectance = 0.8\n[material.ground]\ntype = \"diffuse\"\nreflectance = 0.3\n\
+        "{SNOW}path = \"view\"\n[material.easy]\n{}reflectance = 0.8\n[material.ground]\ntype = \"diffuse\"\n\
+         reflectance = 0.3\n\
          [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.3, 0, 0.3]\nmaterial = \"easy\"\n\
          [[object]]\nshape = \"box\"\nsize = [0.5, 0.1, 0.7]\nposition = [-0.4, 0.2, 0.35]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n[environment]\nimage = \"{}\"\nrotation_deg = 60\n",
@@ -117,7 +121,8 @@ fn sphere() -> String {
         faces += &format!("4 {a} {b} {c} {d}\n");
     }
     format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\n\
          property list uchar int vertex_indices\nend_header\n{vertices}{faces}",
         (rings + 1) * turns,
         rings * turns

@@ -134,7 +134,8 @@ fn a_convex_box_under_a_white_sky_has_the_radiance_of_its_reflectance() {
 #[test]
 fn a_wide_slab_under_a_sky_has_r_plus_diffuse_t() {
     let text = format!(
-        "{SNOW}path = \"brightest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\nmaterial = \"snow\"\n{}",
+        "{SNOW}path = \"brightest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\n\
+         material = \"snow\"\n{}",
         sky("E")
     );
     let mut scene = scene(&text, &analytic_table(), &[]);
@@ -165,10 +166,10 @@ fn small_area_lights_equal_point_lights_through_snow() {
         let found = repeated(&mut slab(&keys, &extended), eye, target, 64);
         for (moment, k) in found.iter().zip([0, 15, 30]) {
             let ratio = moment.mean() / f64::from(single.0[k]);
-            // `normal`: the error is of the order (4 mm / 92 cm)². `light`: the near side of the sphere is up to R closer
-            // to both ends of the line, which changes the ratio of squared distances by up to
-            // 2 R (1/92 cm − 1/110 cm) = 1.5e-3. `brightest`: the part of the sphere that is visible from one of the two
-            // exits only adds (1 − cos δ)/2 = 2e-3, where δ is the angle between them.
+            // `normal`: the error is of the order (4 mm / 92 cm)². `light`: the near side of the sphere is up to R
+            // closer to both ends of the line, which changes the ratio of squared distances by up to 2 R (1/92 cm −
+            // 1/110 cm) = 1.5e-3. `brightest`: the part of the sphere that is visible from one of the two exits only
+            // adds (1 − cos δ)/2 = 2e-3, where δ is the angle between them.
             let most = match path {
                 "normal" => 1e-4,
                 "light" => 1.5e-3,

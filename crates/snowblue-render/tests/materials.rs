@@ -118,7 +118,8 @@ fn nearest(found: &Spectrum) -> usize {
 fn textures_are_upright_on_every_shape() {
     let folder = Folder::new();
     folder.image("four.png", 2, &FOUR);
-    let two_triangles = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    let two_triangles = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\n\
         property float u\nproperty float v\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
         -1 -1 0 0 0\n1 -1 0 1 0\n1 1 0 1 1\n-1 1 0 0 1\n4 0 1 2 3\n";
     folder.write("sheet.ply", two_triangles);
@@ -254,7 +255,8 @@ fn two_snow_materials_in_one_scene_are_independent() {
     let alone = |grain: &str| at_front(&mut folder.load(&backlit(grain, SLAB), &table).unwrap(), 0.3);
     let (fine, coarse) = (alone("grain_size_um = 100"), alone("grain_size_um = 500"));
     let other = "[material.coarse]\ntype = \"pca_snow\"\nfacetness = 0.3\ndensity_kg_m3 = 300\ngrain_size_um = 500\n\
-        path = \"normal\"\n[[object]]\nshape = \"box\"\nsize = [2, 0.2, 2]\nposition = [5, 0, 0]\nmaterial = \"coarse\"\n";
+        path = \"normal\"\n[[object]]\nshape = \"box\"\nsize = [2, 0.2, 2]\nposition = [5, 0, 0]\n\
+        material = \"coarse\"\n";
     let mut both = folder.load(&(backlit("grain_size_um = 100", SLAB) + other), &table).unwrap();
     assert_near(&at_front(&mut both, 0.3), &fine, 1e-6, "fine");
     // Depths from coordinates of about 5 m have an error of 5e-7 m in 0.2 m, times a ln T of 4.

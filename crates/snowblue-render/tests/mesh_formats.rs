@@ -29,7 +29,8 @@ fn stone() -> TriangleMesh {
 
 fn ply(mesh: &TriangleMesh) -> Vec<u8> {
     let mut text = format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float u\n\
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         property float u\n\
          property float v\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
         mesh.positions.len(),
         mesh.indices.len()

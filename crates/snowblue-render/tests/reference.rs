@@ -113,7 +113,8 @@ fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
         wavelengths_nm: vec![400.0, 550.0, 700.0],
     };
     let known = solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
-    let ground = "[material.ground]\ntype = \"diffuse\"\nreflectance = 1\n[[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n";
+    let ground = "[material.ground]\ntype = \"diffuse\"\nreflectance = 1\n[[object]]\nshape = \"plane\"\n\
+        material = \"ground\"\n";
     let mut scene = reference_scene(&format!("{}{SKY}{ground}", level(0.02)));
     scene.set_max_bounces(10_000);
     let target = Vec3A::new(0.0, 0.0, 0.02);
@@ -127,12 +128,13 @@ fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
     }
 }
 
-/// Under a directional light the cosine-weighted mean radiance below is T/π times the irradiance, and above R/π. The light
-/// is sampled by next-event estimation, so this tests the phase function and shadow rays in snow.
+/// Under a directional light the cosine-weighted mean radiance below is T/π times the irradiance, and above R/π. The
+/// light is sampled by next-event estimation, so this tests the phase function and shadow rays in snow.
 #[test]
 fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
     let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
-    let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\nilluminant = \"E\"\n";
+    let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\n\
+        illuminant = \"E\"\n";
     let mut scene = reference_scene(&format!("{}{lamp}", level(0.002)));
     scene.set_samples_per_pixel(64);
     for above in [false, true] {
@@ -166,11 +168,12 @@ fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
     }
 }
 
-/// A sphere of radiance L and radius a, which paths hit, is equivalent to a point light of I = π a² L, which is sampled by
-/// next-event estimation, to first order in (a/r)².
+/// A sphere of radiance L and radius a, which paths hit, is equivalent to a point light of I = π a² L, which is sampled
+/// by next-event estimation, to first order in (a/r)².
 #[test]
 fn a_small_sphere_that_paths_hit_equals_a_point_light() {
-    let ball = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.5]\nradius = 0.1\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n";
+    let ball = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.5]\nradius = 0.1\nradiance_w_m2_sr = 1\n\
+        illuminant = \"E\"\n";
     let point = format!(
         "[[light]]\ntype = \"point\"\nposition = [0, 0, 0.5]\nradiant_intensity_w_sr = {}\nilluminant = \"E\"\n",
         PI * 0.01
@@ -194,7 +197,8 @@ fn a_body_of_two_touching_parts_equals_the_whole() {
         "[[light]]\ntype = \"point\"\nposition = [0.02, 0.3, 0.04]\nradiant_intensity_w_sr = 1\nilluminant = \"E\"\n";
     let part = |size_m: f64, at_m: f64, body: &str| {
         format!(
-            "[[object]]\nshape = \"box\"\nsize = [{size_m}, 0.02, 0.06]\nposition = [{at_m}, 0, 0]\nmaterial = \"snow\"\n{body}"
+            "[[object]]\nshape = \"box\"\nsize = [{size_m}, 0.02, 0.06]\nposition = [{at_m}, 0, 0]\n\
+             material = \"snow\"\n{body}"
         )
     };
     let body = "body = \"wall\"\n";

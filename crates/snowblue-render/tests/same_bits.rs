@@ -61,7 +61,8 @@ const MORE: &str = "[[object]]\nshape = \"sphere\"\nradius = 0.1\nposition = [-0
     [[object]]\nshape = \"plane\"\nposition = [0, 1.5, 0]\nrotation_deg = [90, 0, 0]\nmaterial = \"floor\"\n";
 
 /// A drift with hollows, and a box deeper than the table, lit at its far end.
-const DEEP: &str = "[[object]]\nshape = \"drift\"\nsize = [0.6, 0.4, 0.2]\nposition = [-0.2, -0.5, 0]\nmaterial = \"snow\"\n\
+const DEEP: &str = "[[object]]\nshape = \"drift\"\nsize = [0.6, 0.4, 0.2]\nposition = [-0.2, -0.5, 0]\n\
+    material = \"snow\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.2, 4, 0.1]\nposition = [-0.8, 2.5, 0.3]\nmaterial = \"snow\"\n\
     [[light]]\ntype = \"point\"\nposition = [-0.8, 4.7, 0.3]\nradiant_intensity_w_sr = 1e4\n";
 
@@ -75,7 +76,8 @@ fn pebbles() -> String {
     let pebble = |k: i32| {
         let x = 0.1 * f64::from(k - 4);
         format!(
-            "[[object]]\nshape = \"box\"\nsize = [0.05, 0.03, 0.04]\nposition = [{x}, -0.2, 0.02]\nmaterial = \"snow\"\n"
+            "[[object]]\nshape = \"box\"\nsize = [0.05, 0.03, 0.04]\nposition = [{x}, -0.2, 0.02]\n\
+             material = \"snow\"\n"
         )
     };
     (0..8).map(pebble).collect()
@@ -173,13 +175,16 @@ fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
     for (sky, path) in skies.iter().flat_map(|sky| ["brightest", "normal", "light", "view"].map(|path| (sky, path))) {
         let text = format!(
             "{SNOW}path = \"{path}\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
-             [[object]]\nshape = \"box\"\nsize = [1, 0.3, 1]\nposition = [-0.6, 0, 0.5]\nmaterial = \"snow\"\nbody = \"one\"\n\
-             [[object]]\nshape = \"box\"\nsize = [1, 0.5, 1]\nposition = [0.2, 0, 0.5]\nmaterial = \"snow\"\nbody = \"one\"\n\
+             [[object]]\nshape = \"box\"\nsize = [1, 0.3, 1]\nposition = [-0.6, 0, 0.5]\nmaterial = \"snow\"\n\
+             body = \"one\"\n\
+             [[object]]\nshape = \"box\"\nsize = [1, 0.5, 1]\nposition = [0.2, 0, 0.5]\nmaterial = \"snow\"\n\
+             body = \"one\"\n\
              [[object]]\nshape = \"sphere\"\nradius = 0.4\nposition = [1.2, -0.5, 0.4]\nmaterial = \"snow\"\n\
              [[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n\
              [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
              [[light]]\ntype = \"directional\"\ndirection = [0.5, 0.3, -1]\nirradiance_w_m2 = 2\nilluminant = \"D55\"\n\
-             [[light]]\ntype = \"sphere\"\nposition = [1, 1, 1]\nradius = 0.2\nradiance_w_m2_sr = 5\nilluminant = \"A\"\n\
+             [[light]]\ntype = \"sphere\"\nposition = [1, 1, 1]\nradius = 0.2\nradiance_w_m2_sr = 5\n\
+             illuminant = \"A\"\n\
              [[light]]\ntype = \"rectangle\"\nposition = [-1, 1, 1]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.3]\n\
              radiance_w_m2_sr = 5\n[environment]\n{sky}"
         );

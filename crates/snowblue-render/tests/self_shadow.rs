@@ -1,4 +1,5 @@
-//! No self-shadowing by rounding: a ray from the surface of a convex body does not hit it, whatever its size and position.
+//! No self-shadowing by rounding: a ray from the surface of a convex body does not hit it, whatever its size and
+//! position.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 

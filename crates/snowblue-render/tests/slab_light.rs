@@ -1,7 +1,7 @@
 //! A slab under every kind of light: L = T E / π within noise, for the path modes that are exact for a slab.
 //!
-//! The transmittance is analytic, so ∫ T(θ) L cos θ dω over a light is a smooth integral. The midpoint rule evaluates it
-//! over the surface of the light, independently of the renderer's sampling.
+//! The transmittance is analytic, so ∫ T(θ) L cos θ dω over a light is a smooth integral. The midpoint rule evaluates
+//! it over the surface of the light, independently of the renderer's sampling.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -70,7 +70,8 @@ const CASES: [Case; 6] = [
     },
     Case {
         name: "rectangle",
-        light: "[[light]]\ntype = \"rectangle\"\nposition = [0.4, -0.3, -0.7]\nlook_at = [0.4, -0.3, 0]\nup = [0, 1, 0]\n\
+        light: "[[light]]\ntype = \"rectangle\"\nposition = [0.4, -0.3, -0.7]\nlook_at = [0.4, -0.3, 0]\n\
+            up = [0, 1, 0]\n\
             size = [1.2, 0.5]\nradiance_w_m2_sr = 2\n",
         paths: &["normal", "view"],
         transmitted: |exit, transmittance| from_rectangle(exit, DVec3::new(0.4, -0.3, -0.7), 1.2, 0.5, transmittance),
@@ -149,7 +150,8 @@ fn a_slab_has_its_analytic_radiance_under_every_light() {
     for case in &CASES {
         for path in case.paths {
             let text = format!(
-                "{SNOW}reflectance = 0\npath = \"{path}\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, {THICKNESS_M}]\n\
+                "{SNOW}reflectance = 0\npath = \"{path}\"\n[[object]]\nshape = \"box\"\n\
+                 size = [1000, 1000, {THICKNESS_M}]\n\
                  position = [0, 0, {}]\nmaterial = \"snow\"\n{}",
                 0.5 * THICKNESS_M,
                 case.light

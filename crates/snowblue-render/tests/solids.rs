@@ -1,4 +1,5 @@
-//! Spheres, scaled and instanced meshes, and bodies of several objects have the depths and radiance of equivalent shapes.
+//! Spheres, scaled and instanced meshes, and bodies of several objects have the depths and radiance of equivalent
+//! shapes.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -57,7 +58,8 @@ fn crossings_of_a_sphere_are_exact_in_every_direction() {
         }
         let half_m = within.sqrt();
         for (crossing, expected) in found.iter().zip([middle - half_m, middle + half_m]) {
-            // A distance near 3 m is rounded by 1.2e-7 m; the rounding of radius and centre, 3e-8 m, is scaled by r / half.
+            // A distance near 3 m is rounded by 1.2e-7 m; the rounding of radius and centre, 3e-8 m, is scaled by r /
+            // half.
             let allowed = 3e-7 + 2e-7 * 0.3 / half_m;
             assert!((f64::from(crossing.distance_m) - expected).abs() < allowed, "line {k}");
         }

@@ -1,7 +1,7 @@
 //! Exact sums over the samples of an image.
 //!
-//! Each sample is rounded to a multiple of 2⁻⁶⁴ and added as an integer, so the sums have the same bits in any order and
-//! grouping of the samples: on any number of threads, in any ranges of samples, from any number of files.
+//! Each sample is rounded to a multiple of 2⁻⁶⁴ and added as an integer, so the sums have the same bits in any order
+//! and grouping of the samples: on any number of threads, in any ranges of samples, from any number of files.
 //!
 //! 2⁻⁶⁴ is 5·10⁻²⁰ of the film's unit: a sample of 10⁻¹⁰, light through metres of snow, keeps nine digits. A sample may
 //! have up to 2³³/31 = 2.8·10⁸ W m⁻² sr⁻¹, ten times the radiance of the sun's disc, and a sum holds 2³⁰ such samples.
@@ -48,8 +48,8 @@ pub struct SampleCounts {
 }
 
 impl FilmAccumulator {
-    /// An accumulator without samples for a window of an image. [`render::accumulator`](crate::render::accumulator) makes
-    /// one for a scene.
+    /// An accumulator without samples for a window of an image. [`render::accumulator`](crate::render::accumulator)
+    /// makes one for a scene.
     ///
     /// # Panics
     ///

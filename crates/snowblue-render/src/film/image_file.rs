@@ -66,8 +66,8 @@ pub fn png_bytes(image: &RasterImage, metadata: &Metadata) -> Result<Vec<u8>, Re
     encode().map_err(|error| RenderError::EncodeImage(error.to_string()))
 }
 
-/// Writes linear RGB with sRGB primaries as 32-bit floats: radiance without exposure. Channels are negative where a colour
-/// lies outside the gamut. 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light (see [`film`](crate::film)).
+/// Writes linear RGB with sRGB primaries as 32-bit floats: radiance without exposure. Channels are negative where a
+/// colour lies outside the gamut. 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light (see [`film`](crate::film)).
 ///
 /// # Errors
 ///

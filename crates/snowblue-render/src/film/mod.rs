@@ -1,8 +1,8 @@
 //! Images as light: tristimulus values per pixel, exact sums over samples, AOVs and image files.
 //!
-//! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm. This is some 235 cd/m²:
-//! 683 lm/W times 0.345, the mean of ȳ on the wavelength grid. There is no chromatic adaptation: D65 light on a grey
-//! surface is neutral in sRGB, whose white point is D65, and other light keeps its colour. In false colour (see
+//! XYZ is relative: Y = 1 is the luminance of equal-energy light of 1 W m⁻² sr⁻¹ over 400–700 nm. This is some 235
+//! cd/m²: 683 lm/W times 0.345, the mean of ȳ on the wavelength grid. There is no chromatic adaptation: D65 light on a
+//! grey surface is neutral in sRGB, whose white point is D65, and other light keeps its colour. In false colour (see
 //! [`FalseColor`](crate::FalseColor)) Y = 1 is white light of 1 W m⁻² sr⁻¹ over the table's wavelengths.
 
 pub mod accumulator;

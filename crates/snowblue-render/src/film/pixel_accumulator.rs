@@ -46,8 +46,9 @@ struct Rounded {
 }
 
 impl Rounded {
-    /// The whole number nearest to a value of magnitude below 2⁵¹. Around 1.5 · 2⁵² the last place of a float is 1: adding
-    /// 1.5 · 2⁵² rounds the value, and the difference of the bits is the integer. Faster than a cast, which must saturate.
+    /// The whole number nearest to a value of magnitude below 2⁵¹. Around 1.5 · 2⁵² the last place of a float is 1:
+    /// adding 1.5 · 2⁵² rounds the value, and the difference of the bits is the integer. Faster than a cast, which must
+    /// saturate.
     #[inline]
     fn of(value: f64) -> Self {
         const OFFSET: f64 = 1.5 * (1u64 << 52) as f64;

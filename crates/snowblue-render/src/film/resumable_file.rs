@@ -1,12 +1,13 @@
 //! OpenEXR files of images, with the exact sums that merging and resuming need.
 //!
-//! Every file has the channels `R`, `G` and `B`, and those of its AOVs under names that other programs know. The spectrum
-//! follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of Computer Graphics
-//! Techniques 10(3), 1–18): `S0.400,000000nm` and so on in W m⁻² sr⁻¹ nm⁻¹, the unit in the attribute `emissiveUnits`.
+//! Every file has the channels `R`, `G` and `B`, and those of its AOVs under names that other programs know. The
+//! spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of Computer
+//! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on in W m⁻² sr⁻¹ nm⁻¹, the unit in the attribute
+//! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the exposure
-//! of a PNG. The data window and the display window give the position of a part in the image.
+//! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
+//! exposure of a PNG. The data window and the display window give the position of a part in the image.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};

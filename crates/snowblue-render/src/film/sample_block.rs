@@ -1,7 +1,8 @@
 //! Which samples of which pixels: boxes of columns, rows and samples, and sets of them.
 //!
-//! An image is the box of all its columns, all its rows and samples 0 to n. A tile, a range of samples and the rows done
-//! before an interrupt are boxes too, so one representation serves to compare, merge and complete parts of an image.
+//! An image is the box of all its columns, all its rows and samples 0 to n. A tile, a range of samples and the rows
+//! done before an interrupt are boxes too, so one representation serves to compare, merge and complete parts of an
+//! image.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! From spectra to tristimulus values: those of the CIE 1931 observer, or false colours.
 //!
-//! A false colour shows the light of three wavelengths, of the infrared too, as red, green and blue. The wavelengths of the
-//! image are then those of the table, and all lights have equal power at each of them, so surfaces that reflect or
+//! A false colour shows the light of three wavelengths, of the infrared too, as red, green and blue. The wavelengths of
+//! the image are then those of the table, and all lights have equal power at each of them, so surfaces that reflect or
 //! transmit all wavelengths equally are grey.
 
 use std::iter::Sum;

@@ -71,8 +71,8 @@ impl LightSpectrum {
     }
 }
 
-/// Photometric equivalent of a radiant quantity of luminance Y = 1, in lm/W: 683 lm/W times the mean of ȳ over the grid, as
-/// for equal-energy light of 1 W over 400–700 nm.
+/// Photometric equivalent of a radiant quantity of luminance Y = 1, in lm/W: 683 lm/W times the mean of ȳ over the
+/// grid, as for equal-energy light of 1 W over 400–700 nm.
 ///
 /// # Panics
 ///

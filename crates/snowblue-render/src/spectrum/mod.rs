@@ -1,8 +1,8 @@
 //! Spectra at the 31 wavelengths of an image: 400–700 nm in steps of 10 nm, or in false colour those of the table.
 //!
 //! Radiometric quantities are *band densities*: a sample is the spectral quantity (per nm) times the width of the whole
-//! grid, 31 × 10 nm = 310 nm. The mean of the 31 samples is then the total over the grid: a radiance whose samples are all
-//! 1 is a radiance of 1 W m⁻² sr⁻¹. Reflectances and transmittances need no such factor.
+//! grid, 31 × 10 nm = 310 nm. The mean of the 31 samples is then the total over the grid: a radiance whose samples are
+//! all 1 is a radiance of 1 W m⁻² sr⁻¹. Reflectances and transmittances need no such factor.
 
 pub(crate) mod file;
 pub mod light_spectrum;

@@ -61,8 +61,8 @@ pub(crate) fn analytic_table() -> CompressedTable {
     }
 }
 
-/// [`analytic_table`] for several grain sizes d: T = exp(−σ h (1 + θ/100°) √(400 µm/d)). The reflectance is higher for fine
-/// grains and blue light.
+/// [`analytic_table`] for several grain sizes d: T = exp(−σ h (1 + θ/100°) √(400 µm/d)). The reflectance is higher for
+/// fine grains and blue light.
 pub(crate) fn analytic_table_of_grains() -> CompressedTable {
     let mut table = analytic_table();
     let one = std::mem::take(&mut table.transmittance.coefficients);
