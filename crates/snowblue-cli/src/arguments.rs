@@ -30,10 +30,13 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Number of threads [1–1024; default: one for each core]; results do not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024),
+        help_heading = "Global options"
+    )]
     pub(crate) threads: Option<u16>,
     /// Print results and errors only
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Global options")]
     pub(crate) quiet: bool,
 }
 

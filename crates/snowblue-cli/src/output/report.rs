@@ -26,7 +26,7 @@ pub(crate) struct OutputOptions {
 /// A format of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
-    /// Aligned columns, with what made them
+    /// Aligned columns and metadata
     Table,
     /// Comma-separated values with a header line
     Csv,

@@ -372,8 +372,8 @@ fn surface(canvas: &mut Canvas, index: f64) -> Result<(), FigureError> {
         let foot = 0.5 * (pair[0] + pair[1]);
         canvas.arrow(foot.into(), (foot + normal(pair) * 30.0).into(), Stroke::solid(GREY, 1.1));
     }
-    let words = |canvas: &mut Canvas, place: DVec2, words: &str, fill: &'static str| {
-        canvas.text(place.into(), words, Lettering { fill, bold: true, ..LABEL });
+    let words = |canvas: &mut Canvas, position: DVec2, words: &str, fill: &'static str| {
+        canvas.text(position.into(), words, Lettering { fill, bold: true, ..LABEL });
     };
     let (from, direction) = (DVec2::new(upper.x + 40.0, upper.y + 28.0), DVec2::from_angle(50_f64.to_radians()));
     let hit = |pair: &[DVec2]| {

@@ -222,7 +222,7 @@ fn camera(canvas: &mut Canvas, centre: DVec2) {
 /// The scene with the symbols of all quantities.
 fn quantities(canvas: &mut Canvas) {
     const SCALE: f64 = 7.6;
-    let at = |place: DVec2| DVec2::new(232.0, 176.0) + place * SCALE;
+    let at = |position: DVec2| DVec2::new(232.0, 176.0) + position * SCALE;
     let (ground, lamp_at, camera_at) = (at(GROUND_CM), at(LIGHT_CM), at(CAMERA_CM));
     canvas.text((24.0, 66.0), "The quantities of a look-up", TITLE);
     canvas.line((24.0, ground.y), (600.0, ground.y), Stroke::solid(GREY, 1.4));
@@ -267,7 +267,7 @@ fn draw_look_up(canvas: &mut Canvas, [entry, exit]: [DVec2; 2], normal: DVec2, l
 /// One path mode, in a small scene.
 fn draw_path(canvas: &mut Canvas, one: &SnowPath, corner: DVec2, brightest: f64) {
     const SCALE: f64 = 2.9;
-    let at = |place: DVec2| corner + DVec2::new(58.0, 46.0) + place * SCALE;
+    let at = |position: DVec2| corner + DVec2::new(58.0, 46.0) + position * SCALE;
     canvas.text((corner + DVec2::new(0.0, -14.0)).into(), one.name, TITLE);
     canvas.text((corner + DVec2::new(0.0, 3.0)).into(), one.rule, SMALL);
     drift(canvas, &at);

@@ -56,12 +56,12 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
             .collect();
     }
     let factor = common_exposure(rows.iter().flat_map(|row| row.lights.iter().copied()));
-    let cells = |row: &Row, place: usize| {
-        let light = row.lights[place];
+    let cells = |row: &Row, index: usize| {
+        let light = row.lights[index];
         let rgb = LinearRgb::from_xyz(light);
         let mut cells = vec![Cell::from(f64::from(row.figure))];
         cells.extend([row.quantity, row.value].map(|word| Cell::Word(word.to_owned())));
-        cells.extend([ANGLES_DEG[place], light.x, light.y, light.z, rgb.r, rgb.g, rgb.b].map(Cell::from));
+        cells.extend([ANGLES_DEG[index], light.x, light.y, light.z, rgb.r, rgb.g, rgb.b].map(Cell::from));
         cells.extend([display_hex(rgb), display_hex(LinearRgb::from_xyz(light * factor))].map(Cell::Word));
         cells
     };
@@ -79,7 +79,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         "hex",
         "shown_hex",
     ];
-    let all = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |place| cells(row, place))).collect();
+    let all = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |index| cells(row, index))).collect();
     Ok(Figure {
         title: "Grain size, facetness, density, thickness and angle of incidence",
         ours: OURS.to_owned(),
@@ -139,19 +139,19 @@ fn pairs(rows: &[Row]) -> FigureTable {
 }
 
 fn colours(rows: &[Row], white: Xyz) -> FigureTable {
-    let line = |row: &Row, place: usize| {
-        let light = row.lights[place];
+    let line = |row: &Row, index: usize| {
+        let light = row.lights[index];
         let lab = Lab::from_xyz(light, white);
         vec![
             format!("{} {}", row.quantity, row.value),
-            ANGLES_DEG[place].to_string(),
+            ANGLES_DEG[index].to_string(),
             format!("{:.5}", light.y),
             format!("{:.1}", lab.l),
             format!("{:.1}", lab.chroma()),
             format!("{:.0}", lab.hue_deg()),
         ]
     };
-    let lines = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |place| line(row, place))).collect();
+    let lines = rows.iter().flat_map(|row| (0..ANGLES_DEG.len()).map(move |index| line(row, index))).collect();
     let title = "Luminance, lightness, chroma and hue angle of each swatch, not exposed";
     FigureTable::of_words("colours", title, &["snow", "angle", "Y", "L*", "C*", "h°"], lines)
 }

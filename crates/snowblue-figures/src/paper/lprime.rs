@@ -71,7 +71,7 @@ fn judged(table: &SnowTable, space: Space) -> Result<Vec<Fidelity>, FigureError>
 fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
     let fewest = |found: &[Fidelity]| {
         let kept = |one: &Fidelity| one.delta_e.worst < PERCEPTIBLE_DELTA_E && one.rmse.worst < PAPER_RMSE;
-        found.iter().position(kept).map_or_else(|| format!("more than {MOST}"), |place| (place + 1).to_string())
+        found.iter().position(kept).map_or_else(|| format!("more than {MOST}"), |index| (index + 1).to_string())
     };
     let two = &found[0][PAPER - 1];
     format!(
@@ -118,16 +118,16 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         ("RMSE of transmittance", PAPER_RMSE, |one| &one.rmse),
     ];
     let counts = || Axis::linear(1.0, MOST as f64, MOST as f64 - 1.0);
-    let area = |place: usize| {
-        let left = 92.0 + 305.0 * place as f64;
+    let area = |index: usize| {
+        let left = 92.0 + 305.0 * index as f64;
         Area { left, right: left + 215.0, top: 66.0, bottom: 370.0 }
     };
-    for (place, (name, limit, measure)) in measures.into_iter().enumerate() {
+    for (index, (name, limit, measure)) in measures.into_iter().enumerate() {
         let values = || found.iter().flatten().map(measure).flat_map(|one| [one.worst, one.percentile_99, one.mean]);
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
         let decade = |value: f64| 10_f64.powf(value);
         let y = Axis::logarithmic(decade(low.log10().floor()), decade(high.log10().ceil()));
-        let panel = chart.panel(area(place), [counts(), y], ["l', number of components", name]);
+        let panel = chart.panel(area(index), [counts(), y], ["l', number of components", name]);
         chart.line(&panel, &[(1.0, limit), (MOST as f64, limit)], LIMIT);
         for (colour, found) in COLOURS.iter().zip(found) {
             let points = |of: fn(&Spread) -> f64| -> Vec<(f64, f64)> {

@@ -1,5 +1,7 @@
 //! The paper's Fig. S1: the reconstructed curves of its 225 samples at 15 cm and 0°, and their errors.
 
+use std::ops::Range;
+
 use snowblue_database::pca::{Components, Decomposition};
 use snowblue_database::{Axes, Quantity, Space, Table as SnowTable};
 
@@ -149,8 +151,8 @@ fn draw(axes: &Axes, curves: &[Curve]) -> String {
         (0..axes.grain_sizes_um.len()).map(|i| ordered_colour(i, axes.grain_sizes_um.len())).collect();
     let mut drawer = Drawer { chart: &mut chart, curves, nm: &axes.wavelengths_nm, colours: &colours };
     drawer.reconstructed();
-    drawer.errors(0, (84.0, 262.0), "l' = 2, linear: error, up to the first negative value");
-    drawer.errors(1, (312.0, 490.0), "l' = 6, log: error");
+    drawer.errors(0, 84.0..262.0, "l' = 2, linear: error, up to the first negative value");
+    drawer.errors(1, 312.0..490.0, "l' = 6, log: error");
     let names: Vec<String> = axes.grain_sizes_um.iter().map(|um| format!("{um} µm")).collect();
     let entries: Vec<Entry> = names
         .iter()
@@ -194,18 +196,18 @@ impl Drawer<'_> {
     }
 
     /// Errors in one space, in % of the full curves, where the reconstructed values are not negative.
-    fn errors(&mut self, space: usize, (top, bottom): (f64, f64), heading: &str) {
+    fn errors(&mut self, space: usize, y: Range<f64>, heading: &str) {
         let error = |curve: &Curve, w: usize| {
             let ratio = curve.reconstructed[space][w] / curve.full[w];
             (ratio >= 0.0).then_some(100.0 * (ratio - 1.0))
         };
         let shown = || self.curves.iter().flat_map(|curve| (0..self.nm.len()).filter_map(move |w| error(curve, w)));
         let (low, high) = (shown().fold(0.0, f64::min), shown().fold(0.0, f64::max));
-        let area = Area { left: 610.0, right: 940.0, top, bottom };
+        let area = Area { left: 610.0, right: 940.0, top: y.start, bottom: y.end };
         let nm = Axis::linear(400.0, 700.0, 6.0);
         let (nm, name) = if space == 0 { (Axis { marks: Vec::new(), ..nm }, "") } else { (nm, "Wavelength (nm)") };
         let panel = self.chart.panel(area, [nm, Axis::linear_to_marks(low, high, 4.0)], [name, "% of T"]);
-        self.chart.heading((610.0, top - 14.0), heading);
+        self.chart.heading((610.0, y.start - 14.0), heading);
         self.lines(&panel, &error);
         self.zero_line(&panel);
     }

@@ -121,8 +121,8 @@ impl Half {
         canvas.band(&shifted(-1.0), &shifted(1.0), colour, 0.2);
         let middle = shifted(0.0);
         canvas.curve(&middle, Stroke::solid(colour, 2.0));
-        for place in middle {
-            canvas.dot(place, 2.6, colour);
+        for point in middle {
+            canvas.dot(point, 2.6, colour);
         }
     }
 }

@@ -131,9 +131,9 @@ impl Panel<'_> {
             canvas.curve(&middle[part], Stroke { colour, width: 1.8, dashes });
         }
         if points.len() <= MOST_DOTS {
-            for ((low, high), place) in lower.iter().zip(&upper).zip(&middle) {
+            for ((low, high), point) in lower.iter().zip(&upper).zip(&middle) {
                 canvas.line(*low, *high, Stroke::solid(colour, 1.2));
-                canvas.dot(*place, 2.8, colour);
+                canvas.dot(*point, 2.8, colour);
             }
         }
     }
@@ -178,6 +178,12 @@ struct Styles {
     incidences: Vec<Incidence>,
 }
 
+/// Indices of a thickness and an incidence.
+struct Steps {
+    thickness: usize,
+    angle: usize,
+}
+
 impl Styles {
     fn of(curves: &[&[Radiometry]]) -> Self {
         let slabs: Vec<(f64, Incidence)> =
@@ -203,15 +209,16 @@ impl Styles {
         !self.by_angle() && self.incidences.len() > 1
     }
 
-    fn steps(&self, curve: usize) -> (usize, usize) {
+    /// Indices of a curve's thickness and incidence.
+    fn steps(&self, curve: usize) -> Steps {
         let (thickness_cm, incidence) = self.slabs[curve];
         let thickness = self.thicknesses_cm.iter().position(|known| known.to_bits() == thickness_cm.to_bits());
         let angle = self.incidences.iter().position(|known| *known == incidence);
-        (thickness.unwrap_or(0), angle.unwrap_or(0))
+        Steps { thickness: thickness.unwrap_or(0), angle: angle.unwrap_or(0) }
     }
 
     fn colour(&self, curve: usize) -> String {
-        let (thickness, angle) = self.steps(curve);
+        let Steps { thickness, angle } = self.steps(curve);
         if self.by_angle() {
             ordered_colour(angle, self.incidences.len())
         } else {
@@ -220,7 +227,7 @@ impl Styles {
     }
 
     fn dashes(&self, curve: usize) -> &'static str {
-        if self.both() { DASHES[self.steps(curve).1 % DASHES.len()] } else { "" }
+        if self.both() { DASHES[self.steps(curve).angle % DASHES.len()] } else { "" }
     }
 
     fn legend(&self, canvas: &mut Canvas, noisy: bool) {

@@ -95,9 +95,9 @@ fn answers() -> Result<Answers, snowblue_transport::TransportError> {
     let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() };
     let model = AlbedoModel::new(&snow, &wavelengths_nm, &OrdinatesOptions::default())?;
     let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64| -> Vec<MeasuredAlbedo> {
-        let one = |(place, one): (usize, &PanelAlbedo)| {
+        let one = |(index, one): (usize, &PanelAlbedo)| {
             let MeanAndDeviation { mean, standard_deviation } = of(one);
-            MeasuredAlbedo { wavelength: place, albedo: mean, standard_deviation }
+            MeasuredAlbedo { wavelength: index, albedo: mean, standard_deviation }
         };
         measured.iter().enumerate().filter(|(_, one)| one.wavelength_nm >= from_nm).map(one).collect()
     };
@@ -183,11 +183,11 @@ fn fits(answers: &Answers) -> FigureTable {
 fn bands(answers: &Answers) -> FigureTable {
     let row = |(low, high): (f64, f64), name: String| {
         let within = |one: &PanelAlbedo| (low..=high).contains(&one.wavelength_nm);
-        let places: Vec<usize> = (0..answers.measured.len()).filter(|i| within(&answers.measured[*i])).collect();
+        let indices: Vec<usize> = (0..answers.measured.len()).filter(|i| within(&answers.measured[*i])).collect();
         let error = |ours: &[f64], of: fn(&PanelAlbedo) -> f64| {
-            let squares: f64 = places.iter().map(|i| (ours[*i] - of(&answers.measured[*i])).powi(2)).sum();
-            let mean: f64 = places.iter().map(|i| ours[*i] - of(&answers.measured[*i])).sum();
-            let count = places.len() as f64;
+            let squares: f64 = indices.iter().map(|i| (ours[*i] - of(&answers.measured[*i])).powi(2)).sum();
+            let mean: f64 = indices.iter().map(|i| ours[*i] - of(&answers.measured[*i])).sum();
+            let count = indices.len() as f64;
             format!("{:.4} ({:+.4})", (squares / count).sqrt(), mean / count)
         };
         vec![
@@ -206,10 +206,10 @@ fn bands(answers: &Answers) -> FigureTable {
 /// Thin over thick, measured and predicted, for the middle and the ends of the unknown quantities.
 fn ratios(answers: &Answers) -> FigureTable {
     let row = |nm: &f64| {
-        let place = answers.measured.iter().position(|one| one.wavelength_nm >= *nm).unwrap_or_default();
-        let one = &answers.measured[place];
+        let index = answers.measured.iter().position(|one| one.wavelength_nm >= *nm).unwrap_or_default();
+        let one = &answers.measured[index];
         let ours = |thin: &Prediction| {
-            let over = |thin: &[f64]| thin[place] / answers.thick[place];
+            let over = |thin: &[f64]| thin[index] / answers.thick[index];
             format!("{:.3} ({:.3}–{:.3})", over(&thin.middle), over(&thin.low), over(&thin.high))
         };
         vec![

@@ -30,7 +30,7 @@ const INFINITE_CM: f64 = 1000.0;
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let samples = tomograms();
-    let (ours, exact) = ours();
+    let OurGrains { optics: ours, media } = our_grains();
     let mean =
         |quantity: fn(&Tomogram) -> f64| mean_and_deviation(&samples.iter().map(quantity).collect::<Vec<_>>()).mean;
     let theirs = GrainOptics {
@@ -79,18 +79,24 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         paper: "Describes grains by size, facetness and sphericity; it has no comparison with tomograms.".to_owned(),
         drawing: Drawing::Svg(draw(&samples, &ours, trend)),
         numbers: DataTable::new(&columns, samples.iter().map(row).collect()),
-        tables: vec![kinds(&samples, &ours), effects(&exact, &ours, &theirs)],
+        tables: vec![kinds(&samples, &ours), effects(&media, &ours, &theirs)],
         warning: None,
     })
 }
 
-/// The optics of our usual grains, and the media of the default sample at the wavelengths of the comparison.
-fn ours() -> (GrainOptics, Vec<Medium>) {
+/// The default sample.
+struct OurGrains {
+    optics: GrainOptics,
+    /// At [`COMPARED_NM`].
+    media: Vec<Medium>,
+}
+
+fn our_grains() -> OurGrains {
     let (sample, options) = (SnowSample::default(), OrdinatesOptions::default());
     let plan = TallyPlan { degree: 16, rays: options.tally_rays, seed: options.seed };
     let tallies = GrainTallies::new(&Population::of_sample(&sample), &Demand::of_sample(&sample, &COMPARED_NM), &plan);
     let media = COMPARED_NM.iter().map(|nm| tallies.medium(&sample, *nm, None)).collect();
-    (tallies.grain_optics(&sample, INDEX_NM), media)
+    OurGrains { optics: tallies.grain_optics(&sample, INDEX_NM), media }
 }
 
 fn kinds(samples: &[Tomogram], ours: &GrainOptics) -> FigureTable {
@@ -123,7 +129,7 @@ const COMPARED_NM: [f64; 5] = [450.0, 550.0, 650.0, 900.0, 1030.0];
 
 /// Transmittance of 15 cm and albedo of infinite snow with their means and with ours, at equal density and surface
 /// area.
-fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> FigureTable {
+fn effects(media: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> FigureTable {
     let sample = SnowSample::default();
     let surface_area_m2_kg = 4.0 * sample.extinction_per_m() / sample.density_kg_m3;
     let snow = Microstructure { density_kg_m3: sample.density_kg_m3, surface_area_m2_kg };
@@ -132,20 +138,20 @@ fn effects(exact: &[Medium], ours: &GrainOptics, theirs: &GrainOptics) -> Figure
         optics.medium(&snow, absorption_per_m)
     };
     let row = |name: &str, medium: &dyn Fn(usize) -> Medium| {
-        let through = |(place, nm): (usize, &f64)| {
+        let through = |(index, nm): (usize, &f64)| {
             let (depth_cm, incidence) = if *nm < 700.0 {
                 (DEPTH_CM, Incidence::Beam { angle_deg: 0.0 })
             } else {
                 (INFINITE_CM, Incidence::Diffuse)
             };
-            let fluxes = medium(place).fluxes(&[depth_cm], &[incidence], Streams::Auto, Peak::Broad)[0];
+            let fluxes = medium(index).fluxes(&[depth_cm], &[incidence], Streams::Auto, Peak::Broad)[0];
             if *nm < 700.0 { format!("{:.5}", fluxes.transmittance) } else { format!("{:.4}", fluxes.reflectance) }
         };
         std::iter::once(name.to_owned()).chain(COMPARED_NM.iter().enumerate().map(through)).collect::<Vec<_>>()
     };
-    let of = |optics: GrainOptics| move |place: usize| medium(&optics, COMPARED_NM[place]);
+    let of = |optics: GrainOptics| move |index: usize| medium(&optics, COMPARED_NM[index]);
     let rows = vec![
-        row("ours", &|place| exact[place].clone()),
+        row("ours", &|index| media[index].clone()),
         row("ours by Henyey–Greenstein with g of 550 nm", &of(*ours)),
         row("their B", &of(GrainOptics { path_enhancement: theirs.path_enhancement, ..*ours })),
         row("their g", &of(GrainOptics { asymmetry: theirs.asymmetry, ..*ours })),

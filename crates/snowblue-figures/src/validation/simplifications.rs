@@ -36,12 +36,12 @@ struct Case {
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let cases = cases()?;
-    let row = |case: &Case, place: usize| {
-        let Cost { difference, errors } = &case.costs[place];
+    let row = |case: &Case, index: usize| {
+        let Cost { difference, errors } = &case.costs[index];
         let mut row = vec![
             Cell::Word(case.simplification.name().to_owned()),
             case.angle_deg.into(),
-            THICKNESSES_CM[place].into(),
+            THICKNESSES_CM[index].into(),
         ];
         row.extend([difference.as_given, difference.at_equal_luminance, difference.at_middle_grey].map(Cell::from));
         row.extend(errors.iter().map(|error| Cell::from(*error)));
@@ -58,7 +58,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         "relative_error_550",
         "relative_error_650",
     ];
-    let rows = cases.iter().flat_map(|case| (0..THICKNESSES_CM.len()).map(move |place| row(case, place)));
+    let rows = cases.iter().flat_map(|case| (0..THICKNESSES_CM.len()).map(move |index| row(case, index)));
     Ok(Figure {
         title: "Errors of simplifications",
         ours: "ΔE*ab (CIELAB, with D65 as white) of the light through 5, 15 and 30 cm of snow (400 µm, facetness .3, \
@@ -85,7 +85,7 @@ fn cases() -> Result<Vec<Case>, FigureError> {
     let colorimeter = daylight(&slab.wavelengths_nm)?;
     let simplifier = Simplifier::new(&slab, &OrdinatesOptions::default())?;
     let exact = simplifier.transmittance(Simplification::Exact);
-    let place_of = |nm: f64| slab.wavelengths_nm.iter().position(|one| (one - nm).abs() < 1e-9).unwrap_or_default();
+    let index_of = |nm: f64| slab.wavelengths_nm.iter().position(|one| (one - nm).abs() < 1e-9).unwrap_or_default();
     let mut cases = Vec::new();
     for simplification in Simplification::ALL {
         let simple = simplifier.transmittance(simplification);
@@ -96,7 +96,7 @@ fn cases() -> Result<Vec<Case>, FigureError> {
                 let (one, other) = (&simple[case], &exact[case]);
                 let difference =
                     ColorDifference::between(colorimeter.xyz(one), colorimeter.xyz(other), colorimeter.white());
-                let error = |nm: &f64| one[place_of(*nm)] / other[place_of(*nm)] - 1.0;
+                let error = |nm: &f64| one[index_of(*nm)] / other[index_of(*nm)] - 1.0;
                 Cost { difference, errors: COMPARED_NM.iter().map(error).collect() }
             };
             cases.push(Case { simplification, angle_deg, costs: (0..THICKNESSES_CM.len()).map(cost).collect() });
@@ -155,10 +155,10 @@ fn draw(cases: &[Case]) -> String {
         chart.line(&panel, &[(NOTICED, 0.0), (NOTICED, count)], JUST_NOTICED);
         for (number, case) in cases.iter().enumerate() {
             let foot = count - number as f64 - 1.0;
-            for (place, cost) in case.costs.iter().enumerate() {
-                let upper = foot + 0.86 - 0.25 * place as f64;
+            for (index, cost) in case.costs.iter().enumerate() {
+                let upper = foot + 0.86 - 0.25 * index as f64;
                 let value = quantity(&cost.difference);
-                chart.bar(&panel, value, upper - 0.22..upper, &ordered_colour(place, THICKNESSES_CM.len()));
+                chart.bar(&panel, value, upper - 0.22..upper, &ordered_colour(index, THICKNESSES_CM.len()));
                 chart.value_text(&panel, (value.max(LEAST), upper - 0.2), &short(value));
             }
             if i == 0 {

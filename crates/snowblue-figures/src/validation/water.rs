@@ -89,9 +89,9 @@ fn lights(wavelengths_nm: Vec<f64>, colorimeter: &Colorimeter) -> Result<Vec<Vec
     };
     // [saturation][thickness][wavelength]
     let fluxes = solve_alike(&samples, &slab, &OrdinatesOptions::default())?;
-    let at_thickness = |place: usize| {
+    let at_thickness = |index: usize| {
         let xyz = |of: &FluxSpectra| {
-            let spectrum: Vec<f64> = of.spectrum(place, 0).iter().map(|fluxes| fluxes.transmittance).collect();
+            let spectrum: Vec<f64> = of.spectrum(index, 0).iter().map(|fluxes| fluxes.transmittance).collect();
             colorimeter.xyz(&spectrum)
         };
         let dry = xyz(&fluxes[0]);
@@ -108,7 +108,7 @@ const COLUMNS: [&str; 9] = ["cm", "1 %", "5 %", "7 %", "10 %", "20 %", "30 %", "
 
 fn table(name: &'static str, title: &str, lights: &[Vec<Light>], quantity: fn(&ColorDifference) -> f64) -> FigureTable {
     let row = |(thickness_cm, lights): (&f64, &Vec<Light>)| {
-        let cells = SHOWN.iter().map(|place| format!("{:.2}", quantity(&lights[*place].from_dry)));
+        let cells = SHOWN.iter().map(|index| format!("{:.2}", quantity(&lights[*index].from_dry)));
         std::iter::once(thickness_cm.to_string()).chain(cells).collect()
     };
     FigureTable::of_words(name, title, &COLUMNS, THICKNESSES_CM.iter().zip(lights).map(row).collect())
@@ -116,7 +116,7 @@ fn table(name: &'static str, title: &str, lights: &[Vec<Light>], quantity: fn(&C
 
 fn brightness(lights: &[Vec<Light>]) -> FigureTable {
     let row = |(thickness_cm, lights): (&f64, &Vec<Light>)| {
-        let cells = SHOWN.iter().map(|place| format!("{:.2}", lights[*place].xyz.y / lights[0].xyz.y));
+        let cells = SHOWN.iter().map(|index| format!("{:.2}", lights[*index].xyz.y / lights[0].xyz.y));
         std::iter::once(thickness_cm.to_string()).chain(cells).collect()
     };
     let rows = THICKNESSES_CM.iter().zip(lights).map(row).collect();
@@ -169,15 +169,15 @@ fn swatches(chart: &mut Chart, lights: &[Vec<Light>]) {
     for (row, (thickness_cm, lights)) in THICKNESSES_CM.iter().zip(lights).enumerate() {
         let y = top + SIZE.1 * row as f64;
         chart.text((left - 12.0, y + 23.0), &format!("{thickness_cm} cm"), "end");
-        for (column, place) in std::iter::once(0).chain(SHOWN).enumerate() {
+        for (column, index) in std::iter::once(0).chain(SHOWN).enumerate() {
             let x = left + SIZE.0 * column as f64;
             chart.swatch(
                 (x, y),
                 SIZE,
-                &display_hex(LinearRgb::from_xyz(lights[place].xyz.with_luminance(MIDDLE_GREY))),
+                &display_hex(LinearRgb::from_xyz(lights[index].xyz.with_luminance(MIDDLE_GREY))),
             );
             if row == 0 {
-                let name = if place == 0 { "dry".to_owned() } else { format!("{:.0} %", 100.0 * SATURATIONS[place]) };
+                let name = if index == 0 { "dry".to_owned() } else { format!("{:.0} %", 100.0 * SATURATIONS[index]) };
                 chart.text((x + 0.5 * SIZE.0, y - 8.0), &name, "middle");
             }
         }

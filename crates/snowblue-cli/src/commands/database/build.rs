@@ -17,24 +17,24 @@ use crate::output::{Failure, Outcome, check_table_path, print_message};
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
-  snowblue database build -o full.nc                                  the paper's 24,750 curves, every value
-  snowblue database build --space linear --components 2 -o paper.nc   the paper's compression
-  snowblue database build --space log --max-delta-e 2.3 --max-rmse 0.002 --illuminant D65,E -o small.nc
+  snowblue database build -o full.nc                      the paper's 24,750 curves, uncompressed
+  snowblue database build --space linear --components 2 -o paper.nc
+  snowblue database build --space log --max-delta-e 2.3 --illuminant D65,E -o small.nc
   snowblue database build --preset default --space log --components 3 -o snow.nc
-  snowblue database build --density 300 --water-saturation 0,0.1,0.3 --impurity black-carbon=0:10:100 -o wet.nc
+  snowblue database build --water-saturation 0,0.1,0.3 --impurity black-carbon=0:100 -o wet.nc
   snowblue database build --grain-size 300 --facetness 0.3 --engine montecarlo --rays 10000 -o mc.nc
-  snowblue database build --shard 2/8 -o part2.nc                     one shard, for 'snowblue merge'"
+  snowblue database build --shard 2/8 -o part2.nc         one shard, for 'snowblue merge'"
 )]
 pub(crate) struct Build {
     #[command(flatten)]
     filling: Filling,
     /// Fill only one shard of the table, as 2/8
-    #[arg(long, value_name = "PART/PARTS", conflicts_with = "Compression")]
+    #[arg(long, value_name = "PART/PARTS", conflicts_with = "Compression", help_heading = "Output")]
     shard: Option<Part>,
     #[command(flatten)]
     compression: Compression,
     /// Table to write (.nc, NetCDF)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: PathBuf,
 }
 

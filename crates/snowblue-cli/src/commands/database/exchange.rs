@@ -20,9 +20,9 @@ and reflectance on dimensions of these names without units, in any order. The va
 
 Examples:
   snowblue database import curves.csv -o table.nc
-  snowblue database import tartes.nc --set facetness=0.3 --set density=300 --space log --components 3 -o snow.nc
-  snowblue spectrum --thickness 1,5,15 --angle 0,60 -o s.csv && \\
-  snowblue database import s.csv --set grain_size=400 --set facetness=0.3 --set density=300 -o table.nc"
+  snowblue database import tartes.nc --set facetness=0.3 --set density=300 -o snow.nc
+  snowblue spectrum --thickness 1,5,15 --angle 0,60 -o s.csv
+  snowblue database import s.csv --set grain_size=400 --set facetness=0.3 --set density=300 -o t.nc"
 )]
 pub(crate) struct Import {
     /// File to read: CSV, or NetCDF if it ends in .nc
@@ -33,7 +33,7 @@ pub(crate) struct Import {
     #[command(flatten)]
     compression: Compression,
     /// Table to write (.nc, NetCDF)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: PathBuf,
 }
 

@@ -30,9 +30,9 @@ the table ('grid') and, in log space, for samples between them ('between'). Rela
 
 Examples:
   snowblue database fidelity full.nc
-  snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 -o fidelity.csv --plot fidelity.svg
-  snowblue database fidelity mc.nc --truth exact.nc          effect of Monte Carlo noise on components and colours
-  snowblue database fidelity --off-grid 200                  errors of look-ups, ours and the paper's
+  snowblue database fidelity --illuminant E,D65,LED-B5 --components 6 -o fidelity.csv --plot f.svg
+  snowblue database fidelity mc.nc --truth exact.nc     effect of Monte Carlo noise
+  snowblue database fidelity --off-grid 200             errors of look-ups, ours and the paper's
   snowblue database fidelity --off-grid 200 --seed 2 small.nc"
 )]
 pub(crate) struct Fidelity {
@@ -42,19 +42,19 @@ pub(crate) struct Fidelity {
     #[command(flatten)]
     filling: Filling,
     /// Full table on the same axes to compare the reconstructed curves with [default: the table itself]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Fidelity")]
     truth: Option<PathBuf>,
     /// Greatest number of components [1–31]
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Fidelity")]
     components: usize,
     /// Compare look-ups with direct solutions at this many random points, chosen by --seed [1–100000]
     #[arg(
         long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000),
-        conflicts_with_all = ["truth", "components"]
+        conflicts_with_all = ["truth", "components"], help_heading = "Fidelity"
     )]
     off_grid: Option<u32>,
     /// Interpolation of the look-ups [default: both]
-    #[arg(long, value_name = "FORM", value_enum, requires = "off_grid")]
+    #[arg(long, value_name = "FORM", value_enum, requires = "off_grid", help_heading = "Fidelity")]
     interpolation: Option<InterpolationArgument>,
     /// CIE illuminants of colour differences, separated by commas
     #[arg(

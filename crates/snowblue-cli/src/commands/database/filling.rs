@@ -19,20 +19,23 @@ pub(super) struct Filling {
     #[command(flatten)]
     axes: AxesOptions,
     /// Table of the absorption of ice; the two differ in the blue
-    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008")]
+    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008", help_heading = "Engine")]
     ice: IceArgument,
     /// Method of solution
-    #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates")]
+    #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
     engine: EngineArgument,
     /// Rays of the scattering tally for each facetness and index node; 1048576 give an error of 0.1 % in the
     /// transmittance of 15 cm [1024–1048576]
     #[arg(
         long, value_name = "N", default_value_t = 1 << 20,
-        value_parser = clap::value_parser!(u32).range(1024..=1 << 20)
+        value_parser = clap::value_parser!(u32).range(1024..=1 << 20), help_heading = "Engine"
     )]
     tally_rays: u32,
     /// Rays of the Monte Carlo engine for each sample, angle and index node
-    #[arg(long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count)]
+    #[arg(
+        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count,
+        help_heading = "Engine"
+    )]
     rays: u64,
     #[command(flatten)]
     pub(super) ordinates: OrdinatesArguments,

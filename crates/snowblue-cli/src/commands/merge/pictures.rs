@@ -36,7 +36,7 @@ pub(super) fn merge_pictures(
     }
     let ImageSize { width: columns, height: rows } = window.size();
     let whole = first.image_size;
-    let place = if window.size() == whole {
+    let crop = if window.size() == whole {
         String::new()
     } else {
         format!(" of {} × {}, from {},{}", whole.width, whole.height, window.columns.start, window.rows.start)
@@ -45,7 +45,7 @@ pub(super) fn merge_pictures(
     file.write(&sums, ResumeData { provenance: &first.provenance, exposure }, &count)?;
     let (samples, count) = (describe_samples(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
-    Ok(format!("{columns} × {rows} pixels{place}, {samples} samples per pixel, from {count} {parts}"))
+    Ok(format!("{columns} × {rows} pixels{crop}, {samples} samples per pixel, from {count} {parts}"))
 }
 
 /// The exposure of all parts.

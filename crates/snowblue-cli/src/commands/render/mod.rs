@@ -30,13 +30,13 @@ use preview::{Preview, TEV};
     allow_negative_numbers = true,
     after_help = "Examples:
   snowblue render scenes/block_30cm.toml -o block.png
-  snowblue render scenes/block_30cm.toml --path view -o view.png     the paper's path through snow
+  snowblue render scenes/block_30cm.toml --path view -o view.png    the paper's path mode
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
   snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
-  snowblue render scenes/block_30cm.toml --check              sizes, and whether the snow is watertight
-  snowblue render scenes/block_30cm.toml --database infrared.nc --false-color 1030,850,550 -o nir.png
+  snowblue render scenes/block_30cm.toml --check        sizes; is the snow watertight?
+  snowblue render scenes/block_30cm.toml --database nir.nc --false-color 1030,850,550 -o nir.png
   snowblue render scenes/block_30cm.toml --aovs rgb,spectrum,normal -o block.exr
-  snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    (and 50:100 elsewhere; then merge)
+  snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    then merge
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
 
@@ -73,7 +73,7 @@ pub(crate) struct Render {
     /// Height in pixels [1–16384], instead of the scene's
     #[arg(long, value_name = "N")]
     height: Option<u32>,
-    /// Samples per pixel, instead of the scene's
+    /// Samples per pixel [1–16777216], instead of the scene's
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
@@ -82,10 +82,10 @@ pub(crate) struct Render {
     /// Only columns X0 to X1-1 and rows Y0 to Y1-1, from the upper left: a part for 'snowblue merge'
     #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
     crop: Option<Window>,
-    /// Greatest number of bounces, instead of the scene's; 0 is direct light only
+    /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
     #[arg(long, value_name = "N")]
     max_bounces: Option<u32>,
-    /// Seed of random numbers, instead of the scene's
+    /// Seed of random numbers [0–4294967295], instead of the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
     /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's
@@ -116,18 +116,24 @@ pub(crate) struct Render {
     tev: Option<String>,
 }
 
+/// A scene, and what it was made from.
+struct LoadedScene {
+    scene: Scene,
+    provenance: Provenance,
+}
+
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let output = match &self.output {
             Some(output) if !self.check => output,
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
-                let (scene, _) = self.load()?;
-                return check::check(&scene, &output, quiet);
+                let loaded = self.load()?;
+                return check::check(&loaded.scene, &output, quiet);
             }
         };
         let file = self.file(output)?;
-        let (scene, provenance) = self.load()?;
+        let LoadedScene { scene, provenance } = self.load()?;
         let preview = match &self.tev {
             Some(address) => Some(Preview::connect(address, file_name(output))?),
             None => None,
@@ -174,8 +180,7 @@ impl Render {
         Ok(target)
     }
 
-    /// The scene and its provenance.
-    fn load(&self) -> Result<(Scene, Provenance), Failure> {
+    fn load(&self) -> Result<LoadedScene, Failure> {
         let read;
         let table: &CompressedTable = match &self.database {
             None => snowblue_data::embedded(),
@@ -194,14 +199,14 @@ impl Render {
             },
         };
         let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
-        self.change(&mut file.description);
+        self.override_values(&mut file.description);
         let scene = file.build(table).map_err(Failure::input)?;
         let provenance = Provenance::of(&scene, table);
-        Ok((scene, provenance))
+        Ok(LoadedScene { scene, provenance })
     }
 
-    /// Puts the options in place of the scene's values.
-    fn change(&self, scene: &mut SceneDescription) {
+    /// Overrides values of the scene by options.
+    fn override_values(&self, scene: &mut SceneDescription) {
         let SceneDescription { film, integrator, .. } = scene;
         film.width = self.width.unwrap_or(film.width);
         film.height = self.height.unwrap_or(film.height);

@@ -30,10 +30,10 @@ impl Preview {
     /// Connects to a viewer.
     pub(super) fn connect(address: &str, name: String) -> Result<Self, Failure> {
         // A host can have several addresses, such as IPv6 and IPv4; tev listens at one of them.
-        let connected = address.to_socket_addrs().and_then(|places| {
+        let connected = address.to_socket_addrs().and_then(|addresses| {
             let mut answer = Err(io::Error::other("no such host"));
-            for place in places {
-                answer = TcpStream::connect_timeout(&place, TIMEOUT);
+            for address in addresses {
+                answer = TcpStream::connect_timeout(&address, TIMEOUT);
                 if answer.is_ok() {
                     break;
                 }

@@ -33,7 +33,7 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --ssa 16 --thickness 1,5,15 --angle 0,60,diffuse -o snow.csv
   snowblue spectrum --engine montecarlo --rays 20000 --wavelengths 450,550,650 --thickness 3
   snowblue spectrum --thickness 30 --wavelengths 450,650 --spread
-  snowblue spectrum --snow melt-forms --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=1000
+  snowblue spectrum --snow firn --water-saturation 0.1 --impurity black-carbon=50,saharan-dust=500
   snowblue spectrum --layers pack.toml --ground-albedo 0.2 --depths 0,1,5,20 --wavelengths 450,650
   snowblue spectrum --broadband --thickness 1,5,15,30 --angle 60     albedo and PAR under sunlight
   snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"

@@ -72,9 +72,9 @@ fn draw_scale(page: &mut RasterImage, (left, top): (u32, u32)) {
     let pixels = (0..SHOWN).flat_map(|y| [colour(stops(y).exp2()); BAR as usize]).collect();
     page.paste(&RasterImage::new(BAR, SHOWN, pixels), PixelPosition { x: left, y: top });
     for (ratio, label) in MARKS {
-        let place = 0.5 * (1.0 - ratio.log2() / FULL_STOPS) * f64::from(SHOWN);
+        let offset = 0.5 * (1.0 - ratio.log2() / FULL_STOPS) * f64::from(SHOWN);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the page")]
-        let baseline = (f64::from(top) + place + 4.5).clamp(f64::from(top) + 10.0, f64::from(top + SHOWN)) as u32;
+        let baseline = (f64::from(top) + offset + 4.5).clamp(f64::from(top) + 10.0, f64::from(top + SHOWN)) as u32;
         draw_text(page, (left + BAR + 5, baseline), label, false);
     }
     draw_text(page, (left, top - 8), "over reference", false);
