@@ -83,7 +83,13 @@ fn pebbles() -> String {
     (0..8).map(pebble).collect()
 }
 
-/// Without AOVs, colours come from projected tables instead of spectra.
+/// A sphere, a rectangle and a sky that emit.
+const AREA_LIGHTS: &str = "[[light]]\ntype = \"sphere\"\nposition = [-0.2, 0.5, 0.5]\nradius = 0.1\n\
+    radiance_w_m2_sr = 20\nilluminant = \"A\"\n\
+    [[light]]\ntype = \"rectangle\"\nposition = [0.6, -0.6, 0.9]\nlook_at = [0, 0, 0.2]\nsize = [0.3, 0.2]\n\
+    radiance_w_m2_sr = 5\n[environment]\nradiance_w_m2_sr = 0.3\n";
+
+/// Without a spectral AOV, light at the first surface of a path comes from projected tables instead of spectra.
 #[test]
 fn projected_tables_and_spectra_give_the_same_colours() {
     let everything = format!("{BLOCK}{MORE}{LAMPS}");
@@ -94,13 +100,14 @@ fn projected_tables_and_spectra_give_the_same_colours() {
         ("path = \"light\"\nreflectance = 0.7\n".to_owned(), everything),
         (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
         ("path = \"light\"\n".to_owned(), format!("{BLOCK}{DEEP}")),
+        (String::new(), format!("{BLOCK}{MORE}{AREA_LIGHTS}")),
     ]);
-    for (keys, things) in cases {
-        let case = format!("{keys}, {} of objects and lamps", things.matches("[[").count());
+    for ((keys, things), bounces) in cases.flat_map(|case| [(case.clone(), 0), (case, 3)]) {
+        let case = format!("{keys}, {} objects and lights, {bounces} bounces", things.matches("[[").count());
         let mut scene = scene(&format!("{SNOW}{keys}{things}"), &computed_table(), &[]);
-        // The number of samples is not a multiple of four.
         scene.set_image_size(ImageSize { width: 40, height: 40 });
         scene.set_samples_per_pixel(5);
+        scene.set_max_bounces(bounces);
         let view = View {
             position: Vec3A::new(0.7, -1.2, 0.5),
             look_at: Vec3A::new(0.0, 0.0, 0.2),
