@@ -9,9 +9,9 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DAffine3, Vec3, Vec3A};
 use snowblue_render::geometry::instance::Instance;
-use snowblue_render::geometry::mesh::Mesh;
-use snowblue_render::geometry::placement::Placement;
+use snowblue_render::geometry::mesh_bvh::MeshBvh;
 use snowblue_render::geometry::ray::Ray;
+use snowblue_render::geometry::transform::Transform;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{Scene, render};
@@ -54,8 +54,8 @@ fn sphere() -> Instance {
             [[a, c, b], [b, c, d]]
         })
         .collect();
-    let here = Placement::new(&DAffine3::IDENTITY).unwrap();
-    Instance::new(Mesh::new(TriangleMesh::from_triangles(&triangles)).into(), here)
+    let here = Transform::new(&DAffine3::IDENTITY).unwrap();
+    Instance::new(MeshBvh::new(TriangleMesh::from_triangles(&triangles)).into(), here)
 }
 
 /// Incoherent rays through the sphere.

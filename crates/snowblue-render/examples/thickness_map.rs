@@ -12,9 +12,9 @@ use std::process::ExitCode;
 use glam::Vec3A;
 use snowblue_render::geometry::bounds::Bounds;
 use snowblue_render::geometry::instance::Instance;
-use snowblue_render::geometry::mesh::Mesh;
-use snowblue_render::geometry::placement::Placement;
+use snowblue_render::geometry::mesh_bvh::MeshBvh;
 use snowblue_render::geometry::ray::{Crossing, Ray};
+use snowblue_render::geometry::transform::Transform;
 use snowblue_render::mesh_files::read_mesh_file;
 
 /// Most lines along a side of the grid.
@@ -44,8 +44,8 @@ fn write_map(path: &Path, lines: u16) -> Result<(), String> {
     let triangles = read_mesh_file(path, None).map_err(|error| error.to_string())?;
     let box_around = Bounds::of(triangles.positions.iter().copied());
     let centred = triangles.centred();
-    let placement = Placement::new(&centred.to_original).ok_or("the mesh has no extent")?;
-    let instance = Instance::new(Mesh::new(centred.mesh).into(), placement);
+    let placement = Transform::new(&centred.to_original).ok_or("the mesh has no extent")?;
+    let instance = Instance::new(MeshBvh::new(centred.mesh).into(), placement);
     let mut out = BufWriter::new(std::io::stdout().lock());
     let failed = |error: std::io::Error| error.to_string();
     writeln!(out, "x,y,z,along_x,along_y,along_z,hit,crossings,thickness").map_err(failed)?;

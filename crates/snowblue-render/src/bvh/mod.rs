@@ -1,3 +1,7 @@
-//! Bounding volume hierarchies.
+//! Bounding volume hierarchy with eight children per node.
 
+mod build;
 pub(crate) mod bvh8;
+
+#[cfg(test)]
+mod tests;

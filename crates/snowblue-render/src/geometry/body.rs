@@ -1,14 +1,14 @@
-//! The inside parts of a line through several solids that are one body: where they overlap or touch, they are one part.
+//! Bodies: solids that count as one. Where the segments of a line inside them overlap or touch, they are merged.
 
 use crate::geometry::ray::Crossing;
 
-/// Parts of a line no farther apart than this touch, in m: rounding of coordinates of 100 m, an eighth of the finest
-/// grain of snow.
-const TOUCH_M: f32 = 1e-5;
+/// Solids no farther apart than this touch, in m: the rounding error of coordinates of 100 m, and an eighth of the
+/// finest snow grain.
+pub(crate) const TOUCH_DISTANCE_M: f32 = 1e-5;
 
-/// Sorts the crossings of one solid from `first` on along the line, and drops an unpaired last one.
+/// Sorts the crossings from index `first` on, which belong to one solid, and drops an unpaired last one.
 ///
-/// Returns whether there was one: the solid's surface is open there.
+/// Returns whether there was one, which means that the surface is open.
 pub(crate) fn pair_up(crossings: &mut Vec<Crossing>, first: usize) -> bool {
     crossings[first..].sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
     let odd = (crossings.len() - first) % 2 == 1;
@@ -18,18 +18,26 @@ pub(crate) fn pair_up(crossings: &mut Vec<Crossing>, first: usize) -> bool {
     odd
 }
 
-/// Unites the parts of several solids, each a pair of crossings, into parts that lie apart, in the line's order.
+/// Merges the segments of several solids, each a pair of crossings, into disjoint segments in order along the line.
+///
+/// The result does not depend on the order of the segments.
 pub(crate) fn unite(crossings: &mut Vec<Crossing>) {
-    let (parts, _) = crossings.as_chunks_mut::<2>();
-    parts.sort_unstable_by(|a, b| a[0].distance_m.total_cmp(&b[0].distance_m));
+    let (segments, _) = crossings.as_chunks_mut::<2>();
+    segments.sort_unstable_by(|[enter_a, leave_a], [enter_b, leave_b]| {
+        enter_a
+            .distance_m
+            .total_cmp(&enter_b.distance_m)
+            .then(enter_a.object.cmp(&enter_b.object))
+            .then(leave_a.distance_m.total_cmp(&leave_b.distance_m))
+    });
     let mut united = 0;
-    for index in 1..parts.len() {
-        let next = parts[index];
-        if next[0].distance_m > parts[united][1].distance_m + TOUCH_M {
+    for index in 1..segments.len() {
+        let next = segments[index];
+        if next[0].distance_m > segments[united][1].distance_m + TOUCH_DISTANCE_M {
             united += 1;
-            parts[united] = next;
-        } else if next[1].distance_m > parts[united][1].distance_m {
-            parts[united][1] = next[1];
+            segments[united] = next;
+        } else if next[1].distance_m > segments[united][1].distance_m {
+            segments[united][1] = next[1];
         }
     }
     let length = 2 * (united + 1);
@@ -53,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn overlapping_touching_and_nested_parts_are_one_and_gaps_stay() {
+    fn overlapping_touching_and_nested_segments_merge_and_gaps_remain() {
         assert_eq!(united(&[&[0.5, 0.0], &[0.4, 0.9]]), (vec![0.0, 0.9], false));
         assert_eq!(united(&[&[0.4, 0.9], &[0.0, 0.4]]), (vec![0.0, 0.9], false));
         assert_eq!(united(&[&[0.0, 1.0], &[0.2, 0.3]]), (vec![0.0, 1.0], false));
@@ -62,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_solid_is_told_and_does_not_turn_the_others_inside_out() {
+    fn an_open_solid_is_reported_and_does_not_affect_the_others() {
         assert_eq!(united(&[&[0.0, 0.2, 0.5], &[0.6, 0.9]]), (vec![0.0, 0.2, 0.6, 0.9], true));
     }
 }

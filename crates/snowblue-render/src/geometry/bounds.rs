@@ -1,10 +1,19 @@
-//! Axis-parallel boxes around things, and the part of a ray inside one.
+//! Axis-aligned bounding boxes and their intersection with rays.
 
 use glam::{Vec3, Vec3A};
 
 use crate::geometry::ray::Ray;
 
-/// An axis-parallel box, in m.
+/// An interval of distances along a ray, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Where it starts; negative behind the ray's origin.
+    pub start_m: f32,
+    /// Where it ends.
+    pub end_m: f32,
+}
+
+/// An axis-aligned box, in m.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds {
     /// The corner of least coordinates.
@@ -14,7 +23,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The least box around points; around none it is inside out.
+    /// The bounds of points; an inverted, empty box if there are none.
     pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
         let mut bounds = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
         for point in points {
@@ -24,45 +33,45 @@ impl Bounds {
         bounds
     }
 
-    /// The box with every side moved outwards.
+    /// Moves all sides outwards.
     pub fn padded(self, padding_m: f32) -> Self {
         Self { low: self.low - padding_m, high: self.high + padding_m }
     }
 
-    /// Its eight corners.
+    /// The eight corners.
     pub fn corners(&self) -> [Vec3A; 8] {
         let side = |bits: usize, axis: usize| if bits >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
         std::array::from_fn(|bits| Vec3A::new(side(bits, 0), side(bits, 1), side(bits, 2)))
     }
 
-    /// The length of its diagonal, in m.
+    /// Length of the diagonal, in m.
     pub fn diagonal_m(&self) -> f32 {
         (self.high - self.low).length()
     }
 
-    /// The magnitude of the greatest coordinate in it, in m: rounding errors go with it.
+    /// Greatest magnitude of a coordinate, in m. Rounding errors are proportional to it.
     pub fn greatest_coordinate(&self) -> f32 {
         self.low.abs().max(self.high.abs()).max_element()
     }
 
-    /// Where a ray enters and leaves the box between `from_m` and `to_m`, in m along it.
+    /// The part of an interval of a ray that lies in the box, if there is one.
     #[inline]
-    pub fn span(&self, ray: &Ray, from_m: f32, to_m: f32) -> Option<(f32, f32)> {
+    pub fn intersect(&self, ray: &Ray, interval: Interval) -> Option<Interval> {
         let inverse = finite_inverse(ray.direction);
         let to_low = (self.low - ray.origin) * inverse;
         let to_high = (self.high - ray.origin) * inverse;
-        let enter = to_low.min(to_high).max_element().max(from_m);
-        let leave = to_low.max(to_high).min_element().min(to_m);
-        (enter <= leave).then_some((enter, leave))
+        let start_m = to_low.min(to_high).max_element().max(interval.start_m);
+        let end_m = to_low.max(to_high).min_element().min(interval.end_m);
+        (start_m <= end_m).then_some(Interval { start_m, end_m })
     }
 }
 
-/// Components nearer to zero than this count as this far from it in [`finite_inverse`].
+/// Least magnitude of a component in [`finite_inverse`].
 const LEAST_COMPONENT: f32 = 1e-18;
 
-/// One over each component, and a huge number of the same sign for zero, so that no product is undefined.
+/// The reciprocal of each component. Components near zero count as ±1e-18, so that no product is undefined.
 ///
-/// A negative zero counts as a positive one: the hierarchy tells near from far sides by `direction < 0`, which it is not.
+/// A negative zero counts as positive, since `direction < 0`, which selects the near planes of boxes, is false for it.
 #[inline]
 pub(crate) fn finite_inverse(direction: Vec3A) -> Vec3A {
     direction.abs().max(Vec3A::splat(LEAST_COMPONENT)).copysign(direction + Vec3A::ZERO).recip()
@@ -73,13 +82,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ray_parallel_to_an_axis_has_its_span() {
+    fn a_ray_parallel_to_an_axis_intersects_a_box() {
         let unit = Bounds { low: Vec3A::ZERO, high: Vec3A::ONE };
+        let ahead = Interval { start_m: 0.0, end_m: f32::INFINITY };
         let ray = Ray { origin: Vec3A::new(-2.0, 0.0, 0.5), direction: Vec3A::X };
-        let (enter, leave) = unit.span(&ray, 0.0, f32::INFINITY).unwrap();
-        assert!((enter - 2.0).abs() < 1e-6 && (leave - 3.0).abs() < 1e-6);
-        assert!(unit.span(&ray, 0.0, 1.9).is_none());
+        let inside = unit.intersect(&ray, ahead).unwrap();
+        assert!((inside.start_m - 2.0).abs() < 1e-6 && (inside.end_m - 3.0).abs() < 1e-6);
+        assert!(unit.intersect(&ray, Interval { end_m: 1.9, ..ahead }).is_none());
         let beside = Ray { origin: Vec3A::new(-2.0, 1.1, 0.5), direction: Vec3A::X };
-        assert!(unit.span(&beside, 0.0, f32::INFINITY).is_none());
+        assert!(unit.intersect(&beside, ahead).is_none());
     }
 }

@@ -1,20 +1,19 @@
-//! How deep a straight path runs through a solid: the inside parts of a line, from a surface point on.
+//! Depth of a straight path through a solid: the segments of a line inside the solid, from a surface point on.
 //!
-//! A line goes into a closed surface as often as out of it, so its crossings, in order, pair up: in, out, in, out.
-//! All crossings of the *whole* line are taken, also those behind the surface point, and the parts before the point
-//! are cut away. Thus nothing hangs on whether a rounded point lies a hair inside or outside its surface, and the
-//! front or back of a triangle is never asked for.
+//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. All crossings of the *whole*
+//! line count, also those behind the surface point, and the segments are then clipped at the point. The result therefore
+//! depends neither on whether a rounded point lies inside or outside its surface, nor on the orientation of triangles.
 
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::ray::Crossing;
 
-/// Where a path that leaves the solid more than once ends.
+/// Where a path ends that leaves the solid more than once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Exit {
-    /// At the last exit; the depth is the sum of the inside parts.
+    /// At the last exit; the depth is the sum of all segments inside.
     #[default]
     Last,
     /// At the first exit.
@@ -30,44 +29,44 @@ pub(crate) struct Line {
     pub(crate) normal: Vec3A,
     /// Unit direction of the path.
     pub(crate) direction: Vec3A,
-    /// Where the path ends at the latest, in m: at a light.
+    /// Greatest length of the path, in m: the distance to a light.
     pub(crate) end_m: f32,
 }
 
-/// The inside parts of a line, summed.
+/// The segments of a line inside a solid, summed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chord {
-    /// Length inside, in m.
+    /// Total length inside, in m.
     pub(crate) depth_m: f32,
-    /// Where the path leaves the solid, or its end if that lies inside.
+    /// Where the path leaves the solid, if it does.
     pub(crate) exit: ChordEnd,
 }
 
-/// How a path ends.
+/// Where a path ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum ChordEnd {
-    /// It leaves the solid.
+    /// On the surface of the solid.
     Surface {
-        /// Index of the object that it leaves.
+        /// Index of the object that the path leaves.
         object: usize,
         /// Exit point.
         point: Vec3A,
         /// Outward unit normal there.
         normal: Vec3A,
     },
-    /// It ends within the solid.
+    /// Inside the solid.
     Inside,
 }
 
-/// How far beyond its surface point an outward path's last inside part may seem to reach by rounding, in m, for a
-/// path along the normal; an oblique path has this divided by the cosine.
+/// Tolerance in m for the end of the segment behind an outward path, which rounding may move beyond the surface point.
+/// It is divided by the cosine to the normal for oblique paths.
 const ROUNDING_M: f32 = 2e-6;
 
-/// The depth of a line through a solid by its inside parts in order, or none where no inside part lies ahead. The normal at the exit
-/// has the length that it has in the crossing.
+/// The depth of a line through a solid, by its segments in order; none if no segment lies ahead. The normal at the exit
+/// keeps its length.
 #[inline]
 pub(crate) fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &Line, exit: Exit) -> Option<Chord> {
-    // A path that starts outwards has just left: the part that ends at its own surface point lies behind it.
+    // An outward path has just left the solid: the segment that ends at its surface point lies behind it.
     let outward = line.normal.dot(line.direction);
     let behind_m =
         if outward > 0.0 { ROUNDING_M * (1.0 + line.point.abs().max_element()) / outward.max(1e-3) } else { 0.0 };
@@ -92,7 +91,7 @@ pub(crate) fn chord<'c>(parts: impl Iterator<Item = &'c [Crossing; 2]>, line: &L
 }
 
 impl Chord {
-    /// The same with a unit normal at its exit.
+    /// Normalises the normal at the exit.
     pub(crate) fn with_unit_normal(mut self) -> Self {
         if let ChordEnd::Surface { normal, .. } = &mut self.exit {
             *normal = normal.normalize();
@@ -101,8 +100,8 @@ impl Chord {
     }
 }
 
-/// The inside parts of a line, in order, by all its crossings with a solid, which are sorted for that. An unpaired last one (an
-/// open surface) is dropped; the caller counts such lines.
+/// Sorts all crossings of a line with a solid and pairs them up. An unpaired last one, of an open surface, is dropped;
+/// the caller counts such lines.
 pub(crate) fn parts(crossings: &mut [Crossing]) -> impl Iterator<Item = &[Crossing; 2]> {
     match crossings {
         [a, b] if a.distance_m <= b.distance_m => {}
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn inside_parts_add_up_to_the_last_exit() {
+    fn segments_add_up_to_the_last_exit() {
         let mut unsorted = crossings(&[0.7, 1e-7, 0.5, 0.2, -0.9, -0.4]);
         let last = chord(parts(&mut unsorted), &line(Vec3A::X), Exit::Last).unwrap().with_unit_normal();
         assert!((last.depth_m - 0.4).abs() < 1e-6);
@@ -135,13 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_before_the_point_does_not_count() {
+    fn segments_behind_the_point_do_not_count() {
         let mut through = crossings(&[-0.4, 0.3]);
         assert!((chord(parts(&mut through), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.3).abs() < 1e-6);
     }
 
     #[test]
-    fn a_light_inside_ends_the_line_and_one_outside_hides_what_is_behind_it() {
+    fn a_light_ends_the_path_inside_or_outside() {
         let mut twice = crossings(&[0.0, 0.2, 0.5, 0.7]);
         let within = Line { end_m: 0.6, ..line(Vec3A::X) };
         let chord_to_light = chord(parts(&mut twice), &within, Exit::Last).unwrap();
@@ -152,13 +151,13 @@ mod tests {
     }
 
     #[test]
-    fn an_outward_path_has_no_depth_though_rounding_leaves_a_trace_of_it() {
+    fn an_outward_path_has_no_depth_despite_rounding() {
         let mut behind = crossings(&[-0.3, 1e-7]);
         assert!(chord(parts(&mut behind), &line(Vec3A::NEG_X), Exit::Last).is_none());
     }
 
     #[test]
-    fn an_unpaired_crossing_adds_nothing() {
+    fn an_unpaired_crossing_adds_no_depth() {
         let mut open = crossings(&[0.0, 0.2, 0.5]);
         assert!((chord(parts(&mut open), &line(Vec3A::X), Exit::Last).unwrap().depth_m - 0.2).abs() < 1e-6);
         assert!(chord(parts(&mut crossings(&[0.0])), &line(Vec3A::X), Exit::Last).is_none());

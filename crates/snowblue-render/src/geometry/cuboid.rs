@@ -88,7 +88,7 @@ impl Cuboid {
     }
 
     /// The place for textures of a point on it whose normal is that of the side that is seen.
-    pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
+    pub(crate) fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         TextureCoordinates::on_box(self.to_local * (point - self.centre), self.to_local * normal)
     }
 
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use glam::{EulerRot, Vec3};
 
-    use crate::geometry::mesh::Mesh;
+    use crate::geometry::mesh_bvh::MeshBvh;
     use crate::geometry::triangle_mesh::TriangleMesh;
 
     /// The twelve triangles of the same box.
@@ -166,7 +166,7 @@ mod tests {
         let (centre, size) = (Vec3::new(0.3, -0.2, 0.4), Vec3::new(0.6, 0.3, 0.5));
         let axes = Mat3A::from_euler(EulerRot::XYZ, 0.4, -0.7, 1.1);
         let cuboid = Cuboid::new(centre.into(), size.into(), axes);
-        let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles(centre, size, axes)));
+        let mesh = MeshBvh::new(TriangleMesh::from_triangles(&triangles(centre, size, axes)));
         let (mut traced, mut met) = (Vec::new(), 0);
         for k in 0..5000 {
             let turn = 2.399_963 * k as f32;

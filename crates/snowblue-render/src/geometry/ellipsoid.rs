@@ -1,9 +1,9 @@
-//! Spheres, exact, and what a stretch makes of them: the unit sphere under an affine map.
+//! Spheres and ellipsoids: the unit sphere under an affine map.
 //!
-//! In the sphere's own coordinates a line o + t·d has its foot at t₀ = −o·d / d², f = o + t₀ d from the centre, and
-//! goes through the sphere at t₀ ± √((1 − f²) / d²). The foot keeps the small number 1 − f² free from the great
-//! distance of o (Haines, Günther & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray
-//! Tracing Gems, chapter 7, doi:10.1007/978-1-4842-4427-2_7). All of it is double precision.
+//! In the coordinates of the unit sphere, a line o + t·d is nearest to the centre at t₀ = −o·d / d², in f = o + t₀ d, and
+//! crosses the sphere at t₀ ± √((1 − f²) / d²). The form with f avoids cancellation for distant origins (Haines, Günther
+//! & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, chapter 7,
+//! doi:10.1007/978-1-4842-4427-2_7). The arithmetic is in double precision.
 
 use glam::{DAffine3, DVec3, Vec3A};
 
@@ -19,15 +19,15 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// What a map into the scene, in m, makes of the unit sphere about the origin; none for a map that flattens it.
+    /// The image of the unit sphere under a map to scene space, in m; none if the map is singular.
     pub fn new(to_scene: DAffine3) -> Option<Self> {
         let to_unit = to_scene.inverse();
         (to_scene.is_finite() && to_unit.is_finite()).then_some(Self { to_scene, to_unit })
     }
 
-    /// The axis-parallel box around it.
+    /// Axis-aligned bounds.
     pub fn bounds(&self) -> Bounds {
-        // The support function of the image of the unit sphere: the length of a row of the matrix.
+        // The extent along an axis is the length of the matrix row: the support function of the ellipsoid.
         let rows = self.to_scene.matrix3.transpose();
         let reach = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let centre = self.to_scene.translation;
@@ -41,21 +41,21 @@ impl Ellipsoid {
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let line = self.line(ray)?;
-        let distance_m = line.ahead_m(limit_m)?;
-        let own = line.at(distance_m);
-        let point = self.to_scene.transform_point3(own).as_vec3a();
-        Some(ShapeHit::plain(narrow(distance_m), point, self.normal(own).as_vec3a().normalize()))
+        let chord = self.intersect(ray)?;
+        let distance_m = chord.first_hit_m(limit_m)?;
+        let unit_point = chord.at(distance_m);
+        let point = self.to_scene.transform_point3(unit_point).as_vec3a();
+        Some(ShapeHit::plain(narrow(distance_m), point, self.normal(unit_point).as_vec3a().normalize()))
     }
 
-    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    /// Whether the ray hits the surface beyond its origin and nearer than `limit_m`.
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
-        self.line(ray).is_some_and(|line| line.ahead_m(limit_m).is_some())
+        self.intersect(ray).is_some_and(|chord| chord.first_hit_m(limit_m).is_some())
     }
 
-    /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the sphere.
+    /// The two crossings of the ray's line, in order and with unit normals.
     ///
-    /// The longest line in a ball is its diameter, from every direction:
+    /// The longest chord of a sphere is its diameter, in every direction:
     /// ```
     /// # use snowblue_render::{ellipsoid::Ellipsoid, ray::Ray};
     /// # use glam::{DAffine3, DVec3, Vec3A};
@@ -65,50 +65,52 @@ impl Ellipsoid {
     /// assert!((leave.distance_m - enter.distance_m - 1.0).abs() < 1e-6);
     /// ```
     pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
-        let line = self.line(ray)?;
+        let chord = self.intersect(ray)?;
         let crossing =
-            |distance_m| Crossing::new(narrow(distance_m), self.normal(line.at(distance_m)).as_vec3a().normalize());
-        Some(line.distances_m.map(crossing))
+            |distance_m| Crossing::new(narrow(distance_m), self.normal(chord.at(distance_m)).as_vec3a().normalize());
+        Some(chord.distances_m.map(crossing))
     }
 
-    /// The place for textures of a point on it.
-    pub(crate) fn texture_place(&self, point: Vec3A) -> TextureCoordinates {
+    /// Texture coordinates of a point on the surface.
+    pub(crate) fn texture_coordinates(&self, point: Vec3A) -> TextureCoordinates {
         TextureCoordinates::on_sphere(self.to_unit.transform_point3(point.as_dvec3()).as_vec3a())
     }
 
-    fn line(&self, ray: &Ray) -> Option<UnitLine> {
+    /// The chord of the ray's line, if it crosses the ellipsoid.
+    fn intersect(&self, ray: &Ray) -> Option<UnitSphereChord> {
         let origin = self.to_unit.transform_point3(ray.origin.as_dvec3());
         let direction = self.to_unit.transform_vector3(ray.direction.as_dvec3());
         let per_m_squared = direction.length_squared();
-        let middle_m = -origin.dot(direction) / per_m_squared;
-        let foot = origin + middle_m * direction;
-        let within = 1.0 - foot.length_squared();
-        (within > 0.0).then(|| {
-            let reach_m = (within / per_m_squared).sqrt();
-            UnitLine { origin, direction, distances_m: [middle_m - reach_m, middle_m + reach_m] }
+        let nearest_m = -origin.dot(direction) / per_m_squared;
+        let nearest = origin + nearest_m * direction;
+        let discriminant = 1.0 - nearest.length_squared();
+        (discriminant > 0.0).then(|| {
+            let half_chord_m = (discriminant / per_m_squared).sqrt();
+            UnitSphereChord { origin, direction, distances_m: [nearest_m - half_chord_m, nearest_m + half_chord_m] }
         })
     }
 
-    fn normal(&self, own: DVec3) -> DVec3 {
-        self.to_unit.matrix3.transpose() * own
+    /// The normal in scene space at a point of the unit sphere.
+    fn normal(&self, unit_point: DVec3) -> DVec3 {
+        self.to_unit.matrix3.transpose() * unit_point
     }
 }
 
-/// A line in the coordinates of the unit sphere that goes through it at two distances along the ray of the scene.
-struct UnitLine {
+/// A line that crosses the unit sphere, in its coordinates, with distances along the ray in scene space.
+struct UnitSphereChord {
     origin: DVec3,
     direction: DVec3,
     distances_m: [f64; 2],
 }
 
-impl UnitLine {
-    /// Where it meets the sphere first, beyond its origin and nearer than `limit_m`.
-    fn ahead_m(&self, limit_m: f32) -> Option<f64> {
-        let ahead = self.distances_m.into_iter().find(|&distance_m| distance_m > 0.0);
-        ahead.filter(|&distance_m| narrow(distance_m) < limit_m)
+impl UnitSphereChord {
+    /// The first crossing beyond the origin and nearer than `limit_m`.
+    fn first_hit_m(&self, limit_m: f32) -> Option<f64> {
+        let first = self.distances_m.into_iter().find(|&distance_m| distance_m > 0.0);
+        first.filter(|&distance_m| narrow(distance_m) < limit_m)
     }
 
-    /// The point of the sphere's surface there.
+    /// The point on the unit sphere at a crossing.
     fn at(&self, distance_m: f64) -> DVec3 {
         (self.origin + distance_m * self.direction).normalize()
     }
@@ -120,21 +122,22 @@ mod tests {
     use glam::DQuat;
 
     #[test]
-    fn a_stretched_ball_is_hit_on_its_surface_with_its_gradient_as_normal() {
+    fn hits_lie_on_the_surface_and_normals_are_gradients() {
         let half = DVec3::new(0.5, 0.2, 0.8);
         let centre = DVec3::new(1.0, -2.0, 0.5);
         let turn = DQuat::from_rotation_z(0.6);
         let ball = Ellipsoid::new(DAffine3::from_scale_rotation_translation(half, turn, centre)).unwrap();
         for k in 0..200 {
             let angle = 0.1 * f64::from(k);
-            let eye = centre + DVec3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 0.02 * f64::from(k - 100));
-            let aim = centre + turn * DVec3::new(0.1, -0.05, 0.2);
-            let ray = Ray { origin: eye.as_vec3a(), direction: (aim - eye).normalize().as_vec3a().normalize() };
+            let origin = centre + DVec3::new(3.0 * angle.cos(), 3.0 * angle.sin(), 0.02 * f64::from(k - 100));
+            let target = centre + turn * DVec3::new(0.1, -0.05, 0.2);
+            let ray =
+                Ray { origin: origin.as_vec3a(), direction: (target - origin).normalize().as_vec3a().normalize() };
             let hit = ball.first_hit(&ray, f32::INFINITY).unwrap();
-            let own = turn.inverse() * (hit.point.as_dvec3() - centre);
-            // (x/a)² + (y/b)² + (z/c)² = 1; single precision of coordinates near 3 m, against half an axis of 0.2 m.
-            assert!(((own / half).length_squared() - 1.0).abs() < 1e-5);
-            let gradient = (turn * (own / (half * half))).normalize();
+            let local = turn.inverse() * (hit.point.as_dvec3() - centre);
+            // (x/a)² + (y/b)² + (z/c)² = 1, with rounding errors of coordinates near 3 m and a least semi-axis of 0.2 m.
+            assert!(((local / half).length_squared() - 1.0).abs() < 1e-5);
+            let gradient = (turn * (local / (half * half))).normalize();
             assert!(hit.normal.as_dvec3().dot(gradient) > 1.0 - 1e-6);
             assert!(hit.normal.dot(ray.direction) < 0.0);
             assert!(ball.occludes(&ray, hit.distance_m + 1e-4) && !ball.occludes(&ray, hit.distance_m - 1e-4));
@@ -142,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_touch_the_surface_and_the_volume_is_that_of_the_stretch() {
+    fn bounds_touch_the_surface_and_the_volume_scales() {
         let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4);
         let ball = Ellipsoid::new(DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 1.0, 1.0), turn, DVec3::X));
         let ball = ball.unwrap();

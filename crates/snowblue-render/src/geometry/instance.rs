@@ -1,72 +1,71 @@
-//! A mesh in its place. The triangles and their hierarchy are there once, however many copies a scene shows; a ray is
-//! taken into the mesh's own coordinates, and what it finds is brought back.
+//! Instances: shared meshes placed in the scene.
 
 use std::sync::Arc;
 
 use crate::geometry::bounds::Bounds;
-use crate::geometry::mesh::Mesh;
-use crate::geometry::placement::Placement;
+use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit};
+use crate::geometry::transform::Transform;
 
-/// A placed mesh.
+/// A mesh placed in the scene. Rays are transformed to object space, and hits back to scene space.
 #[derive(Debug, Clone)]
 pub struct Instance {
-    mesh: Arc<Mesh>,
-    placement: Placement,
+    mesh: Arc<MeshBvh>,
+    transform: Transform,
 }
 
 impl Instance {
-    /// A mesh in its own coordinates, and from there into the scene, in m.
-    pub fn new(mesh: Arc<Mesh>, placement: Placement) -> Self {
-        Self { mesh, placement }
+    /// Places a mesh by a transform to scene space, in m.
+    pub fn new(mesh: Arc<MeshBvh>, transform: Transform) -> Self {
+        Self { mesh, transform }
     }
 
-    /// The mesh in its own coordinates.
-    pub fn mesh(&self) -> &Mesh {
+    /// The mesh in object space.
+    pub fn mesh(&self) -> &MeshBvh {
         &self.mesh
     }
 
-    /// From there into the scene, in m.
-    pub fn placement(&self) -> &Placement {
-        &self.placement
+    /// The transform to scene space, in m.
+    pub fn transform(&self) -> &Transform {
+        &self.transform
     }
 
-    /// The axis-parallel box around it.
+    /// Axis-aligned bounds in scene space.
     pub fn bounds(&self) -> Bounds {
-        self.placement.bounds(&self.mesh.bounds())
+        self.transform.bounds_to_scene(&self.mesh.bounds())
     }
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let own = self.placement.own(ray);
-        let hit = self.mesh.first_hit(&own.ray, limit_m * own.per_m)?;
+        let object_ray = self.transform.ray_to_object(ray);
+        let hit = self.mesh.first_hit(&object_ray.ray, limit_m * object_ray.length_per_m)?;
         Some(ShapeHit {
-            distance_m: hit.distance_m / own.per_m,
-            point: self.placement.point(hit.point),
-            normal: self.placement.normal(hit.normal).normalize(),
+            distance_m: hit.distance_m / object_ray.length_per_m,
+            point: self.transform.point_to_scene(hit.point),
+            normal: self.transform.normal_to_scene(hit.normal).normalize(),
             place: hit.place,
         })
     }
 
-    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    /// Whether the ray hits the mesh beyond its origin and nearer than `limit_m`.
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
-        let own = self.placement.own(ray);
-        self.mesh.occludes(&own.ray, limit_m * own.per_m)
+        let object_ray = self.transform.ray_to_object(ray);
+        self.mesh.occludes(&object_ray.ray, limit_m * object_ray.length_per_m)
     }
 
-    /// Adds every crossing of the whole line of the ray, in no particular order.
+    /// Adds all crossings of the ray's line, in any order.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         self.crossings_from(ray, f32::NEG_INFINITY, crossings);
     }
 
-    /// Adds every crossing of the line from `from_m` on, in no particular order.
+    /// Adds all crossings of the ray's line from `from_m` on, in any order.
     pub(crate) fn crossings_from(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
-        let own = self.placement.own(ray);
-        let before = crossings.len();
-        self.mesh.crossings(&own.ray, from_m * own.per_m, crossings);
-        for crossing in &mut crossings[before..] {
-            crossing.distance_m /= own.per_m;
-            crossing.normal = self.placement.normal(crossing.normal);
+        let object_ray = self.transform.ray_to_object(ray);
+        let first = crossings.len();
+        self.mesh.crossings(&object_ray.ray, from_m * object_ray.length_per_m, crossings);
+        for crossing in &mut crossings[first..] {
+            crossing.distance_m /= object_ray.length_per_m;
+            crossing.normal = self.transform.normal_to_scene(crossing.normal);
         }
     }
 }

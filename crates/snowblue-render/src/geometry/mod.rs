@@ -1,7 +1,7 @@
-//! Rays and the shapes they meet: first hits, occlusion, and all crossings of a line with a solid.
+//! Rays and shapes: first hits, occlusion, and all crossings of a line with a solid.
 //!
-//! Geometry is single precision, in metres. Where a sign decides what is inside (the edges of triangles) arithmetic is
-//! exact, so that a line crosses a closed surface an even number of times.
+//! Geometry is in single precision and metres. The signs of triangle edge functions are exact, so that every line crosses
+//! a closed surface an even number of times.
 
 pub mod bounds;
 pub mod ray;
@@ -13,10 +13,10 @@ pub mod cuboid;
 pub mod ellipsoid;
 pub mod plane;
 
-pub mod mesh;
+pub mod mesh_bvh;
 
 pub mod instance;
-pub mod placement;
+pub mod transform;
 
 pub mod shape;
 

@@ -1,19 +1,19 @@
-//! Endless planes, exact: floors and walls. They have no inside.
+//! Infinite planes, for floors and walls. They are not solids.
 
 use glam::{Mat3A, Vec3A};
 
 use crate::geometry::ray::{Ray, ShapeHit};
 use crate::geometry::texture_coordinates::TextureCoordinates;
 
-/// Hits farther than this are none, in m: a plane ends at a horizon, where coordinates still are good to a metre.
+/// Greatest distance of a hit, in m. Coordinates there are still accurate to a metre.
 const HORIZON_M: f32 = 1e7;
 
-/// A plane.
+/// An infinite plane.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
     point: Vec3A,
     normal: Vec3A,
-    /// Columns: its axes in the scene.
+    /// Its axes in scene space, as columns.
     axes: Mat3A,
 }
 
@@ -27,18 +27,18 @@ impl Plane {
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         let distance_m = self.distance_m(ray, limit_m)?;
         let near = ray.at(distance_m);
-        // Back onto the plane: far out along the ray rounding would leave the point beside it.
+        // Project onto the plane: rounding moves distant points off it.
         let point = near - self.normal * (near - self.point).dot(self.normal);
         Some(ShapeHit::plain(distance_m, point, self.normal))
     }
 
-    /// Whether it lies beyond the ray's origin and nearer than `limit_m`.
+    /// Whether the ray hits the plane beyond its origin and nearer than `limit_m`.
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
         self.distance_m(ray, limit_m).is_some()
     }
 
-    /// The place for textures of a point on it whose normal is that of the side that is seen.
-    pub(crate) fn texture_place(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
+    /// Texture coordinates of a point on the plane, with the normal of the visible side.
+    pub(crate) fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         let to_local = self.axes.transpose();
         TextureCoordinates::on_box(to_local * (point - self.point), to_local * normal)
     }
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_floor_is_hit_from_above_and_below_and_not_from_beside() {
+    fn a_floor_is_hit_from_above_and_below_but_not_by_parallel_rays() {
         let floor = Plane::new(Vec3A::new(0.0, 0.0, 2.0), Mat3A::IDENTITY);
         let down = Ray { origin: Vec3A::new(1.0, 1.0, 5.0), direction: Vec3A::new(0.6, 0.0, -0.8) };
         let hit = floor.first_hit(&down, 9.0).unwrap();

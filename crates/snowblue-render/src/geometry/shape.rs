@@ -1,28 +1,28 @@
-//! The kinds of surfaces, and the three questions asked of any of them.
+//! All kinds of shapes, with first hit, occlusion and crossings.
 
 use crate::geometry::bounds::Bounds;
 use crate::geometry::cuboid::Cuboid;
 use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::plane::Plane;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit};
 
-/// A surface in the scene.
+/// A shape in the scene.
 #[derive(Debug)]
 pub enum Shape {
     /// A box.
     Cuboid(Cuboid),
-    /// A sphere, or one stretched.
+    /// A sphere or ellipsoid.
     Ellipsoid(Ellipsoid),
-    /// An endless plane, which is no solid.
+    /// An infinite plane, which is not a solid.
     Plane(Plane),
-    /// A triangle mesh; for snow it should be watertight.
+    /// A triangle mesh, which should be watertight if it is snow.
     Mesh(Instance),
 }
 
 impl Shape {
-    /// The axis-parallel box around it, unless it is endless.
+    /// Axis-aligned bounds; none for a plane.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Self::Cuboid(cuboid) => Some(cuboid.bounds()),
@@ -32,8 +32,8 @@ impl Shape {
         }
     }
 
-    /// Its mesh, if it is one.
-    pub fn mesh(&self) -> Option<&Mesh> {
+    /// The mesh, if the shape is one.
+    pub fn mesh(&self) -> Option<&MeshBvh> {
         match self {
             Self::Mesh(instance) => Some(instance.mesh()),
             Self::Cuboid(_) | Self::Ellipsoid(_) | Self::Plane(_) => None,
@@ -51,7 +51,7 @@ impl Shape {
         }
     }
 
-    /// Whether it lies beyond the ray's origin and nearer than `limit_m`.
+    /// Whether the ray hits the shape beyond its origin and nearer than `limit_m`.
     #[inline]
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
         match self {
@@ -62,7 +62,7 @@ impl Shape {
         }
     }
 
-    /// The two crossings of the whole line of the ray with a box or an ellipsoid, in its order and with unit normals, if it meets it.
+    /// The two crossings of the ray's line with a box or ellipsoid, in order and with unit normals.
     #[inline]
     pub(crate) fn pair(&self, ray: &Ray) -> Option<[Crossing; 2]> {
         match self {
@@ -72,7 +72,7 @@ impl Shape {
         }
     }
 
-    /// Adds every crossing of the whole line of the ray with a solid; a plane is none and adds nothing.
+    /// Adds all crossings of the ray's line with a solid. A plane adds none.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         match self {
             Self::Mesh(instance) => instance.crossings(ray, crossings),

@@ -1,32 +1,32 @@
-//! Where in a texture a point of a surface lies.
+//! Texture coordinates of points on shapes.
 
 use glam::{Vec2, Vec3A};
 
-/// Where on a shape's surface a point lies, for textures.
+/// Texture coordinates of a surface point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TextureCoordinates {
-    /// In pictures: (0, 0) is the lower left corner of one, (1, 1) the upper right.
-    Pictures(Vec2),
-    /// In metres from the middle of a face, to the right and upwards.
+    /// Relative to an image: (0, 0) is its lower left corner, (1, 1) the upper right.
+    Image(Vec2),
+    /// In metres from the centre of a face, to the right and upwards.
     Metres(Vec2),
 }
 
 impl TextureCoordinates {
-    /// The place of a point on a box about the origin, whose normal is that of the side that is seen.
-    pub(crate) fn on_box(own: Vec3A, normal: Vec3A) -> Self {
-        let steep = normal.abs();
-        Self::Metres(if steep.z >= steep.x.max(steep.y) {
-            Vec2::new(own.x * normal.z.signum(), own.y)
-        } else if steep.x > steep.y {
-            Vec2::new(own.y * normal.x.signum(), own.z)
+    /// The coordinates of a point on a box around the origin, with the normal of the visible side.
+    pub(crate) fn on_box(point: Vec3A, normal: Vec3A) -> Self {
+        let size = normal.abs();
+        Self::Metres(if size.z >= size.x.max(size.y) {
+            Vec2::new(point.x * normal.z.signum(), point.y)
+        } else if size.x > size.y {
+            Vec2::new(point.y * normal.x.signum(), point.z)
         } else {
-            Vec2::new(-own.x * normal.y.signum(), own.z)
+            Vec2::new(-point.x * normal.y.signum(), point.z)
         })
     }
 
-    /// The place of a point on the unit sphere.
-    pub(crate) fn on_sphere(own: Vec3A) -> Self {
+    /// The coordinates of a point on the unit sphere.
+    pub(crate) fn on_sphere(point: Vec3A) -> Self {
         use std::f32::consts::{PI, TAU};
-        Self::Pictures(Vec2::new(0.5 + own.x.atan2(-own.y) / TAU, 0.5 + own.z.clamp(-1.0, 1.0).asin() / PI))
+        Self::Image(Vec2::new(0.5 + point.x.atan2(-point.y) / TAU, 0.5 + point.z.clamp(-1.0, 1.0).asin() / PI))
     }
 }

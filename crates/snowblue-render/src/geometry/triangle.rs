@@ -1,20 +1,19 @@
-//! Ray and triangle: a test without cracks and without double hits.
+//! Watertight ray-triangle intersection without double hits.
 //!
-//! Woop, Benthin & Wald (2013, "Watertight ray/triangle intersection", Journal of Computer Graphics Techniques 2(1),
-//! 65–82): the ray's greatest axis becomes z, a shear takes its direction to (0, 0, 1), and what remains is whether
-//! the origin of the plane lies within a triangle. Each vertex is sheared by itself, so triangles that share an edge
-//! see the same two points. Here the three edge functions are formed in double precision: the products of two `f32`
-//! are then exact and the sign of their difference is the true one. A zero (the ray meets an edge or a vertex) is
-//! decided as if the ray stood at (ε, ε²), "simulation of simplicity" (Edelsbrunner & Mücke 1990,
-//! doi:10.1145/77635.77639). So a line crosses a closed surface an even number of times, always: depths through
-//! snow rest on that count.
+//! After Woop, Benthin & Wald (2013, "Watertight ray/triangle intersection", Journal of Computer Graphics Techniques
+//! 2(1), 65–82): the ray's dominant axis becomes z, and a shear maps its direction to (0, 0, 1). The ray hits the triangle
+//! if the origin lies inside the projected triangle. Each vertex is sheared on its own, so that triangles with a common
+//! edge share the same two points. The edge functions are computed in double precision: the product of two `f32` is
+//! exact, so that the sign of the difference is correct. A zero, where the ray hits an edge or vertex, is resolved as if
+//! the ray passed at (ε, ε²) ("simulation of simplicity", Edelsbrunner & Mücke 1990, doi:10.1145/77635.77639). Every line
+//! therefore crosses a closed surface an even number of times, which depths through snow rely on.
 
 use glam::Vec3;
 use wide::f32x4;
 
 use crate::geometry::ray::Ray;
 
-/// A ray made ready for many triangles.
+/// A ray prepared for triangle tests.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearedRay {
     origin: Vec3,
@@ -22,7 +21,7 @@ pub(crate) struct ShearedRay {
     shear: [f32; 3],
 }
 
-/// Where a line meets a triangle.
+/// The crossing of a line with a triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TriangleHit {
     /// Distance along the ray, in m; negative behind the origin.
@@ -31,29 +30,29 @@ pub(crate) struct TriangleHit {
     pub(crate) weights: [f64; 3],
 }
 
-/// Up to four triangles that are tried together.
+/// Up to four triangles that are tested together.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FourTriangles {
-    /// [corner][axis], one number for each triangle.
+    /// Coordinates by corner and axis, with a lane for each triangle.
     corners: [[f32x4; 3]; 3],
-    /// Those that there are, as bits.
-    there: u32,
+    /// One bit for each lane in use.
+    used: u32,
 }
 
 impl FourTriangles {
-    /// Gathers some triangles, at most four.
+    /// Packs at most four triangles.
     pub(crate) fn new(triangles: impl Iterator<Item = [Vec3; 3]>) -> Self {
-        let (mut corners, mut there) = ([[[0.0; 4]; 3]; 3], 0);
+        let (mut corners, mut used) = ([[[0.0; 4]; 3]; 3], 0);
         for (place, triangle) in triangles.enumerate() {
-            there |= 1 << place;
+            used |= 1 << place;
             for (corners, corner) in corners.iter_mut().zip(triangle) {
                 corners.iter_mut().zip(corner.to_array()).for_each(|(four, at)| four[place] = at);
             }
         }
-        Self { corners: corners.map(|corner| corner.map(f32x4::new)), there }
+        Self { corners: corners.map(|corner| corner.map(f32x4::new)), used }
     }
 
-    /// The corners of one of them.
+    /// The corners of a triangle.
     #[inline]
     pub(crate) fn corners(&self, place: usize) -> [Vec3; 3] {
         let corner = |number: usize| {
@@ -65,7 +64,7 @@ impl FourTriangles {
 }
 
 impl ShearedRay {
-    /// Picks the axes and the shear.
+    /// Chooses the axes and the shear.
     pub(crate) fn new(ray: &Ray) -> Self {
         let direction = Vec3::from(ray.direction);
         let size = direction.abs();
@@ -85,17 +84,17 @@ impl ShearedRay {
         }
     }
 
-    /// The crossing of the whole line with a triangle, from either side; none for a triangle seen edge-on.
+    /// The crossing of the ray's line with a triangle of either orientation; none if the triangle is edge-on.
     #[inline]
     pub(crate) fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [a, b, c] = corners;
         let (a, b, c) = (self.sheared(*a), self.sheared(*b), self.sheared(*c));
-        let (edge_a, side_a) = edge(b, c);
-        let (edge_b, side_b) = edge(c, a);
-        let (edge_c, side_c) = edge(a, b);
-        if !(side_a && side_b && side_c) && (side_a || side_b || side_c) {
+        let edges = [edge_function(b, c), edge_function(c, a), edge_function(a, b)];
+        let sides = edges.each_ref().map(|edge| edge.is_left);
+        if sides != [sides[0]; 3] {
             return None;
         }
+        let [edge_a, edge_b, edge_c] = edges.map(|edge| edge.area);
         let sum = edge_a + edge_b + edge_c;
         if sum == 0.0 {
             return None;
@@ -105,14 +104,14 @@ impl ShearedRay {
         Some(TriangleHit { distance_m: depth * f64::from(self.shear[2]), weights })
     }
 
-    /// Which of four triangles the line may cross, as bits: all that it does cross, and hardly any other.
+    /// Culls four triangles: one bit for each that the line may cross.
     ///
-    /// Corners are sheared to the same bits as in [`intersect`](Self::intersect). An edge function out of single precision is
-    /// within 2⁻²² times the greatest product in it of the true one: a triangle is left out where one is surely above 0 and
-    /// another surely below.
+    /// The result includes all triangles that [`intersect`](Self::intersect) accepts, and few others. The error of an edge
+    /// function in single precision is at most 2⁻²² times the greatest product in it. A triangle is culled if one edge
+    /// function is positive and another is negative beyond that error.
     #[inline(always)]
-    pub(crate) fn may_cross(&self, four: &FourTriangles) -> u32 {
-        let uncertainty = f32x4::splat(4.0 * f32::EPSILON);
+    pub(crate) fn candidates(&self, four: &FourTriangles) -> u32 {
+        let relative_error = f32x4::splat(4.0 * f32::EPSILON);
         let [x, y, z] = self.axes;
         let relative = |corner: usize, axis: usize| four.corners[corner][axis] - f32x4::splat(self.origin[axis]);
         let sheared = |corner: usize| {
@@ -124,11 +123,11 @@ impl ShearedRay {
         let edge = |from: [f32x4; 2], to: [f32x4; 2]| from[0] * to[1] - from[1] * to[0];
         let (edge_a, edge_b, edge_c) = (edge(b, c), edge(c, a), edge(a, b));
         let greatest = |axis: usize| a[axis].abs().fast_max(b[axis].abs()).fast_max(c[axis].abs());
-        let unsure = greatest(0) * greatest(1) * uncertainty + f32x4::splat(f32::MIN_POSITIVE);
+        let error = greatest(0) * greatest(1) * relative_error + f32x4::splat(f32::MIN_POSITIVE);
         let most = edge_a.fast_max(edge_b).fast_max(edge_c);
         let least = edge_a.fast_min(edge_b).fast_min(edge_c);
-        let outside = most.simd_gt(unsure) & least.simd_lt(-unsure);
-        four.there & !outside.to_bitmask()
+        let outside = most.simd_gt(error) & least.simd_lt(-error);
+        four.used & !outside.to_bitmask()
     }
 
     #[inline(always)]
@@ -140,13 +139,20 @@ impl ShearedRay {
     }
 }
 
-/// Twice the signed area between the ray's foot (0, 0) and an edge, and whether the foot lies on its left.
+/// An edge function at the ray's position (0, 0).
+struct EdgeFunction {
+    /// Twice the signed area of the triangle of the edge and the ray.
+    area: f64,
+    /// Whether the ray passes on the left of the edge, with ties resolved.
+    is_left: bool,
+}
+
 #[inline(always)]
-fn edge(from: Vec3, to: Vec3) -> (f64, bool) {
+fn edge_function(from: Vec3, to: Vec3) -> EdgeFunction {
     let area = f64::from(from.x) * f64::from(to.y) - f64::from(from.y) * f64::from(to.x);
-    // On the edge itself: d(area)/dε with the foot at (ε, ε²), the first order and then the second.
-    let left = area > 0.0 || (area == 0.0 && (to.y < from.y || (to.y <= from.y && to.x > from.x)));
-    (area, left)
+    // If the area is zero, the sign of its derivative with the ray at (ε, ε²), in first and then second order.
+    let is_left = area > 0.0 || (area == 0.0 && (to.y < from.y || (to.y <= from.y && to.x > from.x)));
+    EdgeFunction { area, is_left }
 }
 
 #[cfg(test)]
@@ -161,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn every_point_of_a_fan_belongs_to_exactly_one_triangle() {
-        // Dyadic points: many lie exactly on edges and on the shared vertex.
+    fn a_line_through_a_fan_crosses_exactly_one_triangle() {
+        // Many of these dyadic points lie exactly on edges and on the shared vertex.
         for i in 1..16 {
             for j in 1..16 {
                 let origin = Vec3A::new(i as f32 / 16.0, j as f32 / 16.0, 1.0);
@@ -176,15 +182,15 @@ mod tests {
         }
     }
 
-    /// Lines at, through and beside edges and corners of triangles of all sizes.
+    /// Lines through and beside edges and corners of triangles of several sizes.
     #[test]
-    fn four_at_a_time_none_that_is_crossed_is_left_out_and_few_others_stay() {
+    fn culling_keeps_all_crossed_triangles_and_few_others() {
         let number = |k: u32, salt: u32| {
             let bits = (k.wrapping_mul(0x9e37_79b9) ^ salt.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
             (bits >> 8) as f32 / (1u32 << 23) as f32 - 1.0
         };
         let point = |k: u32, salt: u32| Vec3::new(number(k, salt), number(k, salt + 1), number(k, salt + 2));
-        let (mut crossed, mut stayed, mut tried) = (0, 0, 0);
+        let (mut crossed, mut kept, mut tested) = (0, 0, 0);
         for k in 0..20_000 {
             let size = [1.0, 1e-2, 1e-4][(k % 3) as usize];
             let triangles = [0, 100, 200, 300].map(|salt| {
@@ -197,24 +203,24 @@ mod tests {
                 let aim = [*a, a.lerp(*b, 0.3), (a + b + c) / 3.0, a.lerp(*b, 1.7)][(k / 3 % 4) as usize];
                 let direction = (aim - 3.0 * point(k, 7)).normalize();
                 let ray = ShearedRay::new(&Ray { origin: (aim - direction).into(), direction: direction.into() });
-                let may = ray.may_cross(&four);
+                let candidates = ray.candidates(&four);
                 for (other, triangle) in triangles.iter().enumerate() {
                     let hit = ray.intersect(triangle).is_some();
-                    assert!(!hit || may >> other & 1 == 1, "line {k} at {place}, triangle {other}");
-                    (crossed, stayed, tried) = (crossed + u32::from(hit), stayed + (may >> other & 1), tried + 1);
+                    assert!(!hit || candidates >> other & 1 == 1, "line {k} at {place}, triangle {other}");
+                    (crossed, kept, tested) = (crossed + u32::from(hit), kept + (candidates >> other & 1), tested + 1);
                 }
             }
         }
-        // A fourth of the 80,000 lines go through the middle of their triangle; half of them so near a corner or an edge that single
-        // precision cannot tell.
-        assert!(crossed >= 20_000 && stayed <= crossed + 40_000 && tried == 320_000, "{crossed} {stayed}");
+        // A quarter of the 80,000 lines pass through the centre of a triangle, and half so near a corner or edge that single
+        // precision cannot decide.
+        assert!(crossed >= 20_000 && kept <= crossed + 40_000 && tested == 320_000, "{crossed} {kept}");
         let one = FourTriangles::new(fan().into_iter().take(1));
         let through = ShearedRay::new(&Ray { origin: Vec3A::new(0.25, 0.1, 1.0), direction: Vec3A::NEG_Z });
-        assert_eq!(through.may_cross(&one), 1, "places without a triangle are not crossed");
+        assert_eq!(through.candidates(&one), 1, "unused lanes are culled");
     }
 
     #[test]
-    fn outside_and_edge_on_there_is_nothing() {
+    fn lines_outside_and_edge_on_do_not_cross() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
         let miss = ShearedRay::new(&Ray { origin: Vec3A::new(0.6, 0.6, 1.0), direction: Vec3A::NEG_Z });
         assert!(miss.intersect(&corners).is_none());
@@ -223,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_give_the_point() {
+    fn barycentric_weights_and_distance_are_correct() {
         let corners = [Vec3::new(0.0, 0.0, 2.0), Vec3::new(1.0, 0.0, 3.0), Vec3::new(0.0, 1.0, 1.0)];
         let ray = Ray { origin: Vec3A::new(0.3, 0.1, 0.0), direction: Vec3A::new(0.0, 0.0, 1.0) };
         let hit = ShearedRay::new(&ray).intersect(&corners).unwrap();

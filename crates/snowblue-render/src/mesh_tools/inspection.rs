@@ -56,7 +56,7 @@ fn inspect_object(number: u32, object: &Object, is_snow: bool) -> Inspection {
             let mesh = instance.mesh().triangles();
             let topology = Topology::of(mesh);
             let is_solid = topology.is_closed() && topology.reversed_edges == 0;
-            (topology, is_solid.then(|| volume(mesh) * instance.placement().volume_factor()))
+            (topology, is_solid.then(|| volume(mesh) * instance.transform().volume_scale()))
         }
     };
     let RandomLines { crossing, odd } = random_lines(number, &object.shape);
@@ -77,7 +77,7 @@ fn extent(shape: &Shape) -> Option<Bounds> {
         return shape.bounds();
     };
     let mesh = instance.mesh().triangles();
-    let corner = |&index: &u32| instance.placement().point(mesh.positions[index as usize].into()).into();
+    let corner = |&index: &u32| instance.transform().point_to_scene(mesh.positions[index as usize].into()).into();
     Some(Bounds::of(mesh.indices.iter().flatten().map(corner)))
 }
 

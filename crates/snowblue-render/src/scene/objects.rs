@@ -10,12 +10,12 @@ use glam::{Vec2, Vec3A};
 
 use crate::bvh::bvh8::{Bvh8, BvhRay};
 use crate::geometry::body::{pair_up, unite};
-use crate::geometry::bounds::Bounds;
+use crate::geometry::bounds::{Bounds, Interval};
 use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
 use crate::geometry::shape::Shape;
 use crate::geometry::texture_coordinates::TextureCoordinates;
 
-/// Up to this number objects are tried one by one; more get a hierarchy.
+/// Up to this number objects are tested one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
 
 /// A shape made of a material.
@@ -85,11 +85,19 @@ pub struct Objects {
     /// Index of each object's body.
     bodies: Vec<usize>,
     /// The objects of each body.
-    members: Vec<Vec<usize>>,
+    members: Vec<Members>,
     /// Objects that each ray tries: those without bounds, and all if they are few.
     tried: Vec<usize>,
     /// Hierarchy over the others, if there are any.
     hierarchy: Option<ObjectBvh>,
+}
+
+/// The objects of a body.
+#[derive(Debug)]
+struct Members {
+    objects: Vec<usize>,
+    /// Hierarchy over those with bounds, if they are many.
+    bvh: Option<ObjectBvh>,
 }
 
 /// A hierarchy over some objects.
@@ -105,19 +113,25 @@ impl ObjectBvh {
         let boxes: Vec<Bounds> = objects.iter().filter_map(|&index| bounds[index]).collect();
         let greatest = boxes.iter().map(Bounds::greatest_coordinate).fold(0.0, f32::max);
         let padded: Vec<_> = boxes.iter().map(|one| one.padded(greatest * 1e-5)).collect();
-        Self { bvh: Bvh8::over(&padded), objects: objects.into() }
+        Self { bvh: Bvh8::build(&padded), objects: objects.into() }
     }
 }
 
 impl Objects {
-    /// Gathers the objects, and builds a hierarchy over them if they are many.
+    /// Gathers the objects, and builds hierarchies over them and over bodies of many.
     pub fn new(objects: Vec<Object>) -> Self {
         let bounds: Vec<_> = objects.iter().map(|object| object.shape.bounds()).collect();
         let bounded: Vec<usize> = (0..objects.len()).filter(|&index| bounds[index].is_some()).collect();
-        let hierarchy = (bounded.len() > FEW_OBJECTS).then(|| ObjectBvh::new(&bounded, &bounds));
+        let many = |objects: &[usize]| (objects.len() > FEW_OBJECTS).then(|| ObjectBvh::new(objects, &bounds));
+        let hierarchy = many(&bounded);
         let unbounded = (0..objects.len()).filter(|&index| bounds[index].is_none());
         let tried = if hierarchy.is_some() { unbounded.collect() } else { unbounded.chain(bounded).collect() };
         let (bodies, members) = bodies(&objects);
+        let members = members.into_iter().map(|objects| {
+            let bounded: Vec<usize> = objects.iter().copied().filter(|&index| bounds[index].is_some()).collect();
+            Members { bvh: many(&bounded), objects }
+        });
+        let members = members.collect();
         Self { objects, bounds, bodies, members, tried, hierarchy }
     }
 
@@ -140,12 +154,10 @@ impl Objects {
     /// Where in textures a hit lies; of a mesh that must have texture coordinates.
     pub(crate) fn texture_place(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
         match &self.objects[surface.object].shape {
-            Shape::Cuboid(cuboid) => cuboid.texture_place(surface.point, surface.normal),
-            Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_place(surface.point),
-            Shape::Plane(plane) => plane.texture_place(surface.point, surface.normal),
-            Shape::Mesh(instance) => {
-                TextureCoordinates::Pictures(instance.mesh().uv(&surface.place).unwrap_or_default())
-            }
+            Shape::Cuboid(cuboid) => cuboid.texture_coordinates(surface.point, surface.normal),
+            Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_coordinates(surface.point),
+            Shape::Plane(plane) => plane.texture_coordinates(surface.point, surface.normal),
+            Shape::Mesh(instance) => TextureCoordinates::Image(instance.mesh().uv(&surface.place).unwrap_or_default()),
         }
     }
 
@@ -213,7 +225,7 @@ impl Objects {
     #[inline]
     pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
         let shape = &self.objects[object].shape;
-        let alone = || self.members[self.bodies[object]].len() == 1;
+        let alone = || self.members[self.bodies[object]].objects.len() == 1;
         (matches!(shape, Shape::Cuboid(_) | Shape::Ellipsoid(_)) && alone()).then_some(shape)
     }
 
@@ -224,19 +236,30 @@ impl Objects {
     pub fn crossings(&self, object: usize, ray: &Ray, limit_m: f32, crossings: &mut Vec<Crossing>) -> bool {
         crossings.clear();
         let members = &self.members[self.bodies[object]];
-        if members.len() == 1 {
+        if members.objects.len() == 1 {
             return self.cross_alone(object, ray, crossings);
         }
-        let mut odd = false;
-        for &member in members {
-            if self.bounds[member].is_some_and(|bounds| bounds.span(ray, 0.0, limit_m).is_some()) {
-                let first = crossings.len();
-                self.add_crossings(member, ray, crossings);
-                odd |= pair_up(crossings, first);
-            }
+        let (interval, mut odd) = (Interval { start_m: 0.0, end_m: limit_m }, false);
+        let mut add = |member| odd |= self.add_segments(member, ray, interval, crossings);
+        match &members.bvh {
+            Some(bvh) => bvh.visit_unordered(ray, interval, &mut add),
+            None => members.objects.iter().for_each(|&member| add(member)),
         }
         unite(crossings);
         odd
+    }
+
+    /// Adds the pairs of crossings of a line with a member of a body, if an interval of the line meets the member's bounds.
+    ///
+    /// Returns whether the number of crossings was odd.
+    #[inline]
+    fn add_segments(&self, member: usize, ray: &Ray, interval: Interval, crossings: &mut Vec<Crossing>) -> bool {
+        if self.bounds[member].and_then(|bounds| bounds.intersect(ray, interval)).is_none() {
+            return false;
+        }
+        let first = crossings.len();
+        self.add_crossings(member, ray, crossings);
+        pair_up(crossings, first)
     }
 
     /// The crossings of a line with an object that is a body by itself, but for those in pairs behind the origin.
@@ -293,12 +316,20 @@ impl Objects {
 }
 
 impl ObjectBvh {
+    /// Calls `visit` for objects whose padded bounds an interval of the ray meets, in any order.
+    fn visit_unordered(&self, ray: &Ray, interval: Interval, visit: &mut dyn FnMut(usize)) {
+        self.bvh.traverse(&BvhRay::new(ray, interval), |leaf| {
+            self.bvh.primitives(leaf).for_each(|primitive| visit(self.objects[primitive]));
+            false
+        });
+    }
+
     // Not inlined, so that `try_object` is inlined where all objects are tried.
     #[inline(never)]
     fn visit(&self, ray: &Ray, limit_m: f32, try_object: &mut dyn FnMut(usize) -> f32) {
         let mut nearest = limit_m;
-        self.bvh.traverse_ordered(&BvhRay::new(ray, 0.0, nearest), |leaf| {
-            for primitive in self.bvh.things(leaf) {
+        self.bvh.traverse_ordered(&BvhRay::new(ray, Interval { start_m: 0.0, end_m: nearest }), |leaf| {
+            for primitive in self.bvh.primitives(leaf) {
                 nearest = nearest.min(try_object(self.objects[primitive]));
             }
             nearest
@@ -333,8 +364,14 @@ fn bodies(objects: &[Object]) -> (Vec<usize>, Vec<Vec<usize>>) {
 mod tests {
     use super::*;
     use crate::geometry::cuboid::Cuboid;
+    use crate::geometry::instance::Instance;
+    use crate::geometry::mesh_bvh::MeshBvh;
     use crate::geometry::plane::Plane;
-    use glam::Mat3A;
+    use crate::geometry::transform::Transform;
+    use crate::geometry::triangle_mesh::TriangleMesh;
+    use crate::shapes::igloo::Igloo;
+    use glam::{DAffine3, DVec3, Mat3A};
+    use std::f64::consts::TAU;
 
     fn object(shape: Shape, material: usize) -> Object {
         Object { name: String::new(), shape, material, body: None }
@@ -344,6 +381,56 @@ mod tests {
         let cube =
             |k: usize| Shape::Cuboid(Cuboid::new(Vec3A::new(2.0 * k as f32, 0.0, 0.0), Vec3A::ONE, Mat3A::IDENTITY));
         (0..count).map(|k| object(cube(k), k)).collect()
+    }
+
+    /// An igloo of blocks, each an object of one body, with lines from near its wall and through its joints.
+    #[test]
+    fn a_hierarchy_over_a_body_finds_the_same_segments_as_all_members() {
+        let igloo = Igloo {
+            inner_radius_m: 1.5,
+            wall_m: 0.15,
+            courses: 6,
+            block_width_m: 0.6,
+            seam_depth_m: 0.035,
+            seam_width_m: 0.05,
+            seed: 3,
+        };
+        let block = |block: TriangleMesh| {
+            let transform = Transform::new(&DAffine3::IDENTITY).unwrap();
+            let shape = Shape::Mesh(Instance::new(MeshBvh::new(block).into(), transform));
+            Object { body: Some("igloo".to_owned()), ..object(shape, 0) }
+        };
+        let objects = Objects::new(igloo.blocks().into_iter().map(block).collect());
+        assert!(objects.list().len() > 60 && objects.members[0].bvh.is_some());
+        let (mut found, mut expected, mut merged) = (Vec::new(), Vec::new(), 0);
+        for k in 0..4000u32 {
+            let number = |salt: u32| (f64::from(k) * [0.618_034, 0.754_878, 0.569_840][salt as usize]).fract();
+            let (azimuth, height) = (TAU * number(0), 1.2 * number(1));
+            let wall_m = 1.3 + 0.5 * number(2);
+            let origin = Vec3A::from(DVec3::new(wall_m * azimuth.cos(), wall_m * azimuth.sin(), height).as_vec3());
+            let target = DVec3::new(3.0 * number(1) - 1.5, 3.0 * number(2) - 1.5, number(0)).as_vec3a();
+            let ray = Ray { origin, direction: (target - origin).normalize() };
+            for limit_m in [f32::INFINITY, 0.5] {
+                let odd = objects.crossings(0, &ray, limit_m, &mut found);
+                expected.clear();
+                let interval = Interval { start_m: 0.0, end_m: limit_m };
+                let (mut expected_odd, mut segments) = (false, 0);
+                for member in 0..objects.list().len() {
+                    expected_odd |= objects.add_segments(member, &ray, interval, &mut expected);
+                    segments = expected.len() / 2;
+                }
+                unite(&mut expected);
+                merged += usize::from(expected.len() / 2 < segments);
+                let bits = |crossings: &[Crossing]| -> Vec<_> {
+                    let bits = |one: &Crossing| {
+                        (one.distance_m.to_bits(), one.normal.to_array().map(f32::to_bits), one.object)
+                    };
+                    crossings.iter().map(bits).collect()
+                };
+                assert_eq!((odd, bits(&found)), (expected_odd, bits(&expected)), "line {k}");
+            }
+        }
+        assert!(merged > 1000, "{merged}");
     }
 
     #[test]

@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn a_mound_stands_where_it_is_put_on_a_closed_cover() {
-        let mound = Mound { middle_m: DVec2::new(0.5, -0.25), height_m: 0.4, radius_m: 0.2 };
+        let mound = Mound { centre_m: DVec2::new(0.5, -0.25), height_m: 0.4, radius_m: 0.2 };
         let solid = drift(DVec3::new(3.0, 2.0, 0.2), &[mound], 0.01, 1).unwrap();
         let topology = Topology::of(&solid);
         assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");

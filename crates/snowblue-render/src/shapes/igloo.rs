@@ -232,7 +232,7 @@ fn middle_of_inner_face(block: &TriangleMesh) -> glam::Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::mesh::Mesh;
+    use crate::geometry::mesh_bvh::MeshBvh;
     use crate::geometry::ray::{Ray, narrow};
     use crate::mesh_tools::topology::{Topology, volume};
     use glam::Vec3;
@@ -266,7 +266,7 @@ mod tests {
         for (number, block) in IGLOO.blocks().into_iter().enumerate() {
             let middle = middle_of_inner_face(&block).normalize();
             let edge = block.positions[0].normalize();
-            let mesh = Mesh::new(block);
+            let mesh = MeshBvh::new(block);
             // Just within the edge, where the neighbour is not.
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn lines_from_within_meet_snow_in_every_direction() {
-        let blocks: Vec<Mesh> = IGLOO.blocks().into_iter().map(Mesh::new).collect();
+        let blocks: Vec<MeshBvh> = IGLOO.blocks().into_iter().map(MeshBvh::new).collect();
         for number in 0..3000u32 {
             let rise = f64::from(number) / 3000.0;
             let azimuth = 2.399_963 * f64::from(number);

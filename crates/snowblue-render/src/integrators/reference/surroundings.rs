@@ -3,7 +3,7 @@
 
 use glam::Vec3A;
 
-use crate::geometry::body::pair_up;
+use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
@@ -12,9 +12,6 @@ use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
 use snowblue_transport::monte_carlo::PathLengths;
-
-/// Faces of different solids no farther apart than this are in touch, in m: as parts of one body are.
-const TOUCH_M: f32 = 1e-5;
 
 /// Objects of a scene as light in snow meets them.
 #[derive(Debug)]
@@ -62,7 +59,8 @@ impl<'scene> Surroundings<'scene> {
             let bounds = list[index].shape.bounds();
             let near = |solid: &usize| match (bounds, list[*solid].shape.bounds()) {
                 (Some(one), Some(other)) => {
-                    (one.low - TOUCH_M).cmple(other.high).all() && (other.low - TOUCH_M).cmple(one.high).all()
+                    (one.low - TOUCH_DISTANCE_M).cmple(other.high).all()
+                        && (other.low - TOUCH_DISTANCE_M).cmple(one.high).all()
                 }
                 _ => true,
             };
@@ -108,7 +106,7 @@ impl<'scene> Surroundings<'scene> {
             None => self.fly_through_snow(object, ray, flight_m),
         };
         let list = self.objects().list();
-        let touching_m = leg.length_m() + TOUCH_M;
+        let touching_m = leg.length_m() + TOUCH_DISTANCE_M;
         let mut nearest: Option<(usize, ShapeHit)> = None;
         for &solid in &self.neighbours[object] {
             let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
@@ -136,7 +134,7 @@ impl<'scene> Surroundings<'scene> {
             };
         }
         self.cross(object, ray, flight_m);
-        let around = |pair: &&[Crossing]| pair[0].distance_m <= TOUCH_M && pair[1].distance_m > 0.0;
+        let around = |pair: &&[Crossing]| pair[0].distance_m <= TOUCH_DISTANCE_M && pair[1].distance_m > 0.0;
         match self.crossings.chunks_exact(2).find(around).map(|pair| pair[1]) {
             Some(stop) if stop.distance_m > flight_m => Flight::Free(flight_m),
             Some(stop) => self.out(ray, stop.distance_m, stop.normal, stop.object as usize),

@@ -13,7 +13,7 @@ use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
 use crate::geometry::instance::Instance;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
 use crate::mesh_files::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
@@ -80,12 +80,12 @@ pub(super) fn read_gltf(
 }
 
 /// The number of a material, its mesh about its own middle, and the map that puts that back.
-type Part = (Option<usize>, Arc<Mesh>, DAffine3);
+type Part = (Option<usize>, Arc<MeshBvh>, DAffine3);
 
 fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderError> {
     let centred = file.surfaces(mesh)?.into_iter().map(|surface| {
         let centred = surface.mesh.centred();
-        (surface.material, Arc::new(Mesh::new(centred.mesh)), centred.to_original)
+        (surface.material, Arc::new(MeshBvh::new(centred.mesh)), centred.to_original)
     });
     Ok(centred.collect())
 }

@@ -9,7 +9,7 @@ use crate::error::RenderError;
 use crate::geometry::cuboid::Cuboid;
 use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::plane::Plane;
 use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
@@ -31,7 +31,7 @@ use crate::shapes::height_field::Heights;
 use crate::shapes::igloo::Igloo;
 
 /// A mesh about its own middle, and the map that puts that back.
-type CentredMesh = (Arc<Mesh>, DAffine3);
+type CentredMesh = (Arc<MeshBvh>, DAffine3);
 
 /// Builds objects; each mesh file is read once.
 pub(super) struct ObjectBuilder<'scene> {
@@ -150,7 +150,7 @@ impl<'scene> ObjectBuilder<'scene> {
         }
         let read = read_mesh_from(self.sources.files, file, part);
         let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
-        let (mesh, map) = (Arc::new(Mesh::new(centred.mesh)), centred.to_original);
+        let (mesh, map) = (Arc::new(MeshBvh::new(centred.mesh)), centred.to_original);
         self.meshes.insert(key, (Arc::clone(&mesh), map));
         Ok((mesh, map))
     }
@@ -202,7 +202,7 @@ fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<
     let centred = triangles.centred();
     let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));
     let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;
-    let instance = Instance::new(Arc::new(Mesh::new(centred.mesh)), placement);
+    let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh)), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
 
-use crate::geometry::placement::Placement;
+use crate::geometry::transform::Transform;
 use crate::geometry::ray::narrow;
 use crate::scene::description::check::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
@@ -38,8 +38,8 @@ impl Placing {
 }
 
 /// The placement by a map, or what is wrong with it.
-pub(super) fn placement(to_scene: &DAffine3) -> Result<Placement, String> {
-    Placement::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
+pub(super) fn placement(to_scene: &DAffine3) -> Result<Transform, String> {
+    Transform::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
 }
 
 /// Refuses bounds that reach farther than a scene may.

@@ -50,7 +50,7 @@ impl Texture {
     /// The three channels at a hit.
     pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> [f32; 3] {
         self.value(match objects.texture_place(surface) {
-            TextureCoordinates::Pictures(place) => place,
+            TextureCoordinates::Image(place) => place,
             TextureCoordinates::Metres(place) => {
                 let height_m = self.width_m * self.height as f32 / self.width as f32;
                 0.5 + place / Vec2::new(self.width_m, height_m)
@@ -115,14 +115,14 @@ mod tests {
     fn sides_of_a_box_are_seen_upright_and_a_sphere_from_its_front() {
         let on_box = |own: [f32; 3], normal: Vec3A| match TextureCoordinates::on_box(own.into(), normal) {
             TextureCoordinates::Metres(place) => place,
-            TextureCoordinates::Pictures(_) => panic!("a box is measured in metres"),
+            TextureCoordinates::Image(_) => panic!("a box is measured in metres"),
         };
         assert!(close(on_box([0.2, -1.0, 0.3], Vec3A::NEG_Y), (0.2, 0.3)));
         assert!(close(on_box([0.2, 1.0, 0.3], Vec3A::Y), (-0.2, 0.3)), "from behind, right is left");
         assert!(close(on_box([1.0, 0.2, 0.3], Vec3A::X), (0.2, 0.3)));
         assert!(close(on_box([0.2, 0.3, 1.0], Vec3A::Z), (0.2, 0.3)));
         let on_sphere = |own: Vec3A| match TextureCoordinates::on_sphere(own) {
-            TextureCoordinates::Pictures(place) => place,
+            TextureCoordinates::Image(place) => place,
             TextureCoordinates::Metres(_) => panic!("a picture goes once around a sphere"),
         };
         assert!(close(on_sphere(Vec3A::NEG_Y), (0.5, 0.5)) && close(on_sphere(Vec3A::X), (0.75, 0.5)));

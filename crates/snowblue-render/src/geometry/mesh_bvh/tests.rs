@@ -1,8 +1,8 @@
-//! Tests of meshes, and surfaces for others.
+//! Tests of mesh queries, and meshes for other tests.
 
 use super::*;
 
-/// A sphere of `4 · steps²` · 2 triangles on the sides of an octahedron, radius 1 m.
+/// A unit sphere of 8 · `steps`² triangles, subdivided from an octahedron.
 pub(crate) fn sphere(steps: usize) -> Vec<[Vec3; 3]> {
     let mut triangles = Vec::new();
     for octant in 0..8 {
@@ -20,7 +20,7 @@ pub(crate) fn sphere(steps: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// A cube of `steps²` squares on each side, whose corners have coordinates `at` of 0 to `steps`.
+/// A cube with `steps²` squares on each side. `at` gives the coordinates of steps 0 to `steps`.
 fn cube(steps: usize, at: impl Fn(usize) -> f32) -> Vec<[Vec3; 3]> {
     let mut triangles = Vec::new();
     for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, steps)]) {
@@ -47,13 +47,13 @@ pub(crate) fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
 }
 
 #[test]
-fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
+fn lines_through_vertices_and_edges_have_even_crossings() {
     let triangles = sphere(16);
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&triangles));
     let mut crossings = Vec::new();
     let mut through = 0;
     for (k, direction) in directions(4000).enumerate() {
-        // Aim at a vertex or the middle of an edge, the worst places, from near and from far.
+        // Aim at a vertex or the middle of an edge, from near and far.
         let corners = &triangles[k * 7 % triangles.len()];
         let target: Vec3A = if k % 2 == 0 { corners[0].into() } else { ((corners[0] + corners[1]) * 0.5).into() };
         let origin = target - direction * [0.0, 2.0, 100.0][k % 3];
@@ -65,11 +65,11 @@ fn lines_through_vertices_and_edges_cross_an_even_number_of_times() {
     assert!(through > 3500, "{through}");
 }
 
-/// Coordinates and distances then are rounded to much more than the boxes' padding.
+/// Rounding errors of distant coordinates exceed the padding of the boxes.
 #[test]
-fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
+fn distant_lines_have_exact_crossings_and_first_hits() {
     for triangles in [cube(1, |step| step as f32), sphere(8)] {
-        let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
+        let mesh = MeshBvh::new(TriangleMesh::from_triangles(&triangles));
         let mut crossings = Vec::new();
         let mut through = 0;
         for (k, direction) in directions(20_000).enumerate() {
@@ -83,7 +83,7 @@ fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
             let nearest_m = ahead.fold(f32::INFINITY, f32::min);
             let hit = mesh.first_hit(&ray, f32::INFINITY);
             assert_eq!(hit.is_some(), nearest_m.is_finite(), "line {k}");
-            // Two roundings of the way there.
+            // Two roundings of the distance.
             let apart_m = hit.map_or(0.0, |hit| (hit.distance_m - nearest_m).abs());
             assert!(apart_m <= 2.0 * f32::EPSILON * away_m, "line {k}: {apart_m}");
             assert_eq!(mesh.occludes(&ray, f32::INFINITY), nearest_m.is_finite(), "line {k}");
@@ -94,8 +94,8 @@ fn lines_from_afar_are_counted_exactly_and_hit_the_side_that_they_come_from() {
 }
 
 #[test]
-fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(8)));
+fn the_sign_of_zero_directions_has_no_effect() {
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&sphere(8)));
     for along in [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X, Vec3A::NEG_Y, Vec3A::NEG_Z] {
         for signs in 0..8 {
             let signed =
@@ -111,11 +111,11 @@ fn lines_along_the_axes_are_seen_whatever_the_sign_of_zero() {
 }
 
 #[test]
-fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
-    // Far from the origin and small: coordinates are coarse against the triangles.
+fn lines_beside_vertices_have_exact_crossings() {
+    // A small mesh far from the origin: rounding of coordinates is coarse relative to the triangles.
     let shift = Vec3::new(3.0, -5.0, 2.0);
     let triangles: Vec<_> = sphere(24).into_iter().map(|corners| corners.map(|c| c * 0.01 + shift)).collect();
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&triangles));
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&triangles));
     let mut crossings = Vec::new();
     for (k, mut direction) in directions(30_000).enumerate() {
         if k % 4 == 0 {
@@ -130,10 +130,10 @@ fn lines_a_few_roundings_beside_vertices_are_counted_exactly() {
 }
 
 #[test]
-fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
-    // Lines parallel to a cube's edges through the corners of its squares.
+fn lines_along_box_sides_have_exact_crossings() {
+    // Lines parallel to the cube's edges through the corners of its squares.
     let at = |step: usize| 0.7 + step as f32 * 0.1;
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&cube(16, at)));
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&cube(16, at)));
     let mut crossings = Vec::new();
     for axis in 0..3 {
         for (i, j) in (1..16).flat_map(|i| (1..16).map(move |j| (i, j))) {
@@ -148,8 +148,8 @@ fn lines_along_the_sides_of_the_hierarchys_boxes_are_counted_exactly() {
 }
 
 #[test]
-fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(16)));
+fn axis_parallel_lines_through_vertices_have_exact_crossings() {
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&sphere(16)));
     let mut crossings = Vec::new();
     for axis in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
         for k in 0..64 {
@@ -162,8 +162,8 @@ fn axis_parallel_lines_through_a_lattice_of_vertices_are_counted_exactly() {
 }
 
 #[test]
-fn first_hit_blocking_and_crossings_tell_the_same_distances() {
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&sphere(12)));
+fn first_hit_occlusion_and_crossings_agree() {
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&sphere(12)));
     for direction in directions(500) {
         let ray = Ray { origin: direction * -3.0 + Vec3A::new(0.02, 0.3, -0.1), direction };
         let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
@@ -176,7 +176,7 @@ fn first_hit_blocking_and_crossings_tell_the_same_distances() {
         assert!(mesh.occludes(&ray, hit.distance_m + 1e-4));
         assert!(!mesh.occludes(&ray, hit.distance_m - 1e-4));
         assert!(mesh.first_hit(&ray, hit.distance_m - 1e-4).is_none());
-        // From inside, the same far crossing is the first hit.
+        // From inside, the far crossing is the first hit.
         let inside = Ray { origin: ray.at(3.0), direction };
         let far = mesh.first_hit(&inside, f32::INFINITY).unwrap();
         assert!((far.distance_m + 3.0 - crossings[1].distance_m).abs() < 2e-6);
@@ -184,8 +184,8 @@ fn first_hit_blocking_and_crossings_tell_the_same_distances() {
 }
 
 #[test]
-fn a_single_triangle_is_a_mesh() {
-    let mesh = Mesh::new(TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
+fn a_single_triangle_can_be_hit() {
+    let mesh = MeshBvh::new(TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]));
     let ray = Ray { origin: Vec3A::new(0.2, 0.2, 1.0), direction: Vec3A::NEG_Z };
     let hit = mesh.first_hit(&ray, f32::INFINITY).unwrap();
     assert!((hit.distance_m - 1.0).abs() < 1e-6 && (hit.normal.z.abs() - 1.0).abs() < 1e-6);

@@ -1,0 +1,186 @@
+//! Ray queries on a triangle mesh through its bounding volume hierarchy: first hit, occlusion, and all crossings of a
+//! line.
+//!
+//! Crossings must be counted exactly. The triangle test is watertight and ignores orientation. Every query moves its
+//! origin to the mesh's bounds, so that rounding errors scale with the size of the mesh and not with its distance, and
+//! the boxes of the hierarchy are padded by more than these errors.
+
+use glam::{Vec2, Vec3, Vec3A};
+
+use crate::bvh::bvh8::{Bvh8, BvhRay};
+use crate::geometry::bounds::{Bounds, Interval};
+use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
+use crate::geometry::triangle::{FourTriangles, ShearedRay, TriangleHit};
+use crate::geometry::triangle_mesh::TriangleMesh;
+
+/// Padding of boxes, as a fraction of the mesh's greatest coordinate and diagonal: 16 units in the last place, where a
+/// box test rounds three times.
+const BOX_PADDING: f32 = 16.0 * f32::EPSILON;
+
+/// A triangle mesh with its bounding volume hierarchy, in object space. Distances are in its unit of length.
+#[derive(Debug)]
+pub struct MeshBvh {
+    triangles: TriangleMesh,
+    /// The triangles of each leaf, for testing four at a time.
+    leaves: Vec<FourTriangles>,
+    bvh: Bvh8,
+    bounds: Bounds,
+}
+
+impl MeshBvh {
+    /// Builds the hierarchy.
+    ///
+    /// # Panics
+    ///
+    /// When there are no triangles or a coordinate is not finite. The mesh readers reject both.
+    pub fn new(triangles: TriangleMesh) -> Self {
+        assert!(!triangles.indices.is_empty(), "a mesh has at least one triangle");
+        let corners = || (0..triangles.indices.len()).map(|triangle| triangles.corners(triangle));
+        let tight = Bounds::of(corners().flatten());
+        let padding = BOX_PADDING * (tight.greatest_coordinate() + tight.diagonal_m());
+        let bvh = {
+            let padded: Vec<_> = corners().map(|corners| Bounds::of(corners.into_iter()).padded(padding)).collect();
+            Bvh8::build(&padded)
+        };
+        let four = |leaf| FourTriangles::new(bvh.primitives(leaf).map(|triangle| triangles.corners(triangle)));
+        let leaves = (0..bvh.leaf_count()).map(four).collect();
+        Self { triangles, leaves, bvh, bounds: tight.padded(padding) }
+    }
+
+    /// The indexed triangles.
+    pub fn triangles(&self) -> &TriangleMesh {
+        &self.triangles
+    }
+
+    /// Interpolated texture coordinates, if the mesh has them.
+    pub fn uv(&self, location: &MeshLocation) -> Option<Vec2> {
+        self.triangles.indices[location.triangle as usize]
+            .iter()
+            .zip(location.weights)
+            .try_fold(Vec2::ZERO, |sum, (&at, weight)| Some(sum + *self.triangles.uv.get(at as usize)? * weight))
+    }
+
+    /// An interpolated vertex attribute, by its name in the mesh file.
+    pub fn attribute(&self, name: &str, location: &MeshLocation) -> Option<f32> {
+        let values = self.triangles.attributes.get(name)?;
+        let vertices = self.triangles.indices[location.triangle as usize];
+        Some(vertices.iter().zip(location.weights).map(|(&at, weight)| values[at as usize] * weight).sum())
+    }
+
+    /// Axis-aligned bounds, padded for ray queries.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The first hit beyond the ray's origin and nearer than `limit_m`. If two triangles are hit at the same distance,
+    /// as at a fold, the one of lower index counts.
+    pub(crate) fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
+        let query = MeshQuery::new(self, ray, Interval { start_m: 0.0, end_m: limit_m })?;
+        let mut nearest_m = limit_m - query.start_m;
+        let mut found = None;
+        self.bvh.traverse_ordered(&query.bvh_ray, |leaf| {
+            query.intersect(&self.leaves[leaf], |slot, hit| {
+                let distance_m = narrow(hit.distance_m);
+                let has_lower_index = |(leaf_found, slot_found, _)| {
+                    distance_m <= nearest_m
+                        && self.bvh.primitive(leaf, slot) < self.bvh.primitive(leaf_found, slot_found)
+                };
+                let is_nearest = distance_m < nearest_m || found.is_some_and(has_lower_index);
+                if query.is_beyond_origin(hit.distance_m) && is_nearest {
+                    nearest_m = distance_m;
+                    found = Some((leaf, slot, hit.weights));
+                }
+            });
+            nearest_m
+        });
+        let (leaf, slot, weights) = found?;
+        let corners = self.leaves[leaf].corners(slot);
+        let [u, v, w] = weights.map(narrow);
+        Some(ShapeHit {
+            distance_m: nearest_m + query.start_m,
+            point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
+            normal: area_normal(&corners).normalize(),
+            place: MeshLocation { triangle: self.bvh.primitive(leaf, slot), weights: [u, v, w] },
+        })
+    }
+
+    /// Whether the ray hits the mesh beyond its origin and nearer than `limit_m`.
+    pub(crate) fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
+        let Some(query) = MeshQuery::new(self, ray, Interval { start_m: 0.0, end_m: limit_m }) else {
+            return false;
+        };
+        let mut occluded = false;
+        self.bvh.traverse(&query.bvh_ray, |leaf| {
+            query.intersect(&self.leaves[leaf], |_, hit| {
+                occluded |= query.is_beyond_origin(hit.distance_m) && narrow(hit.distance_m) < limit_m - query.start_m;
+            });
+            occluded
+        });
+        occluded
+    }
+
+    /// Adds all crossings of the ray's line from `from_m` on, which may be negative, in any order.
+    pub(crate) fn crossings(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
+        let Some(query) = MeshQuery::new(self, ray, Interval { start_m: from_m, end_m: f32::INFINITY }) else {
+            return;
+        };
+        self.bvh.traverse(&query.bvh_ray, |leaf| {
+            let four = &self.leaves[leaf];
+            query.intersect(four, |slot, hit| {
+                let distance_m = narrow(hit.distance_m + f64::from(query.start_m));
+                if distance_m >= from_m {
+                    crossings.push(Crossing::new(distance_m, area_normal(&four.corners(slot))));
+                }
+            });
+            false
+        });
+    }
+}
+
+/// A ray whose origin was moved to the mesh's bounds.
+struct MeshQuery {
+    /// Distance from the original origin to the new one.
+    start_m: f32,
+    bvh_ray: BvhRay,
+    sheared: ShearedRay,
+}
+
+impl MeshQuery {
+    /// Prepares an interval of a ray; none if it misses the bounds.
+    #[inline]
+    fn new(mesh: &MeshBvh, ray: &Ray, interval: Interval) -> Option<Self> {
+        let start_m = mesh.bounds.intersect(ray, interval)?.start_m;
+        let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
+        // If the interval starts before the bounds, the moved ray has no start: by rounding, the origin of a distant ray
+        // may be moved into the bounds.
+        let from_m = if start_m > interval.start_m { f32::NEG_INFINITY } else { 0.0 };
+        let moved_interval = Interval { start_m: from_m, end_m: interval.end_m - start_m };
+        Some(Self { start_m, bvh_ray: BvhRay::new(&moved, moved_interval), sheared: ShearedRay::new(&moved) })
+    }
+
+    /// Calls `found` for each of a leaf's triangles that the line crosses.
+    #[inline(always)]
+    fn intersect(&self, four: &FourTriangles, mut found: impl FnMut(usize, TriangleHit)) {
+        let mut candidates = self.sheared.candidates(four);
+        while candidates != 0 {
+            let slot = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            if let Some(hit) = self.sheared.intersect(&four.corners(slot)) {
+                found(slot, hit);
+            }
+        }
+    }
+
+    /// Whether a distance from the new origin lies beyond the original one.
+    fn is_beyond_origin(&self, distance_m: f64) -> bool {
+        distance_m + f64::from(self.start_m) > 0.0
+    }
+}
+
+/// Normal by the order of the corners, with a length of twice the area.
+fn area_normal(corners: &[Vec3; 3]) -> Vec3A {
+    (corners[1] - corners[0]).cross(corners[2] - corners[0]).into()
+}
+
+#[cfg(test)]
+pub(crate) mod tests;
