@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Compares thickness through meshes with Embree: the same hits, numbers of crossings and mean thickness.
 
-    python3 scripts/check_embree.py THICKNESS_MAP [MESH.ply ...]
+    python3 scripts/check_embree.py XTASK [MESH.ply ...]
 
-THICKNESS_MAP is a program that traces grids of lines in three directions and prints them with all digits. Embree
-traces the same lines through the same triangles. A generated mesh is checked first: a wavy, hollow torus with thin
+XTASK is the program target/debug/xtask, whose task thickness-map traces grids of lines in three directions and prints
+them with all digits. Embree traces the same lines through the same triangles. A generated mesh is checked first: a wavy, hollow torus with thin
 parts.
 """
 
@@ -69,9 +69,9 @@ def embree_lines(triangles, origins, directions, size):
     return first, crossings, thickness
 
 
-def compare(example, mesh):
+def compare(xtask, mesh):
     """Prints the results of both, and fails if they differ."""
-    done = subprocess.run([example, mesh, str(LINES)], capture_output=True, text=True)
+    done = subprocess.run([xtask, "thickness-map", mesh, str(LINES)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     ours = np.array([[float(field) for field in row.split(",")] for row in done.stdout.splitlines()[1:]])
     hit, crossings, thickness = ours[:, 6], ours[:, 7].astype(int), ours[:, 8]
@@ -100,13 +100,13 @@ def compare(example, mesh):
 
 
 def main():
-    example, *meshes = sys.argv[1:]
+    xtask, *meshes = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
         torus = Path(folder) / "torus.ply"
         export_torus(torus)
-        assert compare(example, torus) == 0, "a line crosses a closed mesh an even number of times"
+        assert compare(xtask, torus) == 0, "a line crosses a closed mesh an even number of times"
     for mesh in meshes:
-        compare(example, mesh)
+        compare(xtask, mesh)
 
 
 if __name__ == "__main__":

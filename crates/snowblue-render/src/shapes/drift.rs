@@ -1,4 +1,4 @@
-//! Ground under snow: a level cover with mounds on it, as snow lies over stones, shrubs and garden lamps, slightly uneven.
+//! Snow cover: a level layer with mounds, as over stones or shrubs, and a fine relief.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -7,31 +7,31 @@ use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::shapes::height_field::Heights;
 use crate::shapes::relief::relief;
 
-/// Points of the grid along the longer side.
+/// Grid points along the longer side.
 const GRID: usize = 480;
-/// Over which length the surface is uneven, in m, and at which height of its relief.
+/// Horizontal scale of the relief, in m.
 const RELIEF_SIZE_M: f64 = 0.35;
 
-/// A heap on the ground.
+/// A mound of snow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mound {
-    /// Its middle, in m.
-    pub middle_m: DVec2,
-    /// Its height above the level cover, in m.
+    /// Position of its centre, in m.
+    pub centre_m: DVec2,
+    /// Height above the level surface, in m.
     pub height_m: f64,
-    /// From its middle to where its side is steepest, in m.
+    /// Distance from the centre to the steepest slope, in m.
     pub radius_m: f64,
 }
 
 impl Mound {
-    /// Height at a place: a rounded top with sides as snow lies on a thing, and no edge at the foot.
-    fn height_m(&self, at: DVec2) -> f64 {
-        let distance = at.distance(self.middle_m) / self.radius_m;
+    /// Height at a position: a rounded top with a smooth foot.
+    fn height_m(&self, position: DVec2) -> f64 {
+        let distance = position.distance(self.centre_m) / self.radius_m;
         self.height_m / (1.0 + distance.powi(2) * (1.0 + distance.powi(2)) / 2.0).powf(1.5)
     }
 }
 
-/// The solid of snow between a surface about z = 0 and a level bottom, over a rectangle about the origin.
+/// A solid of snow between a surface near z = 0 and a level bottom at z = −`size_m.z`, centred on the z axis.
 ///
 /// # Errors
 ///
@@ -43,9 +43,10 @@ pub fn drift(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Resul
     let height_m = |index: usize| {
         let along = (index % columns) as f64 / (columns - 1) as f64 - 0.5;
         let up = 0.5 - (index / columns) as f64 / (rows - 1) as f64;
-        let at = DVec2::new(along * size_m.x, up * size_m.y);
-        let uneven = relief(at.extend(0.0), RELIEF_SIZE_M, seed) + 0.15 * relief(at.extend(9.0), 0.04, seed);
-        narrow(relief_m * uneven + mounds.iter().map(|mound| mound.height_m(at)).sum::<f64>())
+        let position = DVec2::new(along * size_m.x, up * size_m.y);
+        let height =
+            relief(position.extend(0.0), RELIEF_SIZE_M, seed) + 0.15 * relief(position.extend(9.0), 0.04, seed);
+        narrow(relief_m * height + mounds.iter().map(|mound| mound.height_m(position)).sum::<f64>())
     };
     let heights = Heights::new(columns, (0..columns * rows).map(height_m).collect())?;
     heights.solid(Vec3::new(narrow(size_m.x), narrow(size_m.y), 1.0), narrow(-size_m.z))
@@ -62,14 +63,14 @@ mod tests {
     use crate::mesh_tools::topology::Topology;
 
     #[test]
-    fn a_mound_stands_where_it_is_put_on_a_closed_cover() {
+    fn a_mound_stands_at_its_position_on_a_closed_solid() {
         let mound = Mound { centre_m: DVec2::new(0.5, -0.25), height_m: 0.4, radius_m: 0.2 };
         let solid = drift(DVec3::new(3.0, 2.0, 0.2), &[mound], 0.01, 1).unwrap();
         let topology = Topology::of(&solid);
         assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
         let top = solid.positions.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
-        // A grid of 6 mm, and a relief of at most two layers' heights.
-        assert!(top.truncate().as_dvec2().distance(mound.middle_m) < 0.03 && (top.z - 0.4).abs() < 0.025, "{top}");
+        // The grid spacing is 6 mm, and the relief at most 0.02 m.
+        assert!(top.truncate().as_dvec2().distance(mound.centre_m) < 0.03 && (top.z - 0.4).abs() < 0.025, "{top}");
         assert!(drift(DVec3::new(3.0, 2.0, 0.001), &[], 0.01, 1).unwrap_err().contains("bottom"));
     }
 }

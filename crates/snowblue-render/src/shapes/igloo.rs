@@ -1,9 +1,8 @@
-//! A dome of separate blocks of snow, as builders cut and lay them: level courses that lean inwards on a sphere, each with
-//! its joints over the middles of the blocks below, closed by a king block.
+//! Igloo: a spherical dome of separate snow blocks in level courses, with staggered joints, closed by a king block.
 //!
-//! Each block is a closed surface of its own. Blocks touch in the middle of the wall; towards both faces their edges
-//! are rounded, so that the wall is thinnest along the seams and light bleeds through there. Widths, slants of joints, the
-//! lie of courses and of blocks, and the faces are uneven by a few millimetres or centimetres, as hands make them.
+//! Each block is a closed mesh. Blocks overlap slightly in the middle of the wall. Towards both faces their edges are
+//! rounded, so that the wall is thinnest along the seams, where most light passes. Widths, joints, courses, offsets and
+//! faces are irregular by millimetres to centimetres, as of blocks cut by hand.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,55 +11,55 @@ use glam::{DVec3, IVec3};
 use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
 use crate::shapes::relief::{relief, uniform};
 
-/// Side of the facets, in m.
-const FACET_M: f64 = 0.012;
-/// How far blocks reach into each other, on each side, in m: more than facets on either side of a seam lie apart.
+/// Grid spacing of the faces, in m.
+const GRID_SPACING_M: f64 = 0.012;
+/// Overlap of blocks on each side, in m: more than the distance between the facets of adjacent blocks.
 const OVERLAP_M: f64 = 0.0005;
-/// How far the lowest course reaches into the ground, in m.
+/// Depth of the lowest course below the ground, in m.
 const FOOTING_M: f64 = 0.06;
-/// How far seams between courses rise and fall, in m.
+/// Amplitude of the waves of seams between courses, in m.
 const WAVE_M: f64 = 0.012;
-/// How much narrower or wider than the mean a block may be.
+/// Relative range of block widths.
 const UNEVEN_WIDTH: f64 = 0.16;
-/// How far a joint may lean to either side over its height, in m.
+/// Greatest horizontal slant of a joint over its height, in m.
 const SLANT_M: f64 = 0.03;
-/// How far a block may stand out of the wall or back, in m.
+/// Greatest offset of a block from the wall, in m.
 const OUT_OF_LINE_M: f64 = 0.006;
-/// Height of the relief of a face, in m, and over which length it varies.
+/// Amplitude and scale of the relief of faces, in m.
 const RELIEF_M: f64 = 0.0035;
 const RELIEF_SIZE_M: f64 = 0.16;
-/// Share of the quarter turn from the ground to the top that the king block takes.
-const KING_SHARE: f64 = 0.13;
+/// Angular radius of the king block, as a fraction of the right angle from the ground to the top.
+const KING_BLOCK_FRACTION: f64 = 0.13;
 
-/// What an igloo is like.
+/// Parameters of an igloo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Igloo {
-    /// Radius of the hollow, in m.
+    /// Inner radius, in m.
     pub inner_radius_m: f64,
-    /// Thickness of the wall in the middle of a block, in m.
+    /// Wall thickness in the middle of a block, in m.
     pub wall_m: f64,
-    /// Rings of blocks below the king block.
+    /// Number of courses below the king block.
     pub courses: u32,
     /// Mean width of a block along its course, in m.
     pub block_width_m: f64,
-    /// How far seams are sunk into either face, in m.
+    /// Depth of seams in either face, in m.
     pub seam_depth_m: f64,
-    /// From its edge to where a block has its full thickness, in m.
+    /// Distance from the edge of a block to its full thickness, in m.
     pub seam_width_m: f64,
-    /// Which unevenness.
+    /// Seed of all irregularities.
     pub seed: u32,
 }
 
 impl Igloo {
-    /// The blocks, course by course from the ground; the king block is the last. The centre of the sphere is the
-    /// origin, and the ground is at z = 0.
+    /// The blocks, course by course from the ground, with the king block last. The centre of the sphere is the origin;
+    /// the ground is at z = 0.
     pub fn blocks(&self) -> Vec<TriangleMesh> {
         let mut blocks = Vec::new();
         for course in 0..self.courses {
             let middle = 0.5 * (self.rise(course, 0.0) + self.rise(course + 1, 0.0));
             let around_m = TAU * self.middle_radius_m() * middle.cos();
             let count = (around_m / self.block_width_m).round().max(5.0);
-            // Half a block on from the course below, which has about as many.
+            // Shifted by half a block from the course below.
             let turn = 0.5 * TAU / count * f64::from(course % 2);
             for number in 0..whole(count) {
                 let joint = |joint: u32| Joint {
@@ -87,18 +86,18 @@ impl Igloo {
         if course == 0 {
             return -FOOTING_M / radius_m;
         }
-        let share = f64::from(course) / f64::from(self.courses);
-        let phase = TAU * self.chance(course, 0, 0);
+        let fraction = f64::from(course) / f64::from(self.courses);
+        let phase = TAU * self.random(course, 0, 0);
         let wave = (3.0 * azimuth + phase).sin() + 0.6 * (7.0 * azimuth + 2.0 * phase).sin();
-        // A seam near the top goes round too little to wave.
-        share * (1.0 - KING_SHARE) * FRAC_PI_2 + wave * (1.0 - 0.7 * share) * WAVE_M / (1.6 * radius_m)
+        // The waves are smaller near the top, where the seam is short.
+        fraction * (1.0 - KING_BLOCK_FRACTION) * FRAC_PI_2 + wave * (1.0 - 0.7 * fraction) * WAVE_M / (1.6 * radius_m)
     }
 
-    /// Azimuth of a joint at a height within its course, from 0 to 1.
+    /// Azimuth of a joint at a relative height of 0–1 in its course.
     fn azimuth(&self, joint: &Joint, height: f64) -> f64 {
-        let uneven = UNEVEN_WIDTH * (self.chance(joint.course, joint.number, 1) - 0.5);
+        let uneven = UNEVEN_WIDTH * (self.random(joint.course, joint.number, 1) - 0.5);
         let lap = if joint.laps { TAU } else { 0.0 };
-        let slant = SLANT_M / self.block_width_m * (self.chance(joint.course, joint.number, 2) - 0.5) * (height - 0.5);
+        let slant = SLANT_M / self.block_width_m * (self.random(joint.course, joint.number, 2) - 0.5) * (height - 0.5);
         joint.turn + (f64::from(joint.number) + uneven + 2.0 * slant) * TAU / joint.count + lap
     }
 
@@ -114,15 +113,15 @@ impl Igloo {
             radius_m * direction(0.0, 0.5).angle_between(direction(1.0, 0.5)),
             radius_m * direction(0.5, 0.0).angle_between(direction(0.5, 1.0)),
         ];
-        // Stretched about its middle, it overlaps its neighbours.
+        // Stretched about its middle, so that it overlaps its neighbours.
         let [wider, higher] = size_m.map(|side_m| 1.0 + 2.0 * OVERLAP_M / side_m);
         let stretched = |u: f64, v: f64| direction(0.5 + (u - 0.5) * wider, 0.5 + (v - 0.5) * higher);
-        let edge_m = |u: f64, v: f64| {
-            let across_m = u.min(1.0 - u) * size_m[0] * stretch_of_course(stretched(0.5, v), middle);
-            (across_m, v.min(1.0 - v) * size_m[1])
+        let edges = |u: f64, v: f64| EdgeDistances {
+            along_m: u.min(1.0 - u) * size_m[0] * course_stretch(stretched(0.5, v), middle),
+            across_m: v.min(1.0 - v) * size_m[1],
         };
-        let offset = OUT_OF_LINE_M * (2.0 * self.chance(course, number, 3) - 1.0);
-        self.closed(size_m, offset, &stretched, &edge_m)
+        let offset = OUT_OF_LINE_M * (2.0 * self.random(course, number, 3) - 1.0);
+        self.closed(size_m, offset, &stretched, &edges)
     }
 
     /// The round block that closes the top.
@@ -131,24 +130,27 @@ impl Igloo {
         let half_m = radius_m * (FRAC_PI_2 - self.rise(self.courses, 0.0));
         let stretch = 1.0 + OVERLAP_M / half_m;
         let direction = |u: f64, v: f64| {
-            let (distance, azimuth) = disc(2.0 * u - 1.0, 2.0 * v - 1.0);
+            let DiscPoint { distance, azimuth } = disc(2.0 * u - 1.0, 2.0 * v - 1.0);
             let fall = distance * stretch * (FRAC_PI_2 - self.rise(self.courses, azimuth));
             DVec3::new(fall.sin() * azimuth.cos(), fall.sin() * azimuth.sin(), fall.cos())
         };
-        let edge_m = |u: f64, v: f64| ((1.0 - disc(2.0 * u - 1.0, 2.0 * v - 1.0).0) * half_m, f64::INFINITY);
-        self.closed([2.0 * half_m; 2], 0.0, &direction, &edge_m)
+        let edges = |u: f64, v: f64| EdgeDistances {
+            along_m: (1.0 - disc(2.0 * u - 1.0, 2.0 * v - 1.0).distance) * half_m,
+            across_m: f64::INFINITY,
+        };
+        self.closed([2.0 * half_m; 2], 0.0, &direction, &edges)
     }
 
-    /// The surface of a block over the directions in which it is seen from the centre, as a map of the unit square;
-    /// `edge_m` is how far a place is from the block's edges, in m.
+    /// The closed surface of a block. `direction` maps the unit square to directions from the centre, `edges` to distances
+    /// from the edges.
     fn closed(
         &self,
         size_m: [f64; 2],
         offset_m: f64,
         direction: &dyn Fn(f64, f64) -> DVec3,
-        edge_m: &dyn Fn(f64, f64) -> (f64, f64),
+        edges: &dyn Fn(f64, f64) -> EdgeDistances,
     ) -> TriangleMesh {
-        let [columns, rows] = size_m.map(|side_m| (side_m / FACET_M).ceil().max(8.0));
+        let [columns, rows] = size_m.map(|side_m| (side_m / GRID_SPACING_M).ceil().max(8.0));
         let (width, height) = (whole(columns) + 1, whole(rows) + 1);
         let mut block = TriangleMesh::default();
         for outside in [false, true] {
@@ -156,7 +158,7 @@ impl Igloo {
                 for column in 0..width {
                     let (u, v) = (f64::from(column) / columns, f64::from(row) / rows);
                     let towards = direction(u, v);
-                    let sunk_m = self.sunk_m(edge_m(u, v)) - self.uneven_m(towards, outside);
+                    let sunk_m = self.seam_m(&edges(u, v)) - self.relief_m(towards, outside);
                     let radius_m =
                         if outside { self.inner_radius_m + self.wall_m - sunk_m } else { self.inner_radius_m + sunk_m };
                     block.positions.push(((radius_m + offset_m) * towards).as_vec3());
@@ -167,21 +169,21 @@ impl Igloo {
         block
     }
 
-    /// How far a face is sunk at these distances from the edges along and across a course: the edges are rounded.
-    fn sunk_m(&self, (across_m, along_m): (f64, f64)) -> f64 {
+    /// Depth of a face below its middle near rounded edges, in m.
+    fn seam_m(&self, edges: &EdgeDistances) -> f64 {
         let near = |edge_m: f64| (1.0 - edge_m / self.seam_width_m).clamp(0.0, 1.0);
-        // Rounded corners, but less so than those of a circle, which would leave holes where three blocks meet.
-        let near = (near(across_m).powi(4) + near(along_m).powi(4)).sqrt().sqrt().min(1.0);
+        // The 4-norm rounds corners less than a circle, which would leave holes where three blocks meet.
+        let near = (near(edges.along_m).powi(4) + near(edges.across_m).powi(4)).sqrt().sqrt().min(1.0);
         self.seam_depth_m * near * near
     }
 
-    fn uneven_m(&self, towards: DVec3, outside: bool) -> f64 {
-        let at = towards * self.inner_radius_m;
-        RELIEF_M * relief(at, RELIEF_SIZE_M, self.seed.wrapping_add(if outside { 200 } else { 100 }))
+    fn relief_m(&self, towards: DVec3, outside: bool) -> f64 {
+        let position = towards * self.inner_radius_m;
+        RELIEF_M * relief(position, RELIEF_SIZE_M, self.seed.wrapping_add(if outside { 200 } else { 100 }))
     }
 
-    /// A number in [0, 1) for one of the choices about a block.
-    fn chance(&self, course: u32, number: u32, choice: u32) -> f64 {
+    /// A pseudo-random number in [0, 1) for one of the choices about a block.
+    fn random(&self, course: u32, number: u32, choice: u32) -> f64 {
         uniform(IVec3::new(course.cast_signed(), number.cast_signed(), choice.cast_signed()), self.seed)
     }
 }
@@ -192,27 +194,40 @@ struct Joint {
     number: u32,
     /// Azimuth at which the course starts.
     turn: f64,
-    /// Blocks of the course.
+    /// Number of blocks of the course.
     count: f64,
-    /// Whether it is the first joint again, after a full turn.
+    /// Whether this is the first joint again after a full turn.
     laps: bool,
 }
 
-/// How much wider a course is at a place than in the middle of the block.
-fn stretch_of_course(at: DVec3, middle: DVec3) -> f64 {
-    at.truncate().length() / middle.truncate().length()
+/// Circumference of a course at a height, relative to that at the middle of the block.
+fn course_stretch(direction: DVec3, middle: DVec3) -> f64 {
+    direction.truncate().length() / middle.truncate().length()
 }
 
-/// The square [−1, 1]² mapped onto the unit disc, circles from squares (Shirley & Chiu 1997, "A low distortion map between
-/// disk and square", doi:10.1080/10867651.1997.10487479): distance from the middle, and azimuth.
-fn disc(x: f64, y: f64) -> (f64, f64) {
+/// A point of the unit disc in polar coordinates.
+struct DiscPoint {
+    distance: f64,
+    azimuth: f64,
+}
+
+/// Distances from the edges of a block along and across its course.
+struct EdgeDistances {
+    along_m: f64,
+    across_m: f64,
+}
+
+/// Maps the square [−1, 1]² to the unit disc, and concentric squares to circles (Shirley & Chiu 1997, "A low distortion
+/// map between disk and square", doi:10.1080/10867651.1997.10487479).
+fn disc(x: f64, y: f64) -> DiscPoint {
     let eighth = TAU / 8.0;
     if x == 0.0 && y == 0.0 {
-        (0.0, 0.0)
+        DiscPoint { distance: 0.0, azimuth: 0.0 }
     } else if x.abs() > y.abs() {
-        (x.abs(), eighth * y / x + if x < 0.0 { 4.0 * eighth } else { 0.0 })
+        DiscPoint { distance: x.abs(), azimuth: eighth * y / x + if x < 0.0 { 4.0 * eighth } else { 0.0 } }
     } else {
-        (y.abs(), 2.0 * eighth - eighth * x / y + if y < 0.0 { 4.0 * eighth } else { 0.0 })
+        let azimuth = 2.0 * eighth - eighth * x / y + if y < 0.0 { 4.0 * eighth } else { 0.0 };
+        DiscPoint { distance: y.abs(), azimuth }
     }
 }
 
@@ -221,7 +236,7 @@ fn whole(count: f64) -> u32 {
     count as u32
 }
 
-/// The middle of a block's inner face, for tests: the vertex in the middle of its grid.
+/// The vertex in the middle of a block's inner face.
 #[cfg(test)]
 fn middle_of_inner_face(block: &TriangleMesh) -> glam::Vec3 {
     let half = &block.positions[..block.positions.len() / 2];
@@ -255,19 +270,19 @@ mod tests {
             assert!(topology.is_closed() && topology.reversed_edges == 0, "block {number}: {topology:?}");
             assert_eq!((topology.shared_edges, topology.degenerate_triangles), (0, 0), "block {number}");
         }
-        // A half shell and its footing, less the seams: these take less than a fifth.
+        // A half shell and its footing. The seams take less than a fifth of the volume.
         let shell_m3 = TAU / 3.0 * (1.65f64.powi(3) - 1.5f64.powi(3)) + TAU * 1.575 * 0.15 * 0.06;
         let filled = blocks.iter().map(volume).sum::<f64>() / shell_m3;
         assert!((0.8..1.0).contains(&filled), "{filled}");
     }
 
     #[test]
-    fn walls_are_thick_in_the_middle_of_a_block_and_thin_at_its_seams() {
+    fn walls_have_full_thickness_in_the_middle_of_blocks_and_less_at_seams() {
         for (number, block) in IGLOO.blocks().into_iter().enumerate() {
             let middle = middle_of_inner_face(&block).normalize();
             let edge = block.positions[0].normalize();
             let mesh = MeshBvh::new(block);
-            // Just within the edge, where the neighbour is not.
+            // Just inside the edge, where the neighbour does not overlap.
             let thickness = |towards: Vec3| {
                 let mut crossings = Vec::new();
                 mesh.crossings(
@@ -278,7 +293,7 @@ mod tests {
                 crossings.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
                 crossings.chunks_exact(2).map(|pair| pair[1].distance_m - pair[0].distance_m).sum::<f32>()
             };
-            // The relief is at most twice its height, on either face.
+            // The relief of either face is at most twice its amplitude.
             assert!((thickness(middle) - 0.15).abs() < 4.0 * narrow(RELIEF_M), "block {number}: {}", thickness(middle));
             let seam = thickness(edge.lerp(middle, 0.01).normalize());
             assert!((0.06..0.12).contains(&seam), "block {number}: {seam}");
@@ -286,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_from_within_meet_snow_in_every_direction() {
+    fn lines_from_inside_hit_snow_in_every_direction() {
         let blocks: Vec<MeshBvh> = IGLOO.blocks().into_iter().map(MeshBvh::new).collect();
         for number in 0..3000u32 {
             let rise = f64::from(number) / 3000.0;
@@ -299,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_lie_over_blocks() {
+    fn courses_have_at_most_as_many_blocks_as_those_below() {
         for course in 1..IGLOO.courses {
             let around = |course: u32| {
                 let middle = 0.5 * (IGLOO.rise(course, 0.0) + IGLOO.rise(course + 1, 0.0));

@@ -1,4 +1,4 @@
-//! Solids made by rules, as triangle meshes.
+//! Procedural solids as triangle meshes.
 
 pub mod drift;
 pub mod height_field;

@@ -177,7 +177,7 @@ impl ShapeDescription {
 fn drift_solid(description: &DriftDescription) -> Result<TriangleMesh, String> {
     let single = |number: f64| f64::from(narrow(number));
     let mounds = description.mounds.iter().map(|mound| Mound {
-        middle_m: DVec2::new(single(mound.x), single(mound.y)),
+        centre_m: DVec2::new(single(mound.x), single(mound.y)),
         height_m: single(mound.height),
         radius_m: single(mound.radius),
     });
