@@ -1,9 +1,9 @@
-//! Boxes in any orientation, exact: a line meets one in two points or none (Kay & Kajiya 1986, "Ray tracing complex
-//! scenes", doi:10.1145/15922.15916, the slab method, in the box's own coordinates).
+//! Oriented boxes, by the slab method in object space (Kay & Kajiya 1986, "Ray tracing complex scenes",
+//! doi:10.1145/15922.15916). A line crosses a box twice or not at all.
 
 use glam::{BVec3A, Mat3A, Vec3A};
 
-use crate::geometry::bounds::{Bounds, finite_inverse};
+use crate::geometry::bounds::{Bounds, Interval, finite_inverse};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit};
 use crate::geometry::texture_coordinates::TextureCoordinates;
 
@@ -12,32 +12,38 @@ use crate::geometry::texture_coordinates::TextureCoordinates;
 pub struct Cuboid {
     centre: Vec3A,
     half_size: Vec3A,
-    /// Columns: the box's axes in the scene.
+    /// The axes of the box in scene space, as columns.
     axes: Mat3A,
-    /// The same as rows: from the scene to the box.
-    to_local: Mat3A,
-    /// Whether the box's axes are those of the scene, as those of most boxes are.
-    is_upright: bool,
+    /// The transpose: from scene space to object space.
+    to_object: Mat3A,
+    /// Whether the axes of the box are those of the scene, which saves the rotations.
+    is_axis_aligned: bool,
 }
 
-/// Where a line goes through the three pairs of planes in which the faces lie, in the box's coordinates and in m along it.
+/// Distances at which a line enters and leaves the three slabs between opposite faces, in m.
 struct Slabs {
     enter_m: Vec3A,
     leave_m: Vec3A,
 }
 
 impl Cuboid {
-    /// A box of given full size around `centre`, both in m, turned by the rotation matrix `axes`.
+    /// A box of a full size around `centre`, both in m, rotated by the matrix `axes`.
     pub fn new(centre: Vec3A, size: Vec3A, axes: Mat3A) -> Self {
-        Self { centre, half_size: size * 0.5, axes, to_local: axes.transpose(), is_upright: axes == Mat3A::IDENTITY }
+        Self {
+            centre,
+            half_size: size * 0.5,
+            axes,
+            to_object: axes.transpose(),
+            is_axis_aligned: axes == Mat3A::IDENTITY,
+        }
     }
 
-    /// The axis-parallel box around it.
+    /// Axis-aligned bounds.
     pub fn bounds(&self) -> Bounds {
-        let reach = self.axes.x_axis.abs() * self.half_size.x
+        let half_extent = self.axes.x_axis.abs() * self.half_size.x
             + self.axes.y_axis.abs() * self.half_size.y
             + self.axes.z_axis.abs() * self.half_size.z;
-        Bounds { low: self.centre - reach, high: self.centre + reach }
+        Bounds { low: self.centre - half_extent, high: self.centre + half_extent }
     }
 
     /// Volume in m³.
@@ -49,25 +55,25 @@ impl Cuboid {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        let local = self.own(ray);
+        let local = self.ray_to_object(ray);
         let slabs = self.slabs(&local);
-        let distance_m = slabs.ahead_m(limit_m)?;
+        let distance_m = slabs.first_hit_m(limit_m)?;
         let [entered, left] = [slabs.enter_m, slabs.leave_m].map(|planes_m| planes_m.cmpeq(Vec3A::splat(distance_m)));
         let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
         let side = Vec3A::ONE.copysign(outward);
         let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        Some(ShapeHit::plain(distance_m, self.centre + self.turned(point), self.turned(one_of(met, side))))
+        Some(ShapeHit::plain(distance_m, self.centre + self.to_scene(point), self.to_scene(face_normal(met, side))))
     }
 
-    /// Whether its surface lies beyond the ray's origin and nearer than `limit_m`.
+    /// Whether the ray hits the surface beyond its origin and nearer than `limit_m`.
     #[inline]
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
-        self.slabs(&self.own(ray)).ahead_m(limit_m).is_some()
+        self.slabs(&self.ray_to_object(ray)).first_hit_m(limit_m).is_some()
     }
 
-    /// The two crossings of the whole line of the ray, in its order and with unit normals, if it meets the box.
+    /// The two crossings of the ray's line, in order and with unit normals.
     ///
-    /// A cube's longest line is its space diagonal, √3 times its edge:
+    /// The longest chord of a cube is its space diagonal, √3 times its edge:
     /// ```
     /// # use snowblue_render::{cuboid::Cuboid, ray::Ray};
     /// # use glam::{Mat3A, Vec3A};
@@ -78,36 +84,36 @@ impl Cuboid {
     /// ```
     #[inline]
     pub fn crossings(&self, ray: &Ray) -> Option<[Crossing; 2]> {
-        let local = self.own(ray);
+        let local = self.ray_to_object(ray);
         let slabs = self.slabs(&local);
-        let (near_m, far_m) = slabs.span_m()?;
+        let Interval { start_m: near_m, end_m: far_m } = slabs.inside()?;
         let side = Vec3A::ONE.copysign(local.direction);
-        let inward = one_of(slabs.enter_m.cmpeq(Vec3A::splat(near_m)), -side);
-        let outward = one_of(slabs.leave_m.cmpeq(Vec3A::splat(far_m)), side);
-        Some([Crossing::new(near_m, self.turned(inward)), Crossing::new(far_m, self.turned(outward))])
+        let inward = face_normal(slabs.enter_m.cmpeq(Vec3A::splat(near_m)), -side);
+        let outward = face_normal(slabs.leave_m.cmpeq(Vec3A::splat(far_m)), side);
+        Some([Crossing::new(near_m, self.to_scene(inward)), Crossing::new(far_m, self.to_scene(outward))])
     }
 
-    /// The place for textures of a point on it whose normal is that of the side that is seen.
+    /// Texture coordinates of a point on the surface, with the normal of the visible side.
     pub(crate) fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
-        TextureCoordinates::on_box(self.to_local * (point - self.centre), self.to_local * normal)
+        TextureCoordinates::on_box(self.to_object * (point - self.centre), self.to_object * normal)
     }
 
     #[inline]
-    fn own(&self, ray: &Ray) -> Ray {
+    fn ray_to_object(&self, ray: &Ray) -> Ray {
         let origin = ray.origin - self.centre;
-        if self.is_upright {
+        if self.is_axis_aligned {
             return Ray { origin, direction: ray.direction };
         }
-        Ray { origin: self.to_local * origin, direction: self.to_local * ray.direction }
+        Ray { origin: self.to_object * origin, direction: self.to_object * ray.direction }
     }
 
-    /// A vector of the box in the scene.
+    /// Rotates a vector to scene space.
     #[inline]
-    fn turned(&self, local: Vec3A) -> Vec3A {
-        if self.is_upright { local } else { self.axes * local }
+    fn to_scene(&self, local: Vec3A) -> Vec3A {
+        if self.is_axis_aligned { local } else { self.axes * local }
     }
 
-    /// Where a line goes through the planes of the faces.
+    /// The slabs along a line.
     #[inline]
     fn slabs(&self, local: &Ray) -> Slabs {
         let inverse = finite_inverse(local.direction);
@@ -118,26 +124,26 @@ impl Cuboid {
 }
 
 impl Slabs {
-    /// Where the line enters the box and leaves it, if it meets it.
+    /// The interval in which the line is inside the box.
     #[inline]
-    fn span_m(&self) -> Option<(f32, f32)> {
-        let (near_m, far_m) = (self.enter_m.max_element(), self.leave_m.min_element());
-        (near_m < far_m).then_some((near_m, far_m))
+    fn inside(&self) -> Option<Interval> {
+        let (start_m, end_m) = (self.enter_m.max_element(), self.leave_m.min_element());
+        (start_m < end_m).then_some(Interval { start_m, end_m })
     }
 
-    /// Where the line meets the box first, beyond its origin and nearer than `limit_m`.
+    /// The first hit beyond the origin and nearer than `limit_m`.
     #[inline]
-    fn ahead_m(&self, limit_m: f32) -> Option<f32> {
-        let (near_m, far_m) = self.span_m()?;
+    fn first_hit_m(&self, limit_m: f32) -> Option<f32> {
+        let Interval { start_m: near_m, end_m: far_m } = self.inside()?;
         let distance_m = if near_m > 0.0 { near_m } else { far_m };
         (distance_m > 0.0 && distance_m < limit_m).then_some(distance_m)
     }
 }
 
-/// The unit vector along one of some axes, of which there is at least one, on a side: an edge belongs to one face alone, and all
-/// normals of a face have the same bits.
+/// The unit normal along the first of at least one axis. A hit on an edge thus belongs to one face, and all normals of a
+/// face have the same bits.
 #[inline]
-fn one_of(axes: BVec3A, side: Vec3A) -> Vec3A {
+fn face_normal(axes: BVec3A, side: Vec3A) -> Vec3A {
     const FIRST_OF: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];
     let axis = FIRST_OF[axes.bitmask() as usize % 8];
     axis * axis.dot(side)
@@ -151,7 +157,7 @@ mod tests {
     use crate::geometry::mesh_bvh::MeshBvh;
     use crate::geometry::triangle_mesh::TriangleMesh;
 
-    /// The twelve triangles of the same box.
+    /// The twelve triangles of a box.
     fn triangles(centre: Vec3, size: Vec3, axes: Mat3A) -> Vec<[Vec3; 3]> {
         let corner = |bits: usize| {
             let sign = Vec3::from_array([1, 2, 4].map(|bit| if bits & bit == 0 { -0.5 } else { 0.5 }));
@@ -185,7 +191,7 @@ mod tests {
             met += 1;
             traced.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
             for (one, other) in exact.iter().zip(&traced) {
-                // The rounding of coordinates of a few metres, longer along the line the more obliquely it passes.
+                // Rounding of coordinates of a few metres, divided by the cosine for oblique lines.
                 let cos = one.normal.dot(direction).abs();
                 assert!((one.distance_m - other.distance_m).abs() * cos < 2e-6, "line {k}");
                 assert!(one.normal.dot(other.normal.normalize()).abs() > 0.999_99, "line {k}");

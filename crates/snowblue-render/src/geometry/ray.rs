@@ -1,15 +1,15 @@
-//! Rays, where they meet surfaces, and how a new ray leaves a surface without hitting it again.
+//! Rays, hits and crossings, and the offset of secondary rays from their surface.
 
 use glam::Vec3A;
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
-/// A half-line: origin in metres and unit direction.
+/// A ray: an origin and a unit direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
-    /// Where it starts, in m.
+    /// Origin, in m.
     pub origin: Vec3A,
-    /// Where it goes, a unit vector.
+    /// Unit direction.
     pub direction: Vec3A,
 }
 
@@ -37,16 +37,16 @@ pub struct ShapeHit {
     pub distance_m: f32,
     /// The point on the surface.
     pub point: Vec3A,
-    /// Unit normal, of either sense.
+    /// Unit normal, on either side.
     pub normal: Vec3A,
-    /// Where on a mesh that is.
+    /// The location on the mesh, if the shape is one.
     pub place: MeshLocation,
 }
 
-/// A place on a mesh; on other shapes it says nothing.
+/// A location on a mesh. It has no meaning on other shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MeshLocation {
-    /// Number of the triangle in its file.
+    /// Index of the triangle.
     pub triangle: u32,
     /// Barycentric weights of the triangle's corners.
     pub weights: [f32; 3],
@@ -59,40 +59,40 @@ impl ShapeHit {
     }
 }
 
-/// A place where a line goes through a shape's surface.
+/// A crossing of a line with a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Crossing {
     /// Distance along the line from the ray's origin, in m; negative behind it.
     pub distance_m: f32,
-    /// Normal, of either sense and any length.
+    /// Normal, on either side and of any length.
     pub normal: Vec3A,
-    /// Index of the object whose surface it is; 0 where a shape was asked by itself.
+    /// Index of the object whose surface it is; 0 for a shape outside a scene.
     pub object: u32,
 }
 
 impl Crossing {
-    /// A crossing of a shape that was asked by itself.
+    /// A crossing with object 0.
     pub(crate) fn new(distance_m: f32, normal: Vec3A) -> Self {
         Self { distance_m, normal, object: 0 }
     }
 }
 
-/// A double brought to the precision of ray tracing.
-#[expect(clippy::cast_possible_truncation, reason = "to round is what it is for")]
+/// Rounds to the precision of ray tracing.
+#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
 #[inline]
 pub(crate) fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// A surface point moved off its surface towards `normal`, so that a ray from there cannot meet the same surface.
+/// Moves a surface point off its surface towards `normal`, so that a ray from there does not hit the same surface.
 ///
 /// A computed hit point lies a few rounding errors above or below its surface. Wächter & Binder (2019, "A fast and
 /// robust method for avoiding self-intersection", Ray Tracing Gems, chapter 6, doi:10.1007/978-1-4842-4427-2_6) move
-/// each coordinate by up to 256 units in its last place along the normal: 15 µm where coordinates are about 1 m.
-/// Within 1/32 m of the coordinate origin, where such units become tiny, the step is 1/65536 m · n, again 15 µm.
+/// each coordinate by up to 256 units in its last place along the normal: 15 µm for coordinates of about 1 m. Within
+/// 1/32 m of the coordinate origin, where such units become tiny, the offset is 1/65536 m · n, again 15 µm.
 ///
-/// The surface's own coordinates may be greater, where a wide mesh passes by the coordinate origin: `reach_m` is the greatest
-/// coordinate of all of it, in m, and another 2⁻²⁰ of that covers a few of its roundings, 0.5 mm for a field 1 km across.
+/// A wide mesh near the coordinate origin has greater rounding errors than the coordinates of the point suggest. Another
+/// 2⁻²⁰ of `reach_m`, the greatest coordinate of the whole surface in m, covers these: 0.5 mm for a field 1 km across.
 pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
     let [point, normal] =
         [point + normal * (REACH_SHARE * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_step_goes_along_the_normal_and_is_some_micrometres() {
+    fn the_offset_points_along_the_normal_and_is_some_micrometres() {
         for point in [Vec3A::new(1.0, -1.5, 0.01), Vec3A::new(-0.7, 0.0, 3.0)] {
             for normal in [Vec3A::X, Vec3A::NEG_Y, Vec3A::Z, Vec3A::new(0.6, 0.0, -0.8)] {
                 let step = off_surface(point, normal, 3.0) - point;
