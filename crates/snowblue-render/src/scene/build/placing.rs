@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
 
-use crate::geometry::transform::Transform;
 use crate::geometry::ray::narrow;
+use crate::geometry::transform::Transform;
 use crate::scene::description::check::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
 use crate::scene::description::{ObjectSettings, Scale};
