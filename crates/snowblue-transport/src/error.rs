@@ -1,6 +1,6 @@
-//! Errors of a question about light in snow.
+//! Errors of the engines and of their input.
 
-/// Why a question about light in snow cannot be answered.
+/// Why an input is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TransportError {
     /// A quantity lies outside the range in which the model holds.
@@ -88,9 +88,9 @@ pub enum TransportError {
         /// The next wavelength, in nm.
         next_nm: f64,
     },
-    /// A question without thickness, angle or wavelength.
+    /// An input without thickness, angle or wavelength.
     #[error("no {quantity} is given")]
-    Nothing {
+    Missing {
         /// Name of the missing quantity.
         quantity: &'static str,
     },

@@ -82,7 +82,7 @@ impl Slab {
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
         if self.thicknesses_cm.is_empty() {
-            return Err(TransportError::Nothing { quantity: "thickness" });
+            return Err(TransportError::Missing { quantity: "thickness" });
         }
         self.thicknesses_cm.iter().try_for_each(|thickness_cm| THICKNESS_RANGE.check(*thickness_cm))?;
         check_incidences(&self.incidences)?;
@@ -99,7 +99,7 @@ impl Slab {
 /// Checks that there is an incidence and that every angle is in range.
 pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), TransportError> {
     if incidences.is_empty() {
-        return Err(TransportError::Nothing { quantity: "angle" });
+        return Err(TransportError::Missing { quantity: "angle" });
     }
     incidences.iter().try_for_each(|incidence| match incidence {
         Incidence::Beam { angle_deg } => ANGLE_RANGE.check(*angle_deg),
@@ -110,7 +110,7 @@ pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), Transport
 /// Checks that there are wavelengths and that the tables of the sample's constituents cover them.
 pub(crate) fn check_wavelengths(wavelengths_nm: &[f64], sample: &SnowSample) -> Result<(), TransportError> {
     if wavelengths_nm.is_empty() {
-        return Err(TransportError::Nothing { quantity: "wavelength" });
+        return Err(TransportError::Missing { quantity: "wavelength" });
     }
     wavelengths_nm.iter().try_for_each(|wavelength_nm| sample.check_wavelength(*wavelength_nm))
 }

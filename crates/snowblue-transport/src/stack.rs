@@ -90,7 +90,7 @@ impl Stack {
     /// Reports the first quantity that is missing or lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         if self.layers.is_empty() {
-            return Err(TransportError::Nothing { quantity: "layer" });
+            return Err(TransportError::Missing { quantity: "layer" });
         }
         for layer in &self.layers {
             layer.check()?;

@@ -170,7 +170,7 @@ impl AlbedoModel {
     /// If the pack is out of range or `measured` is empty.
     pub fn fit(&self, pack: &Pack, measured: &[MeasuredAlbedo], scale: Scale) -> Result<Fit, TransportError> {
         if measured.is_empty() {
-            return Err(TransportError::Nothing { quantity: "measured albedo" });
+            return Err(TransportError::Missing { quantity: "measured albedo" });
         }
         // All later trials lie in range if the first does.
         let start = [20_f64.ln(), 10.0, 1.0];

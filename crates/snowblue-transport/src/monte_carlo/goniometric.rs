@@ -103,7 +103,7 @@ pub struct Distribution {
 /// `progress` is called from time to time with the number of rays traced.
 ///
 /// # Errors
-/// If the question, the number of rays or that of patches is out of range.
+/// If a parameter, the number of rays or the number of patches is out of range.
 pub fn distribute(
     slab: &Slab,
     options: &GoniometricOptions,

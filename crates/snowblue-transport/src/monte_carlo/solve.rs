@@ -25,7 +25,7 @@ pub struct MeanPaths {
 /// `progress` is called from any thread with the number of rays traced.
 ///
 /// # Errors
-/// If the question is out of range.
+/// If a parameter is out of range.
 pub fn solve(
     slab: &Slab,
     options: &MonteCarloOptions,
@@ -81,7 +81,7 @@ fn solve_per_wavelength(
 /// Mean paths through the first thickness of a slab under its first incidence at its first wavelength.
 ///
 /// # Errors
-/// If the question is out of range.
+/// If a parameter is out of range.
 pub fn mean_paths(slab: &Slab, options: &MonteCarloOptions) -> Result<MeanPaths, TransportError> {
     slab.check()?;
     check_rays(options.rays)?;

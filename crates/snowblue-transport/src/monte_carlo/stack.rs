@@ -30,7 +30,7 @@ struct OpticalLayer {
 /// `progress` is called with the number of rays traced.
 ///
 /// # Errors
-/// If the question is out of range.
+/// If a parameter is out of range.
 pub fn solve_stack(
     stack: &Stack,
     options: &MonteCarloOptions,

@@ -37,7 +37,7 @@ impl Default for OrdinatesOptions {
 /// The standard errors are those of the grain tally, by a jackknife over its batches.
 ///
 /// # Errors
-/// If the question or the number of streams is out of range.
+/// If a parameter or the number of streams is out of range.
 pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     options.streams.check()?;

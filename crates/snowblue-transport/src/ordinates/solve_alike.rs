@@ -61,18 +61,18 @@ impl FluxSpectra {
 /// ```
 ///
 /// # Errors
-/// If the question or the number of streams is out of range, or the samples' grains differ.
+/// If a parameter or the number of streams is out of range, or the samples' grains differ.
 pub fn solve_alike(
     samples: &[SnowSample],
     slab: &Slab,
     options: &OrdinatesOptions,
 ) -> Result<Vec<FluxSpectra>, TransportError> {
     options.streams.check()?;
-    let first = samples.first().ok_or(TransportError::Nothing { quantity: "sample" })?;
+    let first = samples.first().ok_or(TransportError::Missing { quantity: "sample" })?;
     for sample in samples {
         Slab { sample: *sample, ..slab.clone() }.check()?;
         if !sample.has_grains_of(first) {
-            return Err(TransportError::Nothing { quantity: "sphericity, facetness, size measure and ice in common" });
+            return Err(TransportError::Missing { quantity: "sphericity, facetness, size measure and ice in common" });
         }
     }
     let demands = samples.iter().map(|sample| Demand::of_sample(sample, &slab.wavelengths_nm));
@@ -100,7 +100,7 @@ pub fn solve_alike(
 /// measure and ice table share a tally.
 ///
 /// # Errors
-/// If the question or the number of streams is out of range.
+/// If a parameter or the number of streams is out of range.
 pub fn solve_each(
     samples: &[SnowSample],
     slab: &Slab,

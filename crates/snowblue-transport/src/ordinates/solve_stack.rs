@@ -46,7 +46,7 @@ struct ProfilePoint {
 /// The standard errors are those of the grain tallies, by a jackknife over their batches.
 ///
 /// # Errors
-/// If the question or the number of streams is out of range.
+/// If a parameter or the number of streams is out of range.
 pub fn solve_stack(stack: &Stack, options: &OrdinatesOptions) -> Result<Vec<StackRadiometry>, TransportError> {
     stack.check()?;
     options.streams.check()?;

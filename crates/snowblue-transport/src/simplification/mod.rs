@@ -91,13 +91,13 @@ impl<'s> Simplifier<'s> {
     /// Tallies the grains of a slab of dry and clean snow under beams, and smooth spheres of the same sizes.
     ///
     /// # Errors
-    /// If the question is out of range, the snow holds water or impurities, or the light is diffuse.
+    /// If a parameter is out of range, the snow holds water or impurities, or the light is diffuse.
     pub fn new(slab: &'s Slab, options: &OrdinatesOptions) -> Result<Self, TransportError> {
         slab.check()?;
         options.streams.check()?;
         ParameterRange { greatest: 0.0, ..WATER_SATURATION_RANGE }.check(slab.sample.water_saturation)?;
         if !slab.sample.impurities.is_none() || slab.incidences.contains(&Incidence::Diffuse) {
-            return Err(TransportError::Nothing { quantity: "clean snow under beams" });
+            return Err(TransportError::Missing { quantity: "clean snow under beams" });
         }
         let plan = options.plan(&slab.incidences, Peak::Broad);
         let tally = |sample: &SnowSample| {
