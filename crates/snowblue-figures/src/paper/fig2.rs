@@ -384,7 +384,7 @@ fn surface(canvas: &mut Canvas, index: f64) -> Result<(), FigureError> {
         (area.abs() > 1e-12 && (0.0..=1.0).contains(&fraction) && distance > 0.0).then_some((distance, normal(pair)))
     };
     let first = edge.windows(2).filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0));
-    let (distance, facing) = first.ok_or_else(|| FigureError::Geometry("the ray misses the magnified surface"))?;
+    let (distance, facing) = first.ok_or(FigureError::Geometry("the ray misses the magnified surface"))?;
     let hit = from + direction * distance;
     let Split { reflected, refracted } = split(direction, facing, index);
     canvas.arrow(from.into(), hit.into(), Stroke::solid(AIR, 2.4));
