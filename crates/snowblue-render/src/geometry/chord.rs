@@ -1,8 +1,9 @@
 //! Depth of a straight path through a solid: the segments of a line inside the solid, from a surface point on.
 //!
-//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. All crossings of the *whole*
-//! line count, also those behind the surface point, and the segments are then clipped at the point. The result therefore
-//! depends neither on whether a rounded point lies inside or outside its surface, nor on the orientation of triangles.
+//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up. All crossings of the
+//! *whole* line count, also those behind the surface point, and the segments are then clipped at the point. The result
+//! therefore depends neither on whether a rounded point lies inside or outside its surface, nor on the orientation of
+//! triangles.
 
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};

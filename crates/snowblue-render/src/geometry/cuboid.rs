@@ -62,7 +62,11 @@ impl Cuboid {
         let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
         let side = Vec3A::ONE.copysign(outward);
         let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        Some(ShapeHit::plain(distance_m, self.centre + self.to_scene(point), self.to_scene(face_normal(met, side))))
+        Some(ShapeHit::plain(
+            distance_m,
+            self.centre + self.rotate_to_scene(point),
+            self.rotate_to_scene(face_normal(met, side)),
+        ))
     }
 
     /// Whether the ray hits the surface beyond its origin and nearer than `limit_m`.
@@ -90,7 +94,7 @@ impl Cuboid {
         let side = Vec3A::ONE.copysign(local.direction);
         let inward = face_normal(slabs.enter_m.cmpeq(Vec3A::splat(near_m)), -side);
         let outward = face_normal(slabs.leave_m.cmpeq(Vec3A::splat(far_m)), side);
-        Some([Crossing::new(near_m, self.to_scene(inward)), Crossing::new(far_m, self.to_scene(outward))])
+        Some([Crossing::new(near_m, self.rotate_to_scene(inward)), Crossing::new(far_m, self.rotate_to_scene(outward))])
     }
 
     /// Texture coordinates of a point on the surface, with the normal of the visible side.
@@ -109,7 +113,7 @@ impl Cuboid {
 
     /// Rotates a vector to scene space.
     #[inline]
-    fn to_scene(&self, local: Vec3A) -> Vec3A {
+    fn rotate_to_scene(&self, local: Vec3A) -> Vec3A {
         if self.is_axis_aligned { local } else { self.axes * local }
     }
 
@@ -140,8 +144,8 @@ impl Slabs {
     }
 }
 
-/// The unit normal along the first of at least one axis. A hit on an edge thus belongs to one face, and all normals of a
-/// face have the same bits.
+/// The unit normal along the first of at least one axis. A hit on an edge thus belongs to one face, and all normals of
+/// a face have the same bits.
 #[inline]
 fn face_normal(axes: BVec3A, side: Vec3A) -> Vec3A {
     const FIRST_OF: [Vec3A; 8] = [Vec3A::X, Vec3A::X, Vec3A::Y, Vec3A::X, Vec3A::Z, Vec3A::X, Vec3A::Y, Vec3A::X];

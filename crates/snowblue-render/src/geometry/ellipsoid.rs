@@ -1,8 +1,8 @@
 //! Spheres and ellipsoids: the unit sphere under an affine map.
 //!
-//! In the coordinates of the unit sphere, a line o + t·d is nearest to the centre at t₀ = −o·d / d², in f = o + t₀ d, and
-//! crosses the sphere at t₀ ± √((1 − f²) / d²). The form with f avoids cancellation for distant origins (Haines, Günther
-//! & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, chapter 7,
+//! In the coordinates of the unit sphere, a line o + t·d is nearest to the centre at t₀ = −o·d / d², in f = o + t₀ d,
+//! and crosses the sphere at t₀ ± √((1 − f²) / d²). The form with f avoids cancellation for distant origins (Haines,
+//! Günther & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, chapter 7,
 //! doi:10.1007/978-1-4842-4427-2_7). The arithmetic is in double precision.
 
 use glam::{DAffine3, DVec3, Vec3A};
@@ -135,7 +135,7 @@ mod tests {
                 Ray { origin: origin.as_vec3a(), direction: (target - origin).normalize().as_vec3a().normalize() };
             let hit = ball.first_hit(&ray, f32::INFINITY).unwrap();
             let local = turn.inverse() * (hit.point.as_dvec3() - centre);
-            // (x/a)² + (y/b)² + (z/c)² = 1, with rounding errors of coordinates near 3 m and a least semi-axis of 0.2 m.
+            // (x/a)² + (y/b)² + (z/c)² = 1, with rounding errors of coordinates near 3 m and a semi-axis of 0.2 m.
             assert!(((local / half).length_squared() - 1.0).abs() < 1e-5);
             let gradient = (turn * (local / (half * half))).normalize();
             assert!(hit.normal.as_dvec3().dot(gradient) > 1.0 - 1e-6);

@@ -1,7 +1,7 @@
 //! Rays and shapes: first hits, occlusion, and all crossings of a line with a solid.
 //!
-//! Geometry is in single precision and metres. The signs of triangle edge functions are exact, so that every line crosses
-//! a closed surface an even number of times.
+//! Geometry is in single precision and metres. The signs of triangle edge functions are exact, so that every line
+//! crosses a closed surface an even number of times.
 
 pub mod bounds;
 pub mod ray;

@@ -91,31 +91,32 @@ pub(crate) fn narrow(value: f64) -> f32 {
 /// each coordinate by up to 256 units in its last place along the normal: 15 µm for coordinates of about 1 m. Within
 /// 1/32 m of the coordinate origin, where such units become tiny, the offset is 1/65536 m · n, again 15 µm.
 ///
-/// A wide mesh near the coordinate origin has greater rounding errors than the coordinates of the point suggest. Another
-/// 2⁻²⁰ of `reach_m`, the greatest coordinate of the whole surface in m, covers these: 0.5 mm for a field 1 km across.
+/// A wide mesh near the coordinate origin has greater rounding errors than the coordinates of the point suggest.
+/// Another 2⁻²⁰ of `reach_m`, the greatest coordinate of the whole surface in m, covers these: 0.5 mm for a field 1 km
+/// across.
 pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
     let [point, normal] =
-        [point + normal * (REACH_SHARE * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
-    let [x, y, z, _] = stepped(point, normal).to_array();
+        [point + normal * (REACH_FRACTION * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
+    let [x, y, z, _] = offset(point, normal).to_array();
     Vec3A::new(x, y, z)
 }
 
-/// What of the greatest coordinate of a surface its points are moved by.
-const REACH_SHARE: f32 = 1.0 / (1 << 20) as f32;
+/// Offset of surface points as a fraction of the surface's greatest coordinate.
+const REACH_FRACTION: f32 = 1.0 / (1 << 20) as f32;
 
-/// Four coordinates moved.
+/// Offsets each coordinate along the normal.
 #[inline]
-fn stepped(coordinate: f32x4, normal: f32x4) -> f32x4 {
+fn offset(coordinate: f32x4, normal: f32x4) -> f32x4 {
     const NEAR_ORIGIN_M: f32x4 = f32x4::splat(1.0 / 32.0);
     const NEAR_STEP_M: f32x4 = f32x4::splat(1.0 / 65536.0);
     const STEP_ULP: f32x4 = f32x4::splat(256.0);
     let even = coordinate + NEAR_STEP_M * normal;
     let ulps = (STEP_ULP * normal).fast_trunc_int();
-    // Away from zero the bits of a float count upwards, on both sides of it. All ones are -1: a number's bits turned over less
-    // that are its negative.
+    // The bits of a float, as an integer, increase with its magnitude on both sides of zero. Where the coordinate is
+    // negative, `below` is −1 and (ulps ^ −1) − (−1) = −ulps.
     let below: i32x4 = cast(coordinate.simd_lt(f32x4::ZERO));
-    let stepped: f32x4 = cast(cast::<_, i32x4>(coordinate) + ((ulps ^ below) - below));
-    coordinate.abs().simd_lt(NEAR_ORIGIN_M).bitselect(even, stepped)
+    let moved: f32x4 = cast(cast::<_, i32x4>(coordinate) + ((ulps ^ below) - below));
+    coordinate.abs().simd_lt(NEAR_ORIGIN_M).bitselect(even, moved)
 }
 
 #[cfg(test)]

@@ -154,7 +154,8 @@ mod tests {
     use super::*;
 
     const SQUARE: &str = "mtllib a.mtl\no left\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0 # note\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n\
-        vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\no right\ng inner other\nf -4/1 -3/4 -2/3\n";
+        vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\no right\n\
+        g inner other\nf -4/1 -3/4 -2/3\n";
 
     fn read_text(text: &str, part: Option<&str>) -> Result<TriangleMesh, String> {
         let file = NamedFile { path: "mesh.obj".into(), bytes: text.as_bytes().into() };

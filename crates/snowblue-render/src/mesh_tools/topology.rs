@@ -1,7 +1,8 @@
 //! Mesh topology: whether a triangle mesh is closed, after coincident vertices are merged.
 //!
 //! If every edge belongs to an even number of triangles, every line crosses the surface an even number of times. Depths
-//! through a solid rely on that. The orientation of triangles has no effect on depths; reversed edges are only reported.
+//! through a solid rely on that. The orientation of triangles has no effect on depths; reversed edges are only
+//! reported.
 
 use std::collections::BTreeMap;
 

@@ -22,7 +22,8 @@ impl Heights {
     ///
     /// # Errors
     ///
-    /// When there are fewer than two rows or columns, an incomplete row, more than 2²⁸ heights, or one that is not finite.
+    /// When there are fewer than two rows or columns, an incomplete row, more than 2²⁸ heights, or one that is not
+    /// finite.
     pub fn new(columns: usize, values: Vec<f32>) -> Result<Self, String> {
         let rows = values.len().checked_div(columns).unwrap_or(0);
         if rows < 2 || columns < 2 || rows * columns != values.len() || values.len() > 1 << 28 {

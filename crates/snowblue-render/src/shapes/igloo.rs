@@ -141,8 +141,8 @@ impl Igloo {
         self.closed([2.0 * half_m; 2], 0.0, &direction, &edges)
     }
 
-    /// The closed surface of a block. `direction` maps the unit square to directions from the centre, `edges` to distances
-    /// from the edges.
+    /// The closed surface of a block. `direction` maps the unit square to directions from the centre, `edges` to
+    /// distances from the edges.
     fn closed(
         &self,
         size_m: [f64; 2],

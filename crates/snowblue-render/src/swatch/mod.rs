@@ -80,8 +80,8 @@ struct Layout {
 /// The exposure factor that brings the brightest colour near white without clipping.
 ///
 /// The greatest channel of all in-gamut colours becomes 1/[`SnowTexture::BRIGHTEST`] = 0.8 of the display range, which
-/// leaves headroom for a texture. All colours have the same factor, so that they stay comparable. The factor is 1 if all
-/// colours are black.
+/// leaves headroom for a texture. All colours have the same factor, so that they stay comparable. The factor is 1 if
+/// all colours are black.
 pub fn automatic_exposure<'c>(colours: impl IntoIterator<Item = &'c LinearRgb>) -> f64 {
     AutoExposure { fraction: 1.0, level: 1.0 / SnowTexture::BRIGHTEST }.factor(colours.into_iter().copied())
 }

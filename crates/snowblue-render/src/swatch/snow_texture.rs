@@ -1,9 +1,9 @@
 //! Procedural greyscale snow texture: grains, and the soft shading of an uneven surface.
 //!
-//! Varsa & Baranoski (2024, Fig. 3) multiply their swatches by a greyscale texture; this one is computed. It is the sum of
-//! two height fields lit from the upper left (octaves of gradient noise, Perlin 1985, and small domes) and of crystals
-//! with random greys. The factors have the mean 1, so that the mean linear colour of a textured swatch is the colour
-//! itself.
+//! Varsa & Baranoski (2024, Fig. 3) multiply their swatches by a greyscale texture; this one is computed. It is the sum
+//! of two height fields lit from the upper left (octaves of gradient noise, Perlin 1985, and small domes) and of
+//! crystals with random greys. The factors have the mean 1, so that the mean linear colour of a textured swatch is the
+//! colour itself.
 
 use snowblue_transport::rng::split_mix_64;
 

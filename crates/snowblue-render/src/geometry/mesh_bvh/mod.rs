@@ -151,8 +151,8 @@ impl MeshQuery {
     fn new(mesh: &MeshBvh, ray: &Ray, interval: Interval) -> Option<Self> {
         let start_m = mesh.bounds.intersect(ray, interval)?.start_m;
         let moved = Ray { origin: ray.at(start_m), direction: ray.direction };
-        // If the interval starts before the bounds, the moved ray has no start: by rounding, the origin of a distant ray
-        // may be moved into the bounds.
+        // If the interval starts before the bounds, the moved ray has no start: by rounding, the origin of a distant
+        // ray may be moved into the bounds.
         let from_m = if start_m > interval.start_m { f32::NEG_INFINITY } else { 0.0 };
         let moved_interval = Interval { start_m: from_m, end_m: interval.end_m - start_m };
         Some(Self { start_m, bvh_ray: BvhRay::new(&moved, moved_interval), sheared: ShearedRay::new(&moved) })

@@ -1,9 +1,9 @@
 //! glTF 2.0 and GLB files (Khronos Group 2021, "glTF 2.0 specification", ISO/IEC 12113:2022): nodes with their
 //! transforms, meshes, materials, cameras, and lights by the extension KHR_lights_punctual.
 //!
-//! Reads triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and application-specific
-//! scalar attributes, whose names begin with an underscore; of materials the base colour, a factor and a PNG texture.
-//! Ignores points and lines, skins, morph targets and all other material properties.
+//! Reads triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and
+//! application-specific scalar attributes, whose names begin with an underscore; of materials the base colour, a factor
+//! and a PNG texture. Ignores points and lines, skins, morph targets and all other material properties.
 
 mod accessor;
 mod material;
