@@ -1,25 +1,29 @@
-//! Renders scenes with snow: a spectral path tracer with PCASnow, and a volumetric reference.
+#![doc = include_str!("../README.md")]
+//!
+//! # Data flow
 //!
 //! ```text
-//! scene file ─► Scene ─► render ─► Film ─► PNG, OpenEXR
-//! table ───────┘  │        ├─ integrators: paths of light, with PCASnow or through the volume
-//!                 │        └─ film: exact sums over samples, AOVs, files that can be resumed and merged
-//!                 ├─ camera, lights
-//!                 ├─ objects: shapes and meshes in bodies; hits and depths along lines
-//!                 └─ materials: diffuse and snow, constant or textured
+//! SceneFile (TOML) ─► SceneDescription ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
+//!                      table, files ───────┤         ├─ integrators: paths of light, 31 wavelengths at once
+//!                                          │         └─ FilmAccumulator: exact sums, which resumable files keep
+//!                                          ├─ objects: shapes and meshes, their intersections and chords
+//!                                          ├─ materials: diffuse and snow
+//!                                          └─ lights, camera
 //! ```
 //!
-//! A [`Scene`] takes the curves of its snow from a table of `snowblue-database`. [`render`](render::render) renders it,
-//! and [`film::image_file`] writes the image. All checks are made when a scene is loaded; a loaded scene always
-//! renders. [`swatch`] draws sheets of labelled colours.
+//! A [`SceneDescription`] is plain data; [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
+//! [`Scene`] of it, with the curves of its snow from a table. [`render()`] makes the picture, and [`film::image_file`]
+//! writes it. [`scene::material::pca_snow`] explains what a hit on snow means. A scene that was built always renders.
+//! [`swatch`] draws sheets of labelled colours, with the texture of snow on request.
 //!
-//! An image has the same bits on any number of threads. Geometry is in metres and single precision. Tests at the edges
-//! of triangles are exact, so that depths are correct in every direction and through every edge.
+//! A picture has the same bits on any number of threads. Geometry is single precision, in metres. Where a sign decides
+//! what is inside (the edges of triangles), arithmetic is exact, so that depths hold from every direction and through
+//! every edge.
 //!
-//! **Simplified.** With PCASnow, light enters snow at one point and leaves it at another on a straight line, with the
-//! curves of a slab, equally in all directions. Faces are flat: vertex normals of meshes are ignored.
+//! **Simplifications.** In PCASnow light enters the snow at one point and leaves it at another on a straight line, with
+//! the curves of a slab, and leaves equally in all directions. Faces are flat: vertex normals are not used.
 //!
-//! **Out of scope.** Building tables (`snowblue-database`); the command line (`snowblue-cli`).
+//! **Out of scope.** Building tables (`snowblue-database`); options and progress bars (the command).
 
 pub mod error;
 pub mod files;

@@ -110,7 +110,52 @@ fn table_hash(table: &CompressedTable) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use snowblue_database::Axes;
+    use snowblue_database::pca::Components;
+
     use super::*;
+    use crate::files::FilesInMemory;
+    use crate::scene::file::SceneFile;
+
+    #[test]
+    fn scenes_differ_with_their_values_and_with_the_files_that_they_name() {
+        let gltf = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}],
+            "buffers": [{"uri": "a%20b.bin", "byteLength": 3}]}"#;
+        let text = "gltf = \"models/a.gltf\"\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
+                    [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
+        let mut hashes = Vec::new();
+        let mut files = FilesInMemory::from([("models/a.gltf", gltf), ("models/a b.bin", "abc")]);
+        files.insert("sky.csv", "400,1\n700,2\n");
+        let mut hash = |text: &str, files: &FilesInMemory| {
+            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(&table(), files).unwrap();
+            hashes.push(scene_hash(&scene));
+        };
+        hash(text, &files);
+        hash(&text.replace("sr = 1", "sr = 2"), &files);
+        for (name, content) in [("models/a b.bin", "abd"), ("sky.csv", "400,1\n700,3\n"), ("other.csv", "400,1\n")] {
+            files.insert(name, content);
+            hash(text, &files);
+        }
+        hash(&format!("# A comment, and settings that have entries of their own.\n{text}[film]\nwidth = 3\n"), &files);
+        assert_eq!(hashes[3], hashes[4], "a file that is not named");
+        assert_eq!(hashes[4], hashes[5], "neither the wording of the file nor the size of the picture");
+        hashes.truncate(4);
+        hashes.sort_unstable();
+        hashes.dedup();
+        assert_eq!(hashes.len(), 4);
+    }
+
+    /// A table that no snow is taken from.
+    fn table() -> CompressedTable {
+        let components = || Components { count: 0, coefficients: vec![], basis: vec![], singular_values: vec![] };
+        CompressedTable {
+            axes: Axes::paper(),
+            space: Space::Log,
+            transmittance: components(),
+            reflectance: components(),
+            metadata: vec![],
+        }
+    }
 
     #[test]
     fn differences_are_named() {

@@ -59,6 +59,13 @@ pub struct LightDescription {
     pub source: LightSource,
 }
 
+impl From<LightSource> for LightDescription {
+    /// A light of daylight, D65.
+    fn from(source: LightSource) -> Self {
+        Self { lamp: LampDescription::default(), source }
+    }
+}
+
 /// The geometry and the strength of a light.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
