@@ -82,7 +82,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             "density_kg_m3 = 300",
             "density_kg_m3 = 300\nimpurities_ng_g = { black-carbon = 5 }",
             11,
-            "black-carbon is 5 ng/g, but the table has no axis of it",
+            "black-carbon is 5 ng/g, but the table has no such axis",
         ),
         (
             "density_kg_m3 = 300",
@@ -216,7 +216,7 @@ fn lamps_with_mistakes_are_named() {
         ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light[0].direction is [0, 0, 0]"),
         ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light[0].irradiance_w_m2 is missing"),
         (
-            "type = \"sphere\"\nposition = [0, 0, 1]\nradius = 0\n",
+            "type = \"sphere\"\nposition = [0, 0, 1]\nradius = 0\nradiance_w_m2_sr = 1\n",
             "light[0].radius is 0 m, but must lie in 0.000001 to",
         ),
         (

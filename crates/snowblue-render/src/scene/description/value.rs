@@ -178,12 +178,14 @@ impl<'de, T, const COUNT: usize> Visitor<'de> for Notations<T, COUNT> {
 
     #[expect(clippy::cast_precision_loss, reason = "beyond 2^53 no quantity here is valid")]
     fn visit_i64<E: Error>(self, value: i64) -> Result<T, E> {
-        self.visit_f64(value as f64)
+        let number = self.number.ok_or_else(|| E::invalid_type(Unexpected::Signed(value), &self))?;
+        Ok(number(value as f64))
     }
 
     #[expect(clippy::cast_precision_loss, reason = "beyond 2^53 no quantity here is valid")]
     fn visit_u64<E: Error>(self, value: u64) -> Result<T, E> {
-        self.visit_f64(value as f64)
+        let number = self.number.ok_or_else(|| E::invalid_type(Unexpected::Unsigned(value), &self))?;
+        Ok(number(value as f64))
     }
 
     fn visit_str<E: Error>(self, value: &str) -> Result<T, E> {
