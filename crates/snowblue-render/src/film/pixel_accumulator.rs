@@ -60,7 +60,7 @@ impl Rounded {
 
 /// Whether a sample can be added. False for a sample that is not a number.
 fn is_usable(sample: SensorSample) -> bool {
-    sample.magnitude < MAX_MAGNITUDE
+    sample.magnitude() < MAX_MAGNITUDE
 }
 
 /// Sums over a few samples of one pixel.
@@ -114,7 +114,11 @@ impl PixelAccumulator {
             self.unusable_samples += 1;
             return;
         }
-        let xyz = [sample.x, sample.y, sample.z];
+        // A black sample adds nothing.
+        if sample.magnitude() <= 0.0 {
+            return;
+        }
+        let xyz = sample.xyz();
         for (sum, value) in self.xyz.iter_mut().zip(xyz) {
             sum.add(value);
         }

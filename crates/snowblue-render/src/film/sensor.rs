@@ -44,27 +44,37 @@ pub(crate) struct Sensor {
     is_standard_observer: bool,
 }
 
-/// The light of one sample as a sensor measures it.
+/// The light of one sample as a sensor measures it: X, Y, Z and the sum of the magnitudes of all wavelengths, which is
+/// finite only if each of them is. One register holds all four.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct SensorSample {
-    /// Tristimulus value X.
-    pub(crate) x: f32,
-    /// Tristimulus value Y.
-    pub(crate) y: f32,
-    /// Tristimulus value Z.
-    pub(crate) z: f32,
-    /// Sum of the magnitudes of all wavelengths. It is finite only if each of them is.
-    pub(crate) magnitude: f32,
-}
+pub(crate) struct SensorSample(Vec4);
 
 impl SensorSample {
     /// No light.
-    pub(crate) const ZERO: Self = Self { x: 0.0, y: 0.0, z: 0.0, magnitude: 0.0 };
+    pub(crate) const ZERO: Self = Self(Vec4::ZERO);
 
     /// A sample from X, Y, Z and the sum of magnitudes.
     #[inline]
-    pub(crate) fn from_array([x, y, z, magnitude]: [f32; 4]) -> Self {
-        Self { x, y, z, magnitude }
+    pub(crate) fn from_array(values: [f32; 4]) -> Self {
+        Self(Vec4::from_array(values))
+    }
+
+    /// Tristimulus values X, Y and Z.
+    #[inline]
+    pub(crate) fn xyz(self) -> [f32; 3] {
+        self.0.truncate().to_array()
+    }
+
+    /// Luminance Y.
+    #[inline]
+    pub(crate) fn luminance(self) -> f32 {
+        self.0.y
+    }
+
+    /// Sum of the magnitudes of all wavelengths.
+    #[inline]
+    pub(crate) fn magnitude(self) -> f32 {
+        self.0.w
     }
 }
 
@@ -73,12 +83,7 @@ impl Add for SensorSample {
 
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self {
-            x: self.x + other.x,
-            y: self.y + other.y,
-            z: self.z + other.z,
-            magnitude: self.magnitude + other.magnitude,
-        }
+        Self(self.0 + other.0)
     }
 }
 
@@ -94,7 +99,7 @@ impl Mul<f32> for SensorSample {
 
     #[inline]
     fn mul(self, factor: f32) -> Self {
-        Self { x: self.x * factor, y: self.y * factor, z: self.z * factor, magnitude: self.magnitude * factor }
+        Self(self.0 * factor)
     }
 }
 
@@ -178,7 +183,7 @@ impl Sensor {
             }
         }
         let [x, y, z] = sums.map(Vec4::element_sum);
-        SensorSample { x, y, z, magnitude: magnitudes.element_sum() }
+        SensorSample::from_array([x, y, z, magnitudes.element_sum()])
     }
 
     /// Whether it is the CIE 1931 observer, not a false colour.
@@ -257,13 +262,14 @@ mod tests {
     fn single_and_double_precision_agree() {
         let sensor = Sensor::cie_1931();
         let ramp = Spectrum(std::array::from_fn(|k| 1e-9 * (1.0 + k as f32).powi(3)));
-        let (exact, SensorSample { x, y, z, magnitude }) = (sensor.xyz(&ramp), sensor.sample(&ramp));
+        let (exact, sample) = (sensor.xyz(&ramp), sensor.sample(&ramp));
+        let ([x, y, z], magnitude) = (sample.xyz(), sample.magnitude());
         // Eight products per lane, each with a relative error of at most 2⁻²⁴, and their sums.
         for (single, exact) in [x, y, z].into_iter().zip([exact.x, exact.y, exact.z]) {
             assert!((f64::from(single) / exact - 1.0).abs() < 10.0 / f64::from(1 << 24), "{single} {exact}");
         }
         assert!((f64::from(magnitude) / (31.0 * ramp.mean()) - 1.0).abs() < 1e-6);
-        assert!(!sensor.sample(&Spectrum::constant(f32::NAN)).magnitude.is_finite());
+        assert!(!sensor.sample(&Spectrum::constant(f32::NAN)).magnitude().is_finite());
     }
 
     #[test]

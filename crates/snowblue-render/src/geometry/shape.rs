@@ -40,6 +40,12 @@ impl Shape {
         }
     }
 
+    /// Whether every line crosses the shape twice at most.
+    #[inline]
+    pub(crate) fn is_convex(&self) -> bool {
+        matches!(self, Self::Cuboid(_) | Self::Ellipsoid(_))
+    }
+
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     #[inline(always)]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {

@@ -166,59 +166,68 @@ impl Objects {
         self.objects[surface.object].shape.mesh()?.attribute(name, &surface.place)
     }
 
-    /// What the ray hits first.
+    /// The first hit of a ray.
+    #[inline]
     pub fn first_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        let mut nearest = f32::INFINITY;
-        let mut found: Option<(usize, ShapeHit)> = None;
-        self.visit(ray, f32::INFINITY, |index| {
-            let Some(hit) = self.objects[index].shape.first_hit(ray, nearest) else {
-                return f32::INFINITY;
-            };
-            nearest = hit.distance_m;
-            found = Some((index, hit));
-            nearest
-        });
-        let (object, hit) = found?;
-        let facing = hit.normal.dot(ray.direction) <= 0.0;
+        let mut nearest = Nearest { distance_m: f32::INFINITY, hit: None };
+        for &index in &self.tried {
+            nearest.try_object(self, index, ray);
+        }
+        if let Some(hierarchy) = &self.hierarchy {
+            hierarchy.visit(ray, nearest.distance_m, &mut |index| {
+                nearest.try_object(self, index, ray);
+                nearest.distance_m
+            });
+        }
+        let (object, hit) = nearest.hit?;
+        let is_facing = hit.normal.dot(ray.direction) <= 0.0;
         Some(SurfaceInteraction {
             object,
             material: self.objects[object].material,
             point: hit.point,
-            normal: if facing { hit.normal } else { -hit.normal },
+            normal: if is_facing { hit.normal } else { -hit.normal },
             direction: ray.direction,
             place: hit.place,
         })
     }
 
-    /// Whether anything lies on the ray nearer than `limit_m`.
+    /// Whether a ray hits anything nearer than `limit_m`.
     pub fn any_hit(&self, ray: &Ray, limit_m: f32) -> bool {
         self.occluded_by(ray, limit_m, |_| true)
     }
 
-    /// Whether anything lies on a ray from one side of a surface, nearer than `limit_m`.
+    /// Whether anything occludes a ray from one side of a surface, nearer than `limit_m`.
+    #[inline]
     pub(crate) fn occluded(&self, ray: &Ray, limit_m: f32, side: Side) -> bool {
         self.occluded_by(ray, limit_m, |index| self.can_occlude(index, side))
     }
 
-    /// Whether an object can hide what is seen from one side of a surface.
+    /// Whether an object can occlude a light from one side of a surface.
     #[inline]
-    pub(crate) fn can_occlude(&self, index: usize, side: Side) -> bool {
+    fn can_occlude(&self, index: usize, side: Side) -> bool {
         match side {
             Side::Outer(_) => true,
-            Side::Inner(object) => index == object || self.bodies[index] != self.bodies[object],
+            // A convex shape does not occlude a light that its own exit faces.
+            Side::Inner(object) if index == object => !self.objects[index].shape.is_convex(),
+            Side::Inner(object) => self.bodies[index] != self.bodies[object],
             Side::Last(object) => self.bodies[index] != self.bodies[object],
         }
     }
 
     #[inline]
     fn occluded_by(&self, ray: &Ray, limit_m: f32, counts: impl Fn(usize) -> bool) -> bool {
-        let mut blocked = false;
-        self.visit(ray, limit_m, |index| {
-            blocked = blocked || (counts(index) && self.objects[index].shape.occludes(ray, limit_m));
-            // Nothing can lie nearer than behind the origin: this ends the search.
-            if blocked { f32::NEG_INFINITY } else { f32::INFINITY }
+        let occludes = |index: usize| counts(index) && self.objects[index].shape.occludes(ray, limit_m);
+        if self.tried.iter().any(|&index| occludes(index)) {
+            return true;
+        }
+        let Some(hierarchy) = &self.hierarchy else { return false };
+        let mut occluded = false;
+        hierarchy.visit(ray, limit_m, &mut |index| {
+            occluded = occluded || occludes(index);
+            // A negative limit ends the search.
+            if occluded { f32::NEG_INFINITY } else { f32::INFINITY }
         });
-        blocked
+        occluded
     }
 
     /// An object's shape, if that is all of its body and a line goes through it once at most.
@@ -226,7 +235,7 @@ impl Objects {
     pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
         let shape = &self.objects[object].shape;
         let alone = || self.members[self.bodies[object]].objects.len() == 1;
-        (matches!(shape, Shape::Cuboid(_) | Shape::Ellipsoid(_)) && alone()).then_some(shape)
+        (shape.is_convex() && alone()).then_some(shape)
     }
 
     /// Collects every crossing of a line with the solid that an object is or belongs to, in no particular order; within
@@ -301,16 +310,21 @@ impl Objects {
             },
         )
     }
+}
 
-    /// Calls `try_object` for each object that the ray may hit. It returns the distance beyond which objects do not count.
-    #[inline]
-    fn visit(&self, ray: &Ray, limit_m: f32, mut try_object: impl FnMut(usize) -> f32) {
-        let mut nearest = limit_m;
-        for &index in &self.tried {
-            nearest = nearest.min(try_object(index));
-        }
-        if let Some(hierarchy) = &self.hierarchy {
-            hierarchy.visit(ray, nearest, &mut try_object);
+/// The nearest hit of a ray so far.
+struct Nearest {
+    distance_m: f32,
+    /// Index of the object and the hit on it.
+    hit: Option<(usize, ShapeHit)>,
+}
+
+impl Nearest {
+    #[inline(always)]
+    fn try_object(&mut self, objects: &Objects, index: usize, ray: &Ray) {
+        if let Some(hit) = objects.objects[index].shape.first_hit(ray, self.distance_m) {
+            self.distance_m = hit.distance_m;
+            self.hit = Some((index, hit));
         }
     }
 }

@@ -224,6 +224,6 @@ impl Carried for SensorSample {
 
     #[inline]
     fn luminance(&self, _: &LightTables) -> f32 {
-        self.y
+        SensorSample::luminance(*self)
     }
 }
