@@ -156,7 +156,7 @@ fn match_reports_targets_out_of_reach() {
 #[test]
 fn match_refuses_impossible_targets_and_snow() {
     for (arguments, words) in [
-        (&["--target", "#5fa8c4", "--thickness", "50000:100000"][..], &["light"][..]),
+        (&["--target", "#5fa8c4", "--thickness", "50000:100000"][..], &["100000 cm", "luminance"][..]),
         (&["--target", "#000000"], &["--target", "#000000", "black"]),
         (&["--target", "blue"], &["--target", "blue", "hexadecimal"]),
         (&["--target", "#5fa8c4", "--thickness", "30:5"], &["--thickness", "30", "5", "ascend"]),

@@ -138,7 +138,11 @@ fn projected_tables_and_spectra_give_the_same_colours() {
 #[test]
 fn pixel_radiance_equals_the_pixel_of_the_image() {
     let scene = shipped();
-    let picture = render(&scene, &|_| {}).film;
+    // Colours of spectra, as of a pixel's radiance, not of projected tables.
+    let target = render::all_samples(&scene);
+    let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
+    render_missing(&scene, &target, &mut sums, RenderControl::default());
+    let picture = sums.film();
     let weights = snowblue_color::Colorimeter::new(
         snowblue_color::Observer::Cie1931,
         snowblue_color::Illuminant::E,

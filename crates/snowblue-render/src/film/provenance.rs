@@ -1,4 +1,4 @@
-//! What a picture is made from, in a few words: parts can be added up only if these agree.
+//! What an image is made from. Parts of an image can be merged only if they agree in it.
 
 use std::fmt;
 
@@ -7,10 +7,11 @@ use snowblue_database::{CompressedTable, Space};
 use crate::film::exposure::FilmSettings;
 use crate::hash::Fnv1a;
 use crate::scene::Scene;
+use crate::scene::description::MaterialDescription;
 use crate::scene::integrator::IntegratorSettings;
 
-/// Names and values of all that a picture's samples depend on: the version of this library, the description of the scene,
-/// the content of the files that it names, and the table. The number of samples and the exposure are no part of it.
+/// Names and values of everything that the samples of an image depend on: the version of this crate, the description of the
+/// scene, the content of the files that it names, and the table. The number of samples and the exposure do not belong to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance(Vec<(String, String)>);
 
@@ -24,6 +25,7 @@ impl Provenance {
         };
         let entries = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("path", path_modes(scene)),
             ("scene", format!("{:016x}", scene_hash(scene))),
             ("table", format!("{:016x}", table_hash(table))),
             ("width", film.width.to_string()),
@@ -36,24 +38,24 @@ impl Provenance {
         Self(entries.map(|(name, value)| (name.to_owned(), value)).into())
     }
 
-    /// A value by its name.
+    /// The value of a name.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.0.iter().find(|(one, _)| one == name).map(|(_, value)| &**value)
     }
 
-    /// The first difference to another, in words; none if both are the same.
+    /// Describes the first difference to another provenance; none if both are equal.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let (name, value) = self.0.iter().find(|(name, value)| other.get(name) != Some(value))?;
-        // Their values are hashes, which say nothing to a reader.
+        // These values are hashes.
         match &**name {
-            "scene" => return Some("the scene, or a file that it names, has another content".to_owned()),
-            "table" => return Some("the table has another content".to_owned()),
+            "scene" => return Some("the scene, or a file that it names, differs".to_owned()),
+            "table" => return Some("the table differs".to_owned()),
             _ => {}
         }
         Some(format!("{name} is {value} in one and {} in the other", other.get(name).unwrap_or("not given")))
     }
 
-    /// Reads what [`Display`](fmt::Display) wrote; a line without a colon is left out.
+    /// Parses what [`Display`](fmt::Display) writes. Lines without a colon are ignored.
     pub(crate) fn parse(text: &str) -> Self {
         let entry = |line: &str| line.split_once(": ").map(|(name, value)| (name.to_owned(), value.to_owned()));
         Self(text.lines().filter_map(entry).collect())
@@ -65,6 +67,19 @@ impl fmt::Display for Provenance {
         let lines: Vec<String> = self.0.iter().map(|(name, value)| format!("{name}: {value}")).collect();
         formatter.write_str(&lines.join("\n"))
     }
+}
+
+/// The path modes of the scene's snow, each once, in the order of the materials.
+fn path_modes(scene: &Scene) -> String {
+    let mut names = Vec::new();
+    for material in scene.description.materials.values() {
+        if let MaterialDescription::PcaSnow(snow) = material
+            && !names.contains(&snow.path.name())
+        {
+            names.push(snow.path.name());
+        }
+    }
+    names.join(", ")
 }
 
 /// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries of

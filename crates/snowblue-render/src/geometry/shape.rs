@@ -47,7 +47,7 @@ impl Shape {
     }
 
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
-    #[inline(always)]
+    #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
         match self {
             Self::Cuboid(cuboid) => cuboid.first_hit(ray, limit_m),

@@ -156,11 +156,14 @@ pub(crate) mod text {
     }
 }
 
-/// What a number, a text or a list becomes; kinds without a function are refused.
+/// Converts a text to a value, or says what it must be.
+type FromText<T> = fn(&str) -> Result<T, String>;
+
+/// Conversions of a number, a text and a list. Kinds without a conversion are refused.
 struct Notations<T, const COUNT: usize> {
     expected: &'static str,
     number: Option<fn(f64) -> T>,
-    text: Option<fn(&str) -> Result<T, String>>,
+    text: Option<FromText<T>>,
     list: Option<fn([f64; COUNT]) -> T>,
 }
 
