@@ -4,8 +4,8 @@
     python3 scripts/check_embree.py XTASK [MESH.ply ...]
 
 XTASK is the program target/debug/xtask, whose task thickness-map traces grids of lines in three directions and prints
-them with all digits. Embree traces the same lines through the same triangles. A generated mesh is checked first: a wavy, hollow torus with thin
-parts.
+them with all digits. Embree traces the same lines through the same triangles. A generated mesh is checked first: a
+wavy, hollow torus with thin parts.
 """
 
 import subprocess

@@ -1,7 +1,7 @@
 //! Depth of snow along a line through a mesh: `cargo run -p snowblue-render --example chord`.
 //!
-//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up, and the depth is the sum of
-//! the segments inside.
+//! A line enters a closed surface as often as it leaves it, so its sorted crossings pair up, and the depth is the sum
+//! of the segments inside.
 
 #![allow(clippy::print_stdout, reason = "an example that prints its result")]
 

@@ -66,8 +66,8 @@ impl Sampler {
 /// Positions of a range of samples within their pixels.
 ///
 /// One scrambled Sobol sequence serves all pixels. Each pixel moves it by a random digital shift (Kollig & Keller 2002,
-/// "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps its stratification. A position is then
-/// a table look-up and an exclusive or. It depends on (seed, pixel, sample) alone.
+/// "Efficient multidimensional sampling", doi:10.1111/1467-8659.00706), which keeps its stratification. A position is
+/// then a table look-up and an exclusive or. It depends on (seed, pixel, sample) alone.
 #[derive(Debug)]
 pub(crate) struct PixelPattern {
     seed: u32,
@@ -115,8 +115,8 @@ fn digits(number: f32) -> u32 {
     (number / UNIT) as u32
 }
 
-/// Hashes 32 bits: two rounds of xor-shift and multiplication with the constants of Wellons (2018, "Prospecting for hash
-/// functions").
+/// Hashes 32 bits: two rounds of xor-shift and multiplication with the constants of Wellons (2018, "Prospecting for
+/// hash functions").
 fn mixed(mut bits: u32) -> u32 {
     bits = bits.wrapping_add(0x9e37_79b9);
     bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);

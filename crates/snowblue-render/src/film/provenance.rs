@@ -10,8 +10,9 @@ use crate::scene::Scene;
 use crate::scene::description::MaterialDescription;
 use crate::scene::integrator::IntegratorSettings;
 
-/// Names and values of everything that the samples of an image depend on: the version of this crate, the description of the
-/// scene, the content of the files that it names, and the table. The number of samples and the exposure do not belong to it.
+/// Names and values of everything that the samples of an image depend on: the version of this crate, the description of
+/// the scene, the content of the files that it names, and the table. The number of samples and the exposure do not
+/// belong to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance(Vec<(String, String)>);
 
@@ -82,8 +83,8 @@ fn path_modes(scene: &Scene) -> String {
     names.join(", ")
 }
 
-/// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries of
-/// their own are left out.
+/// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries
+/// of their own are left out.
 fn scene_hash(scene: &Scene) -> u64 {
     let mut description = scene.description.clone();
     (description.film, description.integrator) = (FilmSettings::default(), IntegratorSettings::default());

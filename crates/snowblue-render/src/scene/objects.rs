@@ -1,8 +1,7 @@
-//! The things in a scene and the three questions asked of them: what does a ray hit first, is a light hidden, and
-//! how does a line run through one solid.
+//! The objects of a scene: first hits, occlusion, and the crossings of a line with a solid.
 //!
-//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are then one piece of snow.
-//! Each keeps its own material, and the depth counts in that of the object that is seen.
+//! A solid is one object, or all objects of one body: blocks of snow that touch or overlap are one piece of snow. Each
+//! keeps its material. The depth counts in the material of the object that is visible.
 
 use std::collections::BTreeMap;
 
@@ -18,33 +17,33 @@ use crate::geometry::texture_coordinates::TextureCoordinates;
 /// Up to this number objects are tested one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
 
-/// A shape made of a material.
+/// A shape with a material.
 #[derive(Debug)]
 pub struct Object {
-    /// What it is called in reports: its file or shape.
+    /// Name in reports: its file or shape.
     pub name: String,
-    /// Its surface.
+    /// Shape.
     pub shape: Shape,
     /// Index of its material in the scene.
     pub material: usize,
-    /// Objects of the same body are one solid; without a name, an object is its own body.
+    /// Objects of the same body are one solid. An object without a body is its own.
     pub body: Option<String>,
 }
 
-/// What a ray hits first.
+/// A hit on an object.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceInteraction {
     /// Index of the object.
     pub object: usize,
     /// Index of its material.
     pub material: usize,
-    /// The point hit.
+    /// The hit point.
     pub point: Vec3A,
-    /// Unit normal on the side from which the ray came: the outward one, as long as rays stay out of solids.
+    /// Unit normal on the side of the ray: the outward one as long as rays stay outside of solids.
     pub normal: Vec3A,
     /// Unit direction of the ray.
     pub direction: Vec3A,
-    /// Where on the object's mesh the point is.
+    /// Location on the object's mesh.
     pub place: MeshLocation,
 }
 
@@ -56,14 +55,14 @@ impl SurfaceInteraction {
     }
 }
 
-/// Which side of an object's surface is lit, by the object's index.
+/// The side of an object's surface that light reaches, with the object's index.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Side {
-    /// The outer one: everything can hide a light from it.
+    /// The outer side. All objects occlude lights from it.
     Outer(usize),
-    /// The inner one, where a path through the object comes out: the rest of its body does not hide a light from there.
+    /// The inner side, where a path through the object leaves it. Other objects of its body do not occlude.
     Inner(usize),
-    /// The inner one, where nothing of its body lies ahead: on the line to the light, from where it leaves the body for good.
+    /// The inner side, on a line to the light that has left the body for good. No object of the body occludes.
     Last(usize),
 }
 
@@ -140,18 +139,18 @@ impl Objects {
         &self.objects
     }
 
-    /// The greatest coordinate of an object in the scene, in m, with which the rounding of its surface's points goes; 0 of an
-    /// endless one, whose points are as good as their own coordinates.
+    /// Largest coordinate of an object in m, which bounds the rounding of its surface points; 0 for an infinite plane,
+    /// whose points are as exact as their own coordinates.
     pub fn reach_m(&self, object: usize) -> f32 {
         self.bounds[object].map_or(0.0, |bounds| bounds.greatest_coordinate())
     }
 
-    /// Texture coordinates at a hit, where the object's mesh has them.
+    /// Texture coordinates at a hit, if the object's mesh has them.
     pub fn uv(&self, surface: &SurfaceInteraction) -> Option<Vec2> {
         self.objects[surface.object].shape.mesh()?.uv(&surface.place)
     }
 
-    /// Where in textures a hit lies; of a mesh that must have texture coordinates.
+    /// Texture coordinates at a hit; a mesh must have them.
     pub(crate) fn texture_place(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
         match &self.objects[surface.object].shape {
             Shape::Cuboid(cuboid) => cuboid.texture_coordinates(surface.point, surface.normal),
@@ -161,7 +160,7 @@ impl Objects {
         }
     }
 
-    /// A value that the object's mesh has at its vertices, at a hit, by its name in the mesh file.
+    /// A vertex attribute of the object's mesh at a hit, by its name in the mesh file.
     pub fn attribute(&self, name: &str, surface: &SurfaceInteraction) -> Option<f32> {
         self.objects[surface.object].shape.mesh()?.attribute(name, &surface.place)
     }
@@ -232,7 +231,7 @@ impl Objects {
         occluded
     }
 
-    /// An object's shape, if that is all of its body and a line goes through it once at most.
+    /// The object's shape, if it is convex and the only one of its body.
     #[inline]
     pub(crate) fn convex(&self, object: usize) -> Option<&Shape> {
         let shape = &self.objects[object].shape;
@@ -240,8 +239,8 @@ impl Objects {
         (shape.is_convex() && alone()).then_some(shape)
     }
 
-    /// Collects every crossing of a line with the solid that an object is or belongs to, in no particular order; within
-    /// a body of several objects, the parts that lie farther on than `limit_m` or wholly behind are left out.
+    /// Collects all crossings of a line with the solid that an object is or belongs to, in no particular order. Within
+    /// a body of several objects, segments beyond `limit_m` or wholly behind the origin may be missing.
     ///
     /// Returns whether the line crossed an object's surface an odd number of times.
     pub fn crossings(&self, object: usize, ray: &Ray, limit_m: f32, crossings: &mut Vec<Crossing>) -> bool {
@@ -260,7 +259,8 @@ impl Objects {
         odd
     }
 
-    /// Adds the pairs of crossings of a line with a member of a body, if an interval of the line meets the member's bounds.
+    /// Adds the pairs of crossings of a line with a member of a body, if an interval of the line meets the member's
+    /// bounds.
     ///
     /// Returns whether the number of crossings was odd.
     #[inline]
@@ -273,12 +273,12 @@ impl Objects {
         pair_up(crossings, first)
     }
 
-    /// The crossings of a line with an object that is a body by itself, but for those in pairs behind the origin.
+    /// The crossings of a line with an object that is a body by itself, without pairs behind the origin.
     ///
-    /// From a place outside on, the crossings of a mesh pair up without those before it. Just behind the surface point that a
-    /// line comes from is mostly outside: then the number of crossings from there on is even, and half of the walk is spared.
+    /// From a point outside, the crossings of a mesh ahead pair up by themselves. A point just behind the surface point
+    /// where a line starts is usually outside: if the number of crossings from there is even, they suffice.
     fn cross_alone(&self, object: usize, ray: &Ray, crossings: &mut Vec<Crossing>) -> bool {
-        /// How far behind the origin that is, as a share of the greatest coordinate: far more than rounding.
+        /// Distance of that point behind the origin, as a fraction of the largest coordinate: far more than rounding.
         const BEHIND: f32 = 1.0 / 1024.0;
         if let Shape::Mesh(instance) = &self.objects[object].shape {
             instance.crossings_from(ray, -BEHIND * self.reach_m(object), crossings);
@@ -298,9 +298,7 @@ impl Objects {
         set_object(object, &mut crossings[first..]);
     }
 
-    /// Whether a point lies within an object: lines from there in three directions all say so.
-    ///
-    /// An open surface, which has no inside, does not.
+    /// Whether a point lies inside an object: lines in three directions agree. False for an open surface.
     pub fn holds(&self, object: usize, point: Vec3A) -> bool {
         let mut crossings = Vec::new();
         [Vec3A::new(0.36, 0.48, 0.8), Vec3A::new(-0.8, 0.6, 0.0), Vec3A::new(0.48, -0.6, -0.64)].iter().all(

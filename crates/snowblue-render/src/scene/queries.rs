@@ -17,8 +17,8 @@ pub struct Statistics {
     pub shadow_rays: u64,
     /// Lines through snow.
     pub depth_lines: u64,
-    /// Lines through snow that crossed its surface an odd number of times, because the mesh is open. The last crossing is
-    /// ignored, and with it the snow behind it.
+    /// Lines through snow that crossed its surface an odd number of times, because the mesh is open. The last crossing
+    /// is ignored, and with it the snow behind it.
     pub odd_depth_lines: u64,
     /// Samples that are not numbers or too bright to be summed; they count as black.
     pub unusable_samples: u64,

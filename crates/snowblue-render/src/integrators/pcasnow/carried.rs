@@ -1,7 +1,7 @@
 //! What a path carries: spectra, or the sensor's responses to them.
 //!
-//! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response to it is
-//! linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum
+//! Light that has met one surface is the light's power times a reflectance or a transmittance. The sensor's response to
+//! it is linear in that spectrum, so for each light and each snow it can be tabulated in place of the spectrum
 //! ([`ProjectedTable`]): four numbers instead of 31 wavelengths. Responses from tables agree with those to spectra
 //! within 2·10⁻⁴.
 

@@ -1,14 +1,14 @@
 //! Path tracer with PCASnow: snow transmits light along one straight line, by the curves of a slab.
 //!
 //! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
-//! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902; notation
-//! of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths end by Russian roulette.
+//! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902;
+//! notation of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths end by Russian roulette.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](crate::scene::light)).
 //!
-//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead of a
-//! spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
+//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
+//! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
 mod carried;
 mod transmission;

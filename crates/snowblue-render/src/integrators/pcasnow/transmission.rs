@@ -68,8 +68,8 @@ impl SnowVertex<'_> {
         transmitted
     }
 
-    /// Techniques that sample a light: as seen from the exit of the straight path, and from the point itself for lines to the
-    /// light.
+    /// Techniques that sample a light: as seen from the exit of the straight path, and from the point itself for lines
+    /// to the light.
     fn techniques(&self, light: &Light) -> SamplingTechniques {
         let exit = match self.straight.map(|chord| chord.exit) {
             Some(ChordEnd::Surface { point, normal, .. }) if self.material.path.uses_straight() => {
@@ -83,8 +83,8 @@ impl SnowVertex<'_> {
 
     /// Light of one sample that comes through the snow, L = T E / π, by the path mode.
     ///
-    /// Of two paths the brighter counts, or the other where the brighter is occluded. They are compared as if an area light
-    /// were isotropic: otherwise its emission cosine would split its points between the paths.
+    /// Of two paths the brighter counts, or the other where the brighter is occluded. They are compared as if an area
+    /// light were isotropic: otherwise its emission cosine would split its points between the paths.
     #[inline]
     fn through<C: Carried>(
         &self,

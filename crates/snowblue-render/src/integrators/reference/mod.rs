@@ -1,26 +1,27 @@
 //! Volumetric path tracer, the ground truth for PCASnow: light is scattered from grain to grain in snow of any shape.
 //!
 //! A path runs backwards from the camera, which reciprocity allows because a grain's phase function depends on the
-//! scattering angle alone. The refractive index does not change where it enters snow. There it continues by free flights,
-//! t = −ln u / κ, from grain to grain ([`Volume`]), until it leaves. At each scattering every light without extent
-//! contributes by next-event estimation (Veach 1997, *Robust Monte Carlo Methods for Light Transport Simulation*,
-//! chapter 8):
+//! scattering angle alone. The refractive index does not change where it enters snow. There it continues by free
+//! flights, t = −ln u / κ, from grain to grain ([`Volume`]), until it leaves. At each scattering every light without
+//! extent contributes by next-event estimation (Veach 1997, *Robust Monte Carlo Methods for Light Transport
+//! Simulation*, chapter 8):
 //!
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
-//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V its visibility otherwise. The
-//! path's own rays find lights with extent. Three techniques reduce the cost without changing a mean:
+//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V its visibility otherwise.
+//! The path's own rays find lights with extent. Three techniques reduce the cost without changing a mean:
 //!
 //! - e^{−κd} is the probability that a light contributes at all, so that deep in snow there is nothing to compute.
-//! - The absorption of the least absorbed wavelength is the probability that a path ends. Other wavelengths are weighted.
+//! - The absorption of the least absorbed wavelength is the probability that a path ends. Other wavelengths are
+//!   weighted.
 //! - Scattering events are precomputed. Each path reads the list from a random position and draws its own flights and
 //!   azimuths.
 //!
-//! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices, with
-//! the same random numbers, and wavelengths are interpolated between them.
+//! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices,
+//! with the same random numbers, and wavelengths are interpolated between them.
 //!
-//! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one that it
-//! entered.
+//! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
+//! that it entered.
 
 mod surroundings;
 
@@ -174,7 +175,8 @@ impl<'scene> ReferenceIntegrator<'scene> {
         }
     }
 
-    /// Adds the lights without extent at a diffuse surface and samples the next ray there. Returns false if the path ends.
+    /// Adds the lights without extent at a diffuse surface and samples the next ray there. Returns false if the path
+    /// ends.
     fn reflect(&mut self, path: &mut Path, diffuse: &Diffuse, surface: &SurfaceInteraction, bounce: u32) -> bool {
         path.throughput *= diffuse.reflectance(&self.scene.objects, surface);
         let reach_m = self.scene.objects.reach_m(surface.object);

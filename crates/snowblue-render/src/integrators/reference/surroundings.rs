@@ -1,5 +1,4 @@
-//! What lies around a path of light: the faces of the snow that it is in, what else stands there, and how much of all
-//! that is between it and a lamp.
+//! Queries along a path of light: flights through a body of snow, solids on the way, and transmittance towards a light.
 
 use glam::Vec3A;
 
@@ -13,12 +12,12 @@ use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
 use snowblue_transport::monte_carlo::PathLengths;
 
-/// Objects of a scene as light in snow meets them.
+/// The objects of a scene, sorted for queries from inside snow.
 #[derive(Debug)]
 pub(super) struct Surroundings<'scene> {
     scene: &'scene Scene,
-    /// One object of each body of snow, with its material.
-    bodies: Vec<(usize, usize)>,
+    /// The bodies of snow.
+    bodies: Vec<SnowBody>,
     /// Objects that are not snow.
     solids: Vec<usize>,
     /// For each object of snow, the solids that may lie in it or touch it.
@@ -27,13 +26,21 @@ pub(super) struct Surroundings<'scene> {
     pub(super) statistics: Statistics,
 }
 
+/// A body of snow.
+#[derive(Debug, Clone, Copy)]
+struct SnowBody {
+    /// Its first object.
+    object: usize,
+    material: usize,
+}
+
 /// How a flight in snow ends.
 pub(super) enum Flight {
     /// At a grain, after a length in m.
     Free(f32),
     /// Out of the snow, after a length in m, with a point just outside.
     Out { length_m: f32, origin: Vec3A },
-    /// On a solid, after a length in m.
+    /// At a solid, after a length in m.
     Solid(SurfaceInteraction, f32),
 }
 
@@ -68,7 +75,7 @@ impl<'scene> Surroundings<'scene> {
         };
         Self {
             scene,
-            bodies: bodies.map(|index| (index, list[index].material)).collect(),
+            bodies: bodies.map(|object| SnowBody { object, material: list[object].material }).collect(),
             neighbours: (0..list.len()).map(near).collect(),
             solids,
             crossings: Vec::with_capacity(16),
@@ -80,16 +87,16 @@ impl<'scene> Surroundings<'scene> {
         &self.scene.objects
     }
 
-    /// What a ray outside of snow hits first.
+    /// First hit of a ray outside of snow.
     pub(super) fn first_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.statistics.indirect_rays += 1;
         self.objects().first_hit(ray)
     }
 
-    /// Puts a ray that hits an object from outside to where it is inside; how far it is from there to the other side, in
-    /// m, and the way out.
+    /// Moves the origin of a ray that hits a body from outside to where it enters, and returns the flight to the other
+    /// side.
     ///
-    /// All crossings of the whole line are taken, so that nothing hangs on whether a rounded point lies a hair inside.
+    /// It uses all crossings of the whole line, so that the result does not depend on the rounding of the hit point.
     pub(super) fn enter(&mut self, surface_object: usize, ray: &mut Ray) -> Option<Flight> {
         self.cross(surface_object, ray, f32::INFINITY);
         let pair = self.crossings.chunks_exact(2).find(|pair| pair[1].distance_m > 0.0)?;
@@ -98,23 +105,24 @@ impl<'scene> Surroundings<'scene> {
         Some(self.out(ray, stop.distance_m - start_m, stop.normal, stop.object as usize))
     }
 
-    /// Flies through an object's snow, so far or as far as it reaches; `known` is the way out where it is known.
+    /// A flight through a body of snow, of length `flight_m` or to its surface or a solid. `known` is the flight to the
+    /// surface if it is known.
     pub(super) fn fly(&mut self, object: usize, ray: &Ray, flight_m: f32, known: Option<Flight>) -> Flight {
-        let leg = match known {
-            Some(leg) if leg.length_m() < flight_m => leg,
+        let flight = match known {
+            Some(flight) if flight.length_m() < flight_m => flight,
             Some(_) => Flight::Free(flight_m),
             None => self.fly_through_snow(object, ray, flight_m),
         };
         let list = self.objects().list();
-        let touching_m = leg.length_m() + TOUCH_DISTANCE_M;
+        let touching_m = flight.length_m() + TOUCH_DISTANCE_M;
         let mut nearest: Option<(usize, ShapeHit)> = None;
         for &solid in &self.neighbours[object] {
             let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
             nearest = list[solid].shape.first_hit(ray, limit_m).map(|hit| (solid, hit)).or(nearest);
         }
-        let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(leg, Flight::Free(m) if m <= hit.distance_m))
+        let Some((solid, hit)) = nearest.filter(|(_, hit)| !matches!(flight, Flight::Free(m) if m <= hit.distance_m))
         else {
-            return leg;
+            return flight;
         };
         let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
         let (material, direction) = (list[solid].material, ray.direction);
@@ -123,7 +131,7 @@ impl<'scene> Surroundings<'scene> {
         Flight::Solid(surface, hit.distance_m)
     }
 
-    /// The same, were there nothing but the snow.
+    /// The same without solids.
     #[inline]
     fn fly_through_snow(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Flight {
         let one = &self.objects().list()[object];
@@ -142,7 +150,7 @@ impl<'scene> Surroundings<'scene> {
         }
     }
 
-    /// Out through a face.
+    /// A flight that leaves through a face.
     fn out(&self, ray: &Ray, length_m: f32, normal: Vec3A, object: usize) -> Flight {
         let normal = normal.normalize();
         let outward = if normal.dot(ray.direction) < 0.0 { -normal } else { normal };
@@ -150,17 +158,17 @@ impl<'scene> Surroundings<'scene> {
         Flight::Out { length_m, origin }
     }
 
-    /// Whether light to a lamp is still in an object's snow after a flight: told by its nearest face alone, which is quicker
-    /// than all that a line to the lamp crosses. Of a body of parts nothing is told.
+    /// Whether the line to a light is still inside the object after `flight_m`. A quick test of the nearest face only;
+    /// it returns false for bodies of several objects.
     #[inline]
     pub(super) fn stays_inside(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
-        let (one, way) = (&self.objects().list()[object], origin.direction_from(from));
-        let ray = Ray { origin: from, direction: way.direction };
-        one.body.is_none() && flight_m < way.distance_m && !one.shape.occludes(&ray, flight_m)
+        let (one, to_light) = (&self.objects().list()[object], origin.direction_from(from));
+        let ray = Ray { origin: from, direction: to_light.direction };
+        one.body.is_none() && flight_m < to_light.distance_m && !one.shape.occludes(&ray, flight_m)
     }
 
-    /// The share of a lamp's light that reaches a point without being turned: nothing behind solids; through snow it comes
-    /// with the probability e^{−κd}, decided by `chance`, less what the pores absorb.
+    /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
+    /// `chance`, in snow; else what the pores do not absorb.
     pub(super) fn transmitted(
         &mut self,
         from: Vec3A,
@@ -168,38 +176,38 @@ impl<'scene> Surroundings<'scene> {
         node: usize,
         chance: f64,
     ) -> Option<Spectrum> {
-        let way = origin.direction_from(from);
-        let ray = Ray { origin: from, direction: way.direction };
+        let to_light = origin.direction_from(from);
+        let ray = Ray { origin: from, direction: to_light.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
         for index in 0..self.bodies.len() {
-            let (object, material) = self.bodies[index];
+            let SnowBody { object, material } = self.bodies[index];
             if let Some(volume) = &self.scene.volumes[material] {
-                depth += volume.nodes()[node].extinction_per_m() * self.snow_m(object, &ray, way.distance_m);
+                depth += volume.nodes()[node].extinction_per_m() * self.snow_m(object, &ray, to_light.distance_m);
             }
-            // No chance is below 2⁻⁵⁴ = e^{−37.4}: deep in snow there is no exponential to work out.
+            // `chance` is at least 2⁻⁵⁴ = e^{−37.4}, so deep in snow no exponential is needed.
             if depth > 38.0 || chance > (-depth).exp() {
                 return None;
             }
         }
         let list = self.objects().list();
-        if self.solids.iter().any(|&solid| list[solid].shape.occludes(&ray, way.distance_m)) {
+        if self.solids.iter().any(|&solid| list[solid].shape.occludes(&ray, to_light.distance_m)) {
             return None;
         }
-        let mut passed = Spectrum::ONE;
+        let mut transmittance = Spectrum::ONE;
         for index in 0..self.bodies.len() {
-            let (object, material) = self.bodies[index];
+            let SnowBody { object, material } = self.bodies[index];
             if let Some(volume) = &self.scene.volumes[material] {
-                let pores_m = self.snow_m(object, &ray, way.distance_m);
-                let mut left = Spectrum::ZERO;
-                volume.attenuation(&PathLengths { pores_m, ..PathLengths::default() }, 0.0, &mut left.0);
-                passed *= left;
+                let pores_m = self.snow_m(object, &ray, to_light.distance_m);
+                let mut attenuation = Spectrum::ZERO;
+                volume.attenuation(&PathLengths { pores_m, ..PathLengths::default() }, 0.0, &mut attenuation.0);
+                transmittance *= attenuation;
             }
         }
-        Some(passed)
+        Some(transmittance)
     }
 
-    /// How far a ray runs through a body of snow within `limit_m`, in m.
+    /// Length of a ray inside a body of snow within `limit_m`, in m.
     #[inline]
     fn snow_m(&mut self, object: usize, ray: &Ray, limit_m: f32) -> f64 {
         self.cross(object, ray, limit_m);
@@ -207,7 +215,7 @@ impl<'scene> Surroundings<'scene> {
         self.crossings.chunks_exact(2).map(|pair| f64::from(part(pair))).sum()
     }
 
-    /// The parts of a line within a body, in pairs of crossings, in order.
+    /// Sets `crossings` to the segments of a line inside a body, as ordered pairs.
     fn cross(&mut self, object: usize, ray: &Ray, limit_m: f32) {
         self.statistics.depth_lines += 1;
         let odd = self.objects().crossings(object, ray, limit_m, &mut self.crossings);

@@ -160,7 +160,8 @@ fn convert(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
         LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
             if inner_cone_deg >= outer_cone_deg {
                 return Err(format!(
-                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be within its outer cone of {outer_cone_deg}°",
+                    "spot \"{}\" has an inner cone of {inner_cone_deg}°, but must be below its outer cone of \
+                     {outer_cone_deg}°",
                     light.name
                 ));
             }

@@ -1,9 +1,9 @@
 //! An environment image as a light: a latitude-longitude map, sampled by luminance.
 //!
 //! Rows run from straight up (+z) to straight down, columns around; the middle column looks along +y, and directions
-//! turn clockwise to the right as seen from above, as in a view from inside. Interpolation is bilinear. The sampling density
-//! is constant over each pixel's solid angle and proportional to its mean luminance: rows first, then columns, by inversion
-//! of cumulative sums (Pharr, Jakob & Humphreys 2023, section A.5).
+//! turn clockwise to the right as seen from above, as in a view from inside. Interpolation is bilinear. The sampling
+//! density is constant over each pixel's solid angle and proportional to its mean luminance: rows first, then columns,
+//! by inversion of cumulative sums (Pharr, Jakob & Humphreys 2023, section A.5).
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::io::Cursor;
@@ -77,8 +77,8 @@ impl SkyImage {
     /// Light of an image times `scale`. The value 1 is the luminance of 1 W m⁻² sr⁻¹ of equal-energy light, as in the
     /// images that this crate writes. `rotation_deg` turns it about z, counter-clockwise seen from above.
     ///
-    /// Colours outside the sRGB gamut become the nearest of their luminance. Without `daylight` all colours are grey, for
-    /// false colours.
+    /// Colours outside the sRGB gamut become the nearest of their luminance. Without `daylight` all colours are grey,
+    /// for false colours.
     ///
     /// # Errors
     ///

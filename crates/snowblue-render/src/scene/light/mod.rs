@@ -1,17 +1,17 @@
 //! Light sources: what they emit, how a point of one is sampled, and the light that arrives at a surface.
 //!
-//! A point of an area light acts as a point light, and a direction of the sky as a distant one. So a surface asks for one
-//! [`LightSample`] after the other:
+//! A point of an area light acts as a point light, and a direction of the sky as a distant one. So a surface asks for
+//! one [`LightSample`] after the other:
 //!
 //! | light | sample | irradiance E of a surface |
 //! |---|---|---|
 //! | point, spot | the point | I cos θ / r² |
 //! | directional | the direction | E⊥ cos θ |
-//! | sphere, rectangle | a point, by the solid angle it subtends | L cos θ cos θ_l / (r² p), θ_l at the light, p per m² |
+//! | sphere, rectangle | a point, by solid angle | L cos θ cos θ_l / (r² p), θ_l at the light, p per m² |
 //! | sky, uniform or an image | a direction | L cos θ / p, p per sr |
 //!
-//! Where several techniques sample a light, p is the sum of their densities: the balance heuristic of multiple importance
-//! sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
+//! Where several techniques sample a light, p is the sum of their densities: the balance heuristic of multiple
+//! importance sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
 //! doi:10.1145/218380.218498). Area lights are visible but occlude nothing.
 
 mod image;
@@ -170,8 +170,8 @@ impl Light {
     }
 
     /// Radiance that a path's ray finds from this light before `limit_m`, weighted against
-    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the density
-    /// of its cosine.
+    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the
+    /// density of its cosine.
     pub(crate) fn hit_radiance(&self, ray: &Ray, limit_m: f32, from: Option<&SurfacePoint>) -> Option<Spectrum> {
         let origin = self.origin_on(ray, limit_m)?;
         let Some(surface) = from else {
@@ -183,8 +183,8 @@ impl Light {
         Some(self.power(&origin) * weight)
     }
 
-    /// Unweighted radiance that a ray finds from this light before `limit_m`, and its distance in m. Visibility to the camera
-    /// does not matter.
+    /// Unweighted radiance that a ray finds from this light before `limit_m`, and its distance in m. Visibility to the
+    /// camera does not matter.
     pub(crate) fn full_hit_radiance(&self, ray: &Ray, limit_m: f32) -> Option<LightHit> {
         let origin = self.origin_on(ray, limit_m)?;
         Some(LightHit { radiance: self.power(&origin), distance_m: origin.direction_from(ray.origin).distance_m })
@@ -201,7 +201,8 @@ impl Light {
         }
     }
 
-    /// The techniques that sample light for snow, which enters at `exit` or along the line from the point `lines`, or both.
+    /// The techniques that sample light for snow, which enters at `exit` or along the line from the point `lines`, or
+    /// both.
     pub(crate) fn techniques_through(
         &self,
         exit: Option<&SurfacePoint>,
@@ -302,8 +303,8 @@ impl Light {
         }
     }
 
-    /// The power of an origin: radiant intensity of a point light, irradiance of a directional light, radiance of all others,
-    /// as a band density.
+    /// The power of an origin: radiant intensity of a point light, irradiance of a directional light, radiance of all
+    /// others, as a band density.
     pub(crate) fn power(&self, origin: &LightOrigin) -> Spectrum {
         match (self, origin) {
             (Self::Image(image, _), LightOrigin::Distant(direction)) => image.radiance(*direction),

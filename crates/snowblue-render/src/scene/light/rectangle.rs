@@ -1,10 +1,10 @@
 //! A rectangular area light, sampled by the solid angle that it subtends.
 //!
 //! Ureña, Fajardo & King (2013), "An area-preserving parametrization for spherical rectangles", Computer Graphics Forum
-//! 32(4), 59–66, doi:10.1111/cgf.12151: the first number cuts off a fraction of the solid angle Ω, which
-//! gives the horizontal coordinate; the second is linear in the height on the sphere along that cut. p(ω) = 1/Ω. It uses
-//! double precision because Ω is a small difference of angles. From so far away that even this fails, points are uniform
-//! over the area.
+//! 32(4), 59–66, doi:10.1111/cgf.12151: the first number cuts off a fraction of the solid angle Ω, which gives the
+//! horizontal coordinate; the second is linear in the height on the sphere along that cut. p(ω) = 1/Ω. It uses double
+//! precision because Ω is a small difference of angles. From so far away that even this fails, points are uniform over
+//! the area.
 
 use std::f64::consts::PI;
 
@@ -127,8 +127,8 @@ impl RectangleLight {
         }
         let (half_width, half_height) = (f64::from(self.half_width_m), f64::from(self.half_height_m));
         let (x0, x1, y0, y1) = (x - half_width, x + half_width, y - half_height, y + half_height);
-        // Of the normals of the planes of adjacent edges one has no x- and the other no y-component, so the angles between
-        // them follow from the z-components.
+        // Of the normals of the planes of adjacent edges one has no x- and the other no y-component, so the angles
+        // between them follow from the z-components.
         let edge = |offset: f64| -offset / z.hypot(offset);
         let (bottom, right, top, left) = (edge(y0), edge(x1), edge(y1), edge(x0));
         let corner = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();

@@ -8,8 +8,8 @@ use crate::geometry::ray::SurfacePoint;
 use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
 
-/// Shadow rays end short of a light by this fraction of the distance, so that a surface on which the light lies does not
-/// occlude it by rounding.
+/// Shadow rays end short of a light by this fraction of the distance, so that a surface on which the light lies does
+/// not occlude it by rounding.
 pub(crate) const SHADOW_EPSILON: f32 = 1e-4;
 
 /// A point on the surface of an area light.
@@ -59,8 +59,8 @@ pub(super) enum Falloff {
     None,
 }
 
-/// A cone of light, full within the inner angle and dark beyond the outer one. The falloff between them is the square of a
-/// linear function of the cosine, as in KHR_lights_punctual of glTF (Khronos Group 2020).
+/// A cone of light, full within the inner angle and dark beyond the outer one. The falloff between them is the square
+/// of a linear function of the cosine, as in KHR_lights_punctual of glTF (Khronos Group 2020).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpotCone {
     axis: Vec3A,
@@ -171,8 +171,9 @@ impl LightSample {
 
     /// The light that arrives where the line towards it leaves a body.
     ///
-    /// Each point of an area light then lights a point of its own, and a light at the surface would shine without bound. So
-    /// r² counts as r² + A/π: the irradiance of all points together is at most π L, as on the axis of a disc of that area.
+    /// Each point of an area light then lights a point of its own, and a light at the surface would shine without
+    /// bound. So r² counts as r² + A/π: the irradiance of all points together is at most π L, as on the axis of a disc
+    /// of that area.
     #[inline]
     pub(crate) fn incident_along_line(&self, surface: &SurfacePoint) -> Option<IncidentLight> {
         let mut incident = self.incident_at(surface)?;

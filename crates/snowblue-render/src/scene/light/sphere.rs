@@ -1,9 +1,9 @@
 //! A spherical area light, sampled by the cone of directions that it subtends.
 //!
-//! From a distance d of its centre a sphere of radius R subtends a cone of half-angle α, sin α = R/d. Directions in it are
-//! uniform: p(ω) = 1 / (2π (1 − cos α)). The point on the sphere follows without a difference of large numbers: with θ the
-//! angle at the viewer, its angle β at the centre has cos β = sin²θ / sin α + cos θ √(1 − sin²θ / sin²α) (Pharr, Jakob &
-//! Humphreys 2023, section 6.2.4).
+//! From a distance d of its centre a sphere of radius R subtends a cone of half-angle α, sin α = R/d. Directions in it
+//! are uniform: p(ω) = 1 / (2π (1 − cos α)). The point on the sphere follows without a difference of large numbers:
+//! with θ the angle at the viewer, its angle β at the centre has cos β = sin²θ / sin α + cos θ √(1 − sin²θ / sin²α)
+//! (Pharr, Jakob & Humphreys 2023, section 6.2.4).
 
 use std::f32::consts::TAU;
 

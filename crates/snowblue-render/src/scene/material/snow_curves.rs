@@ -1,9 +1,9 @@
 //! The curves of a material's snow: uniform, or varying between two samples by a mask.
 //!
 //! Mask 0 is the first sample, mask 1 the second, and properties are interpolated linearly between them. Curves are
-//! precomputed at equidistant values of the mask and mixed logarithmically between neighbours. The number of steps doubles
-//! until halving them changes the transmittance of 1, 10 and 100 cm (above a millionth) and the reflectance by less than
-//! 1 %; they are then halved once more.
+//! precomputed at equidistant values of the mask and mixed logarithmically between neighbours. The number of steps
+//! doubles until halving them changes the transmittance of 1, 10 and 100 cm (above a millionth) and the reflectance by
+//! less than 1 %; they are then halved once more.
 
 use snowblue_database::PcaSnow;
 use snowblue_database::lookup::SnowMix;

@@ -1,13 +1,13 @@
-//! Pictures on surfaces: where in a picture a point of a surface lies, and what the picture is there.
+//! Textures: images on surfaces.
 //!
-//! | shape | where |
+//! | shape | texture coordinates |
 //! |---|---|
-//! | mesh, heights | at the texture coordinates of the mesh: (0, 0) is the picture's lower left corner, (1, 1) the upper right |
-//! | box, plane | in metres: the picture is `width_m` wide, its middle is the middle of each face, and it repeats; sides are seen upright from where they are seen, the top as from the front (−y) |
-//! | sphere | once around: the picture's middle faces −y, its upper edge is the sphere's top |
+//! | mesh, height field | those of the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right |
+//! | box, plane | in metres: the image is `width_m` wide, centred on each face, and repeats |
+//! | sphere | once around: the centre of the image faces −y, its upper edge is the top of the sphere |
 //!
-//! All of that is in the shape's own axes, and turns with it. Between the middles of pixels lie straight lines (bilinear),
-//! over the edges too: pictures repeat.
+//! Images on the sides of a box are upright as seen from outside, that on the top as seen from the front (−y). All
+//! coordinates are in object space. Interpolation is bilinear and periodic.
 
 use glam::Vec2;
 
@@ -15,25 +15,25 @@ use crate::geometry::shape::Shape;
 use crate::geometry::texture_coordinates::TextureCoordinates;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 
-/// A picture that repeats.
+/// An image that repeats.
 #[derive(Debug, Clone)]
 pub struct Texture {
     width: usize,
     height: usize,
     /// Row by row from the top.
     pixels: Vec<[f32; 3]>,
-    /// Width of the picture on shapes that are measured in metres.
+    /// Width of the image on shapes with coordinates in metres.
     width_m: f32,
 }
 
 impl Texture {
-    /// A picture of `width` pixels a row, given row by row from the top, that is `width_m` wide on shapes that are
-    /// measured in metres.
+    /// An image with `width` pixels a row, row by row from the top, `width_m` wide on shapes with coordinates in
+    /// metres.
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>, width_m: f32) -> Self {
         Self { width, height: pixels.len() / width, pixels, width_m }
     }
 
-    /// Whether a shape has places for textures, or what is missing.
+    /// Checks that a shape has texture coordinates; the error says what is missing.
     pub(crate) fn check(shape: &Shape) -> Result<(), String> {
         let Some(mesh) = shape.mesh() else {
             return Ok(());
@@ -41,7 +41,7 @@ impl Texture {
         match mesh.triangles().uv.iter().find(|uv| !uv.is_finite()) {
             Some(uv) => Err(format!("texture coordinates of a vertex are {}, {}, but must be finite", uv.x, uv.y)),
             None if mesh.triangles().uv.is_empty() => {
-                Err("the material has a texture, but the mesh no texture coordinates".into())
+                Err("the material has a texture, but the mesh has no texture coordinates".into())
             }
             None => Ok(()),
         }
@@ -72,7 +72,7 @@ impl Texture {
     }
 }
 
-/// The pixels on both sides of a place along one side of a picture that repeats, and the share of the second.
+/// The pixels on both sides of a coordinate in a periodic image, and the weight of the second.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the pixels")]
 fn neighbours(place: f32, count: usize) -> ([usize; 2], f32) {
     let from_first = (place - place.floor()) * count as f32 - 0.5 + count as f32;
