@@ -148,7 +148,8 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
     folder.render("corner.exr", &["--spp", "4", "--crop", "3:5,3:5"]);
     folder.render("plain.exr", &["--spp", "1"]);
     let scene = std::fs::read_to_string(folder.path("scene.toml")).unwrap();
-    std::fs::write(folder.path("scene.toml"), format!("{scene}\n# another\n")).unwrap();
+    let another_light = "[[light]]\ntype = \"point\"\nposition = [0, -2, 2]\nradiant_intensity_w_sr = 1\n";
+    std::fs::write(folder.path("scene.toml"), format!("{scene}\n{another_light}")).unwrap();
     folder.render("scene.exr", &["--spp-range", "4:6"]);
     let refusals = [
         (["a.exr", "b.exr"], &["a.exr", "b.exr", "sample 3", "pixel 0,0"][..]),
