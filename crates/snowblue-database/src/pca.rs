@@ -4,7 +4,7 @@
 //! sidebar, after Pratt 2007). In the `linear` space M holds the values themselves, as in the paper. In the `log` space
 //! it holds their natural logarithms, so that a rebuilt value is never negative and the relative error is kept small.
 //!
-//! The sign of a component is fixed: the largest entry of its basis spectrum is positive ([`crate::svd`]).
+//! The sign of a component is fixed: the largest entry of its basis spectrum is positive (`svd`).
 
 use nalgebra::DMatrix;
 
@@ -47,9 +47,9 @@ pub struct CompressedTable {
 pub struct Components {
     /// l', the number of components.
     pub count: usize,
-    /// C', [curve][component].
+    /// C', `[curve][component]`.
     pub coefficients: Vec<f32>,
-    /// V', [wavelength][component].
+    /// V', `[wavelength][component]`.
     pub basis: Vec<f32>,
     /// All singular values, σ_1 ≥ σ_2 ≥ …
     pub singular_values: Vec<f64>,

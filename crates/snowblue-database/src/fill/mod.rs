@@ -54,7 +54,7 @@ pub fn fill(
 }
 
 /// Fills the given grains, each an index into grain size × facetness. The values are bit for bit those of [`fill`], in
-/// the order [grain][sample][light][thickness][wavelength].
+/// the order `[grain][sample][light][thickness][wavelength]`.
 ///
 /// # Errors
 /// If an axis or an option is out of range.

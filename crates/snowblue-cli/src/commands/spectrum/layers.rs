@@ -41,7 +41,7 @@ use crate::output::Failure;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Layers")]
 pub(super) struct StackOptions {
-    /// TOML file of layers, top first, instead of the options of one snow. Each [[layer]] has thickness_cm (cm) and
+    /// TOML file of layers, top first, instead of the options of one snow. Each `[[layer]]` has thickness_cm (cm) and
     /// optionally snow, grain_size_um, size_measure, ssa_m2_kg, facetness, sphericity, density_kg_m3, water_saturation,
     /// impurities_ng_g = { black-carbon = 10 }, temperature_c; the file may set ice
     #[arg(long, value_name = "FILE", conflicts_with_all = [

@@ -1,7 +1,7 @@
 //! Light sources: what they emit, how a point of one is sampled, and the light that arrives at a surface.
 //!
 //! A point of an area light acts as a point light, and a direction of the sky as a distant one. So a surface asks for
-//! one [`LightSample`] after the other:
+//! one `LightSample` after the other:
 //!
 //! | light | sample | irradiance E of a surface |
 //! |---|---|---|
