@@ -1,7 +1,7 @@
 //! A scene ready to be rendered: camera, objects, materials, lights, and settings of the film and the integrator.
 //!
-//! A scene is built from a [`SceneDescription`], which is made in code or read from a TOML [`mod@file`]. What is built fits
-//! together: change the description and build it again to change the scene.
+//! A scene is built from a [`SceneDescription`], which is made in code or read from a TOML [`mod@file`]. What is built
+//! fits together: change the description and build it again to change the scene.
 
 mod build;
 pub mod camera;
