@@ -5,6 +5,8 @@ use std::num::ParseFloatError;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+use snowblue_color::LinearRgb;
+use snowblue_color::exposure::{AutoExposure, factor};
 
 use crate::film::sensor::FalseColor;
 use crate::images::raster::ImageSize;
@@ -38,6 +40,13 @@ impl FilmSettings {
     }
 }
 
+/// The fraction of pixels that automatic exposure fits into the display's range. The rest, lights and highlights, may
+/// clip.
+const AUTO_FRACTION: f64 = 0.99;
+
+/// The level to which automatic exposure maps the brightest of these pixels; 1 is the display's white.
+const AUTO_LEVEL: f64 = 0.9;
+
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
@@ -47,6 +56,16 @@ pub enum Exposure {
     /// The factor is 2^stops. At 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
     /// 400–700 nm) is white.
     Stops(f64),
+}
+
+impl Exposure {
+    /// The factor by which the radiance of some pixels is multiplied for display.
+    pub(crate) fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>) -> f64 {
+        match self {
+            Self::Stops(stops) => factor(stops),
+            Self::Auto => AutoExposure { fraction: AUTO_FRACTION, level: AUTO_LEVEL }.factor(pixels),
+        }
+    }
 }
 
 /// Stops, or `auto`.

@@ -16,18 +16,10 @@ pub mod sample_block;
 pub(crate) mod sensor;
 pub mod window;
 
-use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::exposure::Exposure;
 use crate::images::raster::ImageSize;
-
-/// The fraction of pixels that automatic exposure fits into the display's range. The rest, lights and highlights, may
-/// clip.
-const AUTO_FRACTION: f64 = 0.99;
-
-/// The level to which automatic exposure maps the brightest of these pixels; 1 is the display's white.
-const AUTO_LEVEL: f64 = 0.9;
 
 /// A finished image, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,11 +51,7 @@ impl Film {
 
     /// The factor by which radiance is multiplied for display.
     pub fn display_factor(&self, exposure: Exposure) -> f64 {
-        match exposure {
-            Exposure::Stops(stops) => snowblue_color::exposure::factor(stops),
-            Exposure::Auto => AutoExposure { fraction: AUTO_FRACTION, level: AUTO_LEVEL }
-                .factor(self.pixels.iter().copied().map(LinearRgb::from_xyz)),
-        }
+        exposure.display_factor(self.pixels.iter().copied().map(LinearRgb::from_xyz))
     }
 }
 

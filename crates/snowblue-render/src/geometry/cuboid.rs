@@ -55,35 +55,24 @@ impl Cuboid {
     /// The first hit beyond the ray's origin and nearer than `limit_m`.
     #[inline]
     pub fn first_hit(&self, ray: &Ray, limit_m: f32) -> Option<ShapeHit> {
-        self.first_hit_m(ray, limit_m).map(|distance_m| self.hit_at(ray, distance_m))
-    }
-
-    /// The distance of the first hit beyond the ray's origin and nearer than `limit_m`.
-    #[inline]
-    pub(crate) fn first_hit_m(&self, ray: &Ray, limit_m: f32) -> Option<f32> {
-        self.slabs(&self.ray_to_object(ray)).first_hit_m(limit_m)
-    }
-
-    /// The hit at a distance that [`first_hit_m`](Self::first_hit_m) returned.
-    #[inline]
-    pub(crate) fn hit_at(&self, ray: &Ray, distance_m: f32) -> ShapeHit {
         let local = self.ray_to_object(ray);
         let slabs = self.slabs(&local);
+        let distance_m = slabs.first_hit_m(limit_m)?;
         let [entered, left] = [slabs.enter_m, slabs.leave_m].map(|planes_m| planes_m.cmpeq(Vec3A::splat(distance_m)));
         let (met, outward) = if entered.any() { (entered, -local.direction) } else { (left, local.direction) };
         let side = Vec3A::ONE.copysign(outward);
         let point = Vec3A::select(met, side * self.half_size, local.at(distance_m));
-        ShapeHit::plain(
+        Some(ShapeHit::plain(
             distance_m,
             self.centre + self.rotate_to_scene(point),
             self.rotate_to_scene(face_normal(met, side)),
-        )
+        ))
     }
 
     /// Whether the ray hits the surface beyond its origin and nearer than `limit_m`.
     #[inline]
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
-        self.first_hit_m(ray, limit_m).is_some()
+        self.slabs(&self.ray_to_object(ray)).first_hit_m(limit_m).is_some()
     }
 
     /// The two crossings of the ray's line, in order and with unit normals.

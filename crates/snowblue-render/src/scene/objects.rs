@@ -168,7 +168,7 @@ impl Objects {
     /// The first hit of a ray.
     #[inline]
     pub fn first_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
-        let mut nearest = Nearest { distance_m: f32::INFINITY, object: None };
+        let mut nearest = Nearest { distance_m: f32::INFINITY, hit: None };
         for &index in &self.tried {
             nearest.try_object(self, index, ray);
         }
@@ -178,9 +178,7 @@ impl Objects {
                 nearest.distance_m
             });
         }
-        let NearestObject { index: object, hit } = nearest.object?;
-        let shape = &self.objects[object].shape;
-        let hit = hit.or_else(|| shape.first_hit(ray, f32::INFINITY))?;
+        let (object, hit) = nearest.hit?;
         let is_facing = hit.normal.dot(ray.direction) <= 0.0;
         Some(SurfaceInteraction {
             object,
@@ -210,8 +208,7 @@ impl Objects {
             Side::Outer(_) => true,
             // A convex shape does not occlude a light that its own exit faces.
             Side::Inner(object) if index == object => !self.objects[index].shape.is_convex(),
-            Side::Inner(object) => self.bodies[index] != self.bodies[object],
-            Side::Last(object) => self.bodies[index] != self.bodies[object],
+            Side::Inner(object) | Side::Last(object) => self.bodies[index] != self.bodies[object],
         }
     }
 
@@ -315,30 +312,15 @@ impl Objects {
 /// The nearest hit of a ray so far.
 struct Nearest {
     distance_m: f32,
-    object: Option<NearestObject>,
-}
-
-/// The object of the nearest hit.
-struct NearestObject {
-    index: usize,
-    /// The hit, unless it is computed only once the nearest object is known.
-    hit: Option<ShapeHit>,
+    /// Index of the object and the hit on it.
+    hit: Option<(usize, ShapeHit)>,
 }
 
 impl Nearest {
     #[inline(always)]
     fn try_object(&mut self, objects: &Objects, index: usize, ray: &Ray) {
-        match &objects.objects[index].shape {
-            Shape::Cuboid(cuboid) => {
-                if let Some(distance_m) = cuboid.first_hit_m(ray, self.distance_m) {
-                    *self = Self { distance_m, object: Some(NearestObject { index, hit: None }) };
-                }
-            }
-            shape => {
-                if let Some(hit) = shape.first_hit(ray, self.distance_m) {
-                    *self = Self { distance_m: hit.distance_m, object: Some(NearestObject { index, hit: Some(hit) }) };
-                }
-            }
+        if let Some(hit) = objects.objects[index].shape.first_hit(ray, self.distance_m) {
+            *self = Self { distance_m: hit.distance_m, hit: Some((index, hit)) };
         }
     }
 }
