@@ -156,8 +156,8 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
             // Coordinates of up to 4 m in the GLB are rounded by 2.4e-7 m, more at grazing hits.
             assert!((one.point - two.point).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
             // At an edge, rounding decides between two triangles.
-            let least = one.place.weights.into_iter().fold(1.0, f32::min);
-            assert!(one.place.triangle == two.place.triangle || least < 1e-5, "ray {k}: {least}");
+            let least = one.location.weights.into_iter().fold(1.0, f32::min);
+            assert!(one.location.triangle == two.location.triangle || least < 1e-5, "ray {k}: {least}");
             let (uv, other_uv) = (from_ply.objects().uv(&one).unwrap(), other.objects().uv(&two).unwrap());
             assert!((uv - other_uv).length() * one.normal.dot(direction).abs() < 2e-6, "ray {k}");
             // The texture coordinates are a function of the position.

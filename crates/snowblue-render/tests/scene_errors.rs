@@ -108,7 +108,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
         ("[film]", "[film]\nwidth = 1.5", 5, "film.width is floating point 1.5, but must be a whole number"),
-        ("look_at = [0, 0, 0]", "look_at = [1, -2, 0.5]", 3, "must lie off the camera's position"),
+        ("look_at = [0, 0, 0]", "look_at = [1, -2, 0.5]", 3, "must not lie at the camera's position"),
         ("look_at = [0, 0, 0]", "look_at = [0, 0]", 3, "must be a list of three numbers"),
         ("\"D65\"", "\"D66\"", 17, "D66"),
         ("type = \"point\"", "type = \"torch\"", 15, "light[0].type is \"torch\", but must be one of point, spot"),
@@ -221,7 +221,7 @@ fn lamps_with_mistakes_are_named() {
         ),
         (
             "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nsize = [1, 1]\nradiance_w_m2_sr = 1\n",
-            "light[0].look_at must lie off the light's position and up axis",
+            "light[0].look_at must not lie at the light's position or along its up axis",
         ),
         (
             "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 1, 0]\nsize = 1\nradiance_w_m2_sr = 1\n",

@@ -43,7 +43,7 @@ impl Instance {
             distance_m: hit.distance_m / object_ray.length_per_m,
             point: self.transform.point_to_scene(hit.point),
             normal: self.transform.normal_to_scene(hit.normal).normalize(),
-            place: hit.place,
+            location: hit.location,
         })
     }
 

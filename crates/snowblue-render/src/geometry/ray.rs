@@ -40,7 +40,7 @@ pub struct ShapeHit {
     /// Unit normal, on either side.
     pub normal: Vec3A,
     /// The location on the mesh, if the shape is one.
-    pub place: MeshLocation,
+    pub location: MeshLocation,
 }
 
 /// A location on a mesh. It has no meaning on other shapes.
@@ -55,7 +55,7 @@ pub struct MeshLocation {
 impl ShapeHit {
     /// A hit on a shape without triangles.
     pub(crate) fn plain(distance_m: f32, point: Vec3A, normal: Vec3A) -> Self {
-        Self { distance_m, point, normal, place: MeshLocation::default() }
+        Self { distance_m, point, normal, location: MeshLocation::default() }
     }
 }
 

@@ -4,7 +4,7 @@ use glam::Vec3A;
 
 use crate::geometry::ray::Ray;
 
-/// A camera that sees all distances sharply.
+/// A pinhole camera: all distances are in focus.
 #[derive(Debug, Clone, Copy)]
 pub struct PinholeCamera {
     position: Vec3A,
@@ -14,21 +14,21 @@ pub struct PinholeCamera {
     up: Vec3A,
 }
 
-/// Where a camera stands and looks.
+/// Position and orientation of a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// Where it stands, in m.
+    /// Position, in m.
     pub position: Vec3A,
-    /// The point in the middle of its picture, in m.
+    /// The point at the centre of the image, in m.
     pub look_at: Vec3A,
-    /// The direction that points upwards in the picture, of any length.
+    /// The direction that is up in the image, of any length.
     pub up: Vec3A,
-    /// Angle between the upper and the lower edge of the picture, in degrees.
+    /// Angle between the upper and the lower edge of the image, in degrees.
     pub vertical_fov_deg: f32,
 }
 
 impl PinholeCamera {
-    /// A camera for pictures of a width-to-height ratio; none when it looks along its own up direction or nowhere.
+    /// A camera for images of a width-to-height ratio. None if `look_at` is the position or along the up direction.
     pub fn new(view: &View, aspect: f32) -> Option<Self> {
         let forward = (view.look_at - view.position).try_normalize()?;
         let right = forward.cross(view.up.try_normalize()?);
@@ -42,12 +42,12 @@ impl PinholeCamera {
         })
     }
 
-    /// Where it stands, in m.
+    /// Position, in m.
     pub fn position(&self) -> Vec3A {
         self.position
     }
 
-    /// The ray through a point of the picture: (0, 0) is its upper left corner and (1, 1) its lower right.
+    /// The ray through a point of the image: (0, 0) is the upper left corner and (1, 1) the lower right.
     #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {
         let direction = self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down);
@@ -62,7 +62,7 @@ mod tests {
     const VIEW: View = View { position: Vec3A::NEG_Y, look_at: Vec3A::ZERO, up: Vec3A::Z, vertical_fov_deg: 90.0 };
 
     #[test]
-    fn the_picture_is_upright_and_not_mirrored() {
+    fn the_image_is_upright_and_not_mirrored() {
         let camera = PinholeCamera::new(&VIEW, 2.0).unwrap();
         assert!((camera.ray(0.5, 0.5).direction - Vec3A::Y).length() < 1e-6);
         let top_right = camera.ray(1.0, 0.0).direction;
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_along_up_is_no_view() {
+    fn a_view_along_up_or_without_a_direction_is_refused() {
         assert!(PinholeCamera::new(&View { up: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
         assert!(PinholeCamera::new(&View { look_at: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
     }

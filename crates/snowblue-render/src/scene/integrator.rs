@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How light finds its way through snow.
+/// How the radiance of snow is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IntegratorKind {
-    /// PCASnow: by the curves of a slab, along one straight line.
+    /// PCASnow: the curves of a slab, looked up for one straight line.
     #[default]
     PcaSnow,
-    /// A volumetric path tracer, the ground truth for PCASnow. Slow, and unbiased for any shape.
+    /// A volumetric path tracer, the ground truth for PCASnow: slow, and unbiased for any shape.
     Reference,
 }
 

@@ -44,7 +44,7 @@ pub struct SurfaceInteraction {
     /// Unit direction of the ray.
     pub direction: Vec3A,
     /// Location on the object's mesh.
-    pub place: MeshLocation,
+    pub location: MeshLocation,
 }
 
 impl SurfaceInteraction {
@@ -147,22 +147,24 @@ impl Objects {
 
     /// Texture coordinates at a hit, if the object's mesh has them.
     pub fn uv(&self, surface: &SurfaceInteraction) -> Option<Vec2> {
-        self.objects[surface.object].shape.mesh()?.uv(&surface.place)
+        self.objects[surface.object].shape.mesh()?.uv(&surface.location)
     }
 
     /// Texture coordinates at a hit; a mesh must have them.
-    pub(crate) fn texture_place(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
+    pub(crate) fn texture_coordinates_at(&self, surface: &SurfaceInteraction) -> TextureCoordinates {
         match &self.objects[surface.object].shape {
             Shape::Cuboid(cuboid) => cuboid.texture_coordinates(surface.point, surface.normal),
             Shape::Ellipsoid(ellipsoid) => ellipsoid.texture_coordinates(surface.point),
             Shape::Plane(plane) => plane.texture_coordinates(surface.point, surface.normal),
-            Shape::Mesh(instance) => TextureCoordinates::Image(instance.mesh().uv(&surface.place).unwrap_or_default()),
+            Shape::Mesh(instance) => {
+                TextureCoordinates::Image(instance.mesh().uv(&surface.location).unwrap_or_default())
+            }
         }
     }
 
     /// A vertex attribute of the object's mesh at a hit, by its name in the mesh file.
     pub fn attribute(&self, name: &str, surface: &SurfaceInteraction) -> Option<f32> {
-        self.objects[surface.object].shape.mesh()?.attribute(name, &surface.place)
+        self.objects[surface.object].shape.mesh()?.attribute(name, &surface.location)
     }
 
     /// The first hit of a ray.
@@ -186,7 +188,7 @@ impl Objects {
             point: hit.point,
             normal: if is_facing { hit.normal } else { -hit.normal },
             direction: ray.direction,
-            place: hit.place,
+            location: hit.location,
         })
     }
 

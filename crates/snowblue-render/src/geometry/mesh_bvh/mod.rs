@@ -100,7 +100,7 @@ impl MeshBvh {
             distance_m: nearest_m + query.start_m,
             point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
             normal: area_normal(&corners).normalize(),
-            place: MeshLocation { triangle: self.bvh.primitive(leaf, slot), weights: [u, v, w] },
+            location: MeshLocation { triangle: self.bvh.primitive(leaf, slot), weights: [u, v, w] },
         })
     }
 

@@ -127,7 +127,7 @@ impl<'scene> Surroundings<'scene> {
         let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
         let (material, direction) = (list[solid].material, ray.direction);
         let surface =
-            SurfaceInteraction { object: solid, material, point: hit.point, normal, direction, place: hit.place };
+            SurfaceInteraction { object: solid, material, point: hit.point, normal, direction, location: hit.location };
         Flight::Solid(surface, hit.distance_m)
     }
 

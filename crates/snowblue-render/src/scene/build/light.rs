@@ -21,13 +21,13 @@ pub(super) fn build_light(path: &KeyPath, light: &LightDescription, sources: &So
         LightSource::Spot(spot) => {
             let mut light = PointLight::new(point(spot.position), &lamp, narrow(spot.radiant_intensity_w_sr));
             let axis = (point(spot.look_at) - light.position).try_normalize();
-            let axis = axis.ok_or_else(|| path.key("look_at").error("must lie off the light's position"))?;
+            let axis = axis.ok_or_else(|| path.key("look_at").error("must not be the light's position"))?;
             light.cone = Some(SpotCone::new(axis, narrow(spot.inner_cone_deg), narrow(spot.outer_cone_deg)));
             Light::Point(light)
         }
         LightSource::Directional(light) => {
             let direction = point(light.direction).try_normalize();
-            let direction = direction.ok_or_else(|| path.key("direction").error("must have a length"))?;
+            let direction = direction.ok_or_else(|| path.key("direction").error("must not be zero"))?;
             let irradiance = lamp.unit * narrow(light.irradiance_w_m2);
             Light::Directional(DirectionalLight { to_light: -direction, irradiance, relative: lamp.relative })
         }
@@ -45,8 +45,9 @@ pub(super) fn build_light(path: &KeyPath, light: &LightDescription, sources: &So
                 height_m,
             };
             let shape = RectangleLight::new(&place);
-            let shape =
-                shape.ok_or_else(|| path.key("look_at").error("must lie off the light's position and up axis"))?;
+            let shape = shape.ok_or_else(|| {
+                path.key("look_at").error("must not lie at the light's position or along its up axis")
+            })?;
             Light::Rectangle(emitter(shape, &lamp, light.radiance_w_m2_sr, light.visible))
         }
     })

@@ -36,7 +36,7 @@ impl SceneDescription {
     /// # Errors
     ///
     /// When a value is out of range, a file is missing or malformed, or the table has no such snow. The error names the
-    /// place of the value in the description, or the file.
+    /// path of the value in the description, or the file.
     pub fn build(&self, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
         self.check()?;
         let sensor = match self.film.false_color {
@@ -82,8 +82,8 @@ impl SceneDescription {
             return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
         }
         let camera = PinholeCamera::new(&view, self.film.width as f32 / self.film.height as f32);
-        let camera =
-            camera.ok_or_else(|| path.key("look_at").error("must lie off the camera's position and up axis"))?;
+        let camera = camera
+            .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         Ok(Scene {
             camera,
             view,
@@ -99,7 +99,7 @@ impl SceneDescription {
         })
     }
 
-    /// The view of the camera, or that of the glTF, and its place in the description.
+    /// The view of the camera, or that of the glTF, and its path in the description.
     fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), RenderError> {
         if let Some(camera) = &self.camera {
             return Ok((camera.view(), KeyPath::root("camera")));

@@ -197,7 +197,7 @@ fn igloo_of(description: &IglooDescription) -> Igloo {
     }
 }
 
-/// A solid in its place.
+/// A solid with its transform.
 fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<Shape, DescriptionError> {
     let centred = triangles.centred();
     let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));

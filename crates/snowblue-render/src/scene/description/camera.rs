@@ -11,7 +11,7 @@ use crate::scene::camera::View;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraDescription {
-    /// Where it stands, in m.
+    /// Position, in m.
     #[serde(deserialize_with = "numbers")]
     pub position: [f64; 3],
     /// The point in the middle of the picture, in m.

@@ -35,7 +35,7 @@ const SCALE: Range = Range::new(1e-6, 1e6, "");
 const FRACTION: Range = Range::new(0.0, 1.0, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
 const MASK_END: Range = Range::new(-1e9, 1e9, "");
-const LAMP_SIZE: Range = Range::new(1e-6, 1e5, "m");
+const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
 const GREATEST_POWER: f64 = 1e12;
 const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
@@ -130,7 +130,7 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
     DIRECTION.check_all(&path.key("up"), &camera.up)?;
     FIELD_OF_VIEW.check(&path.key("vertical_fov_deg"), camera.vertical_fov_deg)?;
     if PinholeCamera::new(&camera.view(), 1.0).is_none() {
-        return Err(path.key("look_at").error("must lie off the camera's position and up axis"));
+        return Err(path.key("look_at").error("must not lie at the camera's position or along its up axis"));
     }
     Ok(())
 }
@@ -261,31 +261,31 @@ fn check_light(path: &KeyPath, source: &LightSource) -> Checked {
             let inner = Range::new(0.0, light.outer_cone_deg, "deg");
             inner.check(&path.key("inner_cone_deg"), light.inner_cone_deg)?;
             let axis = point(light.look_at) - point(light.position);
-            off(&path.key("look_at"), axis, "must lie off the light's position")
+            check_direction(&path.key("look_at"), axis, "must not be the light's position")
         }
         LightSource::Directional(light) => {
             let path_to_direction = path.key("direction");
             DIRECTION.check_all(&path_to_direction, &light.direction)?;
             Range::power("W/m²").check(&path.key("irradiance_w_m2"), light.irradiance_w_m2)?;
-            off(&path_to_direction, point(light.direction), "is [0, 0, 0], but must have a length")
+            check_direction(&path_to_direction, point(light.direction), "is [0, 0, 0], but must not be zero")
         }
         LightSource::Sphere(light) => {
             COORDINATE.check_all(&path.key("position"), &light.position)?;
-            LAMP_SIZE.check(&path.key("radius"), light.radius)?;
+            AREA_LIGHT_SIZE.check(&path.key("radius"), light.radius)?;
             radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
         }
         LightSource::Rectangle(light) => {
             COORDINATE.check_all(&path.key("position"), &light.position)?;
             COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
             DIRECTION.check_all(&path.key("up"), &light.up)?;
-            LAMP_SIZE.check_all(&path.key("size"), &light.size)?;
+            AREA_LIGHT_SIZE.check_all(&path.key("size"), &light.size)?;
             radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
         }
     }
 }
 
-/// Refuses directions without a length.
-fn off(path: &KeyPath, direction: Vec3A, reason: &str) -> Checked {
+/// Refuses a direction of length zero.
+fn check_direction(path: &KeyPath, direction: Vec3A, reason: &str) -> Checked {
     direction.try_normalize().map(drop).ok_or_else(|| path.error(reason))
 }
 
@@ -314,7 +314,7 @@ fn check_object(path: &KeyPath, object: &ObjectDescription) -> Checked {
         ShapeDescription::Box(cuboid) => size(&cuboid.size),
         ShapeDescription::Sphere(sphere) => SHAPE_SIZE.check(&path.key("radius"), sphere.radius),
         ShapeDescription::Plane(_) if common.scale != Scale::default() => {
-            Err(path.key("scale").error("is not for a plane, which has no end"))
+            Err(path.key("scale").error("does not apply to a plane, which is infinite"))
         }
         ShapeDescription::Plane(_) | ShapeDescription::Mesh(_) => Ok(()),
         ShapeDescription::Heights(heights) => {

@@ -1,4 +1,4 @@
-//! Where in a description a value stands, and what is wrong with it.
+//! Paths to values in a description, and errors about them.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub enum Step {
     Index(usize),
 }
 
-/// The place of a value in a description, such as `object[3].size`.
+/// The path to a value in a description, such as `object[3].size`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyPath(Vec<Step>);
 
@@ -21,12 +21,12 @@ impl KeyPath {
         Self::default().key(key)
     }
 
-    /// A key of the table at this place.
+    /// The path to a key of the table at this path.
     pub(crate) fn key(&self, key: &str) -> Self {
         self.with(Step::Key(key.to_owned()))
     }
 
-    /// An item of the list at this place.
+    /// The path to an item of the list at this path.
     pub(crate) fn index(&self, index: usize) -> Self {
         self.with(Step::Index(index))
     }
@@ -66,8 +66,8 @@ impl fmt::Display for KeyPath {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path} {reason}")]
 pub struct DescriptionError {
-    /// The place of the value.
+    /// The path to the value.
     pub path: KeyPath,
-    /// What is wrong, as the rest of a sentence that begins with the place.
+    /// What is wrong, as the rest of a sentence that begins with the path.
     pub reason: String,
 }

@@ -48,13 +48,13 @@ impl LampKeys {
     }
 }
 
-/// A light with a place or a direction.
+/// A light with a position or a direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LightDescription {
     /// The shape of its spectrum.
     #[serde(flatten)]
     pub lamp: LampDescription,
-    /// Where it is and how bright.
+    /// Its geometry and strength.
     #[serde(flatten)]
     pub source: LightSource,
 }
@@ -76,9 +76,9 @@ pub enum LightSource {
     Spot(SpotLightDescription),
     /// Parallel light.
     Directional(DirectionalLightDescription),
-    /// A glowing sphere.
+    /// A sphere that emits uniformly.
     Sphere(SphereLightDescription),
-    /// A rectangle that glows on one side.
+    /// A rectangle that emits from one side.
     Rectangle(RectangleLightDescription),
 }
 
@@ -86,7 +86,7 @@ pub enum LightSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointLightDescription {
-    /// Its place, in m.
+    /// Its position, in m.
     #[serde(deserialize_with = "numbers")]
     pub position: [f64; 3],
     /// Its radiant intensity over 400–700 nm, in W/sr.
@@ -97,7 +97,7 @@ pub struct PointLightDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpotLightDescription {
-    /// Its place, in m.
+    /// Its position, in m.
     #[serde(deserialize_with = "numbers")]
     pub position: [f64; 3],
     /// A point on the axis of the cone, in m.
@@ -134,7 +134,7 @@ pub struct DirectionalLightDescription {
     pub irradiance_w_m2: f64,
 }
 
-/// A glowing sphere.
+/// A sphere that emits uniformly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SphereLightDescription {
@@ -145,12 +145,12 @@ pub struct SphereLightDescription {
     pub radius: f64,
     /// Its radiance over 400–700 nm, in W/(m² sr).
     pub radiance_w_m2_sr: f64,
-    /// Whether the camera sees it.
+    /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
 }
 
-/// A rectangle that glows on one side.
+/// A rectangle that emits from one side.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RectangleLightDescription {
@@ -168,7 +168,7 @@ pub struct RectangleLightDescription {
     pub size: [f64; 2],
     /// Its radiance over 400–700 nm, in W/(m² sr).
     pub radiance_w_m2_sr: f64,
-    /// Whether the camera sees it.
+    /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
 }
@@ -200,7 +200,7 @@ pub struct UniformSkyDescription {
 pub struct SkyGlow {
     /// Its radiance over 400–700 nm, in W/(m² sr).
     pub radiance_w_m2_sr: f64,
-    /// Whether the camera sees it.
+    /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
 }
@@ -217,7 +217,7 @@ pub struct ImageSkyDescription {
     /// Turns the image about z, counter-clockwise seen from above, in degrees.
     #[serde(default)]
     pub rotation_deg: f64,
-    /// Whether the camera sees it.
+    /// Whether it is visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::value::{Scale, numbers};
 
-/// A shape in its place, made of a material.
+/// A shape with a transform and a material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectDescription {
     /// Its shape.
@@ -53,7 +53,7 @@ impl ObjectDescription {
         Self { shape, common }
     }
 
-    /// The same shape in another place.
+    /// The same shape with another transform.
     #[must_use]
     pub fn at(mut self, position: [f64; 3]) -> Self {
         self.common.position = position;

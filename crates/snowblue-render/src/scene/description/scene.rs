@@ -28,7 +28,7 @@ pub struct SceneDescription {
     /// Materials by name.
     #[serde(rename = "material", skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, MaterialDescription>,
-    /// Lights with a place or a direction.
+    /// Lights with a position or a direction.
     #[serde(rename = "light", skip_serializing_if = "Vec::is_empty")]
     pub lights: Vec<LightDescription>,
     /// Light from all directions.

@@ -92,15 +92,15 @@ impl PathMode {
     }
 }
 
-/// What light enters at the exit point.
+/// Which light counts where the straight path leaves the snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Emission {
-    /// The light's irradiance: distance, angle and shadows count.
+    /// The irradiance of the light there, with distance, angle and shadows.
     #[default]
     Transmitted,
-    /// The paper's simpler form: the light's relative spectrum with luminance 1, as a radiance, whatever its distance
-    /// and whatever stands in between.
+    /// The paper's simpler form: the light's relative spectrum with luminance 1, as a radiance, without
+    /// distance or shadows.
     Relative,
 }
 
@@ -110,11 +110,11 @@ pub enum Reflection {
     /// The table's reflectance for depth and angle.
     #[default]
     Table,
-    /// A constant share, the paper's local model. Thin snow then gives back more light than it gets.
+    /// A constant, the paper's local model. Thin snow then reflects and transmits more light than it receives.
     Constant(f32),
 }
 
-/// Snow with its ways of transmitting and reflecting.
+/// Snow with its modes of transmission and reflection.
 #[derive(Debug)]
 pub struct PcaSnowMaterial {
     /// The curves of the snow.
@@ -123,7 +123,7 @@ pub struct PcaSnowMaterial {
     pub path: PathMode,
     /// Where the path ends.
     pub exit: Exit,
-    /// What light enters.
+    /// Which light is transmitted.
     pub emission: Emission,
     /// What is reflected.
     pub reflection: Reflection,

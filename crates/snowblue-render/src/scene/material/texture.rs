@@ -49,7 +49,7 @@ impl Texture {
 
     /// The three channels at a hit.
     pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> [f32; 3] {
-        self.value(match objects.texture_place(surface) {
+        self.value(match objects.texture_coordinates_at(surface) {
             TextureCoordinates::Image(place) => place,
             TextureCoordinates::Metres(place) => {
                 let height_m = self.width_m * self.height as f32 / self.width as f32;
