@@ -1,0 +1,159 @@
+//! The light field inside a body of snow.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use wide::f32x4;
+
+use crate::body::Body;
+use crate::element::shape;
+use crate::grid::{Cell, Grid};
+use crate::scan::SurfaceElement;
+use crate::solver::solve;
+use crate::surface_flux::{NodeFlux, SurfaceNodes};
+use crate::system::{Diffusion, System, right_hand_side};
+
+/// How a body is divided into cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridOptions {
+    /// Greatest size of a cell at the surface, in m.
+    pub step_m: f64,
+    /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. Light must not depend on it.
+    pub shift: DVec3,
+}
+
+/// The snow at a point, in m, for a group of four wavelengths.
+pub type DiffusionAt = Box<dyn Fn(DVec3) -> Diffusion + Send + Sync>;
+
+/// A body that is ready to be lit: its grid and its systems of equations at some wavelengths, in groups of four.
+pub struct SnowBody {
+    grid: Grid,
+    surface_nodes: SurfaceNodes,
+    systems: Vec<System>,
+    diffusion: Vec<DiffusionAt>,
+    extrapolation: f64,
+}
+
+/// Fluence rates inside a body for one distribution of light on its surface.
+#[derive(Debug, Clone)]
+pub struct Fluence {
+    /// For each group of four wavelengths, the values of all nodes, in W m⁻² per unit of the light.
+    nodes: Vec<Vec<f32x4>>,
+    /// The same for the net flux through the surface.
+    flux: Vec<NodeFlux>,
+    /// Iterations of the solver for each group.
+    pub iterations: Vec<usize>,
+}
+
+impl SnowBody {
+    /// Divides a body into cells and prepares its equations. `diffusion` gives the snow at a point in m for each group
+    /// of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
+    pub fn new(body: &dyn Body, options: GridOptions, diffusion: Vec<DiffusionAt>, extrapolation: f64) -> Self {
+        let grid = Grid::new(body, options.step_m, options.shift);
+        let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
+        Self { surface_nodes: SurfaceNodes::new(&grid), grid, systems, diffusion, extrapolation }
+    }
+
+    /// The points of the surface where light enters.
+    #[must_use]
+    pub fn surface(&self) -> &[SurfaceElement] {
+        &self.grid.surface
+    }
+
+    /// Number of unknowns at each wavelength.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.grid.free_count
+    }
+
+    /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
+    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many groups as the body has, or not as many values as surface elements.
+    #[must_use]
+    pub fn solve(&self, light: &[&[f32x4]]) -> Fluence {
+        assert_eq!(light.len(), self.systems.len());
+        let mut fluence = Fluence { nodes: Vec::new(), flux: Vec::new(), iterations: Vec::new() };
+        for ((system, diffusion), light) in self.systems.iter().zip(&self.diffusion).zip(light) {
+            assert_eq!(light.len(), self.grid.surface.len());
+            let right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
+            let solution = solve(system, &right, None);
+            let node = |node: u32| {
+                let terms = self.grid.terms(node).iter();
+                terms.fold(f32x4::ZERO, |sum, term| sum + solution.values[term.free as usize] * term.weight)
+            };
+            let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
+            let nodes: Vec<f32x4> = (0..count).into_par_iter().map(node).collect();
+            let flux = self.flux_of_elements(&nodes, light);
+            fluence.flux.push(self.surface_nodes.smooth(&self.grid, &flux));
+            fluence.nodes.push(nodes);
+            fluence.iterations.push(solution.iterations);
+        }
+        fluence
+    }
+
+    /// The net flux outwards through each surface element, at each group of wavelengths, for the light of the solution.
+    #[must_use]
+    pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
+        let groups = fluence.nodes.iter().zip(light).map(|(nodes, light)| self.flux_of_elements(nodes, light));
+        let groups: Vec<Vec<f32x4>> = groups.collect();
+        (0..self.grid.surface.len()).map(|index| groups.iter().map(|flux| flux[index]).collect()).collect()
+    }
+
+    /// The net flux J = (φ − 4 Σ K F) / (3q) through each surface element, outwards.
+    fn flux_of_elements(&self, nodes: &[f32x4], light: &[f32x4]) -> Vec<f32x4> {
+        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+        let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
+        let mut flux = vec![f32x4::ZERO; light.len()];
+        for (cell, elements) in self.grid.surface_cells() {
+            for index in elements {
+                let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
+                flux[index] = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
+            }
+        }
+        flux
+    }
+
+    /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
+    /// normal; none if there is no cell within a step of the point.
+    #[inline]
+    pub fn flux<'f>(
+        &'f self,
+        fluence: &'f Fluence,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+        let (cell, at) = self.find(point, normal)?;
+        Some(fluence.flux.iter().map(move |flux| self.surface_nodes.flux(flux, cell, at, normal.as_vec3())))
+    }
+
+    /// The fluence rate of each group of wavelengths at a point of the surface, in m, with its outward unit normal;
+    /// none if there is no cell within a step of the point.
+    #[inline]
+    pub fn fluence<'f>(
+        &'f self,
+        fluence: &'f Fluence,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+        let (cell, at) = self.find(point, normal)?;
+        Some(fluence.nodes.iter().map(move |nodes| interpolated(nodes, cell, at)))
+    }
+
+    /// The cell at a point of the surface.
+    #[inline]
+    fn find(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
+        /// Steps inward, in cells, until one meets a cell: the surface of a mesh may be just outside of all.
+        const INWARD: [f64; 4] = [1e-6, 0.1, 0.5, 1.0];
+        let step = self.grid.lattice.step;
+        INWARD.iter().find_map(|inward| self.grid.find(point - normal * step * *inward))
+    }
+}
+
+/// The value at a point of a cell.
+#[inline]
+fn interpolated(nodes: &[f32x4], cell: &Cell, at: [f32; 3]) -> f32x4 {
+    let terms = cell.corners.iter().zip(shape(at));
+    terms.fold(f32x4::ZERO, |sum, (node, weight)| sum + nodes[*node as usize] * weight)
+}

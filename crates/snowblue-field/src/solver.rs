@@ -1,0 +1,106 @@
+//! Conjugate gradients with Jacobi's preconditioner (Saad 2003, *Iterative Methods for Sparse Linear Systems*,
+//! algorithm 9.1), for four systems at once.
+
+use rayon::prelude::*;
+use wide::{f32x4, f64x4};
+
+use crate::system::{ROWS_PER_TASK, System};
+
+/// Relative residual at which the iteration ends, in the norm of the preconditioner.
+///
+/// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark points
+/// were wrong by up to 77 %, at 10⁻⁶ by less than the grid's own error.
+const TOLERANCE: f64 = 1e-6;
+/// Most iterations. Fifty to two hundred are usual.
+const MOST_ITERATIONS: usize = 2000;
+
+/// A solution of four systems, and how it was found.
+pub(crate) struct Solution {
+    pub(crate) values: Vec<f32x4>,
+    pub(crate) iterations: usize,
+}
+
+/// Solves the systems for one right-hand side each, from a start.
+pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<&[f32x4]>) -> Solution {
+    let count = system.len();
+    let inverse = &system.inverse_diagonal;
+    let mut values = start.map_or_else(|| vec![f32x4::ZERO; count], <[f32x4]>::to_vec);
+    let mut residual = vec![f32x4::ZERO; count];
+    residual.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, residual)| {
+        for (k, residual) in residual.iter_mut().enumerate() {
+            let row = task * ROWS_PER_TASK + k;
+            *residual = right[row] - system.row_product(row, &values);
+        }
+    });
+    let mut direction: Vec<f32x4> =
+        residual.iter().zip(inverse).map(|(residual, inverse)| *residual * *inverse).collect();
+    let mut product = vec![f32x4::ZERO; count];
+    let goal = sum(right, |row, right| squared(*right, inverse[row])) * f64x4::splat(TOLERANCE * TOLERANCE);
+    let mut norm = sum(&residual, |row, residual| squared(*residual, inverse[row]));
+    let mut iterations = 0;
+    while norm.simd_gt(goal).any() && iterations < MOST_ITERATIONS {
+        let energy = sum_mut(&mut product, |row, product| {
+            *product = system.row_product(row, &direction);
+            wide(*product) * wide(direction[row])
+        });
+        let step = narrow(ratio(norm, energy));
+        values.par_chunks_mut(ROWS_PER_TASK).zip(direction.par_chunks(ROWS_PER_TASK)).for_each(
+            |(values, direction)| {
+                values.iter_mut().zip(direction).for_each(|(value, direction)| *value += step * *direction);
+            },
+        );
+        let next = sum_mut(&mut residual, |row, residual| {
+            *residual -= step * product[row];
+            squared(*residual, inverse[row])
+        });
+        let share = narrow(ratio(next, norm));
+        norm = next;
+        direction.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, direction)| {
+            let first = task * ROWS_PER_TASK;
+            for (k, direction) in direction.iter_mut().enumerate() {
+                *direction = residual[first + k] * inverse[first + k] + share * *direction;
+            }
+        });
+        iterations += 1;
+    }
+    Solution { values, iterations }
+}
+
+fn wide(value: f32x4) -> f64x4 {
+    f64x4::from(value.to_array().map(f64::from))
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+fn narrow(value: f64x4) -> f32x4 {
+    f32x4::from(value.to_array().map(|value| value as f32))
+}
+
+fn squared(value: f32x4, inverse: f32x4) -> f64x4 {
+    wide(value * value * inverse)
+}
+
+/// A quotient; 0 where the divisor is not positive, as for a system that is solved exactly.
+fn ratio(dividend: f64x4, divisor: f64x4) -> f64x4 {
+    let (dividend, divisor) = (dividend.to_array(), divisor.to_array());
+    f64x4::from(std::array::from_fn(|k| if divisor[k] > 0.0 { dividend[k] / divisor[k] } else { 0.0 }))
+}
+
+/// A sum over rows in an order that does not depend on the number of threads.
+fn sum(vector: &[f32x4], term: impl Fn(usize, &f32x4) -> f64x4 + Sync) -> f64x4 {
+    let task = |(task, chunk): (usize, &[f32x4])| {
+        let terms = chunk.iter().enumerate().map(|(k, value)| term(task * ROWS_PER_TASK + k, value));
+        terms.fold(f64x4::ZERO, |sum, term| sum + term)
+    };
+    let parts: Vec<f64x4> = vector.par_chunks(ROWS_PER_TASK).enumerate().map(task).collect();
+    parts.into_iter().fold(f64x4::ZERO, |sum, part| sum + part)
+}
+
+/// The same sum for terms that change the rows.
+fn sum_mut(vector: &mut [f32x4], term: impl Fn(usize, &mut f32x4) -> f64x4 + Sync) -> f64x4 {
+    let task = |(task, chunk): (usize, &mut [f32x4])| {
+        let terms = chunk.iter_mut().enumerate().map(|(k, value)| term(task * ROWS_PER_TASK + k, value));
+        terms.fold(f64x4::ZERO, |sum, term| sum + term)
+    };
+    let parts: Vec<f64x4> = vector.par_chunks_mut(ROWS_PER_TASK).enumerate().map(task).collect();
+    parts.into_iter().fold(f64x4::ZERO, |sum, part| sum + part)
+}
