@@ -54,7 +54,8 @@ pub mod sunlight;
 
 pub use error::TransportError;
 pub use medium::{
-    Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, Population, Scattering, TallyPlan,
+    Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
+    Scattering, TallyPlan,
 };
 pub use optics::{Ice, IceTable, Impurities, Substance};
 pub use range::{ParameterRange, WavelengthRange};

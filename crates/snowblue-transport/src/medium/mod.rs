@@ -1,15 +1,19 @@
 //! Snow as a medium: its constituents, random grains, and the extinction and single scattering that follow.
 
+mod angle_bins;
 mod constituents;
 mod grain_optics;
 mod grain_tallies;
+mod phase_function;
 mod population;
 mod scattering;
 mod tally;
 
+pub(crate) use angle_bins::AngleBins;
 pub(crate) use constituents::Constituents;
 pub use grain_optics::{GrainOptics, Microstructure};
 pub use grain_tallies::{Demand, GrainTallies};
+pub use phase_function::{PhaseFunction, PhasePlan};
 pub use population::Population;
 pub(crate) use population::{HitSizes, hit_size_m};
 pub use scattering::{HenyeyGreenstein, Medium, Scattering};

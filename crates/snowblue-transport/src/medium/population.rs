@@ -1,6 +1,6 @@
 //! Random grains, drawn in proportion to their projected area.
 
-use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Spheroid};
+use crate::grain::{Grain, ROUGHNESS_PER_FACETNESS, Scattered, Spheroid};
 use crate::rng::Stream;
 use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNormal};
 
@@ -38,6 +38,17 @@ impl Population {
             roughness: ROUGHNESS_PER_FACETNESS * self.facetness.at(facetness),
             relative_index,
         }
+    }
+
+    /// Scattering of a random ray by a random grain of the given relative index, and its weight: the entry point is
+    /// uniform over the unit sphere, so that a stream that starts with a low-discrepancy point keeps its evenness.
+    #[inline]
+    pub(super) fn scatter(&self, relative_index: f64, stream: &mut Stream) -> (Scattered, f64) {
+        let grain = self.grain([stream.uniform(), stream.uniform()], relative_index);
+        let z = 2.0 * stream.uniform() - 1.0;
+        let angles = [stream.uniform(), stream.uniform()];
+        let weight = grain.shape.relative_area(z) / grain.shape.mean_relative_area();
+        (grain.scatter_hit(grain.shape.hit_at(z, angles), stream), weight)
     }
 }
 

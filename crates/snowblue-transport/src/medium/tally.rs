@@ -23,7 +23,7 @@ use crate::sample::GrainSize;
 /// Number of independent scrambles of the sequence, whose scatter gives the standard error.
 pub(crate) const BATCHES: usize = 16;
 /// Most rays of a batch: the length of the Sobol' sequence.
-const MOST_RAYS_PER_BATCH: u32 = 1 << 16;
+pub(super) const MOST_RAYS_PER_BATCH: u32 = 1 << 16;
 /// Rays per index node for a standard error of some 0.2 % in T of a 15 cm slab.
 pub(crate) const DEFAULT_RAYS: u32 = 1 << 18;
 /// First x = γs of the grid; below it, the absorbed fraction per x is linear in x.
@@ -141,11 +141,7 @@ fn run_batch(population: &Population, n: f64, batch: usize, absorptions: &[f64],
     let scramble = scramble(plan.seed, batch);
     for ray in 0..rays {
         let mut stream = Stream::on_sequence(plan.seed, ((batch as u64) << 32) | u64::from(ray), ray, scramble);
-        let grain = population.grain([stream.uniform(), stream.uniform()], n);
-        let z = 2.0 * stream.uniform() - 1.0;
-        let angles = [stream.uniform(), stream.uniform()];
-        let weight = grain.shape.relative_area(z) / grain.shape.mean_relative_area();
-        let scattered = grain.scatter_hit(grain.shape.hit_at(z, angles), &mut stream);
+        let (scattered, weight) = population.scatter(n, &mut stream);
         legendre_polynomials(scattered.cos_scattering, &mut polynomials);
         sums.weight += weight;
         add_scaled(&mut sums.scattered, weight, &polynomials);
@@ -166,7 +162,7 @@ fn add_scaled(sums: &mut [f64], factor: f64, terms: &[f64]) {
 }
 
 /// The scramble of a batch for a seed.
-fn scramble(seed: u64, batch: usize) -> u32 {
+pub(super) fn scramble(seed: u64, batch: usize) -> u32 {
     let mut stream = Stream::new(seed, u64::MAX - batch as u64);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a uniform number times 2³² fits")]
     let scramble = (stream.uniform() * 4_294_967_296.0) as u32;

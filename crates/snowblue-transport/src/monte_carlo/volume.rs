@@ -18,20 +18,18 @@
 //!
 //! tabulated from the same events in bins of equal width in sin Θ/2, which are narrow in the forward direction.
 
-use std::f64::consts::PI;
-
 use rayon::prelude::*;
 
 use super::spectral::trace_nodes;
 use super::walk::Scatterers;
 use crate::TransportError;
-use crate::medium::{Constituents, hit_size_m};
+use crate::medium::{AngleBins, Constituents, hit_size_m};
 use crate::rng::Stream;
 use crate::sample::SnowSample;
 use crate::slab::check_wavelengths;
 
 /// Bins of the phase function.
-const BINS: usize = 128;
+const BINS: AngleBins = AngleBins(128);
 /// Scattering events per task.
 const GRAINS_PER_TASK: usize = 1 << 12;
 
@@ -178,7 +176,7 @@ impl VolumeNode {
     #[must_use]
     pub fn phase_per_sr(&self, cos_scattering: f64) -> &[f32] {
         let wavelengths = self.weights.len();
-        &self.phase_per_sr[bin(cos_scattering) * wavelengths..][..wavelengths]
+        &self.phase_per_sr[BINS.bin(cos_scattering) * wavelengths..][..wavelengths]
     }
 }
 
@@ -207,25 +205,6 @@ impl Absorption {
     }
 }
 
-/// The bin of an angle; bins have equal widths in sin Θ/2 = √((1 − cos Θ)/2).
-#[inline]
-fn bin(cos_scattering: f64) -> usize {
-    let position = (0.5 * (1.0 - cos_scattering)).max(0.0).sqrt() * BINS as f64;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "0 ≤ position, clamped to the last bin"
-    )]
-    let bin = (position as usize).min(BINS - 1);
-    bin
-}
-
-/// Solid angle of a bin, 2π (cos Θ₁ − cos Θ₂) = 4π (u₂² − u₁²), in sr.
-fn solid_angle_sr(bin: usize) -> f64 {
-    let (first, last) = (bin as f64 / BINS as f64, (bin + 1) as f64 / BINS as f64);
-    4.0 * PI * (last * last - first * first)
-}
-
 /// Draws random scattering events.
 fn scattering_events(scatterers: &Scatterers, plan: &GrainPlan) -> Vec<ScatteringEvent> {
     let event = |grain: u32| {
@@ -247,14 +226,14 @@ fn scattering_events(scatterers: &Scatterers, plan: &GrainPlan) -> Vec<Scatterin
 fn tabulate_phase(events: &[ScatteringEvent], absorptions: &[Absorption]) -> Vec<f32> {
     let wavelengths = absorptions.len();
     let task = |events: &[ScatteringEvent]| {
-        let mut sums = vec![0.0; BINS * wavelengths];
+        let mut sums = vec![0.0; BINS.0 * wavelengths];
         for event in events {
             let path = PathLengths {
                 ice_in_air_m: event.ice_in_air_m.into(),
                 ice_in_water_m: event.ice_in_water_m.into(),
                 pores_m: 0.0,
             };
-            let sums = &mut sums[bin(event.cos_scattering.into()) * wavelengths..][..wavelengths];
+            let sums = &mut sums[BINS.bin(event.cos_scattering.into()) * wavelengths..][..wavelengths];
             for (sum, absorption) in sums.iter_mut().zip(absorptions) {
                 *sum += (-absorption.depth(&path)).exp();
             }
@@ -262,13 +241,13 @@ fn tabulate_phase(events: &[ScatteringEvent], absorptions: &[Absorption]) -> Vec
         sums
     };
     let parts: Vec<Vec<f64>> = events.par_chunks(GRAINS_PER_TASK).map(task).collect();
-    let mut sums = vec![0.0; BINS * wavelengths];
+    let mut sums = vec![0.0; BINS.0 * wavelengths];
     for part in parts {
         sums.iter_mut().zip(part).for_each(|(sum, term)| *sum += term);
     }
     #[expect(clippy::cast_possible_truncation, reason = "the noise is far above single precision")]
     let per_sr =
-        |(place, sum): (usize, f64)| (sum / (events.len() as f64 * solid_angle_sr(place / wavelengths))) as f32;
+        |(place, sum): (usize, f64)| (sum / (events.len() as f64 * BINS.solid_angle_sr(place / wavelengths))) as f32;
     sums.into_iter().enumerate().map(per_sr).collect()
 }
 
@@ -292,11 +271,12 @@ mod tests {
             let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &tally);
             for (k, wavelength_nm) in wavelengths_nm.iter().enumerate() {
                 let (mut albedo, mut along) = (0.0, 0.0);
-                for bin in 0..BINS {
-                    let middle_cos = 1.0 - ((bin * bin) as f64 + ((bin + 1) * (bin + 1)) as f64) / (BINS * BINS) as f64;
+                for bin in 0..BINS.0 {
+                    let squares = bin * bin + (bin + 1) * (bin + 1);
+                    let middle_cos = 1.0 - squares as f64 / (BINS.0 * BINS.0) as f64;
                     for node in volume.nodes() {
                         let fraction =
-                            f64::from(node.weights()[k] * node.phase_per_sr(middle_cos)[k]) * solid_angle_sr(bin);
+                            f64::from(node.weights()[k] * node.phase_per_sr(middle_cos)[k]) * BINS.solid_angle_sr(bin);
                         albedo += fraction;
                         along += fraction * middle_cos;
                     }

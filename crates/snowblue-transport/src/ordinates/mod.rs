@@ -8,6 +8,7 @@
 mod delta_m;
 mod eigen;
 mod fluxes;
+mod half_space;
 mod homogeneous;
 mod integrals;
 mod jackknife;
@@ -17,6 +18,7 @@ mod solve_alike;
 mod solve_stack;
 mod streams;
 
+pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use solve::{OrdinatesOptions, solve};

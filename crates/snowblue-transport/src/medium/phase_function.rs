@@ -1,0 +1,367 @@
+//! The phase function of a sample: the distribution of the directions into which its scatterers turn light.
+//!
+//! It is conservative, that is, absorption is left out:
+//!
+//! ```text
+//! ∫ p dΩ = 1,   g = ∫ p cos Θ dΩ,   χ_l = ∫ p P_l(cos Θ) dΩ   (Chandrasekhar 1960, §3, with his p over 4π).
+//! ```
+//!
+//! Grains in air, grains in water and particles count by their scattering coefficients. Rays through random grains are
+//! counted in bins of equal width in u = sin Θ/2 and p is linear in u between the middles of the bins. Bins blur p a
+//! little; a factor A + B u² restores the norm and the asymmetry of the rays themselves.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::angle_bins::{AngleBins, half_angle_sine};
+use super::constituents::{Constituents, Grains};
+use super::population::Population;
+use super::tally::{MOST_RAYS_PER_BATCH, scramble};
+use crate::TransportError;
+use crate::quadrature::{Quadrature, legendre_polynomials};
+use crate::rng::Stream;
+use crate::sample::SnowSample;
+
+const BINS: AngleBins = AngleBins(256);
+/// Cells of the inverse distribution.
+const QUANTILES: usize = 1 << 12;
+/// Cells of each half of a bin in which the inverse distribution takes p as constant.
+const CELLS_PER_HALF_BIN: usize = 16;
+/// Rays per task.
+const RAYS_PER_TASK: u32 = 1 << 13;
+
+/// A conservative phase function of random orientation, tabulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhaseFunction {
+    /// p at the middles of the bins, in 1/sr.
+    per_sr: Vec<f64>,
+    asymmetry: f64,
+    /// cos Θ at equal steps of the probability of a smaller angle.
+    cosines: Vec<f64>,
+}
+
+/// Options of a phase function of grains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PhasePlan {
+    /// Rays through grains.
+    pub rays: u32,
+    /// Seed of all randomness.
+    pub seed: u64,
+}
+
+impl Default for PhasePlan {
+    fn default() -> Self {
+        Self { rays: 1 << 16, seed: 1 }
+    }
+}
+
+/// Sums over rays, weighted by the projected area of the grains.
+struct RaySums {
+    bins: Vec<f64>,
+    cosine: f64,
+    weight: f64,
+}
+
+impl PhaseFunction {
+    /// The phase function of scattering by the grains and particles of a sample, from rays through random grains.
+    ///
+    /// Grains send most light forward, the more so in water, whose index is close to that of ice:
+    /// ```
+    /// # use snowblue_transport::{PhaseFunction, PhasePlan, SnowSample};
+    /// let plan = PhasePlan { rays: 1 << 12, seed: 1 };
+    /// let dry = PhaseFunction::of_sample(&SnowSample::default(), 550.0, &plan)?;
+    /// let soaked = SnowSample { water_saturation: 1.0, ..SnowSample::default() };
+    /// let soaked = PhaseFunction::of_sample(&soaked, 550.0, &plan)?;
+    /// assert!(dry.asymmetry() > 0.7 && soaked.asymmetry() > 0.99);
+    /// # Ok::<(), snowblue_transport::TransportError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a parameter of the sample is out of range, or the tables do not cover the wavelength.
+    pub fn of_sample(sample: &SnowSample, wavelength_nm: f64, plan: &PhasePlan) -> Result<Self, TransportError> {
+        sample.check()?;
+        sample.check_wavelength(wavelength_nm)?;
+        let constituents = Constituents::new(sample, wavelength_nm);
+        let population = Population::of_sample(sample);
+        let total_per_m = constituents.scatterer_extinction_per_m();
+        let (mut per_sr, mut asymmetry) = (vec![0.0; BINS.0], 0.0);
+        let present = |grains: &Grains| grains.extinction_per_m > 0.0;
+        let kinds: Vec<Grains> =
+            [constituents.in_air, constituents.in_water].into_iter().filter(|grains| present(grains)).collect();
+        for grains in &kinds {
+            let share = PhasePlan { rays: plan.rays.div_ceil(if kinds.len() > 1 { 2 } else { 1 }), ..*plan };
+            let sums = trace(&population, grains.relative_index, &share);
+            let factor = grains.extinction_per_m / total_per_m / sums.weight;
+            asymmetry += factor * sums.cosine;
+            for (bin, (value, sum)) in per_sr.iter_mut().zip(&sums.bins).enumerate() {
+                *value += factor * sum / BINS.solid_angle_sr(bin);
+            }
+        }
+        for particle in &constituents.particles {
+            let fraction = particle.scattering_per_m / total_per_m;
+            asymmetry += fraction * particle.asymmetry;
+            for (bin, value) in per_sr.iter_mut().enumerate() {
+                *value += fraction * henyey_greenstein_per_sr(particle.asymmetry, cosine(middle(bin)));
+            }
+        }
+        Ok(Self::new(per_sr, asymmetry))
+    }
+
+    /// The phase function of Henyey & Greenstein (1941), (1 − g²)/(1 + g² − 2g cos Θ)^{3/2}/4π.
+    ///
+    /// The bins resolve it for g between −.98 and .98.
+    #[must_use]
+    pub fn henyey_greenstein(asymmetry: f64) -> Self {
+        let values = (0..BINS.0).map(|bin| henyey_greenstein_per_sr(asymmetry, cosine(middle(bin))));
+        Self::new(values.collect(), asymmetry)
+    }
+
+    /// Equal scattering into all directions.
+    #[must_use]
+    pub fn isotropic() -> Self {
+        Self::henyey_greenstein(0.0)
+    }
+
+    /// The phase function p(Θ), in 1/sr, for the cosine of a scattering angle.
+    #[inline]
+    #[must_use]
+    pub fn per_sr(&self, cos_scattering: f64) -> f64 {
+        interpolate(&self.per_sr, half_angle_sine(cos_scattering))
+    }
+
+    /// Asymmetry parameter g, the mean cosine of the scattering angle.
+    #[must_use]
+    pub fn asymmetry(&self) -> f64 {
+        self.asymmetry
+    }
+
+    /// The Legendre moments χ_0 = 1, χ_1 = g, … χ_`degree`, for degrees up to some 256.
+    #[must_use]
+    pub fn moments(&self, degree: usize) -> Vec<f64> {
+        let (mut moments, mut polynomials) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
+        for (cos_scattering, fraction) in fractions(&self.per_sr) {
+            legendre_polynomials(cos_scattering, &mut polynomials);
+            for (moment, polynomial) in moments.iter_mut().zip(&polynomials) {
+                *moment += fraction * polynomial;
+            }
+        }
+        moments
+    }
+
+    /// The cosine of a random scattering angle for a uniform number in 0–1.
+    #[inline]
+    #[must_use]
+    pub fn sample_cos(&self, number: f64) -> f64 {
+        let position = number * QUANTILES as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number in 0–1")]
+        let cell = (position as usize).min(QUANTILES - 1);
+        let (first, last) = (self.cosines[cell], self.cosines[cell + 1]);
+        first + (position - cell as f64) * (last - first)
+    }
+
+    /// Multiplies values at the middles of the bins by A + B u² for the norm 1 and the given asymmetry.
+    ///
+    /// A peak within one bin has no freedom in its asymmetry and keeps what the bin gives.
+    fn new(mut per_sr: Vec<f64>, asymmetry: f64) -> Self {
+        let tilted: Vec<f64> = per_sr.iter().enumerate().map(|(bin, value)| value * middle(bin).powi(2)).collect();
+        // ∫ p dΩ and ∫ p (1 − cos Θ) dΩ.
+        let integrals = |values: &[f64]| {
+            fractions(values).fold((0.0, 0.0), |(sum, back), (cosine, part)| (sum + part, back + part * (1.0 - cosine)))
+        };
+        let ((sum, back), (tilted_sum, tilted_back)) = (integrals(&per_sr), integrals(&tilted));
+        let determinant = sum * tilted_back - back * tilted_sum;
+        let level = (tilted_back - tilted_sum * (1.0 - asymmetry)) / determinant;
+        let tilt = (sum * (1.0 - asymmetry) - back) / determinant;
+        let (level, tilt) =
+            if level > 0.0 && level + tilt > 0.0 && tilt.is_finite() { (level, tilt) } else { (1.0 / sum, 0.0) };
+        for (value, tilted) in per_sr.iter_mut().zip(&tilted) {
+            *value = level * *value + tilt * tilted;
+        }
+        let asymmetry = 1.0 - (level * back + tilt * tilted_back);
+        let cosines = inverse_distribution(&per_sr);
+        Self { per_sr, asymmetry, cosines }
+    }
+}
+
+/// Traces rays through random grains of one relative index.
+fn trace(population: &Population, relative_index: f64, plan: &PhasePlan) -> RaySums {
+    let tasks: Vec<u32> = (0..plan.rays.max(1)).step_by(RAYS_PER_TASK as usize).collect();
+    let task = |first: u32| {
+        let mut sums = RaySums { bins: vec![0.0; BINS.0], cosine: 0.0, weight: 0.0 };
+        let batch = first / MOST_RAYS_PER_BATCH;
+        let scramble = scramble(plan.seed, batch as usize);
+        for ray in first..(first + RAYS_PER_TASK).min(plan.rays.max(1)) {
+            let mut stream = Stream::on_sequence(plan.seed, ray.into(), ray % MOST_RAYS_PER_BATCH, scramble);
+            let (scattered, weight) = population.scatter(relative_index, &mut stream);
+            sums.bins[BINS.bin(scattered.cos_scattering)] += weight;
+            sums.cosine += weight * scattered.cos_scattering;
+            sums.weight += weight;
+        }
+        sums
+    };
+    let parts: Vec<RaySums> = tasks.into_par_iter().map(task).collect();
+    let mut sums = RaySums { bins: vec![0.0; BINS.0], cosine: 0.0, weight: 0.0 };
+    for part in parts {
+        sums.bins.iter_mut().zip(&part.bins).for_each(|(sum, term)| *sum += term);
+        sums.cosine += part.cosine;
+        sums.weight += part.weight;
+    }
+    sums
+}
+
+fn henyey_greenstein_per_sr(g: f64, cos_scattering: f64) -> f64 {
+    (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos_scattering).powf(1.5))
+}
+
+/// u at the middle of a bin.
+fn middle(bin: usize) -> f64 {
+    (bin as f64 + 0.5) / BINS.0 as f64
+}
+
+/// cos Θ = 1 − 2u².
+fn cosine(u: f64) -> f64 {
+    1.0 - 2.0 * u * u
+}
+
+/// Linear in u between the middles of the bins, constant beyond the first and the last.
+#[inline]
+fn interpolate(values: &[f64], u: f64) -> f64 {
+    let position = (u * BINS.0 as f64 - 0.5).clamp(0.0, (BINS.0 - 1) as f64);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ position ≤ 255")]
+    let bin = (position as usize).min(BINS.0 - 2);
+    values[bin] + (position - bin as f64) * (values[bin + 1] - values[bin])
+}
+
+/// cos Θ and p dΩ at three Gauss nodes in each half of a bin, where p is linear: exact for the norm and the asymmetry.
+fn fractions(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    let rule = Quadrature::half_range(3);
+    let width = 0.5 / BINS.0 as f64;
+    let nodes = move |half| rule.cosines.iter().zip(&rule.weights).map(move |(x, w)| ((half as f64 + x) * width, w));
+    (0..2 * BINS.0)
+        .flat_map(nodes)
+        .map(move |(u, weight)| (cosine(u), interpolate(values, u) * 8.0 * PI * u * weight * width))
+}
+
+/// cos Θ at equal steps of the probability of a smaller angle. Within a small cell p is constant, so the probability is
+/// linear in cos Θ.
+fn inverse_distribution(per_sr: &[f64]) -> Vec<f64> {
+    let cells = 2 * CELLS_PER_HALF_BIN * BINS.0;
+    let at = |cell: f64| cell / cells as f64;
+    let probability = |cell: usize| {
+        let middle = cell as f64 + 0.5;
+        interpolate(per_sr, at(middle)) * 8.0 * PI * at(middle) / cells as f64
+    };
+    let total: f64 = (0..cells).map(probability).sum();
+    let mut cosines = Vec::with_capacity(QUANTILES + 1);
+    let mut below = 0.0;
+    for cell in 0..cells {
+        let (first, last) = (cosine(at(cell as f64)), cosine(at((cell + 1) as f64)));
+        let within = probability(cell) / total;
+        while cosines.len() < QUANTILES && cosines.len() as f64 <= (below + within) * QUANTILES as f64 {
+            let part = ((cosines.len() as f64 / QUANTILES as f64 - below) / within).clamp(0.0, 1.0);
+            // A cell without probability adds no angle.
+            cosines.push(if within > 0.0 { first + part * (last - first) } else { first });
+        }
+        below += within;
+    }
+    let last = (0..cells).rfind(|cell| probability(*cell) > 0.0).unwrap_or(0);
+    cosines.resize(QUANTILES + 1, cosine(at((last + 1) as f64)));
+    cosines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Demand, GrainTallies, Impurities, Substance, TallyPlan};
+
+    fn samples() -> [SnowSample; 3] {
+        let wet = SnowSample { water_saturation: 0.3, ..SnowSample::default() };
+        let impurities = Impurities::none().with(Substance::BlackCarbon, 1e6);
+        [SnowSample::default(), wet, SnowSample { impurities, ..SnowSample::default() }]
+    }
+
+    fn functions() -> Vec<PhaseFunction> {
+        let plan = PhasePlan { rays: 1 << 14, seed: 3 };
+        let grains = samples().map(|sample| PhaseFunction::of_sample(&sample, 500.0, &plan).unwrap());
+        let formulas = [-0.4, 0.0, 0.7, 0.95].map(PhaseFunction::henyey_greenstein);
+        grains.into_iter().chain(formulas).collect()
+    }
+
+    /// By a rule that knows nothing of the bins: Gauss's in 1024 equal parts of cos Θ.
+    #[test]
+    fn every_phase_function_has_norm_one_and_its_asymmetry() {
+        let rule = Quadrature::half_range(16);
+        for function in functions() {
+            let (mut norm, mut along) = (0.0, 0.0);
+            for part in 0..1024 {
+                for (x, weight) in rule.cosines.iter().zip(&rule.weights) {
+                    let cosine = (f64::from(part) + x) / 512.0 - 1.0;
+                    let fraction = function.per_sr(cosine) * 2.0 * PI * weight / 512.0;
+                    norm += fraction;
+                    along += fraction * cosine;
+                }
+            }
+            // The slope of p jumps between bins, in noise.
+            assert!((norm - 1.0).abs() < 1e-4 && (along - function.asymmetry()).abs() < 1e-4, "{norm} {along}");
+        }
+    }
+
+    #[test]
+    fn henyey_greenstein_has_the_moments_of_its_formula() {
+        for g in [-0.4_f64, 0.0, 0.7, 0.95] {
+            let moments = PhaseFunction::henyey_greenstein(g).moments(48);
+            for (l, moment) in moments.iter().enumerate() {
+                // Linear interpolation over bins of 1/256, where p has a width of (1 − g)/2√g.
+                let expected = g.powi(i32::try_from(l).unwrap());
+                assert!((moment - expected).abs() < 1e-3, "{g} {l}: {moment} {expected}");
+            }
+            assert!((moments[0] - 1.0).abs() < 1e-12 && (moments[1] - g).abs() < 1e-12);
+        }
+    }
+
+    /// The asymmetry is that of the ordinates' tally of the same sample, from other rays: 4 σ of the tally's own scatter
+    /// and as much again for the rays here.
+    #[test]
+    fn the_asymmetry_is_that_of_the_tally() {
+        for sample in samples() {
+            let demand = Demand::of_sample(&sample, &[500.0]);
+            let plan = TallyPlan { degree: 2, rays: 1 << 18, seed: 1 };
+            let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
+            let asymmetry = |without| tallies.medium(&sample, 500.0, without).scattering.asymmetry();
+            let expected = asymmetry(None);
+            // Jackknife over the 16 batches.
+            let square: f64 = (0..16).map(|batch| (asymmetry(Some(batch)) - expected).powi(2)).sum();
+            let deviation = (square * 15.0 / 16.0).sqrt();
+            let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { seed: 9, ..PhasePlan::default() });
+            let found = function.unwrap().asymmetry();
+            assert!((found - expected).abs() < 4.0 * 2.0_f64.sqrt() * deviation, "{found} {expected} ± {deviation}");
+            // .2 % of 1 − g.
+            assert!(deviation < 2e-3 * (1.0 - expected), "{deviation}");
+        }
+    }
+
+    /// The mean of 2²⁰ equally spaced quantiles.
+    #[test]
+    fn sampled_cosines_have_the_asymmetry_as_their_mean() {
+        let count = 1_u32 << 20;
+        for function in functions() {
+            let cosine = |i: u32| function.sample_cos((f64::from(i) + 0.5) / f64::from(count));
+            let mean = (0..count).map(cosine).sum::<f64>() / f64::from(count);
+            let g = function.asymmetry();
+            // Linear interpolation between 2¹² quantiles.
+            assert!((mean - g).abs() < 2e-4 * (1.0 - g), "{mean} {g}");
+            assert!((0..count).map(cosine).all(|cosine| (-1.0..=1.0).contains(&cosine)));
+        }
+    }
+
+    /// Half of isotropic scattering turns by less than 90°, and cosines are uniform.
+    #[test]
+    fn isotropic_cosines_are_uniform() {
+        let function = PhaseFunction::isotropic();
+        for number in [0.0, 0.1, 0.5, 0.87, 1.0] {
+            assert!((function.sample_cos(number) - (1.0 - 2.0 * number)).abs() < 1e-6, "{number}");
+        }
+        assert!((function.per_sr(0.3) - 0.25 / PI).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,292 @@
+//! The half-space that scatters without absorption: what diffusion of light needs at the surface of snow.
+//!
+//! Deep inside snow, the fluence rate φ diffuses. At the surface, under the irradiance F of a beam at μ₀, it obeys
+//!
+//! ```text
+//! φ + q ℓ* ∂φ/∂n = 4 K(μ₀) F,        ℓ* = 1/(κ(1 − g)),
+//! L(μ) = R₀(μ, μ₀, Δφ) F + K(μ) J/π,  J: net flux out,
+//! ```
+//!
+//! with the escape function K, 2∫ K μ dμ = 1, the extrapolation length q and the reflection function R₀ (Sobolev 1975,
+//! *Light Scattering in Planetary Atmospheres*, ch. 2; Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589).
+//!
+//! **Adding–doubling** (van de Hulst 1980, *Multiple Light Scattering*, ch. 4; de Haan, Bosma & Hovenier 1987) gives
+//! them for each azimuthal mode: two equal layers with reflection r and transmission t make one with
+//!
+//! ```text
+//! t′ = t (1 − r r)⁻¹ t,   r′ = r + t r (1 − r r)⁻¹ t.
+//! ```
+//!
+//! The first layer is thin enough for the implicit midpoint rule, which conserves energy exactly. A thick layer with
+//! the depth τ transmits Lambertian light as T = (4/3)/((1 − g)τ + 2q), into the directions K, and lacks the reflection
+//! T K(μ) K(μ₀)/π of the half-space; both hold to the precision of the light that has not yet diffused.
+//!
+//! **Single scattering is exact.** The modes come from δ-M scaled moments ([`super::delta_m`]), and single scattering
+//! p/(μ + μ₀) is taken out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka
+//! 1988, doi:10.1016/0022-4073(88)90031-3). What remains is smooth.
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::delta_m::Scaled;
+use crate::medium::{PhaseFunction, Scattering};
+use crate::optics::lagrange;
+use crate::quadrature::Quadrature;
+
+/// Gauss nodes of a hemisphere.
+const NODES: usize = 24;
+/// Azimuthal modes of multiple scattering.
+const MODES: usize = 8;
+/// Cells of the reflection table in √μ and in √μ₀.
+const CELLS: usize = 64;
+/// Cells of the escape function in √μ.
+const ESCAPE_CELLS: usize = 256;
+/// Optical depth of the first layer.
+const FIRST_DEPTH: f64 = 1.0 / 65_536.0;
+/// Depth in transport mean free paths where light has diffused: the next mode has decayed by more than e⁻⁴⁰.
+const DIFFUSE_DEPTH: f64 = 40.0;
+
+/// Functions of the conservative half-space of a phase function.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalfSpace {
+    phase: PhaseFunction,
+    /// 1/(1 − f), with the forward fraction f of δ-M scaling.
+    single_factor: f64,
+    extrapolation: f64,
+    /// K at equal steps of √μ.
+    escape: Vec<f32>,
+    /// [step of √μ][step of √μ₀]
+    multiple: Vec<Modes>,
+}
+
+/// (μ + μ₀) times multiple scattering, in 1/sr: the factor of cos mΔφ in each mode m; odd modes lack the factor
+/// √((1 − μ²)(1 − μ₀²)), without which they are smooth at μ = 1.
+type Modes = [f32; MODES];
+
+/// Reflection and transmission of diffuse light by a layer, in one azimuthal mode: matrices from radiances of incidence
+/// to radiances of exit.
+struct Layer {
+    reflection: DMatrix<f64>,
+    transmission: DMatrix<f64>,
+}
+
+/// One azimuthal mode of a phase function times 4π, on the nodes: from each direction into another of the same and of
+/// the opposite hemisphere.
+struct PhaseMatrices {
+    forward: DMatrix<f64>,
+    backward: DMatrix<f64>,
+}
+
+impl HalfSpace {
+    /// Solves the half-space of a phase function.
+    #[must_use]
+    pub fn new(phase: &PhaseFunction) -> Self {
+        let rule = Quadrature::half_range(NODES);
+        let moments = phase.moments(2 * NODES);
+        let scaled = Scattering { one_minus_albedo: 0.0, moments }.delta_m(2 * NODES);
+        let to_grid = interpolation(rule, CELLS);
+        let mut multiple = vec![[0.0; MODES]; (CELLS + 1) * (CELLS + 1)];
+        let (mut escape, mut extrapolation) = (DVector::zeros(NODES), 0.0);
+        let doublings = doublings(&scaled);
+        for mode in 0..MODES {
+            let matrices = PhaseMatrices::new(&scaled, mode, rule);
+            let mut layer = Layer::thin(&matrices, rule);
+            (0..doublings).for_each(|_| layer = layer.doubled());
+            let mut reflection = Layer::per_flux(layer.reflection, rule);
+            if mode == 0 {
+                let radiances = layer.transmission.column_sum();
+                let transmittance =
+                    2.0 * (0..NODES).map(|i| rule.weights[i] * rule.cosines[i] * radiances[i]).sum::<f64>();
+                escape = radiances / transmittance;
+                extrapolation = 0.5 * (4.0 / (3.0 * transmittance) - transport_depth(&scaled, doublings));
+                reflection.ger(transmittance / PI, &escape, &escape, 1.0);
+            }
+            let smooth = DMatrix::from_fn(NODES, NODES, |i, j| {
+                let (mu, other) = (rule.cosines[i], rule.cosines[j]);
+                let sines = if mode % 2 == 1 { ((1.0 - mu * mu) * (1.0 - other * other)).sqrt() } else { 1.0 };
+                let twice = if mode == 0 { 1.0 } else { 2.0 };
+                let single = matrices.backward[(i, j)] / (4.0 * PI);
+                twice * ((mu + other) * reflection[(i, j)] - single) / sines
+            });
+            let table = &to_grid * smooth * to_grid.transpose();
+            for (modes, value) in multiple.iter_mut().zip(&table) {
+                modes[mode] = narrow(*value);
+            }
+        }
+        let escape = (interpolation(rule, ESCAPE_CELLS) * escape).iter().map(|value| narrow(*value)).collect();
+        Self { phase: phase.clone(), single_factor: 1.0 / scaled.depth_ratio, extrapolation, escape, multiple }
+    }
+
+    /// The escape function K(μ), which goes as the radiance that leaves a half-space with its source far inside;
+    /// 2∫ K μ dμ = 1. The cosine from the normal lies in 0–1.
+    ///
+    /// Light that comes from deep inside snow is darker at the limb, as the sun is: by more than a factor of 2.
+    /// ```
+    /// # use snowblue_transport::{PhaseFunction, ordinates::HalfSpace};
+    /// let snow = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.75));
+    /// assert!(snow.escape(1.0) > 2.0 * snow.escape(0.05));
+    /// // A surface of deep, clean snow under a high sun is nearly as bright from all sides; 1/π is Lambert's.
+    /// let lambert = std::f64::consts::FRAC_1_PI;
+    /// assert!((snow.reflection(0.7, 1.0, 0.0) / lambert - 1.0).abs() < 0.2);
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn escape(&self, cos: f64) -> f64 {
+        let (cell, part) = place(cos, ESCAPE_CELLS);
+        let (first, last) = (f64::from(self.escape[cell]), f64::from(self.escape[cell + 1]));
+        first + part * (last - first)
+    }
+
+    /// The extrapolation length q, in transport mean free paths 1/(κ(1 − g)): .7104 for isotropic scattering.
+    #[must_use]
+    pub fn extrapolation(&self) -> f64 {
+        self.extrapolation
+    }
+
+    /// The reflection function R₀ in 1/sr: the radiance that leaves in the direction μ, per irradiance F = E⊥ μ₀ of a
+    /// beam on the surface.
+    ///
+    /// Both cosines are those from the normal, in 0–1 and not both 0. `cos_azimuth` is the cosine of the angle between
+    /// the directions of propagation of both, projected on the surface: 1 for light that continues away from the light
+    /// source, −1 for light that returns towards it. The cosine of the scattering angle is
+    /// −μμ₀ + √((1 − μ²)(1 − μ₀²)) cos Δφ.
+    #[inline]
+    #[must_use]
+    pub fn reflection(&self, cos_exit: f64, cos_incidence: f64, cos_azimuth: f64) -> f64 {
+        let sines = ((1.0 - cos_exit * cos_exit) * (1.0 - cos_incidence * cos_incidence)).max(0.0).sqrt();
+        let single = self.single_factor * self.phase.per_sr(sines * cos_azimuth - cos_exit * cos_incidence);
+        let modes = self.multiple_modes(cos_exit, cos_incidence);
+        // cos mφ by Chebyshev's recurrence.
+        let (mut before, mut here) = (cos_azimuth, 1.0);
+        let mut multiple = [0.0, 0.0];
+        for (mode, value) in modes.into_iter().enumerate() {
+            multiple[mode % 2] += value * here;
+            (before, here) = (here, 2.0 * cos_azimuth * here - before);
+        }
+        (single + multiple[0] + sines * multiple[1]) / (cos_exit + cos_incidence)
+    }
+
+    /// The modes of multiple scattering, bilinear in √μ and √μ₀.
+    #[inline]
+    fn multiple_modes(&self, cos_exit: f64, cos_incidence: f64) -> [f64; MODES] {
+        let ((row, down), (column, across)) = (place(cos_exit, CELLS), place(cos_incidence, CELLS));
+        let corner = row * (CELLS + 1) + column;
+        let mut modes = [0.0; MODES];
+        for (place, weight) in [
+            (corner, (1.0 - down) * (1.0 - across)),
+            (corner + 1, (1.0 - down) * across),
+            (corner + CELLS + 1, down * (1.0 - across)),
+            (corner + CELLS + 2, down * across),
+        ] {
+            for (sum, value) in modes.iter_mut().zip(&self.multiple[place]) {
+                *sum += weight * f64::from(*value);
+            }
+        }
+        modes
+    }
+}
+
+impl Layer {
+    /// A thin layer by the implicit midpoint rule: t ± r = (1 + X)⁻¹ (1 − X) with X = ½τ M⁻¹ (1 − ½(p₊ ± p₋) W).
+    fn thin(phase: &PhaseMatrices, rule: &Quadrature) -> Self {
+        let identity = DMatrix::identity(NODES, NODES);
+        let half_step = |scattering: DMatrix<f64>| {
+            DMatrix::from_fn(NODES, NODES, |i, j| {
+                let kept = identity[(i, j)] - 0.5 * scattering[(i, j)] * rule.weights[j];
+                0.5 * FIRST_DEPTH * kept / rule.cosines[i]
+            })
+        };
+        let solve = |half_step: DMatrix<f64>| divide(&identity + &half_step, &identity - &half_step);
+        let sum = solve(half_step(&phase.forward + &phase.backward));
+        let difference = solve(half_step(&phase.forward - &phase.backward));
+        Self { reflection: 0.5 * (&sum - &difference), transmission: 0.5 * (sum + difference) }
+    }
+
+    /// Two of these layers.
+    fn doubled(&self) -> Self {
+        let Self { reflection: r, transmission: t } = self;
+        let between = divide(DMatrix::identity(NODES, NODES) - r * r, t.clone());
+        Self { reflection: r + t * (r * &between), transmission: t * between }
+    }
+
+    /// The radiance per incident flux and sr, 1/(2π μ₀ w) times that per incident radiance.
+    fn per_flux(mut reflection: DMatrix<f64>, rule: &Quadrature) -> DMatrix<f64> {
+        for (mut column, (mu, weight)) in reflection.column_iter_mut().zip(rule.cosines.iter().zip(&rule.weights)) {
+            column /= 2.0 * PI * mu * weight;
+        }
+        reflection
+    }
+}
+
+impl PhaseMatrices {
+    /// Sums over degrees by the addition theorem: Σ (2l + 1) χ_l Λ_l(μ) Λ_l(±μ′).
+    fn new(medium: &Scaled, mode: usize, rule: &Quadrature) -> Self {
+        let functions = legendre_functions(mode, rule);
+        let mut parities = [DMatrix::zeros(NODES, NODES), DMatrix::zeros(NODES, NODES)];
+        for (step, column) in functions.column_iter().enumerate() {
+            let l = mode + step;
+            let strength = (2 * l + 1) as f64 * medium.albedo_moments[l];
+            parities[step % 2].ger(strength, &column, &column, 1.0);
+        }
+        let [even, odd] = parities;
+        Self { forward: &even + &odd, backward: even - odd }
+    }
+}
+
+/// √((l − m)!/(l + m)!) P_l^m(μ) at the nodes, a column for each l = m … 2N − 1 (Abramowitz & Stegun 1964, 8.5.3).
+fn legendre_functions(mode: usize, rule: &Quadrature) -> DMatrix<f64> {
+    let mut functions = DMatrix::zeros(NODES, 2 * NODES - mode);
+    let m = mode as f64;
+    for (i, mu) in rule.cosines.iter().enumerate() {
+        let sectoral = |k: usize| (1.0 - mu * mu).sqrt() * ((2 * k - 1) as f64 / (2 * k) as f64).sqrt();
+        let (mut before, mut here) = (0.0, (1..=mode).map(sectoral).product::<f64>());
+        for (step, value) in functions.row_mut(i).iter_mut().enumerate() {
+            *value = here;
+            let l = (mode + step) as f64;
+            let next = ((2.0 * l + 1.0) * mu * here - (l * l - m * m).sqrt() * before)
+                / ((l + 1.0) * (l + 1.0) - m * m).sqrt();
+            (before, here) = (here, next);
+        }
+    }
+    functions
+}
+
+/// A⁻¹ B.
+fn divide(a: DMatrix<f64>, b: DMatrix<f64>) -> DMatrix<f64> {
+    a.lu().solve(&b).unwrap_or_else(|| unreachable!("a layer reflects less than all light"))
+}
+
+/// How often the first layer is doubled until light has diffused.
+fn doublings(medium: &Scaled) -> i32 {
+    (0..64).find(|doublings| transport_depth(medium, *doublings) > DIFFUSE_DEPTH).unwrap_or(64)
+}
+
+/// Depth of the doubled layer in transport mean free paths.
+fn transport_depth(medium: &Scaled, doublings: i32) -> f64 {
+    (1.0 - medium.albedo_moments[1]) * FIRST_DEPTH * 2.0_f64.powi(doublings)
+}
+
+/// The matrix from values at the nodes to values at equal steps of √μ, by the polynomial through all nodes.
+fn interpolation(rule: &Quadrature, cells: usize) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(cells + 1, NODES);
+    for (step, mut row) in matrix.row_iter_mut().enumerate() {
+        let root = step as f64 / cells as f64;
+        row.iter_mut().zip(lagrange(&rule.cosines, root * root)).for_each(|(entry, weight)| *entry = weight);
+    }
+    matrix
+}
+
+/// The cell of a cosine in a table with equal steps of √μ, and the place within the cell.
+#[inline]
+fn place(cos: f64, cells: usize) -> (usize, f64) {
+    let position = cos.max(0.0).sqrt() * cells as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ position")]
+    let cell = (position as usize).min(cells - 1);
+    (cell, position - cell as f64)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "values of the order of one, needed to a thousandth")]
+fn narrow(value: f64) -> f32 {
+    value as f32
+}
