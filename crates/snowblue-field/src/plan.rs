@@ -40,6 +40,16 @@ pub enum FieldError {
     },
 }
 
+/// Mean thickness of a body in m: four times its volume over its surface, the mean length of a random chord.
+///
+/// # Errors
+///
+/// If no line crosses the body.
+pub fn mean_thickness_m(body: &dyn Body) -> Result<f64, FieldError> {
+    let survey = Survey::of(body)?;
+    Ok(4.0 * survey.volume_m3 / survey.area_m2)
+}
+
 /// Size of the cells at the surface of a body, in m, for snow with a transport mean free path in m, at some number of
 /// groups of four wavelengths, within a bound of memory in MiB.
 ///

@@ -125,8 +125,8 @@ pub fn render_missing(
     };
     let control = RenderControl { progress: &progress, ..control };
     let tables = match scene.integrator.kind {
-        IntegratorKind::PcaSnow if !accumulator.aovs().spectrum => LightTables::new(scene),
-        IntegratorKind::PcaSnow | IntegratorKind::Reference => LightTables::none(scene),
+        IntegratorKind::PcaSnow | IntegratorKind::Diffusion if !accumulator.aovs().spectrum => LightTables::new(scene),
+        IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Reference => LightTables::none(scene),
     };
     let per_pass = samples_per_pixel_and_pass(scene, target);
     let mut statistics = Statistics::default();
@@ -145,7 +145,7 @@ fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     let [fewest, most] = SAMPLES_PER_PIXEL_AND_PASS;
     let count = match scene.integrator.kind {
         IntegratorKind::Reference => fewest,
-        IntegratorKind::PcaSnow => {
+        IntegratorKind::PcaSnow | IntegratorKind::Diffusion => {
             let pixels = target.window().size().pixel_count() as u64;
             (SAMPLES_PER_PASS / pixels.max(1)).clamp(fewest, most)
         }

@@ -34,7 +34,7 @@ impl<'scene> Integrator<'scene> {
     /// Starts with zero counts.
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         match scene.integrator.kind {
-            IntegratorKind::PcaSnow => Self::PcaSnow(PcaSnowIntegrator::new(scene, tables)),
+            IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Self::PcaSnow(PcaSnowIntegrator::new(scene, tables)),
             IntegratorKind::Reference => Self::Reference(Box::new(ReferenceIntegrator::new(scene))),
         }
     }

@@ -8,18 +8,21 @@ pub enum IntegratorKind {
     /// PCASnow: the curves of a slab, looked up for one straight line.
     #[default]
     PcaSnow,
+    /// The light field inside the snow by diffusion, read at its surface.
+    Diffusion,
     /// A volumetric path tracer, the ground truth for PCASnow: slow, and unbiased for any shape.
     Reference,
 }
 
 impl IntegratorKind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::PcaSnow, Self::Reference];
+    pub const ALL: [Self; 3] = [Self::PcaSnow, Self::Diffusion, Self::Reference];
 
     /// Its name in scene files and options.
     pub fn name(self) -> &'static str {
         match self {
             Self::PcaSnow => "pcasnow",
+            Self::Diffusion => "diffusion",
             Self::Reference => "reference",
         }
     }

@@ -9,6 +9,7 @@ pub mod description;
 pub mod file;
 pub(crate) mod integrator;
 pub mod light;
+pub(crate) mod light_field;
 pub mod material;
 pub mod objects;
 pub mod queries;
@@ -23,6 +24,7 @@ use crate::images::raster::ImageSize;
 use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::light::Light;
+use crate::scene::light_field::LightField;
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
 
@@ -43,6 +45,8 @@ pub struct Scene {
     pub(crate) sensor: Sensor,
     /// The snow of each material for the reference integrator; empty for others.
     pub(crate) volumes: Vec<Option<Volume>>,
+    /// The light in the snow, for the integrator that needs it.
+    pub(crate) light_field: Option<LightField>,
     /// What the scene was built from.
     pub(crate) description: SceneDescription,
     /// Hashes of the files that were read, by name.

@@ -145,6 +145,11 @@ impl Objects {
         self.bounds[object].map_or(0.0, |bounds| bounds.greatest_coordinate())
     }
 
+    /// The objects of the body that an object belongs to.
+    pub(crate) fn body_of(&self, object: usize) -> &[usize] {
+        &self.members[self.bodies[object]].objects
+    }
+
     /// Texture coordinates at a hit, if the object's mesh has them.
     pub fn uv(&self, surface: &SurfaceInteraction) -> Option<Vec2> {
         self.objects[surface.object].shape.mesh()?.uv(&surface.location)

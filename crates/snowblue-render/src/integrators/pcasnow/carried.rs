@@ -7,6 +7,7 @@
 
 use std::ops::{AddAssign, Mul};
 
+use glam::Vec3A;
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
 use super::vertex::{Shading, SnowVertex, Vertex};
@@ -115,6 +116,7 @@ impl LightTable {
         let of_material = |material: &Material| match material {
             Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
             Material::Diffuse(Diffuse::Textured(_)) => MaterialResponse::Spectral,
+            Material::PcaSnow(_) if scene.light_field.is_some() => MaterialResponse::Spectral,
             Material::PcaSnow(snow) => {
                 let single = snow.curves.single().filter(|_| *tables_left > 0);
                 let Some(table) = single.and_then(|snow| snow.project(&weights)) else {
@@ -151,6 +153,11 @@ impl<'a> Source<'a> {
         Self { scene, light: &scene.lights[light], origin: &sample.origin, emission, table }
     }
 
+    /// Unit direction from a surface towards the light.
+    fn direction_from(&self, vertex: &Vertex) -> Vec3A {
+        self.origin.direction_from(vertex.surface.point).direction
+    }
+
     fn power(&self) -> Spectrum {
         match self.emission {
             Emission::Transmitted => self.light.power(self.origin),
@@ -179,8 +186,8 @@ impl Carried for Spectrum {
         *radiance
     }
 
-    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self {
-        vertex.reflectance(cos_incidence) * source.power()
+    fn reflected(source: &Source, vertex: &Vertex, _: f32) -> Self {
+        vertex.reflectance(source.direction_from(vertex)) * source.power()
     }
 
     fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self {
@@ -208,7 +215,7 @@ impl Carried for SensorSample {
                 let angle_deg = snow.look_up_angle_deg(cos_incidence);
                 Self::from_array(table.reflectance(snow.depth_cm(), angle_deg))
             }
-            _ => source.response(&vertex.reflectance(cos_incidence)),
+            _ => source.response(&vertex.reflectance(source.direction_from(vertex))),
         }
     }
 

@@ -128,7 +128,7 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         let [u, v, chance, _] = sampler.next_four();
         let surface = vertex.surface.surface_point();
         let direction = cosine_direction(surface.normal, u, v);
-        *throughput *= vertex.reflectance(surface.normal.dot(direction).max(0.0));
+        *throughput *= vertex.reflectance(direction);
         let survival = survival_probability(bounce, throughput);
         if chance >= survival || throughput.maximum() <= 0.0 {
             return None;
@@ -156,7 +156,12 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         let shading = match &self.scene.materials[surface.material] {
             Material::Diffuse(Diffuse::Uniform(reflectance)) => Shading::Diffuse(reflectance),
             Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
-            Material::PcaSnow(snow) => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
+            Material::PcaSnow(snow) => {
+                match self.scene.light_field.as_ref().and_then(|all| all.of_object(surface.object)) {
+                    Some(field) => Shading::Field(field),
+                    None => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
+                }
+            }
         };
         Vertex { surface, shading }
     }
@@ -166,6 +171,10 @@ impl<'scene> PcaSnowIntegrator<'scene> {
     fn direct_light<C: Carried>(&mut self, vertex: &Vertex, sampler: &mut Sampler) -> C {
         let mut light = match &vertex.shading {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
+            Shading::Field(field) => {
+                let SurfaceInteraction { point, normal, direction, .. } = *vertex.surface;
+                C::emitted(self.scene, &field.diffuse_radiance(point, normal, -normal.dot(direction)))
+            }
             Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
         for index in 0..self.scene.lights.len() {

@@ -1,9 +1,12 @@
 //! Surfaces on a path.
 
+use std::f32::consts::PI;
+
 use glam::Vec3A;
 use snowblue_database::lookup::SnowMix;
 
 use crate::geometry::chord::{Chord, Line};
+use crate::scene::light_field::BodyField;
 use crate::scene::material::pca_snow::PcaSnowMaterial;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
@@ -21,8 +24,10 @@ pub(super) enum Shading<'a> {
     Diffuse(&'a Spectrum),
     /// Reflectance of a textured diffuse surface.
     Textured(Spectrum),
-    /// Snow.
+    /// Snow by PCASnow.
     Snow(SnowVertex<'a>),
+    /// Snow with the light field inside.
+    Field(&'a BodyField),
 }
 
 /// Snow at a point X_i of its surface.
@@ -36,12 +41,23 @@ pub(super) struct SnowVertex<'a> {
 }
 
 impl Vertex<'_> {
-    /// Reflectance for light at a cosine of incidence.
-    pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+    /// Reflectance for light from a direction above the surface, π times the reflection function.
+    pub(super) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
+        let SurfaceInteraction { normal, direction, .. } = *self.surface;
+        let cos_incidence = normal.dot(to_light).max(0.0);
         match &self.shading {
             Shading::Diffuse(reflectance) => **reflectance,
             Shading::Textured(reflectance) => *reflectance,
             Shading::Snow(snow) => snow.reflectance(cos_incidence),
+            Shading::Field(field) => {
+                let cos_exit = -normal.dot(direction);
+                // Both directions of propagation, projected on the surface.
+                let incident = normal * cos_incidence - to_light;
+                let exitant = -direction - normal * cos_exit;
+                let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
+                let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
+                Spectrum::constant(PI * field.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)))
+            }
         }
     }
 }

@@ -20,14 +20,17 @@ use crate::files::SceneFiles;
 use crate::film::sensor::Sensor;
 use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{KeyPath, SceneDescription};
+use crate::scene::description::{KeyPath, MaterialDescription, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
+use crate::scene::light::Light;
+use crate::scene::light_field::LightField;
 use crate::scene::objects::Objects;
 
 use gltf_scene::{GltfScene, read_gltf};
-use material::{build_materials, build_volumes};
+use material::{NamedMaterial, build_materials, build_volumes};
 use object::{ObjectBuilder, snow_around};
 use recorded_files::RecordedFiles;
+use snow::build_optics;
 use sources::Sources;
 
 impl SceneDescription {
@@ -47,7 +50,7 @@ impl SceneDescription {
         let sources = Sources::new(table, &files, self.film.false_color.is_some());
         let mut materials = build_materials(&self.materials, &sources)?;
         let volumes = match self.integrator.kind {
-            IntegratorKind::PcaSnow => Vec::new(),
+            IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Vec::new(),
             IntegratorKind::Reference => build_volumes(&self.materials, &sources)?,
         };
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
@@ -72,10 +75,14 @@ impl SceneDescription {
         }
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
-        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind == IntegratorKind::Reference) {
-            let reason = format!("has a body \"{body}\" of several materials; the reference takes one");
+        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
+            let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
             return Err(KeyPath::root("object").error(reason).into());
         }
+        let light_field = match self.integrator.kind {
+            IntegratorKind::PcaSnow | IntegratorKind::Reference => None,
+            IntegratorKind::Diffusion => Some(self.light_field(&objects, &lights, &materials, &sources)?),
+        };
         let (view, path) = self.view(gltf.view)?;
         if let Some(index) = snow_around(&objects, &materials, view.position) {
             let name = &objects.list()[index].name;
@@ -94,9 +101,43 @@ impl SceneDescription {
             integrator: self.integrator,
             sensor,
             volumes,
+            light_field,
             description: self.clone(),
             file_hashes: files.hashes(),
         })
+    }
+
+    /// Solves for the light in all snow.
+    fn light_field(
+        &self,
+        objects: &Objects,
+        lights: &[Light],
+        materials: &[NamedMaterial],
+        sources: &Sources,
+    ) -> Result<LightField, RenderError> {
+        let path = |name: &str| KeyPath::root("material").key(name);
+        let mut optics = Vec::with_capacity(materials.len());
+        for NamedMaterial { name, .. } in materials {
+            optics.push(match self.materials.get(name) {
+                Some(MaterialDescription::PcaSnow(snow)) => Some(build_optics(&path(name), snow, sources)?),
+                _ => None,
+            });
+        }
+        for (index, light) in lights.iter().enumerate() {
+            let position = light.central_sample().and_then(|sample| sample.origin.position());
+            let around = position.and_then(|position| snow_around(objects, materials, position));
+            if let Some(object) = around {
+                let name = &objects.list()[object].name;
+                let reason =
+                    format!("lies inside the snow of \"{name}\", which the integrator diffusion does not know");
+                return Err(KeyPath::root("light").index(index).error(reason).into());
+            }
+        }
+        LightField::new(objects, lights, &|object| optics[objects.list()[object].material].clone()).map_err(
+            |(object, reason)| {
+                KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()
+            },
+        )
     }
 
     /// The view of the camera, or that of the glTF, and its path in the description.

@@ -1,6 +1,10 @@
 //! Snow: for PCASnow its curves from the table, for the reference integrator its grains.
 
+use std::fmt::Display;
+
 use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
+use snowblue_field::SnowOptics;
+use snowblue_transport::SnowSample;
 use snowblue_transport::monte_carlo::{GrainPlan, Volume};
 
 use crate::error::RenderError;
@@ -42,21 +46,38 @@ pub(super) fn build_volume(
     snow: &PcaSnowDescription,
     sources: &Sources,
 ) -> Result<Volume, RenderError> {
+    let sample = uniform_sample(path, snow, sources)?;
+    let volume = Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default());
+    volume.map_err(|error| no_snow(path, &error))
+}
+
+/// Builds snow for the integrator that solves for the light inside.
+pub(super) fn build_optics(
+    path: &KeyPath,
+    snow: &PcaSnowDescription,
+    sources: &Sources,
+) -> Result<SnowOptics, RenderError> {
+    let sample = uniform_sample(path, snow, sources)?;
+    SnowOptics::new(&sample, &sources.wavelengths_nm).map_err(|error| no_snow(path, &error))
+}
+
+/// The sample of snow that is the same everywhere and follows no rule of PCASnow alone.
+fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) -> Result<SnowSample, RenderError> {
     let keys = [
         ("mask", snow.mask.is_some()),
         ("reflectance", snow.reflectance.is_some()),
         ("emission", snow.emission != Emission::Transmitted),
     ];
     if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(path.key(key).error("is not for the reference integrator").into());
+        return Err(path.key(key).error("applies to the integrator pcasnow only").into());
     }
-    let volume = || -> Result<Volume, String> {
-        let ice = fill::ice_from_metadata(&sources.table.metadata).map_err(|error| error.to_string())?;
-        let sample = sample_at(snow, 0.0).snow(ice).map_err(|error| error.to_string())?;
-        let volume = Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default());
-        volume.map_err(|error| error.to_string())
-    };
-    volume().map_err(|reason| path.error(format!("is no snow for the reference integrator: {reason}")).into())
+    let ice = fill::ice_from_metadata(&sources.table.metadata).map_err(|error| no_snow(path, &error))?;
+    sample_at(snow, 0.0).snow(ice).map_err(|error| no_snow(path, &error))
+}
+
+/// An error about snow that no integrator but PCASnow's can take.
+fn no_snow(path: &KeyPath, error: &dyn Display) -> RenderError {
+    path.error(format!("applies to the integrator pcasnow only: {error}")).into()
 }
 
 /// The snow where the mask has a value.

@@ -169,6 +169,14 @@ impl Light {
         self.sample(0, &[Some(technique), Some(SamplingTechnique::Cosine(*surface)), None], sampler)
     }
 
+    /// Samples of a light with extent as seen from a surface, which count together: one for each technique.
+    pub(crate) fn samples_at(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
+        let cosine = matches!(self, Self::Sky(_) | Self::Image(..)).then_some(SamplingTechnique::Cosine(*surface));
+        let other = self.reflection_technique(surface).filter(|_| !matches!(self, Self::Sky(_)));
+        let techniques = [other, cosine, None];
+        [0, 1].map(|chosen| self.sample(chosen, &techniques, sampler))
+    }
+
     /// Radiance that a path's ray finds from this light before `limit_m`, weighted against
     /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the
     /// density of its cosine.

@@ -116,6 +116,14 @@ impl LightOrigin {
         LightDirection { direction: offset / distance_m, distance_m }
     }
 
+    /// Its position in m; none for a distant light.
+    pub(crate) fn position(&self) -> Option<Vec3A> {
+        match *self {
+            Self::Point(position) | Self::Emitter(EmitterPoint { position, .. }) => Some(position),
+            Self::Distant(_) => None,
+        }
+    }
+
     /// The vector from a point to the light; a unit vector for distant lights.
     #[inline]
     fn offset_from(&self, point: Vec3A) -> Vec3A {

@@ -1,0 +1,58 @@
+//! Snow as a diffusing medium at some wavelengths.
+
+use snowblue_transport::ordinates::HalfSpace;
+use snowblue_transport::{
+    Demand, GrainTallies, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
+};
+
+/// Rays of the tallies per node of the refractive index: .2 % in the transmittance of 15 cm.
+const RAYS: u32 = 1 << 18;
+
+/// Extinction, diffusion and absorption of snow, and the functions of its surface.
+#[derive(Debug, Clone)]
+pub struct SnowOptics {
+    /// Extinction coefficient κ, in 1/m, at the first wavelength. It hardly depends on the wavelength.
+    pub extinction_per_m: f64,
+    /// Transport mean free path ℓ* = 1/(κ (1 − ω g)) at each wavelength, in m.
+    pub transport_lengths_m: Vec<f64>,
+    /// Absorption coefficient μ_a = κ (1 − ω) at each wavelength, in 1/m.
+    pub absorption_per_m: Vec<f64>,
+    /// The phase function at the middle wavelength, without absorption.
+    pub phase: PhaseFunction,
+    /// The half-space of that phase function.
+    pub half_space: HalfSpace,
+}
+
+impl SnowOptics {
+    /// The optics of a sample at some wavelengths, by rays through its grains.
+    ///
+    /// # Errors
+    ///
+    /// If a parameter of the sample is out of range, or the tables do not cover a wavelength.
+    pub fn new(sample: &SnowSample, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
+        sample.check()?;
+        wavelengths_nm.iter().try_for_each(|wavelength_nm| sample.check_wavelength(*wavelength_nm))?;
+        let demand = Demand::of_sample(sample, wavelengths_nm);
+        let plan = TallyPlan { degree: 1, rays: RAYS, seed: 1 };
+        let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
+        let media: Vec<_> =
+            wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm, None)).collect();
+        let transport_length_m = |medium: &snowblue_transport::Medium| {
+            let scattering = &medium.scattering;
+            let albedo = 1.0 - scattering.one_minus_albedo;
+            1.0 / (medium.extinction_per_m * (1.0 - albedo * scattering.asymmetry()))
+        };
+        let middle_nm = wavelengths_nm[wavelengths_nm.len() / 2];
+        let phase = PhaseFunction::of_sample(sample, middle_nm, &PhasePlan::default())?;
+        Ok(Self {
+            extinction_per_m: media[0].extinction_per_m,
+            transport_lengths_m: media.iter().map(transport_length_m).collect(),
+            absorption_per_m: media
+                .iter()
+                .map(|medium| medium.extinction_per_m * medium.scattering.one_minus_albedo)
+                .collect(),
+            half_space: HalfSpace::new(&phase),
+            phase,
+        })
+    }
+}
