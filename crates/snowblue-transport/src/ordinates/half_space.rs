@@ -21,7 +21,7 @@
 //! the depth τ transmits Lambertian light as T = (4/3)/((1 − g)τ + 2q), into the directions K, and lacks the reflection
 //! T K(μ) K(μ₀)/π of the half-space; both hold to the precision of the light that has not yet diffused.
 //!
-//! **Single scattering is exact.** The modes come from δ-M scaled moments ([`super::delta_m`]), and single scattering
+//! **Single scattering is exact.** The modes come from δ-M scaled moments, and single scattering
 //! p/(μ + μ₀) is taken out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka
 //! 1988, doi:10.1016/0022-4073(88)90031-3). What remains is smooth.
 
