@@ -7,11 +7,11 @@ use snowblue_transport::Scattering;
 use snowblue_transport::grain::Grain;
 use snowblue_transport::grain::Spheroid;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
-use snowblue_transport::ordinates::HomogeneousMedium;
+use snowblue_transport::ordinates::{HalfSpace, HomogeneousMedium};
 use snowblue_transport::rng::Stream;
 use snowblue_transport::sample::{SizeMeasure, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
-use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
+use snowblue_transport::{Demand, GrainTallies, PhaseFunction, PhasePlan, Population, TallyPlan};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
@@ -76,4 +76,37 @@ fn tally_ray(bencher: Bencher) {
     let demand = Demand::of_sample(&sample, &[550.0]);
     let plan = TallyPlan { degree: 32, rays: 1 << 16, seed: 1 };
     bencher.counter(ItemsCount::new(1_usize << 16)).bench_local(|| GrainTallies::new(&population, &demand, &plan));
+}
+
+/// The phase function of dry snow by the default plan.
+#[divan::bench(sample_count = 10)]
+fn phase_function_of_sample(bencher: Bencher) {
+    let sample = SnowSample::default();
+    bencher.bench_local(|| PhaseFunction::of_sample(&sample, 550.0, &PhasePlan::default()).unwrap());
+}
+
+/// The half-space of a phase function.
+#[divan::bench(sample_count = 10)]
+fn half_space(bencher: Bencher) {
+    let phase = PhaseFunction::henyey_greenstein(0.7);
+    bencher.bench_local(|| HalfSpace::new(black_box(&phase)));
+}
+
+/// Escape functions at random cosines.
+#[divan::bench]
+fn half_space_escape(bencher: Bencher) {
+    let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.7));
+    let mut stream = Stream::new(1, 0);
+    bencher
+        .counter(ItemsCount::new(1000_usize))
+        .bench_local(|| (0..1000).map(|_| half_space.escape(stream.uniform())).sum::<f64>());
+}
+
+/// Reflection functions at random angles.
+#[divan::bench]
+fn half_space_reflection(bencher: Bencher) {
+    let half_space = HalfSpace::new(&PhaseFunction::henyey_greenstein(0.7));
+    let mut stream = Stream::new(1, 0);
+    let mut reflection = || half_space.reflection(stream.uniform(), stream.uniform(), 2.0 * stream.uniform() - 1.0);
+    bencher.counter(ItemsCount::new(1000_usize)).bench_local(|| (0..1000).map(|_| reflection()).sum::<f64>());
 }

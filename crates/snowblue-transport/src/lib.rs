@@ -14,6 +14,9 @@
 //! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
 //! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks.
 //!
+//! For the diffusion of light in bodies of snow, [`PhaseFunction`] is the distribution of scattering angles of a sample,
+//! and [`ordinates::HalfSpace`] says how light enters and leaves a surface: escape, extrapolation and reflection.
+//!
 //! # Model
 //!
 //! The model follows SPLITSnow (Varsa, Baranoski & Kimmel 2021, doi:10.1016/j.rse.2020.112272), with choices that obey

@@ -1,4 +1,5 @@
-//! Snow as a medium: its constituents, random grains, and the extinction and single scattering that follow.
+//! Snow as a medium: its constituents, random grains, and the extinction and single scattering that follow, as moments
+//! and as a phase function.
 
 mod angle_bins;
 mod constituents;

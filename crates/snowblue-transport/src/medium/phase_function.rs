@@ -51,6 +51,7 @@ pub struct PhasePlan {
 }
 
 impl Default for PhasePlan {
+    /// 1 − g has a standard error of .3 % in dry and .5 % in wet snow, and p of 15 % in a single bin behind the grain.
     fn default() -> Self {
         Self { rays: 1 << 16, seed: 1 }
     }
@@ -134,6 +135,13 @@ impl PhaseFunction {
     #[must_use]
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
+    }
+
+    /// The same shape with another asymmetry, near its own: p times A + B u², which keeps the norm. It gives the phase
+    /// function the asymmetry of a medium from more rays.
+    #[must_use]
+    pub fn with_asymmetry(self, asymmetry: f64) -> Self {
+        Self::new(self.per_sr, asymmetry)
     }
 
     /// The Legendre moments χ_0 = 1, χ_1 = g, … χ_`degree`, for degrees up to some 256.
@@ -288,22 +296,20 @@ mod tests {
         grains.into_iter().chain(formulas).collect()
     }
 
-    /// By a rule that knows nothing of the bins: Gauss's in 1024 equal parts of cos Θ.
+    /// By the midpoint rule in Θ, which knows nothing of the bins.
     #[test]
     fn every_phase_function_has_norm_one_and_its_asymmetry() {
-        let rule = Quadrature::half_range(16);
+        let count = 1_u32 << 16;
         for function in functions() {
             let (mut norm, mut along) = (0.0, 0.0);
-            for part in 0..1024 {
-                for (x, weight) in rule.cosines.iter().zip(&rule.weights) {
-                    let cosine = (f64::from(part) + x) / 512.0 - 1.0;
-                    let fraction = function.per_sr(cosine) * 2.0 * PI * weight / 512.0;
-                    norm += fraction;
-                    along += fraction * cosine;
-                }
+            for step in 0..count {
+                let (sine, cosine) = (PI * (f64::from(step) + 0.5) / f64::from(count)).sin_cos();
+                let fraction = function.per_sr(cosine) * 2.0 * PI * sine * PI / f64::from(count);
+                norm += fraction;
+                along += fraction * cosine;
             }
-            // The slope of p jumps between bins, in noise.
-            assert!((norm - 1.0).abs() < 1e-4 && (along - function.asymmetry()).abs() < 1e-4, "{norm} {along}");
+            // 85 steps in the narrowest bin, on which p is linear in sin Θ/2.
+            assert!((norm - 1.0).abs() < 1e-5 && (along - function.asymmetry()).abs() < 1e-5, "{norm} {along}");
         }
     }
 
@@ -339,6 +345,14 @@ mod tests {
             // .2 % of 1 − g.
             assert!(deviation < 2e-3 * (1.0 - expected), "{deviation}");
         }
+    }
+
+    #[test]
+    fn the_asymmetry_can_be_set() {
+        let function = PhaseFunction::henyey_greenstein(0.7).with_asymmetry(0.71);
+        let moments = function.moments(1);
+        assert!((function.asymmetry() - 0.71).abs() < 1e-12);
+        assert!((moments[0] - 1.0).abs() < 1e-12 && (moments[1] - 0.71).abs() < 1e-12);
     }
 
     /// The mean of 2²⁰ equally spaced quantiles.

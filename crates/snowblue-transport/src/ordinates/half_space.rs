@@ -21,7 +21,7 @@
 //! the depth τ transmits Lambertian light as T = (4/3)/((1 − g)τ + 2q), into the directions K, and lacks the reflection
 //! T K(μ) K(μ₀)/π of the half-space; both hold to the precision of the light that has not yet diffused.
 //!
-//! **Single scattering is exact.** The modes come from δ-M scaled moments ([`super::delta_m`]), and single scattering
+//! **Single scattering is exact.** The modes come from δ-M scaled moments, and single scattering
 //! p/(μ + μ₀) is taken out of each mode and put back with p itself, over 1 − f for the scaled depth (Nakajima & Tanaka
 //! 1988, doi:10.1016/0022-4073(88)90031-3). What remains is smooth.
 
@@ -36,8 +36,8 @@ use crate::quadrature::Quadrature;
 
 /// Gauss nodes of a hemisphere.
 const NODES: usize = 24;
-/// Azimuthal modes of multiple scattering.
-const MODES: usize = 8;
+/// Azimuthal modes of multiple scattering. With more, R₀ of dry snow changes by less than 10⁻³ for cosines above .05.
+const MODES: usize = 12;
 /// Cells of the reflection table in √μ and in √μ₀.
 const CELLS: usize = 64;
 /// Cells of the escape function in √μ.
@@ -164,7 +164,8 @@ impl HalfSpace {
             multiple[mode % 2] += value * here;
             (before, here) = (here, 2.0 * cos_azimuth * here - before);
         }
-        (single + multiple[0] + sines * multiple[1]) / (cos_exit + cos_incidence)
+        // Truncated modes may sum to less than nothing where there is next to nothing.
+        (single + (multiple[0] + sines * multiple[1]).max(0.0)) / (cos_exit + cos_incidence)
     }
 
     /// The modes of multiple scattering, bilinear in √μ and √μ₀.
@@ -289,4 +290,170 @@ fn place(cos: f64, cells: usize) -> (usize, f64) {
 #[expect(clippy::cast_possible_truncation, reason = "values of the order of one, needed to a thousandth")]
 fn narrow(value: f64) -> f32 {
     value as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ordinates::HomogeneousMedium;
+    use crate::rng::{Stream, unit_circle};
+    use crate::{PhasePlan, SnowSample};
+    use glam::DVec3;
+
+    fn snow() -> PhaseFunction {
+        PhaseFunction::of_sample(&SnowSample::default(), 550.0, &PhasePlan { rays: 1 << 14, seed: 1 }).unwrap()
+    }
+
+    fn functions() -> [PhaseFunction; 3] {
+        [PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.7), snow()]
+    }
+
+    /// Chandrasekhar's H function for isotropic scattering without absorption: 1/H(μ) = ½ ∫ μ′ H(μ′)/(μ + μ′) dμ′
+    /// (Chandrasekhar 1960, §38, eq. 10 with ω = 1).
+    fn h_function() -> impl Fn(f64) -> f64 {
+        let rule = Quadrature::half_range(64);
+        let at = |mu: f64, values: &[f64]| {
+            let terms = rule.cosines.iter().zip(&rule.weights).zip(values);
+            2.0 / terms.map(|((x, weight), h)| weight * x * h / (mu + x)).sum::<f64>()
+        };
+        let mut values = vec![1.0; rule.order()];
+        for _ in 0..300 {
+            values = rule.cosines.iter().zip(&values).map(|(mu, h)| 0.5 * (h + at(*mu, &values))).collect();
+        }
+        move |mu| at(mu, &values)
+    }
+
+    #[test]
+    fn the_escape_function_has_its_norm() {
+        let rule = Quadrature::half_range(64);
+        for phase in functions() {
+            let half_space = HalfSpace::new(&phase);
+            let flux = |(mu, weight): (&f64, &f64)| 2.0 * weight * mu * half_space.escape(*mu);
+            let norm: f64 = rule.cosines.iter().zip(&rule.weights).map(flux).sum();
+            // Linear interpolation with 256 cells.
+            assert!((norm - 1.0).abs() < 1e-5, "{norm}");
+        }
+    }
+
+    /// A half-space that does not absorb reflects all light.
+    #[test]
+    fn all_light_is_reflected() {
+        let rule = Quadrature::half_range(64);
+        for phase in functions() {
+            let half_space = HalfSpace::new(&phase);
+            for cos_incidence in [0.02, 0.1, 0.4, 0.8, 1.0] {
+                let mut albedo = 0.0;
+                for (mu, weight) in rule.cosines.iter().zip(&rule.weights) {
+                    for step in 0..128 {
+                        let cos_azimuth = (PI * (f64::from(step) + 0.5) / 128.0).cos();
+                        albedo += weight * mu * half_space.reflection(*mu, cos_incidence, cos_azimuth) * PI / 64.0;
+                    }
+                }
+                // Bilinear interpolation, and noise in p that 48 moments leave out.
+                assert!((albedo - 1.0).abs() < 1e-3, "{cos_incidence}: {albedo}");
+            }
+        }
+    }
+
+    #[test]
+    fn reflection_is_reciprocal() {
+        for phase in functions() {
+            let half_space = HalfSpace::new(&phase);
+            for (mu, other) in [(0.05, 0.9), (0.3, 0.31), (1.0, 0.2)] {
+                for cos_azimuth in [-1.0, 0.2, 1.0] {
+                    let there = half_space.reflection(mu, other, cos_azimuth);
+                    let back = half_space.reflection(other, mu, cos_azimuth);
+                    // Single precision.
+                    assert!((there / back - 1.0).abs() < 1e-6, "{mu} {other}: {there} {back}");
+                }
+            }
+        }
+    }
+
+    /// K = (√3/4) H, R₀ = H(μ) H(μ₀)/4π(μ + μ₀), and q of Milne's problem (Chandrasekhar 1960, §27.3 and §47).
+    #[test]
+    fn isotropic_scattering_has_its_closed_forms() {
+        let (half_space, h) = (HalfSpace::new(&PhaseFunction::isotropic()), h_function());
+        assert!((half_space.extrapolation() - 0.710_446).abs() < 2e-6, "{}", half_space.extrapolation());
+        for mu in [0.01, 0.05, 0.2, 0.5, 0.8, 1.0] {
+            let escape = half_space.escape(mu) / (0.25 * 3.0_f64.sqrt() * h(mu));
+            // Polynomials through 24 nodes, where K goes as μ ln μ.
+            assert!((escape - 1.0).abs() < 1e-4, "{mu}: {escape}");
+            for other in [0.01, 0.4, 1.0] {
+                let expected = h(mu) * h(other) / (4.0 * PI * (mu + other));
+                let ratio = half_space.reflection(mu, other, 0.3) / expected;
+                // Bilinear interpolation with 64 cells.
+                assert!((ratio - 1.0).abs() < 2e-4, "{mu} {other}: {ratio}");
+            }
+        }
+    }
+
+    /// Similarity: in transport mean free paths, q depends little on the phase function.
+    #[test]
+    fn extrapolation_lengths_are_similar() {
+        for phase in functions() {
+            let extrapolation = HalfSpace::new(&phase).extrapolation();
+            assert!((0.71..0.72).contains(&extrapolation), "{extrapolation}");
+        }
+    }
+
+    /// A thick slab of the discrete-ordinates engine, which knows no half-space, transmits K(μ₀) T.
+    #[test]
+    fn thick_slabs_transmit_by_the_escape_function() {
+        for phase in functions() {
+            let half_space = HalfSpace::new(&phase);
+            let medium = Scattering { one_minus_albedo: 0.0, moments: phase.moments(64) };
+            let medium = HomogeneousMedium::new(&medium, 64);
+            let depth = 30.0 / (1.0 - phase.asymmetry());
+            let lambertian = 4.0 / 3.0 / (30.0 + 2.0 * half_space.extrapolation());
+            for mu in [0.02, 0.1, 0.3, 0.6, 1.0] {
+                let found = medium.fluxes(depth, &[medium.beam(mu)])[0].transmittance;
+                let ratio = half_space.escape(mu) * lambertian / found;
+                // 24 against 32 nodes; most at grazing angles.
+                assert!((ratio - 1.0).abs() < 3e-4, "{mu}: {ratio}");
+            }
+        }
+    }
+
+    /// Random walks with a join to the eye at each scattering: radiance away from the light source less that towards
+    /// it. Deep light has forgotten its azimuth, so walks of 100 scatterings suffice.
+    #[test]
+    fn azimuths_agree_with_random_walks() {
+        let phase = PhaseFunction::henyey_greenstein(0.7);
+        let half_space = HalfSpace::new(&phase);
+        for (cos_exit, cos_incidence) in [(0.4_f64, 0.6_f64), (0.8, 0.3)] {
+            let eye = |side: f64| DVec3::new(side * (1.0 - cos_exit * cos_exit).sqrt(), 0.0, -cos_exit);
+            let differences: Vec<f64> = (0..1 << 16)
+                .map(|ray| {
+                    let mut stream = Stream::new(5, ray);
+                    let mut direction = DVec3::new((1.0 - cos_incidence * cos_incidence).sqrt(), 0.0, cos_incidence);
+                    let (mut depth, mut difference) = (0.0, 0.0);
+                    for _ in 0..100 {
+                        depth -= stream.uniform().ln() * direction.z;
+                        if depth < 0.0 {
+                            break;
+                        }
+                        let towards = |side: f64| phase.per_sr(direction.dot(eye(side)));
+                        difference += (towards(1.0) - towards(-1.0)) * (-depth / cos_exit).exp() / cos_exit;
+                        let cosine = phase.sample_cos(stream.uniform());
+                        let (across, along) = direction.any_orthonormal_pair();
+                        let (cos_turn, sin_turn) = unit_circle(stream.uniform());
+                        let sideways = (1.0 - cosine * cosine).max(0.0).sqrt();
+                        direction = direction * cosine + (across * cos_turn + along * sin_turn) * sideways;
+                        direction = direction.normalize();
+                    }
+                    difference
+                })
+                .collect();
+            let count = differences.len() as f64;
+            let mean = differences.iter().sum::<f64>() / count;
+            let variance = differences.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            let sigma = (variance / count).sqrt();
+            let reflection = |cos_azimuth| half_space.reflection(cos_exit, cos_incidence, cos_azimuth);
+            let expected = reflection(1.0) - reflection(-1.0);
+            assert!((mean - expected).abs() < 4.0 * sigma, "{mean} ± {sigma}, expected {expected}");
+            // The test would notice a wrong sign, and multiple scattering left out.
+            assert!(sigma < 0.02 * expected, "{sigma} {expected}");
+        }
+    }
 }
