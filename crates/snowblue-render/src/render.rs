@@ -126,7 +126,9 @@ pub fn render_missing(
     let control = RenderControl { progress: &progress, ..control };
     let tables = match scene.integrator.kind {
         IntegratorKind::PcaSnow | IntegratorKind::Diffusion if !accumulator.aovs().spectrum => LightTables::new(scene),
-        IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Reference => LightTables::none(scene),
+        IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Hybrid | IntegratorKind::Reference => {
+            LightTables::none(scene)
+        }
     };
     let per_pass = samples_per_pixel_and_pass(scene, target);
     let mut statistics = Statistics::default();
@@ -144,7 +146,7 @@ pub fn render_missing(
 fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     let [fewest, most] = SAMPLES_PER_PIXEL_AND_PASS;
     let count = match scene.integrator.kind {
-        IntegratorKind::Reference => fewest,
+        IntegratorKind::Hybrid | IntegratorKind::Reference => fewest,
         IntegratorKind::PcaSnow | IntegratorKind::Diffusion => {
             let pixels = target.window().size().pixel_count() as u64;
             (SAMPLES_PER_PASS / pixels.max(1)).clamp(fewest, most)

@@ -4,6 +4,7 @@
 //! together (Wald, Benthin & Boulos 2008, "Getting rid of packets", doi:10.1109/RT.2008.4634620).
 
 use arrayvec::ArrayVec;
+use glam::Vec3A;
 use wide::f32x8;
 
 use crate::geometry::bounds::{Bounds, Interval, finite_inverse};
@@ -105,6 +106,17 @@ impl Node {
     }
 }
 
+impl Node {
+    /// The children whose boxes are within a distance of a point, one bit each.
+    #[inline(always)]
+    fn near(&self, point: &[f32x8; 3], distance: f32) -> u32 {
+        let [low, high] = &self.planes;
+        let outside = |axis: usize| (low[axis] - point[axis]).fast_max(point[axis] - high[axis]).fast_max(f32x8::ZERO);
+        let [x, y, z] = [0, 1, 2].map(outside);
+        (x * x + y * y + z * z).simd_le(f32x8::splat(distance * distance)).to_bitmask()
+    }
+}
+
 impl Bvh8 {
     /// Number of leaves.
     pub(crate) fn leaf_count(&self) -> usize {
@@ -154,6 +166,26 @@ impl Bvh8 {
                     None => return,
                 }
             };
+        }
+    }
+
+    /// Calls `visit` for each leaf whose box is within a distance of a point, in any order, until it returns true.
+    #[inline]
+    pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, mut visit: impl FnMut(usize) -> bool) {
+        let point = point.to_array().map(f32x8::splat);
+        let mut stack = ArrayVec::<u32, STACK_CAPACITY>::new();
+        stack.push(self.root);
+        while let Some(next) = stack.pop() {
+            if next & LEAF_FLAG == 0 {
+                let node = &self.nodes[next as usize];
+                let mut mask = node.near(&point, distance);
+                while mask != 0 {
+                    stack.push(node.children[mask.trailing_zeros() as usize]);
+                    mask &= mask - 1;
+                }
+            } else if visit((next & !LEAF_FLAG) as usize) {
+                return;
+            }
         }
     }
 

@@ -97,6 +97,13 @@ impl Cuboid {
         Some([Crossing::new(near_m, self.rotate_to_scene(inward)), Crossing::new(far_m, self.rotate_to_scene(outward))])
     }
 
+    /// Whether a point inside is farther than `depth_m` from all faces.
+    #[inline]
+    pub(crate) fn holds_deeply(&self, point: Vec3A, depth_m: f32) -> bool {
+        let local = self.to_object * (point - self.centre);
+        (self.half_size - local.abs()).min_element() > depth_m
+    }
+
     /// Texture coordinates of a point on the surface, with the normal of the visible side.
     pub(crate) fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         TextureCoordinates::on_box(self.to_object * (point - self.centre), self.to_object * normal)

@@ -10,19 +10,26 @@ use glam::{DAffine3, DVec3, Vec3A};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow};
 use crate::geometry::texture_coordinates::TextureCoordinates;
+use crate::geometry::transform::stretch;
 
 /// A solid sphere or ellipsoid.
 #[derive(Debug, Clone, Copy)]
 pub struct Ellipsoid {
     to_scene: DAffine3,
     to_unit: DAffine3,
+    /// A lower bound of its radii, in m; exact for a sphere.
+    least_radius_m: f64,
 }
 
 impl Ellipsoid {
     /// The image of the unit sphere under a map to scene space, in m; none if the map is singular.
     pub fn new(to_scene: DAffine3) -> Option<Self> {
         let to_unit = to_scene.inverse();
-        (to_scene.is_finite() && to_unit.is_finite()).then_some(Self { to_scene, to_unit })
+        (to_scene.is_finite() && to_unit.is_finite()).then(|| Self {
+            to_scene,
+            to_unit,
+            least_radius_m: stretch(&to_unit.matrix3).recip(),
+        })
     }
 
     /// Axis-aligned bounds.
@@ -32,6 +39,14 @@ impl Ellipsoid {
         let reach = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let centre = self.to_scene.translation;
         Bounds { low: (centre - reach).as_vec3a(), high: (centre + reach).as_vec3a() }
+    }
+
+    /// Whether a point inside is farther than `depth_m` from the surface: exactly for a sphere, and never too early for
+    /// an ellipsoid.
+    #[inline]
+    pub(crate) fn holds_deeply(&self, point: Vec3A, depth_m: f32) -> bool {
+        let unit = self.to_unit.transform_point3(point.as_dvec3());
+        (1.0 - unit.length()) * self.least_radius_m > f64::from(depth_m)
     }
 
     /// Volume in m³.

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3A;
+
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit};
@@ -51,6 +53,11 @@ impl Instance {
     pub fn occludes(&self, ray: &Ray, limit_m: f32) -> bool {
         let object_ray = self.transform.ray_to_object(ray);
         self.mesh.occludes(&object_ray.ray, limit_m * object_ray.length_per_m)
+    }
+
+    /// Whether any triangle is nearer to a point than `distance_m`.
+    pub(crate) fn is_near(&self, point: Vec3A, distance_m: f32) -> bool {
+        self.mesh.is_near(&self.transform, point, distance_m)
     }
 
     /// Adds all crossings of the ray's line, in any order.

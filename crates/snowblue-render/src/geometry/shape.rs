@@ -1,5 +1,7 @@
 //! All kinds of shapes, with first hit, occlusion and crossings.
 
+use glam::Vec3A;
+
 use crate::geometry::bounds::Bounds;
 use crate::geometry::cuboid::Cuboid;
 use crate::geometry::ellipsoid::Ellipsoid;
@@ -65,6 +67,18 @@ impl Shape {
             Self::Ellipsoid(ellipsoid) => ellipsoid.occludes(ray, limit_m),
             Self::Plane(plane) => plane.occludes(ray, limit_m),
             Self::Mesh(instance) => instance.occludes(ray, limit_m),
+        }
+    }
+
+    /// Whether a point inside is farther than `depth_m` from the surface. The point must be inside if the shape is a
+    /// mesh.
+    #[inline]
+    pub(crate) fn holds_deeply(&self, point: Vec3A, depth_m: f32) -> bool {
+        match self {
+            Self::Cuboid(cuboid) => cuboid.holds_deeply(point, depth_m),
+            Self::Ellipsoid(ellipsoid) => ellipsoid.holds_deeply(point, depth_m),
+            Self::Plane(_) => false,
+            Self::Mesh(instance) => !instance.is_near(point, depth_m),
         }
     }
 

@@ -7,7 +7,7 @@
 use glam::{Affine3A, DAffine3, DMat3, Mat3A, Vec3A};
 
 use crate::geometry::bounds::Bounds;
-use crate::geometry::ray::Ray;
+use crate::geometry::ray::{Ray, narrow};
 
 /// An affine transform with its inverse.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +15,8 @@ pub struct Transform {
     to_scene: Affine3A,
     to_object: Affine3A,
     normal_to_scene: Mat3A,
+    /// An upper bound of the factor by which lengths grow on the way to object space.
+    stretch_to_object: f32,
 }
 
 /// A ray in object space.
@@ -36,6 +38,7 @@ impl Transform {
             to_scene: to_scene.as_affine3a(),
             to_object: to_object.as_affine3a(),
             normal_to_scene: normal_to_scene.as_mat3().into(),
+            stretch_to_object: narrow(stretch(&to_object.matrix3)),
         })
     }
 
@@ -46,6 +49,19 @@ impl Transform {
         let length_per_m = direction.length();
         let origin = self.to_object.transform_point3a(ray.origin);
         ObjectRay { ray: Ray { origin, direction: direction / length_per_m }, length_per_m }
+    }
+
+    /// Transforms a point to object space.
+    #[inline]
+    pub(crate) fn point_to_object(&self, point: Vec3A) -> Vec3A {
+        self.to_object.transform_point3a(point)
+    }
+
+    /// An upper bound of the length in object space of one metre in any direction; exact without shear or unequal
+    /// scales.
+    #[inline]
+    pub(crate) fn greatest_stretch_to_object(&self) -> f32 {
+        self.stretch_to_object
     }
 
     /// Transforms a point to scene space.
@@ -69,6 +85,13 @@ impl Transform {
     pub fn bounds_to_scene(&self, bounds: &Bounds) -> Bounds {
         Bounds::of(bounds.corners().into_iter().map(|corner| self.point_to_scene(corner).into()))
     }
+}
+
+/// An upper bound of the norm of a matrix M: the root of the greatest sum of magnitudes in a row of MᵀM.
+pub(crate) fn stretch(matrix: &DMat3) -> f64 {
+    let square = matrix.transpose() * *matrix;
+    let row_sum = |axis: usize| square.row(axis).abs().element_sum();
+    (0..3).map(row_sum).fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]

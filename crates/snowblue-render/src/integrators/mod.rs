@@ -35,7 +35,9 @@ impl<'scene> Integrator<'scene> {
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         match scene.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Self::PcaSnow(PcaSnowIntegrator::new(scene, tables)),
-            IntegratorKind::Reference => Self::Reference(Box::new(ReferenceIntegrator::new(scene))),
+            IntegratorKind::Hybrid | IntegratorKind::Reference => {
+                Self::Reference(Box::new(ReferenceIntegrator::new(scene)))
+            }
         }
     }
 

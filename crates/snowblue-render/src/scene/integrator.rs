@@ -10,19 +10,22 @@ pub enum IntegratorKind {
     PcaSnow,
     /// The light field inside the snow by diffusion, read at its surface.
     Diffusion,
+    /// Random walks that end in the light field inside the snow.
+    Hybrid,
     /// A volumetric path tracer, the ground truth for PCASnow: slow, and unbiased for any shape.
     Reference,
 }
 
 impl IntegratorKind {
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::PcaSnow, Self::Diffusion, Self::Reference];
+    pub const ALL: [Self; 4] = [Self::PcaSnow, Self::Diffusion, Self::Hybrid, Self::Reference];
 
     /// Its name in scene files and options.
     pub fn name(self) -> &'static str {
         match self {
             Self::PcaSnow => "pcasnow",
             Self::Diffusion => "diffusion",
+            Self::Hybrid => "hybrid",
             Self::Reference => "reference",
         }
     }

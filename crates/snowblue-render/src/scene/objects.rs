@@ -302,6 +302,25 @@ impl Objects {
         set_object(object, &mut crossings[first..]);
     }
 
+    /// Whether a point inside a body is farther than `depth_m` from its surface, by the object of the body whose bounds
+    /// hold it most deeply. Joints between objects count as surface.
+    #[inline]
+    pub(crate) fn holds_deeply(&self, object: usize, point: Vec3A, depth_m: f32) -> bool {
+        let members = self.body_of(object);
+        if let [only] = members {
+            return self.objects[*only].shape.holds_deeply(point, depth_m);
+        }
+        let may_hold = |member: &usize| {
+            self.bounds[*member].is_some_and(|bounds| {
+                (point - bounds.low).min_element() > depth_m && (bounds.high - point).min_element() > depth_m
+            })
+        };
+        members.iter().filter(|member| may_hold(member)).any(|member| {
+            let shape = &self.objects[*member].shape;
+            shape.holds_deeply(point, depth_m) && (shape.is_convex() || self.holds(*member, point))
+        })
+    }
+
     /// Whether a point lies inside an object: lines in three directions agree. False for an open surface.
     pub fn holds(&self, object: usize, point: Vec3A) -> bool {
         let mut crossings = Vec::new();

@@ -112,16 +112,37 @@ impl Volume {
         let absorptions: Vec<Absorption> = of_wavelengths.iter().map(Absorption::new).collect();
         let trace_nodes = trace_nodes(sample, wavelengths_nm, &of_wavelengths);
         let node = |(number, wavelength_nm): (usize, &f64)| {
-            let scatterers = Scatterers::new(sample, &constituents(wavelength_nm));
             #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
             let weights: Vec<f32> = trace_nodes.weights.iter().map(|weights| weights[number] as f32).collect();
-            let events = scattering_events(&scatterers, plan);
-            let phase_per_sr = tabulate_phase(&events, &absorptions);
-            VolumeNode { extinction_per_m: scatterers.extinction_per_m, weights, events, phase_per_sr }
+            let scatterers = Scatterers::new(sample, &constituents(wavelength_nm));
+            VolumeNode::new(&scatterers, weights, plan, &absorptions)
         };
         let nodes = trace_nodes.wavelengths_nm.iter().enumerate().map(node).collect();
+        Ok(Self::of_nodes(nodes, absorptions))
+    }
+
+    /// The same with one node, the index of ice at the middle wavelength, for walks that are too short to depend on it.
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub fn with_one_index(
+        sample: &SnowSample,
+        wavelengths_nm: &[f64],
+        plan: &GrainPlan,
+    ) -> Result<Self, TransportError> {
+        sample.check()?;
+        check_wavelengths(wavelengths_nm, sample)?;
+        let constituents = |wavelength_nm: f64| Constituents::new(sample, wavelength_nm);
+        let absorptions: Vec<Absorption> =
+            wavelengths_nm.iter().map(|wavelength_nm| Absorption::new(&constituents(*wavelength_nm))).collect();
+        let scatterers = Scatterers::new(sample, &constituents(wavelengths_nm[wavelengths_nm.len() / 2]));
+        let node = VolumeNode::new(&scatterers, vec![1.0; wavelengths_nm.len()], plan, &absorptions);
+        Ok(Self::of_nodes(vec![node], absorptions))
+    }
+
+    fn of_nodes(nodes: Vec<VolumeNode>, absorptions: Vec<Absorption>) -> Self {
         let least = absorptions.iter().copied().reduce(Absorption::least).unwrap_or(absorptions[0]);
-        Ok(Self { nodes, absorptions, least })
+        Self { nodes, absorptions, least }
     }
 
     /// Snow at each node of the index. The sum over the nodes of their weights times the mean over walks is unbiased.
@@ -151,6 +172,12 @@ impl Volume {
 }
 
 impl VolumeNode {
+    fn new(scatterers: &Scatterers, weights: Vec<f32>, plan: &GrainPlan, absorptions: &[Absorption]) -> Self {
+        let events = scattering_events(scatterers, plan);
+        let phase_per_sr = tabulate_phase(&events, absorptions);
+        Self { extinction_per_m: scatterers.extinction_per_m, weights, events, phase_per_sr }
+    }
+
     /// Extinction coefficient of all scatterers, in 1/m.
     #[inline]
     #[must_use]

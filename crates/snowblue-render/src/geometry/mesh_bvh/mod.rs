@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3, Vec3A};
 use crate::bvh::bvh8::{Bvh8, BvhRay};
 use crate::geometry::bounds::{Bounds, Interval};
 use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, narrow};
+use crate::geometry::transform::Transform;
 use crate::geometry::triangle::{FourTriangles, ShearedRay, TriangleHit};
 use crate::geometry::triangle_mesh::TriangleMesh;
 
@@ -119,6 +120,21 @@ impl MeshBvh {
         occluded
     }
 
+    /// Whether any triangle is nearer to a point than `distance_m`. The point is in scene space.
+    pub(crate) fn is_near(&self, transform: &Transform, point: Vec3A, distance_m: f32) -> bool {
+        let in_object = transform.point_to_object(point);
+        let mut is_near = false;
+        self.bvh.visit_near(in_object, distance_m * transform.greatest_stretch_to_object(), |leaf| {
+            let four = &self.leaves[leaf];
+            is_near = (0..self.bvh.primitives(leaf).count()).any(|slot| {
+                let corners = four.corners(slot).map(|corner| transform.point_to_scene(corner.into()));
+                square_distance_to_triangle(point, &corners) < distance_m * distance_m
+            });
+            is_near
+        });
+        is_near
+    }
+
     /// Adds all crossings of the ray's line from `from_m` on, which may be negative, in any order.
     pub(crate) fn crossings(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let Some(query) = MeshQuery::new(self, ray, Interval { start_m: from_m, end_m: f32::INFINITY }) else {
@@ -175,6 +191,41 @@ impl MeshQuery {
     fn is_beyond_origin(&self, distance_m: f64) -> bool {
         distance_m + f64::from(self.start_m) > 0.0
     }
+}
+
+/// Square of the distance from a point to a triangle (Ericson 2005, *Real-Time Collision Detection*, section 5.1.5).
+fn square_distance_to_triangle(point: Vec3A, [a, b, c]: &[Vec3A; 3]) -> f32 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (along_ab, along_ac) = (ab.dot(ap), ac.dot(ap));
+    if along_ab <= 0.0 && along_ac <= 0.0 {
+        return ap.length_squared();
+    }
+    let bp = point - b;
+    let (b_ab, b_ac) = (ab.dot(bp), ac.dot(bp));
+    if b_ab >= 0.0 && b_ac <= b_ab {
+        return bp.length_squared();
+    }
+    let cp = point - c;
+    let (c_ab, c_ac) = (ab.dot(cp), ac.dot(cp));
+    if c_ac >= 0.0 && c_ab <= c_ac {
+        return cp.length_squared();
+    }
+    let beyond_ab = along_ab * b_ac - b_ab * along_ac;
+    if beyond_ab <= 0.0 && along_ab >= 0.0 && b_ab <= 0.0 {
+        return (ap - ab * (along_ab / (along_ab - b_ab))).length_squared();
+    }
+    let beyond_ac = c_ab * along_ac - along_ab * c_ac;
+    if beyond_ac <= 0.0 && along_ac >= 0.0 && c_ac <= 0.0 {
+        return (ap - ac * (along_ac / (along_ac - c_ac))).length_squared();
+    }
+    let beyond_bc = b_ab * c_ac - c_ab * b_ac;
+    if beyond_bc <= 0.0 && b_ac >= b_ab && c_ab >= c_ac {
+        let share = (b_ac - b_ab) / ((b_ac - b_ab) + (c_ab - c_ac));
+        return (bp - (c - b) * share).length_squared();
+    }
+    let normal = ab.cross(ac);
+    let along = normal.dot(ap);
+    along * along / normal.length_squared()
 }
 
 /// Normal by the order of the corners, with a length of twice the area.

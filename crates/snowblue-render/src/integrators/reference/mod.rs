@@ -25,6 +25,8 @@
 
 mod surroundings;
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::Vec3A;
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
@@ -34,6 +36,7 @@ use crate::integrators::survival_probability;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightHit, LightSample};
+use crate::scene::light_field::BodyField;
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::SurfaceInteraction;
@@ -41,6 +44,9 @@ use crate::scene::queries::Statistics;
 use crate::spectrum::{SAMPLES, Spectrum};
 
 use surroundings::{Flight, Surroundings};
+
+/// Depth below the nearest surface from which on a walk ends in the light field, in transport mean free paths.
+const END_DEPTH_LENGTHS: f32 = 2.0;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
@@ -186,7 +192,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
             if let Some(incident) = sample.incident_at(&surface.surface_point())
                 && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, path.node, chance)
             {
-                let factor = incident.irradiance_per_power * std::f32::consts::FRAC_1_PI;
+                let factor = incident.irradiance_per_power * FRAC_1_PI;
                 path.radiance.add_product(factor, &(path.throughput * transmitted), &power);
             }
         }
@@ -239,6 +245,16 @@ impl<'scene> ReferenceIntegrator<'scene> {
                     if volume.least_absorption(&lengths) > absorption_limit {
                         return SnowEnd::Absorbed;
                     }
+                    if let Some(field) = self.field_at(snow.object, path.ray.origin) {
+                        let absorbed = attenuation(volume, &lengths, volume.least_absorption(&lengths));
+                        let point = path.ray.at(field.transport_length_m());
+                        path.radiance.add_product(
+                            0.25 * FRAC_1_PI,
+                            &(path.throughput * absorbed),
+                            &field.fluence(point),
+                        );
+                        return SnowEnd::Absorbed;
+                    }
                 }
                 Flight::Out { origin, .. } => {
                     path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
@@ -251,6 +267,14 @@ impl<'scene> ReferenceIntegrator<'scene> {
                 }
             }
         }
+    }
+
+    /// The light field of a body, where a walk may end in it.
+    #[inline]
+    fn field_at(&self, object: usize, point: Vec3A) -> Option<&'scene BodyField> {
+        let field = self.scene.light_field.as_ref()?.of_object(object)?;
+        let depth_m = END_DEPTH_LENGTHS * field.transport_length_m();
+        self.scene.objects.holds_deeply(object, point, depth_m).then_some(field)
     }
 
     /// Adds the lights without extent that a grain at the end of a flight scatters into the path.

@@ -11,6 +11,7 @@ use crate::scene::build::snow::{build_snow, build_volume};
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
 use crate::scene::description::{DiffuseDescription, KeyPath, MaterialDescription};
+use crate::scene::integrator::IntegratorKind;
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::spectrum::Spectrum;
@@ -38,17 +39,18 @@ pub(super) fn build_materials(
     built.collect()
 }
 
-/// The snow of each material, in the same order, for the reference integrator.
+/// The snow of each material, in the same order, for random walks.
 pub(super) fn build_volumes(
     descriptions: &BTreeMap<String, MaterialDescription>,
     sources: &Sources,
+    integrator: IntegratorKind,
 ) -> Result<Vec<Option<Volume>>, RenderError> {
     let mut volumes: Vec<Option<Volume>> = Vec::new();
     for (name, description) in descriptions {
         let path = KeyPath::root("material").key(name);
         let volume = match description {
             MaterialDescription::Diffuse(_) => None,
-            MaterialDescription::PcaSnow(snow) => Some(build_volume(&path, snow, sources)?),
+            MaterialDescription::PcaSnow(snow) => Some(build_volume(&path, snow, sources, integrator)?),
         };
         let nodes = |volume: &Volume| volume.nodes().len();
         if let (Some(one), Some(other)) = (&volume, volumes.iter().flatten().next())

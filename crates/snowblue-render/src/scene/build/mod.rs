@@ -51,7 +51,9 @@ impl SceneDescription {
         let mut materials = build_materials(&self.materials, &sources)?;
         let volumes = match self.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Vec::new(),
-            IntegratorKind::Reference => build_volumes(&self.materials, &sources)?,
+            IntegratorKind::Hybrid | IntegratorKind::Reference => {
+                build_volumes(&self.materials, &sources, self.integrator.kind)?
+            }
         };
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
         for (index, light) in self.lights.iter().enumerate() {
@@ -81,7 +83,9 @@ impl SceneDescription {
         }
         let light_field = match self.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Reference => None,
-            IntegratorKind::Diffusion => Some(self.light_field(&objects, &lights, &materials, &sources)?),
+            IntegratorKind::Diffusion | IntegratorKind::Hybrid => {
+                Some(self.light_field(&objects, &lights, &materials, &sources)?)
+            }
         };
         let (view, path) = self.view(gltf.view)?;
         if let Some(index) = snow_around(&objects, &materials, view.position) {
@@ -128,8 +132,9 @@ impl SceneDescription {
             let around = position.and_then(|position| snow_around(objects, materials, position));
             if let Some(object) = around {
                 let name = &objects.list()[object].name;
-                let reason =
-                    format!("lies inside the snow of \"{name}\", which the integrator diffusion does not know");
+                let reason = format!(
+                    "lies inside the snow of \"{name}\", which only the integrators pcasnow and reference know"
+                );
                 return Err(KeyPath::root("light").index(index).error(reason).into());
             }
         }

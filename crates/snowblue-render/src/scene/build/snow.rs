@@ -13,9 +13,13 @@ use crate::images::png_image::PngImage;
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
 use crate::scene::description::{DescriptionError, KeyPath, MaskDescription, PcaSnowDescription};
+use crate::scene::integrator::IntegratorKind;
 use crate::scene::material::pca_snow::{Emission, PcaSnowMaterial, Reflection};
 use crate::scene::material::snow_curves::{Mask, SnowCurves};
 use crate::spectrum::wavelengths_nm;
+
+/// Scattering events for short walks.
+const SHORT_WALK_GRAINS: u32 = 1 << 18;
 
 /// Builds snow for PCASnow.
 pub(super) fn build_snow(
@@ -40,14 +44,19 @@ pub(super) fn build_snow(
     })
 }
 
-/// Builds snow for the reference integrator.
+/// Builds snow for random walks: long ones of the reference integrator, or short ones.
 pub(super) fn build_volume(
     path: &KeyPath,
     snow: &PcaSnowDescription,
     sources: &Sources,
+    integrator: IntegratorKind,
 ) -> Result<Volume, RenderError> {
     let sample = uniform_sample(path, snow, sources)?;
-    let volume = Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default());
+    let volume = if integrator == IntegratorKind::Reference {
+        Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default())
+    } else {
+        Volume::with_one_index(&sample, &sources.wavelengths_nm, &GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 })
+    };
     volume.map_err(|error| no_snow(path, &error))
 }
 

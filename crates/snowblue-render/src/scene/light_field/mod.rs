@@ -1,4 +1,4 @@
-//! The light field inside each body of snow of a scene, for the integrator `diffusion`.
+//! The light field inside each body of snow of a scene, for the integrators `diffusion` and `hybrid`.
 //!
 //! The light that enters at the surface ([`surface_light`]) determines the fluence rate inside
 //! ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow then sends out
@@ -10,7 +10,7 @@ mod surface_light;
 
 use std::f32::consts::PI;
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use snowblue_field::{Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SpectralNodes};
 use wide::f32x4;
 
@@ -41,8 +41,10 @@ pub(crate) struct BodyField {
     fluence: Fluence,
     nodes: SpectralNodes,
     optics: SnowOptics,
-    /// Spectrum of the light that enters, to which the flux is compared.
-    reference: Spectrum,
+    /// ℓ* times the spectrum of the light that enters: spectra over this are smooth in the absorption.
+    scale: Spectrum,
+    /// ℓ* at the middle wavelength, in m.
+    transport_length_m: f32,
 }
 
 impl LightField {
@@ -91,12 +93,14 @@ impl BodyField {
             let everywhere = Diffusion { transport_length_m, absorption_per_m };
             Box::new(move |_| everywhere) as DiffusionAt
         });
-        let options = GridOptions { step_m, shift: glam::DVec3::ZERO };
+        let options = GridOptions { step_m, shift: DVec3::ZERO };
         let body = SnowBody::new(solid, options, diffusion.collect(), optics.half_space.extrapolation());
         let SurfaceLight { groups, reference } = surface_light(solid, &body, lights, &nodes, &optics.half_space);
         let groups: Vec<&[f32x4]> = groups.iter().map(Vec::as_slice).collect();
         let fluence = body.solve(&groups);
-        Ok(Self { body, fluence, nodes, optics, reference })
+        let scale = |index: usize| narrow(optics.transport_lengths_m[index]) * reference.0[index];
+        let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
+        Ok(Self { body, fluence, nodes, scale: Spectrum(std::array::from_fn(scale)), optics, transport_length_m })
     }
 
     /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
@@ -113,32 +117,46 @@ impl BodyField {
         narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
     }
 
+    /// Transport mean free path at the middle wavelength, in m.
+    #[inline]
+    pub(crate) fn transport_length_m(&self) -> f32 {
+        self.transport_length_m
+    }
+
+    /// The fluence rate inside, in W m⁻² as a band density.
+    pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
+        self.body
+            .fluence(&self.fluence, point.as_dvec3(), DVec3::ZERO)
+            .map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+    }
+
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
-        let Some(groups) = self.body.flux(&self.fluence, point.as_dvec3(), normal.as_dvec3()) else {
-            return Spectrum::ZERO;
-        };
+        let groups = self.body.flux(&self.fluence, point.as_dvec3(), normal.as_dvec3());
+        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+    }
+
+    /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
+    fn spectrum(&self, groups: impl Iterator<Item = f32x4>) -> Spectrum {
         let mut at_nodes = [0.0; MOST_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
         }
         let indices = self.nodes.indices();
         let at_nodes = &mut at_nodes[..indices.len()];
-        let scale = |index: usize| narrow(self.optics.transport_lengths_m[index]) * self.reference.0[index];
-        let is_positive = at_nodes.iter().all(|flux| *flux > 0.0);
-        for (flux, index) in at_nodes.iter_mut().zip(indices) {
-            let scale = scale(*index);
-            *flux = if scale > 0.0 { *flux / scale } else { 0.0 };
+        let is_positive = at_nodes.iter().all(|value| *value > 0.0);
+        for (value, index) in at_nodes.iter_mut().zip(indices) {
+            let scale = self.scale.0[*index];
+            *value = if scale > 0.0 { *value / scale } else { 0.0 };
             if is_positive {
-                *flux = flux.max(f32::MIN_POSITIVE).ln();
+                *value = value.max(f32::MIN_POSITIVE).ln();
             }
         }
-        let mut flux = [0.0; SAMPLES];
-        for (wavelength, flux) in flux.iter_mut().enumerate() {
+        let value = |wavelength: usize| {
             let value = self.nodes.interpolate(wavelength, at_nodes);
-            *flux = if is_positive { value.exp() } else { value } * scale(wavelength);
-        }
-        Spectrum(flux)
+            (if is_positive { value.exp() } else { value }) * self.scale.0[wavelength]
+        };
+        Spectrum(std::array::from_fn(value))
     }
 }
 
