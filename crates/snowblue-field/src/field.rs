@@ -33,13 +33,19 @@ pub struct SnowBody {
     extrapolation: f64,
 }
 
+/// A quantity on the surface of a body, smoothed over the size of a cell.
+#[derive(Debug, Clone, Default)]
+pub struct SurfaceValues(Vec<NodeFlux>);
+
 /// Fluence rates inside a body for one distribution of light on its surface.
 #[derive(Debug, Clone)]
 pub struct Fluence {
     /// For each group of four wavelengths, the values of all nodes, in W m⁻² per unit of the light.
     nodes: Vec<Vec<f32x4>>,
-    /// The same for the net flux through the surface.
-    flux: Vec<NodeFlux>,
+    /// The net flux through the surface.
+    flux: SurfaceValues,
+    /// The solutions at the free nodes, from which another solution may start.
+    solutions: Vec<Vec<f32x4>>,
     /// Iterations of the solver for each group.
     pub iterations: Vec<usize>,
 }
@@ -66,19 +72,26 @@ impl SnowBody {
     }
 
     /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
-    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance.
+    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance. A
+    /// solution for similar light may be given as a start.
     ///
     /// # Panics
     ///
     /// If there are not as many groups as the body has, or not as many values as surface elements.
     #[must_use]
-    pub fn solve(&self, light: &[&[f32x4]]) -> Fluence {
+    pub fn solve(&self, light: &[&[f32x4]], start: Option<&Fluence>) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
-        let mut fluence = Fluence { nodes: Vec::new(), flux: Vec::new(), iterations: Vec::new() };
-        for ((system, diffusion), light) in self.systems.iter().zip(&self.diffusion).zip(light) {
+        let mut fluence = Fluence {
+            nodes: Vec::new(),
+            flux: SurfaceValues::default(),
+            solutions: Vec::new(),
+            iterations: Vec::new(),
+        };
+        for (number, (system, light)) in self.systems.iter().zip(light).enumerate() {
+            let diffusion = &self.diffusion[number];
             assert_eq!(light.len(), self.grid.surface.len());
             let right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
-            let solution = solve(system, &right, None);
+            let solution = solve(system, &right, start.map(|start| start.solutions[number].as_slice()));
             let node = |node: u32| {
                 let terms = self.grid.terms(node).iter();
                 terms.fold(f32x4::ZERO, |sum, term| sum + solution.values[term.free as usize] * term.weight)
@@ -86,9 +99,10 @@ impl SnowBody {
             let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
             let nodes: Vec<f32x4> = (0..count).into_par_iter().map(node).collect();
             let flux = self.flux_of_elements(&nodes, light);
-            fluence.flux.push(self.surface_nodes.smooth(&self.grid, &flux));
+            fluence.flux.0.push(self.surface_nodes.smooth(&self.grid, &flux));
             fluence.nodes.push(nodes);
             fluence.iterations.push(solution.iterations);
+            fluence.solutions.push(solution.values);
         }
         fluence
     }
@@ -99,6 +113,26 @@ impl SnowBody {
         let groups = fluence.nodes.iter().zip(light).map(|(nodes, light)| self.flux_of_elements(nodes, light));
         let groups: Vec<Vec<f32x4>> = groups.collect();
         (0..self.grid.surface.len()).map(|index| groups.iter().map(|flux| flux[index]).collect()).collect()
+    }
+
+    /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of
+    /// wavelengths a value at each element.
+    #[must_use]
+    pub fn smooth(&self, elements: &[&[f32x4]]) -> SurfaceValues {
+        SurfaceValues(elements.iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
+    }
+
+    /// The value of each group of wavelengths at a point of the surface, in m, with an outward unit normal; none if
+    /// there is no cell within a step of the point.
+    #[inline]
+    pub fn surface_value<'f>(
+        &'f self,
+        values: &'f SurfaceValues,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+        let (cell, at) = self.find(point, normal)?;
+        Some(values.0.iter().map(move |group| self.surface_nodes.flux(group, cell, at, normal.as_vec3())))
     }
 
     /// The net flux J = (φ − 4 Σ K F) / (3q) through each surface element, outwards.
@@ -124,8 +158,7 @@ impl SnowBody {
         point: DVec3,
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.find(point, normal)?;
-        Some(fluence.flux.iter().map(move |flux| self.surface_nodes.flux(flux, cell, at, normal.as_vec3())))
+        self.surface_value(&fluence.flux, point, normal)
     }
 
     /// The fluence rate of each group of wavelengths at a point of the surface, in m, with its outward unit normal;

@@ -12,7 +12,7 @@ pub const GROUP: usize = 4;
 /// Nodes among some wavelengths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralNodes {
-    /// Indices of the wavelengths of the nodes, in ascending order of absorption; a multiple of four.
+    /// Indices of the wavelengths of the nodes, a multiple of four.
     indices: Vec<usize>,
     /// For each wavelength the weight of the value at each node.
     weights: Vec<Vec<f32>>,
@@ -44,8 +44,18 @@ impl SpectralNodes {
                 candidates.iter().min_by(|a, b| (roots[**a] - wanted).abs().total_cmp(&(roots[**b] - wanted).abs()));
             indices.push(*nearest.unwrap_or(&order[order.len() - 1]));
         }
-        let at_nodes: Vec<f64> = indices.iter().map(|index| roots[*index]).collect();
-        let weights = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
+        Self::at(indices, absorption_per_m)
+    }
+
+    /// The same nodes for other absorption coefficients, in 1/m.
+    #[must_use]
+    pub fn with_absorption(&self, absorption_per_m: &[f64]) -> Self {
+        Self::at(self.indices.clone(), absorption_per_m)
+    }
+
+    fn at(indices: Vec<usize>, absorption_per_m: &[f64]) -> Self {
+        let at_nodes: Vec<f64> = indices.iter().map(|index| absorption_per_m[*index].sqrt()).collect();
+        let weights = absorption_per_m.iter().map(|absorption| spline_weights(&at_nodes, absorption.sqrt())).collect();
         Self { indices, weights }
     }
 
@@ -98,8 +108,11 @@ impl SpectralNodes {
 /// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Nodes that
 /// coincide count once.
 fn spline_weights(nodes: &[f64], x: f64) -> Vec<f32> {
+    let mut order: Vec<usize> = (0..nodes.len()).collect();
+    order.sort_by(|a, b| nodes[*a].total_cmp(&nodes[*b]));
     let mut distinct: Vec<usize> = Vec::new();
-    for (k, node) in nodes.iter().enumerate() {
+    for k in order {
+        let node = &nodes[k];
         if *node > distinct.last().map_or(0.0, |last| nodes[*last]) || distinct.is_empty() {
             distinct.push(k);
         }

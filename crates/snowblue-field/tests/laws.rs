@@ -47,10 +47,10 @@ fn slabs_have_the_solution_of_one_dimension() {
                     return f32x4::ZERO;
                 }
                 let z = f64::from(element.point.z) + 0.5 * thickness_m;
-                f32x4::from(ABSORPTION_PER_M.map(|absorption| 0.25 * within(absorption.into(), thickness_m, z) as f32))
+                f32x4::from(ABSORPTION_PER_M.map(|absorption| narrow(0.25 * within(absorption.into(), thickness_m, z))))
             })
             .collect();
-        let fluence = prepared.solve(&[&light]);
+        let fluence = prepared.solve(&[&light], None);
         for (z, side) in [(-0.5, 0), (0.5, 1)] {
             let found = prepared
                 .fluence(&fluence, DVec3::new(0.0, 0.0, z * thickness_m), DVec3::Z * z)
@@ -125,7 +125,7 @@ fn balls_have_the_solution_by_spherical_harmonics() {
         let prepared = SnowBody::new(&body, options, vec![Box::new(snow)], Q);
         let lit = |element: &SurfaceElement| f32x4::splat(element.normal.dot(toward.as_vec3()).max(0.0));
         let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
-        let fluence = prepared.solve(&[&light]);
+        let fluence = prepared.solve(&[&light], None);
         for cos in [-1.0, -0.6, -0.2, 0.2, 0.6, 1.0_f64] {
             let (mut means, mut worst) = ([0.0; 4], 0.0_f64);
             for k in 0..32 {
@@ -161,13 +161,18 @@ fn light_is_conserved_without_absorption() {
     let prepared = SnowBody::new(&turned, options, vec![Box::new(white)], Q);
     let lit = |element: &SurfaceElement| f32x4::splat(element.normal.z.max(0.0));
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
-    let fluence = prepared.solve(&[&light]);
+    let fluence = prepared.solve(&[&light], None);
     let flux = prepared.element_flux(&fluence, &[&light]);
     let total: f64 =
         flux.iter().zip(prepared.surface()).map(|(flux, one)| f64::from(flux[0].to_array()[0] * one.area_m2)).sum();
     let entered: f64 =
         light.iter().zip(prepared.surface()).map(|(f, one)| f64::from(f.to_array()[0] * one.area_m2)).sum();
     assert!((total / entered).abs() < 1e-4, "{total} {entered}");
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+fn narrow(value: f64) -> f32 {
+    value as f32
 }
 
 fn within(absorption_per_m: f64, thickness_m: f64, z: f64) -> f64 {

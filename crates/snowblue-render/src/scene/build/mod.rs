@@ -23,8 +23,9 @@ use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{KeyPath, MaterialDescription, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::Light;
-use crate::scene::light_field::LightField;
-use crate::scene::objects::Objects;
+use crate::scene::light_field::{FieldScene, LightField};
+use crate::scene::material::Material;
+use crate::scene::objects::{Objects, SurfaceInteraction};
 
 use gltf_scene::{GltfScene, read_gltf};
 use material::{NamedMaterial, build_materials, build_volumes};
@@ -138,11 +139,20 @@ impl SceneDescription {
                 return Err(KeyPath::root("light").index(index).error(reason).into());
             }
         }
-        LightField::new(objects, lights, &|object| optics[objects.list()[object].material].clone()).map_err(
-            |(object, reason)| {
-                KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()
-            },
-        )
+        let reflectance = |surface: &SurfaceInteraction| match &materials[surface.material].material {
+            Material::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
+            Material::PcaSnow(_) => None,
+        };
+        let scene = FieldScene {
+            objects,
+            lights,
+            snow: &|object| optics[objects.list()[object].material].clone(),
+            reflectance: &reflectance,
+            max_bounces: self.integrator.max_bounces,
+        };
+        LightField::new(&scene).map_err(|(object, reason)| {
+            KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()
+        })
     }
 
     /// The view of the camera, or that of the glTF, and its path in the description.

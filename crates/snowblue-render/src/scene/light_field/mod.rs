@@ -1,30 +1,41 @@
 //! The light field inside each body of snow of a scene, for the integrators `diffusion` and `hybrid`.
 //!
-//! The light that enters at the surface ([`surface_light`]) determines the fluence rate inside
+//! The light that enters at the surface, of lamps ([`surface_light`]) and by other surfaces ([`gather`]), determines
+//! the fluence rate inside
 //! ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow then sends out
 //!
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 
+mod gather;
 mod solid;
 mod surface_light;
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3A};
-use snowblue_field::{Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SpectralNodes};
+use snowblue_field::{
+    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SpectralNodes, SurfaceValues,
+};
 use wide::f32x4;
 
-use crate::geometry::ray::narrow;
+use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::scene::light::Light;
-use crate::scene::objects::Objects;
+use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
+use gather::{GatheredPaths, Surroundings};
 pub(crate) use solid::Solid;
-use surface_light::{SurfaceLight, surface_light};
+use surface_light::{EnteringLight, entering_light};
 
 /// Memory of the grid of a body, in MiB.
 const MEMORY_MIB: u64 = 1024;
-/// Most groups of four spectral nodes.
+/// Most rounds of gathering light from other surfaces.
+const MOST_GATHER_ROUNDS: usize = 8;
+/// Relative change of the light at the surface that ends gathering.
+const GATHER_TOLERANCE: f64 = 0.01;
+/// Most diffuse surfaces between two pieces of snow.
+const MOST_GATHER_SURFACES: u32 = 8;
+/// Most spectral nodes.
 const MOST_NODES: usize = 16;
 
 /// The light in all snow of a scene.
@@ -47,29 +58,72 @@ pub(crate) struct BodyField {
     transport_length_m: f32,
 }
 
+/// What the light field needs of a scene.
+pub(crate) struct FieldScene<'a> {
+    pub(crate) objects: &'a Objects,
+    pub(crate) lights: &'a [Light],
+    /// The optics of an object's snow, if it is snow.
+    pub(crate) snow: &'a dyn Fn(usize) -> Option<SnowOptics>,
+    /// The reflectance of a diffuse surface; none for snow.
+    pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
+    /// Most surfaces after the first on a path of light.
+    pub(crate) max_bounces: u32,
+}
+
+/// A body before its light is known.
+struct PreparedBody<'a> {
+    solid: Solid<'a>,
+    body: SnowBody,
+    nodes: SpectralNodes,
+    optics: SnowOptics,
+    /// The light of lamps and skies at each surface element.
+    direct: Vec<EnteringLight>,
+}
+
+/// The light at the surface of a body and inside.
+struct Solution {
+    /// For each group and surface element Σ K F + H.
+    entering: Vec<Vec<f32x4>>,
+    /// For each group and surface element Σ F + H.
+    irradiance: Vec<Vec<f32x4>>,
+    fluence: Fluence,
+}
+
 impl LightField {
-    /// Solves for the light of all bodies. `snow` gives the optics of an object's snow, if it is snow.
+    /// Solves for the light of all bodies.
     ///
     /// # Errors
     ///
     /// With the object's index and the reason, if a body has no grid.
-    pub(crate) fn new(
-        objects: &Objects,
-        lights: &[Light],
-        snow: &dyn Fn(usize) -> Option<SnowOptics>,
-    ) -> Result<Self, (usize, String)> {
-        let mut field = Self { bodies: Vec::new(), body_of: vec![None; objects.list().len()] };
-        for object in 0..objects.list().len() {
-            let Some(optics) = snow(object).filter(|_| field.body_of[object].is_none()) else { continue };
-            let members = objects.body_of(object);
-            for member in members {
-                field.body_of[*member] = Some(field.bodies.len());
-            }
-            let solid = Solid::new(objects, object).ok_or_else(|| (object, "has no end".to_owned()))?;
-            let body = BodyField::new(&solid, optics, lights).map_err(|reason| (object, reason))?;
-            field.bodies.push(body);
+    pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
+        let mut body_of = vec![None; scene.objects.list().len()];
+        let mut solids = Vec::new();
+        for object in 0..body_of.len() {
+            let Some(optics) = (scene.snow)(object).filter(|_| body_of[object].is_none()) else { continue };
+            scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
+            let solid = Solid::new(scene.objects, object).ok_or_else(|| (object, "has no end".to_owned()))?;
+            let thickness_m = snowblue_field::mean_thickness_m(&solid).map_err(|error| (object, error.to_string()))?;
+            solids.push((solid, optics, thickness_m));
         }
-        Ok(field)
+        // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
+        let thickest = solids.iter().max_by(|(_, _, one), (_, _, other)| one.total_cmp(other));
+        let nodes = thickest.map(|(_, optics, thickness_m)| {
+            SpectralNodes::for_thickness(&optics.transport_lengths_m, &optics.absorption_per_m, *thickness_m)
+        });
+        let mut prepared = Vec::with_capacity(solids.len());
+        for (solid, optics, _) in solids {
+            let Some(nodes) = nodes.as_ref().map(|nodes| nodes.with_absorption(&optics.absorption_per_m)) else {
+                break;
+            };
+            let object = solid.object;
+            prepared.push(PreparedBody::new(solid, optics, nodes, scene.lights).map_err(|reason| (object, reason))?);
+        }
+        let mut solutions: Vec<Solution> = prepared.iter().map(PreparedBody::solve_direct).collect();
+        if scene.max_bounces > 0 {
+            gather_light(scene, &prepared, &mut solutions, &body_of);
+        }
+        let bodies = prepared.into_iter().zip(solutions).map(|(body, solution)| BodyField::new(body, solution));
+        Ok(Self { bodies: bodies.collect(), body_of })
     }
 
     /// The light in the body that an object of snow belongs to.
@@ -79,13 +133,46 @@ impl LightField {
     }
 }
 
-impl BodyField {
-    fn new(solid: &Solid, optics: SnowOptics, lights: &[Light]) -> Result<Self, String> {
-        let thickness_m = snowblue_field::mean_thickness_m(solid).map_err(|error| error.to_string())?;
-        let nodes = SpectralNodes::for_thickness(&optics.transport_lengths_m, &optics.absorption_per_m, thickness_m);
+/// Adds the light that comes to snow by other surfaces, round by round, until it changes by less than
+/// [`GATHER_TOLERANCE`].
+fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [Solution], body_of: &[Option<usize>]) {
+    let around = Surroundings {
+        lights: scene.lights,
+        reflectance: scene.reflectance,
+        most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),
+    };
+    let paths: Vec<GatheredPaths> =
+        prepared.iter().map(|one| GatheredPaths::new(&one.solid, &one.body, &one.nodes, &around)).collect();
+    if paths.iter().all(GatheredPaths::is_empty) {
+        return;
+    }
+    let mut before = 0.0;
+    for _ in 0..MOST_GATHER_ROUNDS {
+        let exitances: Vec<SurfaceValues> =
+            prepared.iter().zip(&*solutions).map(|(one, solution)| one.exitance(solution)).collect();
+        let exitance = |object: usize, surface: &SurfacePoint, values: &mut Vec<f32x4>| {
+            let Some(body) = body_of[object] else { return };
+            let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+            values.extend(prepared[body].body.surface_value(&exitances[body], point, normal).into_iter().flatten());
+        };
+        let mut total = 0.0;
+        let gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
+        for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
+            *solution = one.solve(gathered, Some(&solution.fluence));
+            total += one.total(&solution.irradiance);
+        }
+        if (total - before).abs() < GATHER_TOLERANCE * total {
+            return;
+        }
+        before = total;
+    }
+}
+
+impl<'a> PreparedBody<'a> {
+    fn new(solid: Solid<'a>, optics: SnowOptics, nodes: SpectralNodes, lights: &[Light]) -> Result<Self, String> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let step_m = snowblue_field::choose_step_m(solid, shortest_m, groups, MEMORY_MIB);
+        let step_m = snowblue_field::choose_step_m(&solid, shortest_m, groups, MEMORY_MIB);
         let step_m = step_m.map_err(|error| error.to_string())?;
         let lengths: Vec<f32x4> = nodes.gather(|index| narrow(optics.transport_lengths_m[index])).collect();
         let absorption: Vec<f32x4> = nodes.gather(|index| narrow(optics.absorption_per_m[index])).collect();
@@ -94,13 +181,72 @@ impl BodyField {
             Box::new(move |_| everywhere) as DiffusionAt
         });
         let options = GridOptions { step_m, shift: DVec3::ZERO };
-        let body = SnowBody::new(solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        let SurfaceLight { groups, reference } = surface_light(solid, &body, lights, &nodes, &optics.half_space);
-        let groups: Vec<&[f32x4]> = groups.iter().map(Vec::as_slice).collect();
-        let fluence = body.solve(&groups);
+        let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
+        let direct = entering_light(&solid, &body, lights, &optics.half_space);
+        Ok(Self { solid, body, nodes, optics, direct })
+    }
+
+    /// The solution for lamps and skies alone.
+    fn solve_direct(&self) -> Solution {
+        let dark = vec![f32x4::ZERO; self.direct.len()];
+        self.solve(&vec![dark; self.nodes.indices().len() / snowblue_field::GROUP], None)
+    }
+
+    /// The solution with the irradiance by other surfaces, for each group and element.
+    fn solve(&self, gathered: &[Vec<f32x4>], start: Option<&Fluence>) -> Solution {
+        let mut entering = gathered.to_vec();
+        let mut irradiance = gathered.to_vec();
+        for (element, direct) in self.direct.iter().enumerate() {
+            let spectra = [(&mut entering, &direct.escape_weighted), (&mut irradiance, &direct.irradiance)];
+            for (groups, spectrum) in spectra {
+                for (group, values) in groups.iter_mut().zip(self.nodes.gather(|index| spectrum.0[index])) {
+                    group[element] += values;
+                }
+            }
+        }
+        let groups: Vec<&[f32x4]> = entering.iter().map(Vec::as_slice).collect();
+        let fluence = self.body.solve(&groups, start);
+        Solution { entering, irradiance, fluence }
+    }
+
+    /// What the surface sends out, J + Σ F + H.
+    fn exitance(&self, solution: &Solution) -> SurfaceValues {
+        let entering: Vec<&[f32x4]> = solution.entering.iter().map(Vec::as_slice).collect();
+        let mut exitance = solution.irradiance.clone();
+        for (element, flux) in self.body.element_flux(&solution.fluence, &entering).into_iter().enumerate() {
+            for (group, flux) in exitance.iter_mut().zip(flux) {
+                group[element] += flux;
+            }
+        }
+        let groups: Vec<&[f32x4]> = exitance.iter().map(Vec::as_slice).collect();
+        self.body.smooth(&groups)
+    }
+
+    /// The sum of all nodes over the surface of an irradiance.
+    fn total(&self, irradiance: &[Vec<f32x4>]) -> f64 {
+        let of_group = |group: &Vec<f32x4>| -> f64 {
+            let terms = group.iter().zip(self.body.surface());
+            terms.map(|(values, element)| f64::from(values.reduce_add()) * f64::from(element.area_m2)).sum()
+        };
+        irradiance.iter().map(of_group).sum()
+    }
+}
+
+impl BodyField {
+    fn new(prepared: PreparedBody, solution: Solution) -> Self {
+        let PreparedBody { body, nodes, optics, direct, .. } = prepared;
+        let mut reference = Spectrum::ZERO;
+        for (entering, element) in direct.iter().zip(body.surface()) {
+            reference.add_product(element.area_m2, &Spectrum::ONE, &entering.escape_weighted);
+        }
+        // A body that no lamp lights directly.
+        if reference.maximum() <= 0.0 {
+            reference = Spectrum::ONE;
+        }
         let scale = |index: usize| narrow(optics.transport_lengths_m[index]) * reference.0[index];
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
-        Ok(Self { body, fluence, nodes, scale: Spectrum(std::array::from_fn(scale)), optics, transport_length_m })
+        let scale = Spectrum(std::array::from_fn(scale));
+        Self { body, fluence: solution.fluence, nodes, scale, optics, transport_length_m }
     }
 
     /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
