@@ -14,8 +14,8 @@
 //! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
 //! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks.
 //!
-//! For the diffusion of light in bodies of snow, [`PhaseFunction`] is the distribution of scattering angles of a sample,
-//! and [`ordinates::HalfSpace`] says how light enters and leaves a surface: escape, extrapolation and reflection.
+//! For the diffusion of light in bodies of snow, [`PhaseFunction`] tabulates the scattering angles of a sample, and
+//! [`ordinates::HalfSpace`] describes its surface: escape, extrapolation and reflection.
 //!
 //! # Model
 //!

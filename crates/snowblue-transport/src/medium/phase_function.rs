@@ -74,7 +74,7 @@ impl PhaseFunction {
     /// let dry = PhaseFunction::of_sample(&SnowSample::default(), 550.0, &plan)?;
     /// let soaked = SnowSample { water_saturation: 1.0, ..SnowSample::default() };
     /// let soaked = PhaseFunction::of_sample(&soaked, 550.0, &plan)?;
-    /// assert!(dry.asymmetry() > 0.7 && soaked.asymmetry() > 0.99);
+    /// assert!(dry.asymmetry() > 0.65 && soaked.asymmetry() > 0.99);
     /// # Ok::<(), snowblue_transport::TransportError>(())
     /// ```
     ///
@@ -326,8 +326,8 @@ mod tests {
         }
     }
 
-    /// The asymmetry is that of the ordinates' tally of the same sample, from other rays: 4 σ of the tally's own scatter
-    /// and as much again for the rays here.
+    /// The asymmetry is that of the ordinates' tally of the same sample, from other rays: 4 σ of the tally's own
+    /// scatter and as much again for the rays here.
     #[test]
     fn the_asymmetry_is_that_of_the_tally() {
         for sample in samples() {
@@ -339,7 +339,7 @@ mod tests {
             // Jackknife over the 16 batches.
             let square: f64 = (0..16).map(|batch| (asymmetry(Some(batch)) - expected).powi(2)).sum();
             let deviation = (square * 15.0 / 16.0).sqrt();
-            let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { seed: 9, ..PhasePlan::default() });
+            let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { rays: 1 << 18, seed: 9 });
             let found = function.unwrap().asymmetry();
             assert!((found - expected).abs() < 4.0 * 2.0_f64.sqrt() * deviation, "{found} {expected} ± {deviation}");
             // .2 % of 1 − g.

@@ -164,8 +164,8 @@ impl HalfSpace {
             multiple[mode % 2] += value * here;
             (before, here) = (here, 2.0 * cos_azimuth * here - before);
         }
-        // Truncated modes may sum to less than nothing where there is next to nothing.
-        (single + (multiple[0] + sines * multiple[1]).max(0.0)) / (cos_exit + cos_incidence)
+        // The truncated modes of a narrow peak may sum to less than nothing where there is next to no light.
+        (single + multiple[0] + sines * multiple[1]).max(0.0) / (cos_exit + cos_incidence)
     }
 
     /// The modes of multiple scattering, bilinear in √μ and √μ₀.
