@@ -13,7 +13,7 @@ use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::Light;
 use crate::scene::light_field::solid::Solid;
-use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, surface_point, visit_lights};
+use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, surface_point, visit_lights};
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
@@ -162,9 +162,9 @@ fn trace(
         }
         let through = throughput.unwrap_or(Spectrum::ONE) * reflectance;
         (object, surface) = (hit.object, hit.surface_point());
-        let side = Side::Outer(object);
+        let lit = LitPoint { surface, side: Side::Outer(object) };
         let samplers = std::iter::once(sampler);
-        visit_lights(queries, around.lights, &surface, side, samplers, &mut |_, irradiance| {
+        visit_lights(queries, around.lights, &lit, samplers, &mut |_, irradiance| {
             light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
         });
         sampler.next_four();

@@ -27,6 +27,12 @@ pub(super) struct EnteringLight {
     pub(super) irradiance: Spectrum,
 }
 
+/// A surface point to be lit, and the side that it is on.
+pub(super) struct LitPoint {
+    pub(super) surface: SurfacePoint,
+    pub(super) side: Side,
+}
+
 /// Samples the lights at all surface elements of a body.
 pub(super) fn entering_light(
     solid: &Solid,
@@ -40,8 +46,8 @@ pub(super) fn entering_light(
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
             let mut entering = EnteringLight { escape_weighted: Spectrum::ZERO, irradiance: Spectrum::ZERO };
             let samples = (0..SAMPLES_PER_ELEMENT).map(|index| Sampler::new(1, number, index));
-            let side = Side::Outer(solid.object);
-            visit_lights(&mut queries, lights, &surface_point(element), side, samples, &mut |cos, irradiance| {
+            let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
+            visit_lights(&mut queries, lights, &lit, samples, &mut |cos, irradiance| {
                 entering.irradiance += irradiance;
                 entering.escape_weighted += irradiance * narrow(half_space.escape(f64::from(cos)));
             });
@@ -58,15 +64,14 @@ pub(super) fn entering_light(
 pub(super) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[Light],
-    surface: &SurfacePoint,
-    side: Side,
+    lit: &LitPoint,
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
     visit: &mut dyn FnMut(f32, Spectrum),
 ) {
     for light in lights {
         let mut add = |sample: &LightSample, share: f32| {
-            let Some(incident) = sample.incident_at(surface) else { return };
-            if sample.is_visible(queries, surface, side) {
+            let Some(incident) = sample.incident_at(&lit.surface) else { return };
+            if sample.is_visible(queries, &lit.surface, lit.side) {
                 let power = light.power(&sample.origin);
                 visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
             }
@@ -77,7 +82,7 @@ pub(super) fn visit_lights(
         }
         let share = (samplers.len() as f32).recip();
         for mut sampler in samplers.clone() {
-            for sample in light.samples_at(surface, &mut sampler).into_iter().flatten() {
+            for sample in light.samples_at(&lit.surface, &mut sampler).into_iter().flatten() {
                 add(&sample, share);
             }
         }

@@ -1,0 +1,170 @@
+//! The integrators that solve for the light inside snow agree with discrete ordinates, conserve energy, and agree with
+//! each other.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use glam::Vec3A;
+use snow::{SNOW, analytic_table, radiance, scene};
+use snowblue_database::CompressedTable;
+use snowblue_database::table::Attribute;
+use snowblue_render::images::raster::ImageSize;
+use snowblue_render::render::render;
+use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::SceneFile;
+use snowblue_transport::ordinates::{OrdinatesOptions, solve};
+use snowblue_transport::quadrature::Quadrature;
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::{Incidence, Slab};
+
+/// Indices of 450, 550 and 700 nm.
+const BANDS: [usize; 3] = [5, 15, 30];
+
+/// A table with ice constants in its metadata. These integrators do not use its curves.
+fn table() -> CompressedTable {
+    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
+    CompressedTable { metadata: vec![ice], ..analytic_table() }
+}
+
+fn field_scene(integrator: &str, text: &str) -> Scene {
+    scene(&format!("type = \"{integrator}\"\n{SNOW}{text}"), &table(), &[])
+}
+
+fn shape(shape: &str, keys: &str) -> String {
+    format!("[[object]]\nshape = \"{shape}\"\n{keys}\nmaterial = \"snow\"\n")
+}
+
+const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n";
+
+/// Flux through a level surface towards `up` = ±1 at a point, from its radiance in many directions.
+fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> [f64; 3] {
+    const AZIMUTHS: u32 = 8;
+    let rule = Quadrature::half_range(8);
+    let mut sums = [0.0; 3];
+    for (cos, weight) in rule.cosines.iter().zip(&rule.weights) {
+        for azimuth in 0..AZIMUTHS {
+            let (sin_azimuth, cos_azimuth) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
+            let sin = (1.0 - cos * cos).sqrt();
+            let towards = Vec3A::new((sin * cos_azimuth) as f32, (sin * sin_azimuth) as f32, up * *cos as f32);
+            let radiance = radiance(scene, target + towards * 3.0, target);
+            for (sum, band) in sums.iter_mut().zip(BANDS) {
+                *sum += f64::from(radiance.0[band]) * weight * cos * TAU / f64::from(AZIMUTHS);
+            }
+        }
+    }
+    sums
+}
+
+/// Slabs under a directional light. They are 60 times as wide as thick and the light does not depend on the place.
+#[test]
+fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
+    for (thickness_m, angle_deg) in [(0.004, 0.0), (0.02, 60.0), (0.02, 80.0)] {
+        let slab = Slab {
+            sample: SnowSample::default(),
+            thicknesses_cm: vec![100.0 * thickness_m],
+            incidences: vec![Incidence::Beam { angle_deg }],
+            wavelengths_nm: vec![450.0, 550.0, 700.0],
+        };
+        let known = solve(&slab, &OrdinatesOptions::default()).unwrap();
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let lamp = format!(
+            "[[light]]\ntype = \"directional\"\ndirection = [{sin}, 0, {}]\nirradiance_w_m2 = {}\nilluminant = \"E\"\n",
+            -cos,
+            1.0 / cos
+        );
+        let width_m = 60.0 * thickness_m;
+        let body = shape("box", &format!("size = [{width_m}, {width_m}, {thickness_m}]"));
+        let mut scene = field_scene("diffusion", &format!("{lamp}{body}"));
+        let half_m = 0.5 * thickness_m as f32;
+        let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -half_m), -1.0);
+        let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, half_m), 1.0);
+        for (k, known) in known.iter().enumerate() {
+            let (t, r) = (known.transmittance.value, known.reflectance.value);
+            // Half a percent of diffusion from two transport mean free paths (4 mm) on, as much for the noise of both
+            // tallies of grains, and for the reflectance at 80° that of the phase function at grazing angles.
+            let error = (transmitted[k] / t - 1.0, reflected[k] / r - 1.0);
+            assert!(error.0.abs() < 0.01 && error.1.abs() < 0.01, "{thickness_m} m, {angle_deg}°, {k}: {error:?}");
+        }
+    }
+}
+
+/// Under a sky of radiance 1 snow that absorbs nothing has the radiance 1 everywhere. At 400 nm this ball absorbs less
+/// than .1 %.
+#[test]
+fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
+    for (integrator, samples) in [("diffusion", 64), ("hybrid", 256)] {
+        let mut scene = field_scene(integrator, &format!("{SKY}{}", shape("sphere", "radius = 0.03")));
+        scene.set_samples_per_pixel(samples);
+        let mut sum = 0.0;
+        for direction in snow::directions(24) {
+            sum += f64::from(radiance(&mut scene, direction * 2.0, direction * 0.03).0[0]) / 24.0;
+        }
+        // Measured to 3·10⁻³; a percent is the aim.
+        assert!((sum - 1.0).abs() < 0.01, "{integrator}: {sum}");
+    }
+}
+
+/// A body whose concave side sees itself, on a floor: both gather light from there.
+const CORNER: &str = "[[light]]\ntype = \"point\"\nposition = [0.8, -1.0, 0.6]\nradiant_intensity_w_sr = 40\n\
+    illuminant = \"E\"\n[material.floor]\ntype = \"diffuse\"\nreflectance = 0.6\n\
+    [[object]]\nshape = \"plane\"\nmaterial = \"floor\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.3, 0.1, 0.3]\nposition = [0, 0, 0.15]\nmaterial = \"snow\"\nbody = \"l\"\n\
+    [[object]]\nshape = \"box\"\nsize = [0.1, 0.3, 0.3]\nposition = [-0.1, -0.1, 0.15]\nmaterial = \"snow\"\nbody = \"l\"\n";
+
+/// The mean radiance of a small image of a corner of snow.
+fn mean_luminance(integrator: &str, samples: u32) -> f64 {
+    let text = format!(
+        "[camera]\nposition = [0.6, -1.2, 0.7]\nlook_at = [0, 0, 0.15]\nvertical_fov_deg = 20\n\
+         [film]\nwidth = 12\nheight = 12\n[integrator]\nmax_bounces = 6\nsamples_per_pixel = {samples}\n\
+         type = \"{integrator}\"\n{SNOW}{CORNER}"
+    );
+    let file = SceneFile::parse(text, Path::new("corner.toml")).unwrap();
+    let scene = file.build(&table()).unwrap();
+    let film = render(&scene, &|_| {}).film;
+    film.pixels().iter().map(|xyz| xyz.y).sum::<f64>() / film.pixels().len() as f64
+}
+
+#[test]
+fn a_corner_on_a_floor_agrees_with_the_reference() {
+    let known = mean_luminance("reference", 100);
+    for (integrator, samples) in [("diffusion", 64), ("hybrid", 64)] {
+        // The reference has a standard error of about 1 %, and the field is to be within 3 %.
+        let ratio = mean_luminance(integrator, samples) / known;
+        assert!((ratio - 1.0).abs() < 0.04, "{integrator}: {ratio}");
+    }
+}
+
+#[test]
+fn one_thread_and_many_give_the_same_field() {
+    let on_threads = |threads: usize, integrator: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut scene = field_scene(integrator, CORNER);
+            scene.set_max_bounces(4);
+            scene.set_image_size(ImageSize { width: 8, height: 8 });
+            scene.set_samples_per_pixel(2);
+            render(&scene, &|_| {})
+        })
+    };
+    for integrator in ["diffusion", "hybrid"] {
+        assert_eq!(on_threads(1, integrator), on_threads(3, integrator));
+    }
+}
+
+#[test]
+fn what_the_field_cannot_do_is_named() {
+    let table = table();
+    let error = |text: &str| {
+        let file = SceneFile::parse(format!("{}type = \"hybrid\"\n{SNOW}{text}", snow::CAMERA), "scene.toml").unwrap();
+        file.build(&table).unwrap_err().to_string()
+    };
+    let lamp = "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 1\n";
+    let inside = error(&format!("{lamp}{}", shape("sphere", "radius = 0.1")));
+    assert!(inside.contains("light[0] lies inside the snow"), "{inside}");
+    let huge = error(&format!("{SKY}{}", shape("box", "size = [1000, 1000, 1000]\nposition = [0, 0, 600]")));
+    assert!(huge.contains("MiB") && huge.contains("mm"), "{huge}");
+}
