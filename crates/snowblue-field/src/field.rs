@@ -33,6 +33,24 @@ pub struct SnowBody {
     extrapolation: f64,
 }
 
+/// From where and how far a solution is sought.
+#[derive(Debug, Clone, Copy)]
+pub struct SolveOptions<'f> {
+    /// A solution for similar light.
+    pub start: Option<&'f Fluence>,
+    /// Relative residual at which the iteration ends.
+    ///
+    /// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark
+    /// points were wrong by up to 77 %, at 10⁻⁶ by less than the grid's own error.
+    pub tolerance: f64,
+}
+
+impl Default for SolveOptions<'_> {
+    fn default() -> Self {
+        Self { start: None, tolerance: 1e-6 }
+    }
+}
+
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceValues(Vec<NodeFlux>);
@@ -72,14 +90,13 @@ impl SnowBody {
     }
 
     /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
-    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance. A
-    /// solution for similar light may be given as a start.
+    /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance.
     ///
     /// # Panics
     ///
     /// If there are not as many groups as the body has, or not as many values as surface elements.
     #[must_use]
-    pub fn solve(&self, light: &[&[f32x4]], start: Option<&Fluence>) -> Fluence {
+    pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
         let mut fluence = Fluence {
             nodes: Vec::new(),
@@ -91,19 +108,24 @@ impl SnowBody {
             let diffusion = &self.diffusion[number];
             assert_eq!(light.len(), self.grid.surface.len());
             let right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
-            let solution = solve(system, &right, start.map(|start| start.solutions[number].as_slice()));
+            let solution =
+                solve(system, &right, options.start.map(|start| start.solutions[number].as_slice()), options.tolerance);
             let node = |node: u32| {
                 let terms = self.grid.terms(node).iter();
                 terms.fold(f32x4::ZERO, |sum, term| sum + solution.values[term.free as usize] * term.weight)
             };
             let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
             let nodes: Vec<f32x4> = (0..count).into_par_iter().map(node).collect();
-            let flux = self.flux_of_elements(&nodes, light);
-            fluence.flux.0.push(self.surface_nodes.smooth(&self.grid, &flux));
             fluence.nodes.push(nodes);
             fluence.iterations.push(solution.iterations);
             fluence.solutions.push(solution.values);
         }
+        let flux = fluence
+            .nodes
+            .par_iter()
+            .zip(light)
+            .map(|(nodes, light)| self.surface_nodes.smooth(&self.grid, &self.flux_of_elements(nodes, light)));
+        fluence.flux = SurfaceValues(flux.collect());
         fluence
     }
 
@@ -119,7 +141,7 @@ impl SnowBody {
     /// wavelengths a value at each element.
     #[must_use]
     pub fn smooth(&self, elements: &[&[f32x4]]) -> SurfaceValues {
-        SurfaceValues(elements.iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
+        SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
     }
 
     /// The value of each group of wavelengths at a point of the surface, in m, with an outward unit normal; none if

@@ -15,7 +15,7 @@ mod surface_flux;
 mod system;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SurfaceValues};
+pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
 pub use optics::SnowOptics;
 pub use plan::{FieldError, choose_step_m, mean_thickness_m};
 pub use scan::SurfaceElement;

@@ -17,7 +17,7 @@ pub struct SnowOptics {
     pub transport_lengths_m: Vec<f64>,
     /// Absorption coefficient μ_a = κ (1 − ω) at each wavelength, in 1/m.
     pub absorption_per_m: Vec<f64>,
-    /// The phase function at the middle wavelength, without absorption.
+    /// The phase function at the middle wavelength, without absorption, with the medium's asymmetry.
     pub phase: PhaseFunction,
     /// The half-space of that phase function.
     pub half_space: HalfSpace,
@@ -44,6 +44,7 @@ impl SnowOptics {
         };
         let middle_nm = wavelengths_nm[wavelengths_nm.len() / 2];
         let phase = PhaseFunction::of_sample(sample, middle_nm, &PhasePlan::default())?;
+        let phase = phase.with_asymmetry(media[wavelengths_nm.len() / 2].scattering.asymmetry());
         Ok(Self {
             extinction_per_m: media[0].extinction_per_m,
             transport_lengths_m: media.iter().map(transport_length_m).collect(),

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, EulerRot};
 use snowblue_field::shapes::{Ball, BoxBody};
-use snowblue_field::{Diffusion, GridOptions, SnowBody, SurfaceElement};
+use snowblue_field::{Diffusion, GridOptions, SnowBody, SolveOptions, SurfaceElement};
 use wide::f32x4;
 
 const Q: f64 = 0.714;
@@ -50,7 +50,7 @@ fn slabs_have_the_solution_of_one_dimension() {
                 f32x4::from(ABSORPTION_PER_M.map(|absorption| narrow(0.25 * within(absorption.into(), thickness_m, z))))
             })
             .collect();
-        let fluence = prepared.solve(&[&light], None);
+        let fluence = prepared.solve(&[&light], SolveOptions::default());
         for (z, side) in [(-0.5, 0), (0.5, 1)] {
             let found = prepared
                 .fluence(&fluence, DVec3::new(0.0, 0.0, z * thickness_m), DVec3::Z * z)
@@ -125,7 +125,7 @@ fn balls_have_the_solution_by_spherical_harmonics() {
         let prepared = SnowBody::new(&body, options, vec![Box::new(snow)], Q);
         let lit = |element: &SurfaceElement| f32x4::splat(element.normal.dot(toward.as_vec3()).max(0.0));
         let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
-        let fluence = prepared.solve(&[&light], None);
+        let fluence = prepared.solve(&[&light], SolveOptions::default());
         for cos in [-1.0, -0.6, -0.2, 0.2, 0.6, 1.0_f64] {
             let (mut means, mut worst) = ([0.0; 4], 0.0_f64);
             for k in 0..32 {
@@ -161,7 +161,7 @@ fn light_is_conserved_without_absorption() {
     let prepared = SnowBody::new(&turned, options, vec![Box::new(white)], Q);
     let lit = |element: &SurfaceElement| f32x4::splat(element.normal.z.max(0.0));
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
-    let fluence = prepared.solve(&[&light], None);
+    let fluence = prepared.solve(&[&light], SolveOptions::default());
     let flux = prepared.element_flux(&fluence, &[&light]);
     let total: f64 =
         flux.iter().zip(prepared.surface()).map(|(flux, one)| f64::from(flux[0].to_array()[0] * one.area_m2)).sum();

@@ -113,7 +113,8 @@ const CORNER: &str = "[[light]]\ntype = \"point\"\nposition = [0.8, -1.0, 0.6]\n
     illuminant = \"E\"\n[material.floor]\ntype = \"diffuse\"\nreflectance = 0.6\n\
     [[object]]\nshape = \"plane\"\nmaterial = \"floor\"\n\
     [[object]]\nshape = \"box\"\nsize = [0.3, 0.1, 0.3]\nposition = [0, 0, 0.15]\nmaterial = \"snow\"\nbody = \"l\"\n\
-    [[object]]\nshape = \"box\"\nsize = [0.1, 0.3, 0.3]\nposition = [-0.1, -0.1, 0.15]\nmaterial = \"snow\"\nbody = \"l\"\n";
+    [[object]]\nshape = \"box\"\nsize = [0.1, 0.3, 0.3]\nposition = [-0.1, -0.1, 0.15]\nmaterial = \"snow\"\n\
+    body = \"l\"\n";
 
 /// The mean radiance of a small image of a corner of snow.
 fn mean_luminance(integrator: &str, samples: u32) -> f64 {

@@ -32,6 +32,7 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml -o block.png
   snowblue render scenes/block_30cm.toml --path view -o view.png    the paper's path mode
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
+  snowblue render scenes/block_30cm.toml --integrator diffusion -o block.png    the light field in the snow
   snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
   snowblue render scenes/block_30cm.toml --check        sizes; is the snow watertight?
   snowblue render scenes/block_30cm.toml --database nir.nc --false-color 1030,850,550 -o nir.png
@@ -59,8 +60,9 @@ pub(crate) struct Render {
     /// Compressed table of snow, NetCDF [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
-    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line) or reference
-    /// (volumetric path tracer, the ground truth for PCASnow, slow)
+    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line), diffusion (the light
+    /// field inside the snow, read at its surface), hybrid (random walks that end in the light field) or reference
+    /// (volumetric path tracer, the ground truth, slow)
     #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
     integrator: Option<IntegratorKind>,
     /// Path mode of all snow, instead of the scene's: brightest (the brighter of the next two), normal (along the

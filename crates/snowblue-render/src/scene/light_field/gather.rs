@@ -5,6 +5,7 @@
 //! surfaces on its way do not change; what snow sends out changes from round to round. So rays are traced once, and
 //! their ends are kept.
 
+use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use wide::f32x4;
@@ -12,6 +13,7 @@ use wide::f32x4;
 use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::Light;
+use crate::scene::light_field::MOST_GROUPS;
 use crate::scene::light_field::solid::Solid;
 use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, surface_point, visit_lights};
 use crate::scene::objects::{Side, SurfaceInteraction};
@@ -22,6 +24,12 @@ use crate::spectrum::Spectrum;
 const MOST_RAYS: usize = 4 << 20;
 /// Most rays of a surface element.
 const MOST_RAYS_PER_ELEMENT: usize = 16;
+
+/// Ends of paths that are looked up at a time.
+const ENDS_PER_BLOCK: usize = 1 << 16;
+
+/// What snow sends out at a point, in W/m², for each group of nodes.
+pub(super) type Exitance = ArrayVec<f32x4, MOST_GROUPS>;
 
 /// What the rays of a body's surface elements found.
 #[derive(Debug)]
@@ -122,16 +130,17 @@ impl GatheredPaths {
     }
 
     /// The irradiance of each element, for each group. `exitance` gives what an object of snow sends out at a point.
-    pub(super) fn irradiance(&self, exitance: &dyn Fn(usize, &SurfacePoint, &mut Vec<f32x4>)) -> Vec<Vec<f32x4>> {
+    pub(super) fn irradiance(&self, exitance: &(dyn Fn(usize, &SurfacePoint) -> Exitance + Sync)) -> Vec<Vec<f32x4>> {
         let mut irradiance = self.steady.clone();
         let share = f32x4::splat((self.rays_per_element as f32).recip());
-        let mut values = Vec::new();
-        for end in &self.ends {
-            values.clear();
-            exitance(end.object as usize, &end.surface, &mut values);
-            for (k, (group, value)) in irradiance.iter_mut().zip(&values).enumerate() {
-                let throughput = end.throughput.map_or(f32x4::ONE, |start| self.throughputs[start as usize + k]);
-                group[end.element as usize] += *value * throughput * share;
+        for ends in self.ends.chunks(ENDS_PER_BLOCK) {
+            let of_end = |end: &SnowEnd| exitance(end.object as usize, &end.surface);
+            let values: Vec<Exitance> = ends.par_iter().map(of_end).collect();
+            for (end, values) in ends.iter().zip(values) {
+                for (k, (group, value)) in irradiance.iter_mut().zip(values).enumerate() {
+                    let throughput = end.throughput.map_or(f32x4::ONE, |start| self.throughputs[start as usize + k]);
+                    group[end.element as usize] += value * throughput * share;
+                }
             }
         }
         irradiance

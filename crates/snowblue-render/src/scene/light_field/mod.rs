@@ -14,7 +14,7 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
-    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SpectralNodes, SurfaceValues,
+    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
 };
 use wide::f32x4;
 
@@ -23,7 +23,7 @@ use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
-use gather::{GatheredPaths, Surroundings};
+use gather::{Exitance, GatheredPaths, Surroundings};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, entering_light};
 
@@ -33,10 +33,14 @@ const MEMORY_MIB: u64 = 1024;
 const MOST_GATHER_ROUNDS: usize = 8;
 /// Relative change of the light at the surface that ends gathering.
 const GATHER_TOLERANCE: f64 = 0.01;
+/// Relative residual of the solutions before the last.
+const GATHER_RESIDUAL: f64 = 1e-4;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
+/// Most groups of spectral nodes.
+pub(super) const MOST_GROUPS: usize = 4;
 /// Most spectral nodes.
-const MOST_NODES: usize = 16;
+const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
 
 /// The light in all snow of a scene.
 #[derive(Debug)]
@@ -147,21 +151,26 @@ fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [
         return;
     }
     let mut before = 0.0;
-    for _ in 0..MOST_GATHER_ROUNDS {
+    for round in 0..MOST_GATHER_ROUNDS {
         let exitances: Vec<SurfaceValues> =
             prepared.iter().zip(&*solutions).map(|(one, solution)| one.exitance(solution)).collect();
-        let exitance = |object: usize, surface: &SurfacePoint, values: &mut Vec<f32x4>| {
-            let Some(body) = body_of[object] else { return };
+        let exitance = |object: usize, surface: &SurfacePoint| {
+            let Some(body) = body_of[object] else { return Exitance::new() };
             let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-            values.extend(prepared[body].body.surface_value(&exitances[body], point, normal).into_iter().flatten());
+            prepared[body].body.surface_value(&exitances[body], point, normal).into_iter().flatten().collect()
         };
         let mut total = 0.0;
         let gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
         for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
-            *solution = one.solve(gathered, Some(&solution.fluence));
+            let options = SolveOptions { start: Some(&solution.fluence), tolerance: GATHER_RESIDUAL };
+            *solution = one.solve(gathered, options);
             total += one.total(&solution.irradiance);
         }
-        if (total - before).abs() < GATHER_TOLERANCE * total {
+        if (total - before).abs() < GATHER_TOLERANCE * total || round + 1 == MOST_GATHER_ROUNDS {
+            for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
+                let options = SolveOptions { start: Some(&solution.fluence), ..SolveOptions::default() };
+                *solution = one.solve(gathered, options);
+            }
             return;
         }
         before = total;
@@ -189,11 +198,12 @@ impl<'a> PreparedBody<'a> {
     /// The solution for lamps and skies alone.
     fn solve_direct(&self) -> Solution {
         let dark = vec![f32x4::ZERO; self.direct.len()];
-        self.solve(&vec![dark; self.nodes.indices().len() / snowblue_field::GROUP], None)
+        let dark = vec![dark; self.nodes.indices().len() / snowblue_field::GROUP];
+        self.solve(&dark, SolveOptions::default())
     }
 
     /// The solution with the irradiance by other surfaces, for each group and element.
-    fn solve(&self, gathered: &[Vec<f32x4>], start: Option<&Fluence>) -> Solution {
+    fn solve(&self, gathered: &[Vec<f32x4>], options: SolveOptions) -> Solution {
         let mut entering = gathered.to_vec();
         let mut irradiance = gathered.to_vec();
         for (element, direct) in self.direct.iter().enumerate() {
@@ -205,7 +215,7 @@ impl<'a> PreparedBody<'a> {
             }
         }
         let groups: Vec<&[f32x4]> = entering.iter().map(Vec::as_slice).collect();
-        let fluence = self.body.solve(&groups, start);
+        let fluence = self.body.solve(&groups, options);
         Solution { entering, irradiance, fluence }
     }
 

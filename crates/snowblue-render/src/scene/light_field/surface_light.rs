@@ -13,8 +13,10 @@ use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
-/// Samples of a light with extent at each surface element. Each node of the grid has some twenty elements about it.
-const SAMPLES_PER_ELEMENT: u32 = 16;
+/// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
+const MOST_SAMPLES_PER_ELEMENT: usize = 16;
+/// Most samples of a light with extent on a body, which bounds the time.
+const MOST_SAMPLES: usize = 8 << 20;
 /// Elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
@@ -40,12 +42,14 @@ pub(super) fn entering_light(
     lights: &[Light],
     half_space: &HalfSpace,
 ) -> Vec<EnteringLight> {
+    let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
+    let samples = u32::try_from(samples).unwrap_or(1);
     let task = |(task, elements): (usize, &[SurfaceElement])| {
         let mut queries = SceneQueries::new(solid.objects);
         let of_element = |(k, element): (usize, &SurfaceElement)| {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
             let mut entering = EnteringLight { escape_weighted: Spectrum::ZERO, irradiance: Spectrum::ZERO };
-            let samples = (0..SAMPLES_PER_ELEMENT).map(|index| Sampler::new(1, number, index));
+            let samples = (0..samples).map(|index| Sampler::new(1, number, index));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             visit_lights(&mut queries, lights, &lit, samples, &mut |cos, irradiance| {
                 entering.irradiance += irradiance;
