@@ -7,14 +7,17 @@
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 
 mod gather;
+mod inner_lamp;
 mod solid;
 mod surface_light;
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
 use snowblue_field::{
-    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
+    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceElement,
+    SurfaceValues,
 };
 use wide::f32x4;
 
@@ -24,6 +27,7 @@ use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
 use gather::{Exitance, GatheredPaths, Surroundings};
+pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, entering_light};
 
@@ -56,6 +60,8 @@ pub(crate) struct BodyField {
     fluence: Fluence,
     nodes: SpectralNodes,
     optics: SnowOptics,
+    /// Lamps inside.
+    lamps: Vec<InnerLamp>,
     /// ℓ* times the spectrum of the light that enters: spectra over this are smooth in the absorption.
     scale: Spectrum,
     /// ℓ* at the middle wavelength, in m.
@@ -68,6 +74,8 @@ pub(crate) struct FieldScene<'a> {
     pub(crate) lights: &'a [Light],
     /// The optics of an object's snow, if it is snow.
     pub(crate) snow: &'a dyn Fn(usize) -> Option<SnowOptics>,
+    /// Lamps inside snow, each with an object of its body.
+    pub(crate) inner_lamps: &'a [(usize, InnerLamp)],
     /// The reflectance of a diffuse surface; none for snow.
     pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most surfaces after the first on a path of light.
@@ -80,6 +88,8 @@ struct PreparedBody<'a> {
     body: SnowBody,
     nodes: SpectralNodes,
     optics: SnowOptics,
+    /// Lamps inside.
+    lamps: Vec<InnerLamp>,
     /// The light of lamps and skies at each surface element.
     direct: Vec<EnteringLight>,
 }
@@ -120,7 +130,10 @@ impl LightField {
                 break;
             };
             let object = solid.object;
-            prepared.push(PreparedBody::new(solid, optics, nodes, scene.lights).map_err(|reason| (object, reason))?);
+            let of_body = scene.inner_lamps.iter().filter(|(other, _)| body_of[*other] == body_of[object]);
+            let lamps = of_body.map(|(_, lamp)| lamp.clone()).collect();
+            let body = PreparedBody::new(solid, optics, nodes, lamps, scene.lights);
+            prepared.push(body.map_err(|reason| (object, reason))?);
         }
         let mut solutions: Vec<Solution> = prepared.iter().map(PreparedBody::solve_direct).collect();
         if scene.max_bounces > 0 {
@@ -178,7 +191,13 @@ fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [
 }
 
 impl<'a> PreparedBody<'a> {
-    fn new(solid: Solid<'a>, optics: SnowOptics, nodes: SpectralNodes, lights: &[Light]) -> Result<Self, String> {
+    fn new(
+        solid: Solid<'a>,
+        optics: SnowOptics,
+        nodes: SpectralNodes,
+        lamps: Vec<InnerLamp>,
+        lights: &[Light],
+    ) -> Result<Self, String> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
         let step_m = snowblue_field::choose_step_m(&solid, shortest_m, groups, MEMORY_MIB);
@@ -191,8 +210,14 @@ impl<'a> PreparedBody<'a> {
         });
         let options = GridOptions { step_m, shift: DVec3::ZERO };
         let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        let direct = entering_light(&solid, &body, lights, &optics.half_space);
-        Ok(Self { solid, body, nodes, optics, direct })
+        let mut direct = entering_light(&solid, &body, lights, &optics.half_space);
+        direct.par_iter_mut().zip(body.surface()).for_each(|(entering, element)| {
+            for lamp in &lamps {
+                let (point, normal) = (Vec3A::from(element.point), Vec3A::from(element.normal));
+                entering.inner += lamp.entering(&optics, point, normal);
+            }
+        });
+        Ok(Self { solid, body, nodes, optics, lamps, direct })
     }
 
     /// The solution for lamps and skies alone.
@@ -207,8 +232,9 @@ impl<'a> PreparedBody<'a> {
         let mut entering = gathered.to_vec();
         let mut irradiance = gathered.to_vec();
         for (element, direct) in self.direct.iter().enumerate() {
-            let spectra = [(&mut entering, &direct.escape_weighted), (&mut irradiance, &direct.irradiance)];
-            for (groups, spectrum) in spectra {
+            let mut all = direct.escape_weighted;
+            all += direct.inner;
+            for (groups, spectrum) in [(&mut entering, &all), (&mut irradiance, &direct.irradiance)] {
                 for (group, values) in groups.iter_mut().zip(self.nodes.gather(|index| spectrum.0[index])) {
                     group[element] += values;
                 }
@@ -224,8 +250,13 @@ impl<'a> PreparedBody<'a> {
         let entering: Vec<&[f32x4]> = solution.entering.iter().map(Vec::as_slice).collect();
         let mut exitance = solution.irradiance.clone();
         for (element, flux) in self.body.element_flux(&solution.fluence, &entering).into_iter().enumerate() {
-            for (group, flux) in exitance.iter_mut().zip(flux) {
-                group[element] += flux;
+            let SurfaceElement { point, normal, .. } = self.body.surface()[element];
+            let inner = self.nodes.gather(|wavelength| {
+                let flux = |lamp: &InnerLamp| lamp.flux(&self.optics, wavelength, point.into(), normal.into());
+                self.lamps.iter().map(flux).sum()
+            });
+            for ((group, flux), inner) in exitance.iter_mut().zip(flux).zip(inner) {
+                group[element] += flux + inner;
             }
         }
         let groups: Vec<&[f32x4]> = exitance.iter().map(Vec::as_slice).collect();
@@ -244,10 +275,11 @@ impl<'a> PreparedBody<'a> {
 
 impl BodyField {
     fn new(prepared: PreparedBody, solution: Solution) -> Self {
-        let PreparedBody { body, nodes, optics, direct, .. } = prepared;
+        let PreparedBody { body, nodes, optics, lamps, direct, .. } = prepared;
         let mut reference = Spectrum::ZERO;
         for (entering, element) in direct.iter().zip(body.surface()) {
             reference.add_product(element.area_m2, &Spectrum::ONE, &entering.escape_weighted);
+            lamps.iter().for_each(|lamp| reference.add_product(element.area_m2, &Spectrum::ONE, &lamp.intensity));
         }
         // A body that no lamp lights directly.
         if reference.maximum() <= 0.0 {
@@ -256,7 +288,7 @@ impl BodyField {
         let scale = |index: usize| narrow(optics.transport_lengths_m[index]) * reference.0[index];
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let scale = Spectrum(std::array::from_fn(scale));
-        Self { body, fluence: solution.fluence, nodes, scale, optics, transport_length_m }
+        Self { body, fluence: solution.fluence, nodes, scale, optics, lamps, transport_length_m }
     }
 
     /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
@@ -281,25 +313,31 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
-        self.body
-            .fluence(&self.fluence, point.as_dvec3(), DVec3::ZERO)
-            .map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+        let groups = self.body.fluence(&self.fluence, point.as_dvec3(), DVec3::ZERO);
+        let inner = |wavelength| {
+            let free = |lamp: &InnerLamp| lamp.free(&self.optics, wavelength, point, Vec3A::ZERO).fluence;
+            self.lamps.iter().map(free).sum()
+        };
+        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups, inner))
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let groups = self.body.flux(&self.fluence, point.as_dvec3(), normal.as_dvec3());
-        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+        let inner = |wavelength| self.lamps.iter().map(|lamp| lamp.flux(&self.optics, wavelength, point, normal)).sum();
+        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups, inner))
     }
 
     /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
-    fn spectrum(&self, groups: impl Iterator<Item = f32x4>) -> Spectrum {
+    /// `added` gives what is added at a wavelength to the values of the groups.
+    fn spectrum(&self, groups: impl Iterator<Item = f32x4>, added: impl Fn(usize) -> f32) -> Spectrum {
         let mut at_nodes = [0.0; MOST_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
         }
         let indices = self.nodes.indices();
         let at_nodes = &mut at_nodes[..indices.len()];
+        at_nodes.iter_mut().zip(indices).for_each(|(value, index)| *value += added(*index));
         let is_positive = at_nodes.iter().all(|value| *value > 0.0);
         for (value, index) in at_nodes.iter_mut().zip(indices) {
             let scale = self.scale.0[*index];
