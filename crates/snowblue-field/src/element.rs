@@ -114,7 +114,7 @@ impl CellIntegrals {
 }
 
 /// The centre of part number (x · 4 + y) · 4 + z of a cell.
-fn part_centre(part: usize) -> DVec3 {
+pub(crate) fn part_centre(part: usize) -> DVec3 {
     let middle = |k: usize| (k as f64 + 0.5) / PARTS as f64;
     DVec3::new(middle(part / (PARTS * PARTS)), middle(part / PARTS % PARTS), middle(part % PARTS))
 }

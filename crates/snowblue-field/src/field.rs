@@ -9,6 +9,7 @@ use crate::element::shape;
 use crate::grid::{Cell, Grid};
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
+use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
 use crate::system::{Diffusion, System, right_hand_side};
 
@@ -38,6 +39,8 @@ pub struct SnowBody {
 pub struct SolveOptions<'f> {
     /// A solution for similar light.
     pub start: Option<&'f Fluence>,
+    /// Lamps inside.
+    pub sources: &'f [VolumeSource],
     /// Relative residual at which the iteration ends.
     ///
     /// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark
@@ -47,7 +50,7 @@ pub struct SolveOptions<'f> {
 
 impl Default for SolveOptions<'_> {
     fn default() -> Self {
-        Self { start: None, tolerance: 1e-6 }
+        Self { start: None, sources: &[], tolerance: 1e-6 }
     }
 }
 
@@ -107,7 +110,10 @@ impl SnowBody {
         for (number, (system, light)) in self.systems.iter().zip(light).enumerate() {
             let diffusion = &self.diffusion[number];
             assert_eq!(light.len(), self.grid.surface.len());
-            let right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
+            let mut right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
+            for source in options.sources {
+                add_source(&self.grid, source, number, &diffusion(source.centre), &mut right);
+            }
             let solution =
                 solve(system, &right, options.start.map(|start| start.solutions[number].as_slice()), options.tolerance);
             let node = |node: u32| {

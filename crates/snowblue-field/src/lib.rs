@@ -10,6 +10,7 @@ mod plan;
 mod scan;
 pub mod shapes;
 mod solver;
+mod source;
 mod spectral_nodes;
 mod surface_flux;
 mod system;
@@ -19,5 +20,6 @@ pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, Surfa
 pub use optics::SnowOptics;
 pub use plan::{FieldError, choose_step_m, mean_thickness_m};
 pub use scan::SurfaceElement;
+pub use source::VolumeSource;
 pub use spectral_nodes::{GROUP, SpectralNodes};
 pub use system::Diffusion;

@@ -14,10 +14,9 @@ mod surface_light;
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3A};
-use rayon::prelude::*;
 use snowblue_field::{
-    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceElement,
-    SurfaceValues,
+    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
+    VolumeSource,
 };
 use wide::f32x4;
 
@@ -60,8 +59,6 @@ pub(crate) struct BodyField {
     fluence: Fluence,
     nodes: SpectralNodes,
     optics: SnowOptics,
-    /// Lamps inside.
-    lamps: Vec<InnerLamp>,
     /// ℓ* times the spectrum of the light that enters: spectra over this are smooth in the absorption.
     scale: Spectrum,
     /// ℓ* at the middle wavelength, in m.
@@ -90,6 +87,8 @@ struct PreparedBody<'a> {
     optics: SnowOptics,
     /// Lamps inside.
     lamps: Vec<InnerLamp>,
+    /// The same as sources of diffuse light.
+    sources: Vec<VolumeSource>,
     /// The light of lamps and skies at each surface element.
     direct: Vec<EnteringLight>,
 }
@@ -175,13 +174,15 @@ fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [
         let mut total = 0.0;
         let gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
         for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
-            let options = SolveOptions { start: Some(&solution.fluence), tolerance: GATHER_RESIDUAL };
+            let options =
+                SolveOptions { start: Some(&solution.fluence), sources: &one.sources, tolerance: GATHER_RESIDUAL };
             *solution = one.solve(gathered, options);
             total += one.total(&solution.irradiance);
         }
         if (total - before).abs() < GATHER_TOLERANCE * total || round + 1 == MOST_GATHER_ROUNDS {
             for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
-                let options = SolveOptions { start: Some(&solution.fluence), ..SolveOptions::default() };
+                let options =
+                    SolveOptions { start: Some(&solution.fluence), sources: &one.sources, ..SolveOptions::default() };
                 *solution = one.solve(gathered, options);
             }
             return;
@@ -210,21 +211,16 @@ impl<'a> PreparedBody<'a> {
         });
         let options = GridOptions { step_m, shift: DVec3::ZERO };
         let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        let mut direct = entering_light(&solid, &body, lights, &optics.half_space);
-        direct.par_iter_mut().zip(body.surface()).for_each(|(entering, element)| {
-            for lamp in &lamps {
-                let (point, normal) = (Vec3A::from(element.point), Vec3A::from(element.normal));
-                entering.inner += lamp.entering(&optics, point, normal);
-            }
-        });
-        Ok(Self { solid, body, nodes, optics, lamps, direct })
+        let direct = entering_light(&solid, &body, lights, &optics.half_space);
+        let sources = lamps.iter().map(|lamp| lamp.source(&nodes)).collect();
+        Ok(Self { solid, body, nodes, optics, lamps, sources, direct })
     }
 
     /// The solution for lamps and skies alone.
     fn solve_direct(&self) -> Solution {
         let dark = vec![f32x4::ZERO; self.direct.len()];
         let dark = vec![dark; self.nodes.indices().len() / snowblue_field::GROUP];
-        self.solve(&dark, SolveOptions::default())
+        self.solve(&dark, SolveOptions { sources: &self.sources, ..SolveOptions::default() })
     }
 
     /// The solution with the irradiance by other surfaces, for each group and element.
@@ -232,9 +228,8 @@ impl<'a> PreparedBody<'a> {
         let mut entering = gathered.to_vec();
         let mut irradiance = gathered.to_vec();
         for (element, direct) in self.direct.iter().enumerate() {
-            let mut all = direct.escape_weighted;
-            all += direct.inner;
-            for (groups, spectrum) in [(&mut entering, &all), (&mut irradiance, &direct.irradiance)] {
+            let spectra = [(&mut entering, &direct.escape_weighted), (&mut irradiance, &direct.irradiance)];
+            for (groups, spectrum) in spectra {
                 for (group, values) in groups.iter_mut().zip(self.nodes.gather(|index| spectrum.0[index])) {
                     group[element] += values;
                 }
@@ -250,13 +245,8 @@ impl<'a> PreparedBody<'a> {
         let entering: Vec<&[f32x4]> = solution.entering.iter().map(Vec::as_slice).collect();
         let mut exitance = solution.irradiance.clone();
         for (element, flux) in self.body.element_flux(&solution.fluence, &entering).into_iter().enumerate() {
-            let SurfaceElement { point, normal, .. } = self.body.surface()[element];
-            let inner = self.nodes.gather(|wavelength| {
-                let flux = |lamp: &InnerLamp| lamp.flux(&self.optics, wavelength, point.into(), normal.into());
-                self.lamps.iter().map(flux).sum()
-            });
-            for ((group, flux), inner) in exitance.iter_mut().zip(flux).zip(inner) {
-                group[element] += flux + inner;
+            for (group, flux) in exitance.iter_mut().zip(flux) {
+                group[element] += flux;
             }
         }
         let groups: Vec<&[f32x4]> = exitance.iter().map(Vec::as_slice).collect();
@@ -288,7 +278,7 @@ impl BodyField {
         let scale = |index: usize| narrow(optics.transport_lengths_m[index]) * reference.0[index];
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let scale = Spectrum(std::array::from_fn(scale));
-        Self { body, fluence: solution.fluence, nodes, scale, optics, lamps, transport_length_m }
+        Self { body, fluence: solution.fluence, nodes, scale, optics, transport_length_m }
     }
 
     /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
@@ -314,30 +304,23 @@ impl BodyField {
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
         let groups = self.body.fluence(&self.fluence, point.as_dvec3(), DVec3::ZERO);
-        let inner = |wavelength| {
-            let free = |lamp: &InnerLamp| lamp.free(&self.optics, wavelength, point, Vec3A::ZERO).fluence;
-            self.lamps.iter().map(free).sum()
-        };
-        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups, inner))
+        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let groups = self.body.flux(&self.fluence, point.as_dvec3(), normal.as_dvec3());
-        let inner = |wavelength| self.lamps.iter().map(|lamp| lamp.flux(&self.optics, wavelength, point, normal)).sum();
-        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups, inner))
+        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
     }
 
     /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
-    /// `added` gives what is added at a wavelength to the values of the groups.
-    fn spectrum(&self, groups: impl Iterator<Item = f32x4>, added: impl Fn(usize) -> f32) -> Spectrum {
+    fn spectrum(&self, groups: impl Iterator<Item = f32x4>) -> Spectrum {
         let mut at_nodes = [0.0; MOST_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
         }
         let indices = self.nodes.indices();
         let at_nodes = &mut at_nodes[..indices.len()];
-        at_nodes.iter_mut().zip(indices).for_each(|(value, index)| *value += added(*index));
         let is_positive = at_nodes.iter().all(|value| *value > 0.0);
         for (value, index) in at_nodes.iter_mut().zip(indices) {
             let scale = self.scale.0[*index];

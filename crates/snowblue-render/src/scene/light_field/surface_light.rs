@@ -23,10 +23,8 @@ pub(super) const ELEMENTS_PER_TASK: usize = 256;
 /// The light at a surface element, in W m⁻² as a band density.
 #[derive(Clone, Copy)]
 pub(super) struct EnteringLight {
-    /// Σ K F of lights outside.
+    /// Σ K F.
     pub(super) escape_weighted: Spectrum,
-    /// What stands for lamps inside.
-    pub(super) inner: Spectrum,
     /// Σ F.
     pub(super) irradiance: Spectrum,
 }
@@ -50,8 +48,7 @@ pub(super) fn entering_light(
         let mut queries = SceneQueries::new(solid.objects);
         let of_element = |(k, element): (usize, &SurfaceElement)| {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
-            let mut entering =
-                EnteringLight { escape_weighted: Spectrum::ZERO, inner: Spectrum::ZERO, irradiance: Spectrum::ZERO };
+            let mut entering = EnteringLight { escape_weighted: Spectrum::ZERO, irradiance: Spectrum::ZERO };
             let samples = (0..samples).map(|index| Sampler::new(1, number, index));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             visit_lights(&mut queries, lights, &lit, samples, &mut |cos, irradiance| {
