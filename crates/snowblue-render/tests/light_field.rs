@@ -185,6 +185,27 @@ fn a_lamp_in_the_middle_of_a_ball_shines_through() {
     }
 }
 
+/// Two lamps of different spectra give the sum of both, at every wavelength.
+#[test]
+fn lamps_of_different_spectra_add_up() {
+    let lamp = |illuminant: &str, at: &str| {
+        format!(
+            "[[light]]\ntype = \"point\"\nposition = [{at}]\nradiant_intensity_w_sr = 1\n\
+             illuminant = \"{illuminant}\"\n"
+        )
+    };
+    let (blue, sky) = (lamp("LED-B5", "0, 0.3, 0"), lamp("A", "0.2, 0.4, 0.1"));
+    let behind = |lamps: &str| {
+        let body = shape("box", "size = [0.2, 0.1, 0.2]");
+        radiance(&mut field_scene("diffusion", &format!("{lamps}{body}")), Vec3A::NEG_Y, Vec3A::NEG_Y * 0.05)
+    };
+    let (one, other, both) = (behind(&blue), behind(&sky), behind(&format!("{blue}{sky}")));
+    for k in 0..31 {
+        let sum = one.0[k] + other.0[k];
+        assert!((both.0[k] / sum - 1.0).abs() < 1e-4, "{k}: {} {sum}", both.0[k]);
+    }
+}
+
 #[test]
 fn what_the_field_cannot_do_is_named() {
     let table = table();

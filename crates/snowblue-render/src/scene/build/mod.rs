@@ -23,7 +23,7 @@ use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{KeyPath, MaterialDescription, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::Light;
-use crate::scene::light_field::{FieldScene, InnerLamp, LightField};
+use crate::scene::light_field::{FieldScene, InnerLamp, LampInSnow, LightField};
 use crate::scene::material::Material;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 
@@ -128,7 +128,7 @@ impl SceneDescription {
                 _ => None,
             });
         }
-        let mut inner_lamps = Vec::new();
+        let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
             let Some(object) = position.and_then(|position| snow_around(objects, materials, position)) else {
@@ -139,7 +139,7 @@ impl SceneDescription {
                 let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
                 KeyPath::root("light").index(index).error(reason)
             })?;
-            inner_lamps.push((object, lamp));
+            lamps_in_snow.push(LampInSnow { light: index, object, lamp });
         }
         let reflectance = |surface: &SurfaceInteraction| match &materials[surface.material].material {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
@@ -149,7 +149,7 @@ impl SceneDescription {
             objects,
             lights,
             snow: &|object| optics[objects.list()[object].material].clone(),
-            inner_lamps: &inner_lamps,
+            lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,
         };

@@ -55,7 +55,7 @@ struct SnowEnd {
 
 /// What paths need of the scene.
 pub(super) struct Surroundings<'a> {
-    pub(super) lights: &'a [Light],
+    pub(super) lights: &'a [&'a Light],
     /// The reflectance of a diffuse surface; none for snow.
     pub(super) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most diffuse surfaces on a path.

@@ -14,7 +14,7 @@ pub(crate) struct InnerLamp {
     position: Vec3A,
     radius_m: f32,
     /// Radiant intensity in W/sr, as a band density.
-    pub(super) intensity: Spectrum,
+    intensity: Spectrum,
 }
 
 impl InnerLamp {

@@ -1,12 +1,13 @@
 //! The light field inside each body of snow of a scene, for the integrators `diffusion` and `hybrid`.
 //!
 //! The light that enters at the surface, of lamps ([`surface_light`]) and by other surfaces ([`gather`]), determines
-//! the fluence rate inside
-//! ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow then sends out
+//! the fluence rate inside ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow
+//! then sends out
 //!
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 
 mod gather;
+mod illumination;
 mod inner_lamp;
 mod solid;
 mod surface_light;
@@ -26,6 +27,8 @@ use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
 use gather::{Exitance, GatheredPaths, Surroundings};
+pub(crate) use illumination::LampInSnow;
+use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, entering_light};
@@ -56,13 +59,19 @@ pub(crate) struct LightField {
 /// The light in a body of snow.
 pub(crate) struct BodyField {
     body: SnowBody,
-    fluence: Fluence,
+    /// For lights of each spectrum.
+    lit: Vec<LitFluence>,
     nodes: SpectralNodes,
     optics: SnowOptics,
-    /// ℓ* times the spectrum of the light that enters: spectra over this are smooth in the absorption.
-    scale: Spectrum,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
+}
+
+/// The light in a body by lights of one spectrum.
+struct LitFluence {
+    fluence: Fluence,
+    /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
+    scale: Spectrum,
 }
 
 /// What the light field needs of a scene.
@@ -71,8 +80,8 @@ pub(crate) struct FieldScene<'a> {
     pub(crate) lights: &'a [Light],
     /// The optics of an object's snow, if it is snow.
     pub(crate) snow: &'a dyn Fn(usize) -> Option<SnowOptics>,
-    /// Lamps inside snow, each with an object of its body.
-    pub(crate) inner_lamps: &'a [(usize, InnerLamp)],
+    /// Those of the lights that are inside snow.
+    pub(crate) lamps_in_snow: &'a [LampInSnow],
     /// The reflectance of a diffuse surface; none for snow.
     pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most surfaces after the first on a path of light.
@@ -85,12 +94,14 @@ struct PreparedBody<'a> {
     body: SnowBody,
     nodes: SpectralNodes,
     optics: SnowOptics,
-    /// Lamps inside.
-    lamps: Vec<InnerLamp>,
-    /// The same as sources of diffuse light.
-    sources: Vec<VolumeSource>,
-    /// The light of lamps and skies at each surface element.
+}
+
+/// The light of lamps and skies of one spectrum on and in a body.
+struct Lighting {
+    /// At each surface element.
     direct: Vec<EnteringLight>,
+    /// Lamps inside.
+    sources: Vec<VolumeSource>,
 }
 
 /// The light at the surface of a body and inside.
@@ -129,16 +140,28 @@ impl LightField {
                 break;
             };
             let object = solid.object;
-            let of_body = scene.inner_lamps.iter().filter(|(other, _)| body_of[*other] == body_of[object]);
-            let lamps = of_body.map(|(_, lamp)| lamp.clone()).collect();
-            let body = PreparedBody::new(solid, optics, nodes, lamps, scene.lights);
-            prepared.push(body.map_err(|reason| (object, reason))?);
+            prepared.push(PreparedBody::new(solid, optics, nodes).map_err(|reason| (object, reason))?);
         }
-        let mut solutions: Vec<Solution> = prepared.iter().map(PreparedBody::solve_direct).collect();
-        if scene.max_bounces > 0 {
-            gather_light(scene, &prepared, &mut solutions, &body_of);
+        let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
+        for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
+            let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(&illumination, &body_of)).collect();
+            let mut solutions: Vec<Solution> =
+                prepared.iter().zip(&lightings).map(|(one, lighting)| one.solve_direct(lighting)).collect();
+            if scene.max_bounces > 0 {
+                let lights = (&illumination, lightings.as_slice());
+                gather_light(scene, lights, &prepared, &mut solutions, &body_of);
+            }
+            let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
+            for ((lit, one), solution) in lit.iter_mut().zip(&prepared).zip(solutions) {
+                let scale = |k: usize| narrow(one.optics.transport_lengths_m[k]) * spectrum.0[k];
+                lit.push(LitFluence { fluence: solution.fluence, scale: Spectrum(std::array::from_fn(scale)) });
+            }
         }
-        let bodies = prepared.into_iter().zip(solutions).map(|(body, solution)| BodyField::new(body, solution));
+        let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
+            let PreparedBody { body, nodes, optics, .. } = one;
+            let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
+            BodyField { body, lit, nodes, optics, transport_length_m }
+        });
         Ok(Self { bodies: bodies.collect(), body_of })
     }
 
@@ -149,11 +172,26 @@ impl LightField {
     }
 }
 
+/// The spectrum of the light on all bodies; white if there is none.
+fn mean_spectrum(lightings: &[Lighting]) -> Spectrum {
+    let mut sum = Spectrum::ZERO;
+    for entering in lightings.iter().flat_map(|lighting| &lighting.direct) {
+        sum += entering.escape_weighted;
+    }
+    if sum.maximum() > 0.0 { sum } else { Spectrum::ONE }
+}
+
 /// Adds the light that comes to snow by other surfaces, round by round, until it changes by less than
 /// [`GATHER_TOLERANCE`].
-fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [Solution], body_of: &[Option<usize>]) {
+fn gather_light(
+    scene: &FieldScene,
+    (illumination, lightings): (&Illumination, &[Lighting]),
+    prepared: &[PreparedBody],
+    solutions: &mut [Solution],
+    body_of: &[Option<usize>],
+) {
     let around = Surroundings {
-        lights: scene.lights,
+        lights: &illumination.lights,
         reflectance: scene.reflectance,
         most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),
     };
@@ -173,17 +211,17 @@ fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [
         };
         let mut total = 0.0;
         let gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
-        for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
+        let bodies = prepared.iter().zip(lightings).zip(&gathered);
+        for (((one, lighting), gathered), solution) in bodies.clone().zip(solutions.iter_mut()) {
             let options =
-                SolveOptions { start: Some(&solution.fluence), sources: &one.sources, tolerance: GATHER_RESIDUAL };
-            *solution = one.solve(gathered, options);
+                SolveOptions { start: Some(&solution.fluence), tolerance: GATHER_RESIDUAL, ..lighting.options() };
+            *solution = one.solve(lighting, gathered, options);
             total += one.total(&solution.irradiance);
         }
         if (total - before).abs() < GATHER_TOLERANCE * total || round + 1 == MOST_GATHER_ROUNDS {
-            for ((one, solution), gathered) in prepared.iter().zip(solutions.iter_mut()).zip(&gathered) {
-                let options =
-                    SolveOptions { start: Some(&solution.fluence), sources: &one.sources, ..SolveOptions::default() };
-                *solution = one.solve(gathered, options);
+            for (((one, lighting), gathered), solution) in bodies.zip(solutions.iter_mut()) {
+                let options = SolveOptions { start: Some(&solution.fluence), ..lighting.options() };
+                *solution = one.solve(lighting, gathered, options);
             }
             return;
         }
@@ -191,14 +229,14 @@ fn gather_light(scene: &FieldScene, prepared: &[PreparedBody], solutions: &mut [
     }
 }
 
+impl Lighting {
+    fn options(&self) -> SolveOptions<'_> {
+        SolveOptions { sources: &self.sources, ..SolveOptions::default() }
+    }
+}
+
 impl<'a> PreparedBody<'a> {
-    fn new(
-        solid: Solid<'a>,
-        optics: SnowOptics,
-        nodes: SpectralNodes,
-        lamps: Vec<InnerLamp>,
-        lights: &[Light],
-    ) -> Result<Self, String> {
+    fn new(solid: Solid<'a>, optics: SnowOptics, nodes: SpectralNodes) -> Result<Self, String> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
         let step_m = snowblue_field::choose_step_m(&solid, shortest_m, groups, MEMORY_MIB);
@@ -211,23 +249,31 @@ impl<'a> PreparedBody<'a> {
         });
         let options = GridOptions { step_m, shift: DVec3::ZERO };
         let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        let direct = entering_light(&solid, &body, lights, &optics.half_space);
-        let sources = lamps.iter().map(|lamp| lamp.source(&nodes)).collect();
-        Ok(Self { solid, body, nodes, optics, lamps, sources, direct })
+        Ok(Self { solid, body, nodes, optics })
+    }
+
+    /// The light of lamps and skies. `body_of` gives the body of each object.
+    fn lighting(&self, illumination: &Illumination, body_of: &[Option<usize>]) -> Lighting {
+        let is_inside = |lamp: &&&LampInSnow| body_of[lamp.object] == body_of[self.solid.object];
+        let inside = illumination.lamps.iter().filter(is_inside);
+        Lighting {
+            direct: entering_light(&self.solid, &self.body, &illumination.lights, &self.optics.half_space),
+            sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
+        }
     }
 
     /// The solution for lamps and skies alone.
-    fn solve_direct(&self) -> Solution {
-        let dark = vec![f32x4::ZERO; self.direct.len()];
+    fn solve_direct(&self, lighting: &Lighting) -> Solution {
+        let dark = vec![f32x4::ZERO; lighting.direct.len()];
         let dark = vec![dark; self.nodes.indices().len() / snowblue_field::GROUP];
-        self.solve(&dark, SolveOptions { sources: &self.sources, ..SolveOptions::default() })
+        self.solve(lighting, &dark, lighting.options())
     }
 
     /// The solution with the irradiance by other surfaces, for each group and element.
-    fn solve(&self, gathered: &[Vec<f32x4>], options: SolveOptions) -> Solution {
+    fn solve(&self, lighting: &Lighting, gathered: &[Vec<f32x4>], options: SolveOptions) -> Solution {
         let mut entering = gathered.to_vec();
         let mut irradiance = gathered.to_vec();
-        for (element, direct) in self.direct.iter().enumerate() {
+        for (element, direct) in lighting.direct.iter().enumerate() {
             let spectra = [(&mut entering, &direct.escape_weighted), (&mut irradiance, &direct.irradiance)];
             for (groups, spectrum) in spectra {
                 for (group, values) in groups.iter_mut().zip(self.nodes.gather(|index| spectrum.0[index])) {
@@ -264,23 +310,6 @@ impl<'a> PreparedBody<'a> {
 }
 
 impl BodyField {
-    fn new(prepared: PreparedBody, solution: Solution) -> Self {
-        let PreparedBody { body, nodes, optics, lamps, direct, .. } = prepared;
-        let mut reference = Spectrum::ZERO;
-        for (entering, element) in direct.iter().zip(body.surface()) {
-            reference.add_product(element.area_m2, &Spectrum::ONE, &entering.escape_weighted);
-            lamps.iter().for_each(|lamp| reference.add_product(element.area_m2, &Spectrum::ONE, &lamp.intensity));
-        }
-        // A body that no lamp lights directly.
-        if reference.maximum() <= 0.0 {
-            reference = Spectrum::ONE;
-        }
-        let scale = |index: usize| narrow(optics.transport_lengths_m[index]) * reference.0[index];
-        let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
-        let scale = Spectrum(std::array::from_fn(scale));
-        Self { body, fluence: solution.fluence, nodes, scale, optics, transport_length_m }
-    }
-
     /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
     /// where the surface is lit: it lacks what does not return of the light that the reflection function reflects.
     pub(crate) fn diffuse_radiance(&self, point: Vec3A, normal: Vec3A, cos_exit: f32) -> Spectrum {
@@ -303,18 +332,24 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
-        let groups = self.body.fluence(&self.fluence, point.as_dvec3(), DVec3::ZERO);
-        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3(), DVec3::ZERO)?, &lit.scale)))
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
-        let groups = self.body.flux(&self.fluence, point.as_dvec3(), normal.as_dvec3());
-        groups.map_or(Spectrum::ZERO, |groups| self.spectrum(groups))
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
+    }
+
+    /// The sum over the lights of all spectra.
+    fn sum(&self, term: impl Fn(&LitFluence) -> Option<Spectrum>) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        self.lit.iter().filter_map(term).for_each(|spectrum| sum += spectrum);
+        sum
     }
 
     /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
-    fn spectrum(&self, groups: impl Iterator<Item = f32x4>) -> Spectrum {
+    fn spectrum(&self, groups: impl Iterator<Item = f32x4>, scale: &Spectrum) -> Spectrum {
         let mut at_nodes = [0.0; MOST_NODES];
         for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
             values.copy_from_slice(group.as_array());
@@ -323,7 +358,7 @@ impl BodyField {
         let at_nodes = &mut at_nodes[..indices.len()];
         let is_positive = at_nodes.iter().all(|value| *value > 0.0);
         for (value, index) in at_nodes.iter_mut().zip(indices) {
-            let scale = self.scale.0[*index];
+            let scale = scale.0[*index];
             *value = if scale > 0.0 { *value / scale } else { 0.0 };
             if is_positive {
                 *value = value.max(f32::MIN_POSITIVE).ln();
@@ -331,7 +366,7 @@ impl BodyField {
         }
         let value = |wavelength: usize| {
             let value = self.nodes.interpolate(wavelength, at_nodes);
-            (if is_positive { value.exp() } else { value }) * self.scale.0[wavelength]
+            (if is_positive { value.exp() } else { value }) * scale.0[wavelength]
         };
         Spectrum(std::array::from_fn(value))
     }

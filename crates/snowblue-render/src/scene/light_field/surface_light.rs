@@ -39,7 +39,7 @@ pub(super) struct LitPoint {
 pub(super) fn entering_light(
     solid: &Solid,
     body: &SnowBody,
-    lights: &[Light],
+    lights: &[&Light],
     half_space: &HalfSpace,
 ) -> Vec<EnteringLight> {
     let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
@@ -67,7 +67,7 @@ pub(super) fn entering_light(
 /// extent are sampled once with each sampler.
 pub(super) fn visit_lights(
     queries: &mut SceneQueries,
-    lights: &[Light],
+    lights: &[&Light],
     lit: &LitPoint,
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
     visit: &mut dyn FnMut(f32, Spectrum),
