@@ -13,13 +13,14 @@ use wide::f32x4;
 use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::Light;
-use crate::scene::light_field::MOST_GROUPS;
 use crate::scene::light_field::solid::Solid;
 use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, surface_point, visit_lights};
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
+/// Most groups of spectral nodes.
+pub(super) const MOST_GROUPS: usize = 4;
 /// Most rays of a body, which bounds memory and time.
 const MOST_RAYS: usize = 4 << 20;
 /// Most rays of a surface element.

@@ -26,7 +26,7 @@ use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
-use gather::{Exitance, GatheredPaths, Surroundings};
+use gather::{Exitance, GatheredPaths, MOST_GROUPS, Surroundings};
 pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
@@ -43,8 +43,6 @@ const GATHER_TOLERANCE: f64 = 0.01;
 const GATHER_RESIDUAL: f64 = 1e-4;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
-/// Most groups of spectral nodes.
-pub(super) const MOST_GROUPS: usize = 4;
 /// Most spectral nodes.
 const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
 
