@@ -3,6 +3,8 @@
 //! Corner number b of a cell lies at its low end on axis k where bit k of b is 0, else at its high end. Coordinates
 //! within a cell run from 0 to 1. Symmetric 8×8 matrices are stored as their 36 entries on and above the diagonal.
 
+use std::ops::{Mul, Sub};
+
 use glam::DVec3;
 
 /// Corners of a cell.
@@ -24,34 +26,33 @@ pub(crate) const fn entry(a: usize, b: usize) -> usize {
     low * (2 * CORNERS - 1 - low) / 2 + high
 }
 
+/// The factors of a corner's shape function along each axis, at a point of the cell.
+#[inline]
+fn factors<T: Copy + From<u8> + Sub<Output = T>>(corner: usize, at: [T; 3]) -> [T; 3] {
+    std::array::from_fn(|k| if corner >> k & 1 == 1 { at[k] } else { T::from(1) - at[k] })
+}
+
 /// The values of the shape functions at a point of the cell.
 #[inline]
-pub(crate) fn shape(at: [f32; 3]) -> [f32; CORNERS] {
+pub(crate) fn shape<T: Copy + From<u8> + Sub<Output = T> + Mul<Output = T>>(at: [T; 3]) -> [T; CORNERS] {
     std::array::from_fn(|corner| {
-        let factor = |k: usize| if corner >> k & 1 == 1 { at[k] } else { 1.0 - at[k] };
-        factor(0) * factor(1) * factor(2)
+        let [x, y, z] = factors(corner, at);
+        x * y * z
     })
 }
 
 /// The gradients of the shape functions at a point of a cell of a given size.
 fn gradients(at: DVec3, size: DVec3) -> [DVec3; CORNERS] {
     std::array::from_fn(|corner| {
-        let factor = |k: usize| if corner >> k & 1 == 1 { at[k] } else { 1.0 - at[k] };
+        let [x, y, z] = factors(corner, at.to_array());
         let slope = |k: usize| if corner >> k & 1 == 1 { 1.0 } else { -1.0 } / size[k];
-        DVec3::new(slope(0) * factor(1) * factor(2), factor(0) * slope(1) * factor(2), factor(0) * factor(1) * slope(2))
-    })
-}
-
-fn values(at: DVec3) -> [f64; CORNERS] {
-    std::array::from_fn(|corner| {
-        let factor = |k: usize| if corner >> k & 1 == 1 { at[k] } else { 1.0 - at[k] };
-        factor(0) * factor(1) * factor(2)
+        DVec3::new(slope(0) * y * z, x * slope(1) * z, x * y * slope(2))
     })
 }
 
 /// Adds `factor` ∇Nₐ·∇N_b at a point to `stiffness` and `factor` Nₐ N_b to `mass`.
 fn add_products(at: DVec3, size: DVec3, factor: f64, stiffness: &mut Symmetric, mass: &mut Symmetric) {
-    let (gradients, values) = (gradients(at, size), values(at));
+    let (gradients, values) = (gradients(at, size), shape(at.to_array()));
     for a in 0..CORNERS {
         for b in a..CORNERS {
             stiffness[entry(a, b)] += factor * gradients[a].dot(gradients[b]);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::body::Body;
-use crate::element::shape;
+use crate::element::{CORNERS, shape};
 use crate::grid::{Cell, Grid};
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
@@ -65,10 +65,6 @@ pub struct Fluence {
     nodes: Vec<Vec<f32x4>>,
     /// The net flux through the surface.
     flux: SurfaceValues,
-    /// The solutions at the free nodes, from which another solution may start.
-    solutions: Vec<Vec<f32x4>>,
-    /// Iterations of the solver for each group.
-    pub iterations: Vec<usize>,
 }
 
 impl SnowBody {
@@ -101,12 +97,7 @@ impl SnowBody {
     #[must_use]
     pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
-        let mut fluence = Fluence {
-            nodes: Vec::new(),
-            flux: SurfaceValues::default(),
-            solutions: Vec::new(),
-            iterations: Vec::new(),
-        };
+        let mut fluence = Fluence { nodes: Vec::new(), flux: SurfaceValues::default() };
         for (number, (system, light)) in self.systems.iter().zip(light).enumerate() {
             let diffusion = &self.diffusion[number];
             assert_eq!(light.len(), self.grid.surface.len());
@@ -114,39 +105,53 @@ impl SnowBody {
             for source in options.sources {
                 add_source(&self.grid, source, number, &diffusion(source.centre), &mut right);
             }
-            let solution =
-                solve(system, &right, options.start.map(|start| start.solutions[number].as_slice()), options.tolerance);
+            let start = options.start.map(|start| self.at_free_nodes(&start.nodes[number]));
+            let solution = solve(system, &right, start, options.tolerance);
             let node = |node: u32| {
                 let terms = self.grid.terms(node).iter();
-                terms.fold(f32x4::ZERO, |sum, term| sum + solution.values[term.free as usize] * term.weight)
+                terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)
             };
             let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
-            let nodes: Vec<f32x4> = (0..count).into_par_iter().map(node).collect();
-            fluence.nodes.push(nodes);
-            fluence.iterations.push(solution.iterations);
-            fluence.solutions.push(solution.values);
+            fluence.nodes.push((0..count).into_par_iter().map(node).collect());
         }
-        let flux = fluence
-            .nodes
-            .par_iter()
-            .zip(light)
-            .map(|(nodes, light)| self.surface_nodes.smooth(&self.grid, &self.flux_of_elements(nodes, light)));
-        fluence.flux = SurfaceValues(flux.collect());
+        fluence.flux = self.smooth(&self.element_flux(&fluence, light));
         fluence
     }
 
-    /// The net flux outwards through each surface element, at each group of wavelengths, for the light of the solution.
+    /// The values of the free nodes among those of all nodes.
+    fn at_free_nodes(&self, nodes: &[f32x4]) -> Vec<f32x4> {
+        let mut free = vec![f32x4::ZERO; self.grid.free_count];
+        for (node, value) in (0..).zip(nodes) {
+            if let [term] = self.grid.terms(node) {
+                free[term.free as usize] = *value;
+            }
+        }
+        free
+    }
+
+    /// The net flux outwards, J = (φ − 4 Σ K F) / (3q), for the light of the solution: for each group of wavelengths a
+    /// value at each surface element.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
-        let groups = fluence.nodes.iter().zip(light).map(|(nodes, light)| self.flux_of_elements(nodes, light));
-        let groups: Vec<Vec<f32x4>> = groups.collect();
-        (0..self.grid.surface.len()).map(|index| groups.iter().map(|flux| flux[index]).collect()).collect()
+        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+        let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
+        let of_group = |(nodes, light): (&Vec<f32x4>, &&[f32x4])| {
+            let mut flux = vec![f32x4::ZERO; light.len()];
+            for (cell, elements) in self.grid.surface_cells() {
+                for index in elements {
+                    let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
+                    flux[index] = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
+                }
+            }
+            flux
+        };
+        fluence.nodes.par_iter().zip(light).map(of_group).collect()
     }
 
     /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of
     /// wavelengths a value at each element.
     #[must_use]
-    pub fn smooth(&self, elements: &[&[f32x4]]) -> SurfaceValues {
+    pub fn smooth(&self, elements: &[Vec<f32x4>]) -> SurfaceValues {
         SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
     }
 
@@ -163,20 +168,6 @@ impl SnowBody {
         Some(values.0.iter().map(move |group| self.surface_nodes.flux(group, cell, at, normal.as_vec3())))
     }
 
-    /// The net flux J = (φ − 4 Σ K F) / (3q) through each surface element, outwards.
-    fn flux_of_elements(&self, nodes: &[f32x4], light: &[f32x4]) -> Vec<f32x4> {
-        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-        let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
-        let mut flux = vec![f32x4::ZERO; light.len()];
-        for (cell, elements) in self.grid.surface_cells() {
-            for index in elements {
-                let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
-                flux[index] = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
-            }
-        }
-        flux
-    }
-
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
     /// normal; none if there is no cell within a step of the point.
     #[inline]
@@ -189,17 +180,12 @@ impl SnowBody {
         self.surface_value(&fluence.flux, point, normal)
     }
 
-    /// The fluence rate of each group of wavelengths at a point of the surface, in m, with its outward unit normal;
-    /// none if there is no cell within a step of the point.
+    /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.
     #[inline]
-    pub fn fluence<'f>(
-        &'f self,
-        fluence: &'f Fluence,
-        point: DVec3,
-        normal: DVec3,
-    ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.find(point, normal)?;
-        Some(fluence.nodes.iter().map(move |nodes| interpolated(nodes, cell, at)))
+    pub fn fluence<'f>(&self, fluence: &'f Fluence, point: DVec3) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+        let (cell, at) = self.grid.find(point)?;
+        let (shape, corners) = (shape(at), cell.corners);
+        Some(fluence.nodes.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
     }
 
     /// The cell at a point of the surface.
@@ -215,6 +201,12 @@ impl SnowBody {
 /// The value at a point of a cell.
 #[inline]
 fn interpolated(nodes: &[f32x4], cell: &Cell, at: [f32; 3]) -> f32x4 {
-    let terms = cell.corners.iter().zip(shape(at));
-    terms.fold(f32x4::ZERO, |sum, (node, weight)| sum + nodes[*node as usize] * weight)
+    weighted(nodes, &cell.corners, &shape(at))
+}
+
+/// The sum of some nodes' values with their weights.
+#[inline]
+fn weighted(nodes: &[f32x4], corners: &[u32; CORNERS], weights: &[f32; CORNERS]) -> f32x4 {
+    let terms = corners.iter().zip(weights);
+    terms.fold(f32x4::ZERO, |sum, (node, weight)| sum + nodes[*node as usize] * *weight)
 }

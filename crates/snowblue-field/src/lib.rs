@@ -18,7 +18,7 @@ mod system;
 pub use body::{AxisCrossing, Body};
 pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
 pub use optics::SnowOptics;
-pub use plan::{FieldError, choose_step_m, mean_thickness_m};
+pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;
 pub use source::VolumeSource;
 pub use spectral_nodes::{GROUP, SpectralNodes};

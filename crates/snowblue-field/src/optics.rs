@@ -2,24 +2,20 @@
 
 use snowblue_transport::ordinates::HalfSpace;
 use snowblue_transport::{
-    Demand, GrainTallies, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
+    Demand, GrainTallies, Medium, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
 };
 
 /// Rays of the tallies per node of the refractive index: .2 % in the transmittance of 15 cm.
 const RAYS: u32 = 1 << 18;
 
-/// Extinction, diffusion and absorption of snow, and the functions of its surface.
+/// Diffusion and absorption of snow, and the functions of its surface.
 #[derive(Debug, Clone)]
 pub struct SnowOptics {
-    /// Extinction coefficient κ, in 1/m, at the first wavelength. It hardly depends on the wavelength.
-    pub extinction_per_m: f64,
     /// Transport mean free path ℓ* = 1/(κ (1 − ω g)) at each wavelength, in m.
     pub transport_lengths_m: Vec<f64>,
     /// Absorption coefficient μ_a = κ (1 − ω) at each wavelength, in 1/m.
     pub absorption_per_m: Vec<f64>,
-    /// The phase function at the middle wavelength, without absorption, with the medium's asymmetry.
-    pub phase: PhaseFunction,
-    /// The half-space of that phase function.
+    /// The half-space of the phase function at the middle wavelength, with the medium's asymmetry.
     pub half_space: HalfSpace,
 }
 
@@ -37,7 +33,7 @@ impl SnowOptics {
         let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
         let media: Vec<_> =
             wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm, None)).collect();
-        let transport_length_m = |medium: &snowblue_transport::Medium| {
+        let transport_length_m = |medium: &Medium| {
             let scattering = &medium.scattering;
             let albedo = 1.0 - scattering.one_minus_albedo;
             1.0 / (medium.extinction_per_m * (1.0 - albedo * scattering.asymmetry()))
@@ -46,14 +42,12 @@ impl SnowOptics {
         let phase = PhaseFunction::of_sample(sample, middle_nm, &PhasePlan::default())?;
         let phase = phase.with_asymmetry(media[wavelengths_nm.len() / 2].scattering.asymmetry());
         Ok(Self {
-            extinction_per_m: media[0].extinction_per_m,
             transport_lengths_m: media.iter().map(transport_length_m).collect(),
             absorption_per_m: media
                 .iter()
                 .map(|medium| medium.extinction_per_m * medium.scattering.one_minus_albedo)
                 .collect(),
             half_space: HalfSpace::new(&phase),
-            phase,
         })
     }
 }

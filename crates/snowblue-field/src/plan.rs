@@ -40,49 +40,21 @@ pub enum FieldError {
     },
 }
 
-/// Mean thickness of a body in m: four times its volume over its surface, the mean length of a random chord.
-///
-/// # Errors
-///
-/// If no line crosses the body.
-pub fn mean_thickness_m(body: &dyn Body) -> Result<f64, FieldError> {
-    let survey = Survey::of(body)?;
-    Ok(4.0 * survey.volume_m3 / survey.area_m2)
-}
-
-/// Size of the cells at the surface of a body, in m, for snow with a transport mean free path in m, at some number of
-/// groups of four wavelengths, within a bound of memory in MiB.
-///
-/// # Errors
-///
-/// If no line crosses the body, or the cells that fit into the memory are too coarse.
-pub fn choose_step_m(
-    body: &dyn Body,
-    transport_length_m: f64,
-    groups: usize,
-    memory_mib: u64,
-) -> Result<f64, FieldError> {
-    let survey = Survey::of(body)?;
-    let usual = bisect(|step_m| survey.nodes(step_m) <= USUAL_NODES);
-    let wanted = usual.clamp(FINEST_LENGTHS * transport_length_m, COARSE_LENGTHS * transport_length_m);
-    let bytes = memory_mib as f64 * f64::from(1 << 20);
-    let smallest = bisect(|step_m| survey.bytes(step_m, groups) <= bytes);
-    let allowed = COARSEST_LENGTHS * transport_length_m;
-    if smallest > allowed {
-        return Err(FieldError::TooLarge { needed_mm: 1e3 * smallest, allowed_mm: 1e3 * allowed, memory_mib });
-    }
-    Ok(wanted.max(smallest))
-}
-
 /// Size and extent of a body.
-struct Survey {
+#[derive(Debug, Clone, Copy)]
+pub struct Survey {
     volume_m3: f64,
     area_m2: f64,
     bounds_m: DVec3,
 }
 
 impl Survey {
-    fn of(body: &dyn Body) -> Result<Self, FieldError> {
+    /// Measures a body with some lines.
+    ///
+    /// # Errors
+    ///
+    /// If no line crosses the body.
+    pub fn new(body: &dyn Body) -> Result<Self, FieldError> {
         let [low, high] = body.bounds();
         let bounds_m = high - low;
         let lattice = Lattice::around(body, bounds_m.max_element() / SURVEY_CELLS, DVec3::ZERO);
@@ -95,6 +67,30 @@ impl Survey {
         let volume_m3 = covered.iter().flatten().map(|(_, coverage)| cell_m3 * inside(coverage)).sum();
         let area_m2 = surface(body, &lattice).iter().map(|element| f64::from(element.area_m2)).sum();
         if volume_m3 > 0.0 { Ok(Self { volume_m3, area_m2, bounds_m }) } else { Err(FieldError::NoVolume) }
+    }
+
+    /// Mean thickness in m: four times the volume over the surface, the mean length of a random chord.
+    #[must_use]
+    pub fn mean_thickness_m(&self) -> f64 {
+        4.0 * self.volume_m3 / self.area_m2
+    }
+
+    /// Size of the cells at the surface, in m, for snow with a transport mean free path in m, at some number of groups
+    /// of four wavelengths, within a bound of memory in MiB.
+    ///
+    /// # Errors
+    ///
+    /// If the cells that fit into the memory are too coarse.
+    pub fn choose_step_m(&self, transport_length_m: f64, groups: usize, memory_mib: u64) -> Result<f64, FieldError> {
+        let usual = bisect(|step_m| self.nodes(step_m) <= USUAL_NODES);
+        let wanted = usual.clamp(FINEST_LENGTHS * transport_length_m, COARSE_LENGTHS * transport_length_m);
+        let bytes = memory_mib as f64 * f64::from(1 << 20);
+        let smallest = bisect(|step_m| self.bytes(step_m, groups) <= bytes);
+        let allowed = COARSEST_LENGTHS * transport_length_m;
+        if smallest > allowed {
+            return Err(FieldError::TooLarge { needed_mm: 1e3 * smallest, allowed_mm: 1e3 * allowed, memory_mib });
+        }
+        Ok(wanted.max(smallest))
     }
 
     /// About how many nodes a grid has: those of layers of cells that double in size away from the surface.
@@ -145,7 +141,7 @@ mod tests {
         let bodies: [&dyn Body; 2] = [&ball, &block];
         for body in bodies {
             for step_m in [0.01, 0.02] {
-                let estimate = Survey::of(body).unwrap().nodes(step_m);
+                let estimate = Survey::new(body).unwrap().nodes(step_m);
                 let count = Grid::new(body, step_m, DVec3::ZERO).free_count as f64;
                 assert!(estimate > 0.6 * count && estimate < 1.7 * count, "{estimate} {count}");
             }
@@ -155,10 +151,10 @@ mod tests {
     #[test]
     fn a_kilometre_of_fine_snow_does_not_fit() {
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::splat(1000.0));
-        let error = choose_step_m(&body, 1e-4, 2, 1024).unwrap_err();
+        let error = Survey::new(&body).unwrap().choose_step_m(1e-4, 2, 1024).unwrap_err();
         assert!(matches!(error, FieldError::TooLarge { memory_mib: 1024, .. }), "{error}");
         let small = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.15, 0.6));
-        let step_m = choose_step_m(&small, 0.002, 2, 1024).unwrap();
+        let step_m = Survey::new(&small).unwrap().choose_step_m(0.002, 2, 1024).unwrap();
         assert!(step_m > 0.005 && step_m < 0.02, "{step_m}");
     }
 }

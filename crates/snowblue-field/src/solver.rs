@@ -9,18 +9,12 @@ use crate::system::{ROWS_PER_TASK, System};
 /// Most iterations. Fifty to two hundred are usual.
 const MOST_ITERATIONS: usize = 2000;
 
-/// A solution of four systems, and how it was found.
-pub(crate) struct Solution {
-    pub(crate) values: Vec<f32x4>,
-    pub(crate) iterations: usize,
-}
-
 /// Solves the systems for one right-hand side each, from a start, to a relative residual in the norm of the
 /// preconditioner.
-pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<&[f32x4]>, tolerance: f64) -> Solution {
+pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>, tolerance: f64) -> Vec<f32x4> {
     let count = system.len();
     let inverse = &system.inverse_diagonal;
-    let mut values = start.map_or_else(|| vec![f32x4::ZERO; count], <[f32x4]>::to_vec);
+    let mut values = start.unwrap_or_else(|| vec![f32x4::ZERO; count]);
     let mut residual = vec![f32x4::ZERO; count];
     residual.par_chunks_mut(ROWS_PER_TASK).enumerate().for_each(|(task, residual)| {
         for (k, residual) in residual.iter_mut().enumerate() {
@@ -59,7 +53,7 @@ pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<&[f32x4]>, t
         });
         iterations += 1;
     }
-    Solution { values, iterations }
+    values
 }
 
 fn wide(value: f32x4) -> f64x4 {

@@ -104,9 +104,7 @@ impl Node {
         let leave = x_end.fast_min(y_end).fast_min(z_end.fast_min(f32x8::splat(end_m)));
         HitChildren { mask: enter.simd_le(leave).to_bitmask(), enter_m: enter.to_array() }
     }
-}
 
-impl Node {
     /// The children whose boxes are within a distance of a point, one bit each.
     #[inline(always)]
     fn near(&self, point: &[f32x8; 3], distance: f32) -> u32 {
@@ -171,33 +169,26 @@ impl Bvh8 {
 
     /// Calls `visit` for each leaf whose box is within a distance of a point, in any order, until it returns true.
     #[inline]
-    pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, mut visit: impl FnMut(usize) -> bool) {
+    pub(crate) fn visit_near(&self, point: Vec3A, distance: f32, visit: impl FnMut(usize) -> bool) {
         let point = point.to_array().map(f32x8::splat);
-        let mut stack = ArrayVec::<u32, STACK_CAPACITY>::new();
-        stack.push(self.root);
-        while let Some(next) = stack.pop() {
-            if next & LEAF_FLAG == 0 {
-                let node = &self.nodes[next as usize];
-                let mut mask = node.near(&point, distance);
-                while mask != 0 {
-                    stack.push(node.children[mask.trailing_zeros() as usize]);
-                    mask &= mask - 1;
-                }
-            } else if visit((next & !LEAF_FLAG) as usize) {
-                return;
-            }
-        }
+        self.visit_leaves(|node| node.near(&point, distance), visit);
     }
 
     /// Calls `visit` for each leaf that the ray hits, in any order, until it returns true.
     #[inline]
-    pub(crate) fn traverse(&self, ray: &BvhRay, mut visit: impl FnMut(usize) -> bool) {
+    pub(crate) fn traverse(&self, ray: &BvhRay, visit: impl FnMut(usize) -> bool) {
+        self.visit_leaves(|node| node.intersect(ray, ray.interval.end_m).mask, visit);
+    }
+
+    /// Calls `visit` for each leaf below chosen children, one bit each, in any order, until it returns true.
+    #[inline]
+    fn visit_leaves(&self, children: impl Fn(&Node) -> u32, mut visit: impl FnMut(usize) -> bool) {
         let mut stack = ArrayVec::<u32, STACK_CAPACITY>::new();
         stack.push(self.root);
         while let Some(next) = stack.pop() {
             if next & LEAF_FLAG == 0 {
                 let node = &self.nodes[next as usize];
-                let mut mask = node.intersect(ray, ray.interval.end_m).mask;
+                let mut mask = children(node);
                 while mask != 0 {
                     stack.push(node.children[mask.trailing_zeros() as usize]);
                     mask &= mask - 1;

@@ -7,13 +7,12 @@
 
 use std::ops::{AddAssign, Mul};
 
-use glam::Vec3A;
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
 use super::vertex::{Shading, SnowVertex, Vertex};
 use crate::film::sensor::SensorSample;
 use crate::scene::Scene;
-use crate::scene::light::{Light, LightOrigin, LightSample};
+use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::pca_snow::{Emission, Reflection};
@@ -31,8 +30,8 @@ pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
     /// Light that the camera sees directly.
     fn emitted(scene: &Scene, radiance: &Spectrum) -> Self;
 
-    /// Light after reflection at a cosine of incidence: reflectance times power.
-    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self;
+    /// Light after reflection: reflectance times power.
+    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self;
 
     /// Light after transmission through snow: transmittance times power.
     fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self;
@@ -153,11 +152,6 @@ impl<'a> Source<'a> {
         Self { scene, light: &scene.lights[light], origin: &sample.origin, emission, table }
     }
 
-    /// Unit direction from a surface towards the light.
-    fn direction_from(&self, vertex: &Vertex) -> Vec3A {
-        self.origin.direction_from(vertex.surface.point).direction
-    }
-
     fn power(&self) -> Spectrum {
         match self.emission {
             Emission::Transmitted => self.light.power(self.origin),
@@ -186,8 +180,8 @@ impl Carried for Spectrum {
         *radiance
     }
 
-    fn reflected(source: &Source, vertex: &Vertex, _: f32) -> Self {
-        vertex.reflectance(source.direction_from(vertex)) * source.power()
+    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self {
+        vertex.reflectance(incident.direction) * source.power()
     }
 
     fn transmitted(source: &Source, snow: &SnowVertex, depth_cm: f32, cos_incidence: f32) -> Self {
@@ -207,15 +201,15 @@ impl Carried for SensorSample {
     }
 
     #[inline]
-    fn reflected(source: &Source, vertex: &Vertex, cos_incidence: f32) -> Self {
+    fn reflected(source: &Source, vertex: &Vertex, incident: &IncidentLight) -> Self {
         match (source.material(vertex.surface.material), &vertex.shading) {
             (MaterialResponse::Constant(response), _)
             | (MaterialResponse::Snow { constant_reflectance: Some(response), .. }, _) => *response,
             (MaterialResponse::Snow { table, .. }, Shading::Snow(snow)) => {
-                let angle_deg = snow.look_up_angle_deg(cos_incidence);
+                let angle_deg = snow.look_up_angle_deg(incident.cos_incidence);
                 Self::from_array(table.reflectance(snow.depth_cm(), angle_deg))
             }
-            _ => source.response(&vertex.reflectance(source.direction_from(vertex))),
+            _ => source.response(&vertex.reflectance(incident.direction)),
         }
     }
 

@@ -202,7 +202,7 @@ impl<'scene> PcaSnowIntegrator<'scene> {
             return None;
         }
         let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
-        let radiance = C::reflected(&source, vertex, incident.cos_incidence);
+        let radiance = C::reflected(&source, vertex, &incident);
         Some(radiance * (incident.irradiance_per_power * FRAC_1_PI))
     }
 }

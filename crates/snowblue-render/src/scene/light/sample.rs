@@ -87,6 +87,8 @@ impl SpotCone {
 /// Light that arrives at a surface point, visibility aside.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct IncidentLight {
+    /// Unit direction towards the light.
+    pub(crate) direction: Vec3A,
     /// Cosine between the normal and the direction towards the light, above 0.
     pub(crate) cos_incidence: f32,
     /// Irradiance per unit of the light's power.
@@ -171,6 +173,7 @@ impl LightSample {
             LightOrigin::Point(_) | LightOrigin::Distant(_) => 1.0,
         };
         (cos_incidence > 0.0 && cos_emission > 0.0 && irradiance_per_power > 0.0).then_some(IncidentLight {
+            direction,
             cos_incidence,
             irradiance_per_power,
             cos_emission,

@@ -17,7 +17,7 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
     Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
-    VolumeSource,
+    Survey, VolumeSource,
 };
 use wide::f32x4;
 
@@ -121,24 +121,30 @@ impl LightField {
         let mut body_of = vec![None; scene.objects.list().len()];
         let mut solids = Vec::new();
         for object in 0..body_of.len() {
-            let Some(optics) = (scene.snow)(object).filter(|_| body_of[object].is_none()) else { continue };
+            if body_of[object].is_some() {
+                continue;
+            }
+            let Some(optics) = (scene.snow)(object) else { continue };
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
             let solid = Solid::new(scene.objects, object).ok_or_else(|| (object, "has no end".to_owned()))?;
-            let thickness_m = snowblue_field::mean_thickness_m(&solid).map_err(|error| (object, error.to_string()))?;
-            solids.push((solid, optics, thickness_m));
+            let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
+            solids.push((solid, optics, survey));
         }
         // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
-        let thickest = solids.iter().max_by(|(_, _, one), (_, _, other)| one.total_cmp(other));
-        let nodes = thickest.map(|(_, optics, thickness_m)| {
-            SpectralNodes::for_thickness(&optics.transport_lengths_m, &optics.absorption_per_m, *thickness_m)
+        let thickest = solids
+            .iter()
+            .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
+        let nodes = thickest.map(|(_, optics, survey)| {
+            let thickness_m = survey.mean_thickness_m();
+            SpectralNodes::for_thickness(&optics.transport_lengths_m, &optics.absorption_per_m, thickness_m)
         });
         let mut prepared = Vec::with_capacity(solids.len());
-        for (solid, optics, _) in solids {
+        for (solid, optics, survey) in solids {
             let Some(nodes) = nodes.as_ref().map(|nodes| nodes.with_absorption(&optics.absorption_per_m)) else {
                 break;
             };
             let object = solid.object;
-            prepared.push(PreparedBody::new(solid, optics, nodes).map_err(|reason| (object, reason))?);
+            prepared.push(PreparedBody::new(solid, &survey, optics, nodes).map_err(|reason| (object, reason))?);
         }
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
         for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
@@ -234,11 +240,10 @@ impl Lighting {
 }
 
 impl<'a> PreparedBody<'a> {
-    fn new(solid: Solid<'a>, optics: SnowOptics, nodes: SpectralNodes) -> Result<Self, String> {
+    fn new(solid: Solid<'a>, survey: &Survey, optics: SnowOptics, nodes: SpectralNodes) -> Result<Self, String> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let step_m = snowblue_field::choose_step_m(&solid, shortest_m, groups, MEMORY_MIB);
-        let step_m = step_m.map_err(|error| error.to_string())?;
+        let step_m = survey.choose_step_m(shortest_m, groups, MEMORY_MIB).map_err(|error| error.to_string())?;
         let lengths: Vec<f32x4> = nodes.gather(|index| narrow(optics.transport_lengths_m[index])).collect();
         let absorption: Vec<f32x4> = nodes.gather(|index| narrow(optics.absorption_per_m[index])).collect();
         let diffusion = lengths.into_iter().zip(absorption).map(|(transport_length_m, absorption_per_m)| {
@@ -288,13 +293,10 @@ impl<'a> PreparedBody<'a> {
     fn exitance(&self, solution: &Solution) -> SurfaceValues {
         let entering: Vec<&[f32x4]> = solution.entering.iter().map(Vec::as_slice).collect();
         let mut exitance = solution.irradiance.clone();
-        for (element, flux) in self.body.element_flux(&solution.fluence, &entering).into_iter().enumerate() {
-            for (group, flux) in exitance.iter_mut().zip(flux) {
-                group[element] += flux;
-            }
+        for (group, flux) in exitance.iter_mut().zip(self.body.element_flux(&solution.fluence, &entering)) {
+            group.iter_mut().zip(flux).for_each(|(value, flux)| *value += flux);
         }
-        let groups: Vec<&[f32x4]> = exitance.iter().map(Vec::as_slice).collect();
-        self.body.smooth(&groups)
+        self.body.smooth(&exitance)
     }
 
     /// The sum of all nodes over the surface of an irradiance.
@@ -330,7 +332,7 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
-        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3(), DVec3::ZERO)?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.
