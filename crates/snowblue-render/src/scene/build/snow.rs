@@ -84,9 +84,9 @@ fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) 
     sample_at(snow, 0.0).snow(ice).map_err(|error| no_snow(path, &error))
 }
 
-/// An error about snow that no integrator but PCASnow's can take.
+/// An error about snow that only PCASnow can render.
 fn no_snow(path: &KeyPath, error: &dyn Display) -> RenderError {
-    path.error(format!("applies to the integrator pcasnow only: {error}")).into()
+    path.error(format!("cannot be rendered by this integrator: {error}")).into()
 }
 
 /// The snow where the mask has a value.

@@ -126,7 +126,8 @@ impl LightField {
             }
             let Some(optics) = (scene.snow)(object) else { continue };
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
-            let solid = Solid::new(scene.objects, object).ok_or_else(|| (object, "has no end".to_owned()))?;
+            let solid = Solid::new(scene.objects, object)
+                .ok_or_else(|| (object, "is infinite, but snow must be a solid for this integrator".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
             solids.push((solid, optics, survey));
         }
