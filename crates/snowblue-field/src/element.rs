@@ -42,7 +42,7 @@ pub(crate) fn shape<T: Copy + From<u8> + Sub<Output = T> + Mul<Output = T>>(at: 
 }
 
 /// The gradients of the shape functions at a point of a cell of a given size.
-fn gradients(at: DVec3, size: DVec3) -> [DVec3; CORNERS] {
+pub(crate) fn gradients(at: DVec3, size: DVec3) -> [DVec3; CORNERS] {
     std::array::from_fn(|corner| {
         let [x, y, z] = factors(corner, at.to_array());
         let slope = |k: usize| if corner >> k & 1 == 1 { 1.0 } else { -1.0 } / size[k];

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::body::Body;
-use crate::element::{CORNERS, shape};
+use crate::element::{CORNERS, gradients, shape};
 use crate::grid::{Cell, Grid};
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
@@ -186,6 +186,22 @@ impl SnowBody {
         let (cell, at) = self.grid.find(point)?;
         let (shape, corners) = (shape(at), cell.corners);
         Some(fluence.nodes.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
+    }
+
+    /// The gradient of the fluence rate of each group of wavelengths at a point of the body, per m; none if there is no
+    /// cell.
+    #[inline]
+    pub fn gradient<'f>(
+        &self,
+        fluence: &'f Fluence,
+        point: DVec3,
+    ) -> Option<impl Iterator<Item = [f32x4; 3]> + use<'f>> {
+        let (cell, at) = self.grid.find(point)?;
+        let slopes = gradients(at.map(f64::from).into(), self.grid.cell_size(cell)).map(DVec3::as_vec3);
+        let corners = cell.corners;
+        Some(fluence.nodes.iter().map(move |nodes| {
+            std::array::from_fn(|axis| weighted(nodes, &corners, &slopes.map(|slope| slope[axis])))
+        }))
     }
 
     /// The cell at a point of the surface.

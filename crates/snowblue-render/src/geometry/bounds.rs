@@ -44,6 +44,12 @@ impl Bounds {
         std::array::from_fn(|bits| Vec3A::new(side(bits, 0), side(bits, 1), side(bits, 2)))
     }
 
+    /// Whether a point is inside or on the surface.
+    #[inline]
+    pub fn contains(&self, point: Vec3A) -> bool {
+        point.cmpge(self.low).all() && point.cmple(self.high).all()
+    }
+
     /// Length of the diagonal, in m.
     pub fn diagonal_m(&self) -> f32 {
         (self.high - self.low).length()

@@ -1,19 +1,21 @@
 //! Integrators: the radiance along a camera ray.
 
 pub(crate) mod first_hit;
-mod pcasnow;
+mod path;
 mod reference;
+mod surroundings;
+mod walk;
 
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::Ray;
-use crate::integrators::pcasnow::PcaSnowIntegrator;
+use crate::integrators::path::PathIntegrator;
 use crate::integrators::reference::ReferenceIntegrator;
 use crate::sampling::Sampler;
 use crate::scene::queries::Statistics;
 use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
-pub(crate) use pcasnow::LightTables;
+pub(crate) use path::LightTables;
 
 /// Bounces before Russian roulette begins.
 const SAFE_BOUNCES: u32 = 4;
@@ -26,7 +28,7 @@ fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
 /// The integrator of a scene, with the state of one thread.
 #[derive(Debug)]
 pub(crate) enum Integrator<'scene> {
-    PcaSnow(PcaSnowIntegrator<'scene>),
+    Path(Box<PathIntegrator<'scene>>),
     Reference(Box<ReferenceIntegrator<'scene>>),
 }
 
@@ -34,9 +36,9 @@ impl<'scene> Integrator<'scene> {
     /// Starts with zero counts.
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         match scene.integrator.kind {
-            IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Self::PcaSnow(PcaSnowIntegrator::new(scene, tables)),
-            IntegratorKind::Hybrid | IntegratorKind::Reference => {
-                Self::Reference(Box::new(ReferenceIntegrator::new(scene)))
+            IntegratorKind::Reference => Self::Reference(Box::new(ReferenceIntegrator::new(scene))),
+            IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Hybrid => {
+                Self::Path(Box::new(PathIntegrator::new(scene, tables)))
             }
         }
     }
@@ -44,7 +46,7 @@ impl<'scene> Integrator<'scene> {
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
         match self {
-            Self::PcaSnow(integrator) => integrator.radiance(camera_ray, sampler),
+            Self::Path(integrator) => integrator.radiance(camera_ray, sampler),
             Self::Reference(integrator) => integrator.radiance(camera_ray, sampler),
         }
     }
@@ -53,7 +55,7 @@ impl<'scene> Integrator<'scene> {
     #[inline]
     pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
         match self {
-            Self::PcaSnow(integrator) => integrator.response(camera_ray, sampler),
+            Self::Path(integrator) => integrator.response(camera_ray, sampler),
             Self::Reference(integrator) => scene.sensor.sample(&integrator.radiance(camera_ray, sampler)),
         }
     }
@@ -61,7 +63,7 @@ impl<'scene> Integrator<'scene> {
     /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
         match self {
-            Self::PcaSnow(integrator) => integrator.statistics(),
+            Self::Path(integrator) => integrator.statistics(),
             Self::Reference(integrator) => integrator.statistics(),
         }
     }

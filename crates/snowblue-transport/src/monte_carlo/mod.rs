@@ -13,9 +13,11 @@ mod spectral;
 mod stack;
 mod volume;
 mod walk;
+mod walk_ends;
 
 pub use goniometric::{Distribution, GoniometricOptions, Patch, PatchGrid, PlanePoint, distribute};
 pub use options::{DEFAULT_RAYS, MonteCarloOptions, RayProgress};
 pub use solve::{MeanPaths, mean_paths, solve};
 pub use stack::solve_stack;
 pub use volume::{GrainPlan, PathLengths, ScatteringEvent, Volume, VolumeNode};
+pub use walk_ends::{MeanEnd, WalkEnds};

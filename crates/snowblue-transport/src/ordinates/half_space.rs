@@ -144,6 +144,12 @@ impl HalfSpace {
         self.extrapolation
     }
 
+    /// The phase function.
+    #[must_use]
+    pub fn phase(&self) -> &PhaseFunction {
+        &self.phase
+    }
+
     /// The reflection function R₀ in 1/sr: the radiance that leaves in the direction μ, per irradiance F = E⊥ μ₀ of a
     /// beam on the surface.
     ///

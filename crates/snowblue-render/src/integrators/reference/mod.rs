@@ -23,8 +23,6 @@
 //! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
 //! that it entered.
 
-mod surroundings;
-
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
@@ -32,21 +30,16 @@ use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, Volu
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use crate::integrators::surroundings::{Flight, Surroundings};
 use crate::integrators::survival_probability;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightHit, LightSample};
-use crate::scene::light_field::BodyField;
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 use crate::spectrum::{SAMPLES, Spectrum};
-
-use surroundings::{Flight, Surroundings};
-
-/// Depth below the nearest surface from which on a walk ends in the light field, in transport mean free paths.
-const END_DEPTH_LENGTHS: f32 = 2.0;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
@@ -245,16 +238,6 @@ impl<'scene> ReferenceIntegrator<'scene> {
                     if volume.least_absorption(&lengths) > absorption_limit {
                         return SnowEnd::Absorbed;
                     }
-                    if let Some(field) = self.field_at(snow.object, path.ray.origin) {
-                        let absorbed = attenuation(volume, &lengths, volume.least_absorption(&lengths));
-                        let point = path.ray.at(field.transport_length_m());
-                        path.radiance.add_product(
-                            0.25 * FRAC_1_PI,
-                            &(path.throughput * absorbed),
-                            &field.fluence(point),
-                        );
-                        return SnowEnd::Absorbed;
-                    }
                 }
                 Flight::Out { origin, .. } => {
                     path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
@@ -267,14 +250,6 @@ impl<'scene> ReferenceIntegrator<'scene> {
                 }
             }
         }
-    }
-
-    /// The light field of a body, where a walk may end in it.
-    #[inline]
-    fn field_at(&self, object: usize, point: Vec3A) -> Option<&'scene BodyField> {
-        let field = self.scene.light_field.as_ref()?.of_object(object)?;
-        let depth_m = END_DEPTH_LENGTHS * field.transport_length_m();
-        self.scene.objects.holds_deeply(object, point, depth_m).then_some(field)
     }
 
     /// Adds the lights without extent that a grain at the end of a flight scatters into the path.

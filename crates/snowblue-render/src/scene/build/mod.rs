@@ -12,8 +12,11 @@ mod sources;
 mod texture;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use snowblue_database::CompressedTable;
+use snowblue_field::SnowOptics;
+use snowblue_transport::monte_carlo::{Volume, WalkEnds};
 
 use crate::error::RenderError;
 use crate::files::SceneFiles;
@@ -23,9 +26,10 @@ use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{KeyPath, MaterialDescription, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::Light;
-use crate::scene::light_field::{FieldScene, InnerLamp, LampInSnow, LightField};
+use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField};
 use crate::scene::material::Material;
 use crate::scene::objects::{Objects, SurfaceInteraction};
+use crate::spectrum::SAMPLES;
 
 use gltf_scene::{GltfScene, read_gltf};
 use material::{NamedMaterial, build_materials, build_volumes};
@@ -85,7 +89,7 @@ impl SceneDescription {
         let light_field = match self.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Reference => None,
             IntegratorKind::Diffusion | IntegratorKind::Hybrid => {
-                Some(self.light_field(&objects, &lights, &materials, &sources)?)
+                Some(self.light_field(&objects, &lights, &materials, (&volumes, &sources))?)
             }
         };
         let (view, path) = self.view(gltf.view)?;
@@ -118,7 +122,7 @@ impl SceneDescription {
         objects: &Objects,
         lights: &[Light],
         materials: &[NamedMaterial],
-        sources: &Sources,
+        (volumes, sources): (&[Option<Volume>], &Sources),
     ) -> Result<LightField, RenderError> {
         let path = |name: &str| KeyPath::root("material").key(name);
         let mut optics = Vec::with_capacity(materials.len());
@@ -128,6 +132,12 @@ impl SceneDescription {
                 _ => None,
             });
         }
+        let walk_ends = |(volume, optics): (&Option<Volume>, &Option<SnowOptics>)| {
+            let length_m = optics.as_ref()?.transport_lengths_m[SAMPLES / 2];
+            let node = &volume.as_ref()?.nodes()[0];
+            Some(Arc::new(EndDepth::ALL.map(|depth| WalkEnds::new(node, length_m, depth.lengths().into()))))
+        };
+        let walk_ends: Vec<_> = volumes.iter().zip(&optics).map(walk_ends).collect();
         let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
@@ -149,6 +159,7 @@ impl SceneDescription {
             objects,
             lights,
             snow: &|object| optics[objects.list()[object].material].clone(),
+            walk_ends: &|object| walk_ends.get(objects.list()[object].material)?.clone(),
             lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,

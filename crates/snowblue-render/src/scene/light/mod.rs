@@ -129,6 +129,11 @@ impl Light {
         !matches!(self, Self::Point(_) | Self::Directional(_))
     }
 
+    /// Whether it shines evenly from all sides, so that only rays find it.
+    pub(crate) fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Sky(_))
+    }
+
     /// The one sample of a light without extent.
     #[inline]
     pub(crate) fn delta_sample(&self) -> Option<LightSample> {

@@ -174,7 +174,7 @@ fn trace(
         (object, surface) = (hit.object, hit.surface_point());
         let lit = LitPoint { surface, side: Side::Outer(object) };
         let samplers = std::iter::once(sampler);
-        visit_lights(queries, around.lights, &lit, samplers, &mut |_, irradiance| {
+        visit_lights(queries, around.lights, &lit, samplers, &mut |_, _, irradiance| {
             light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
         });
         sampler.next_four();

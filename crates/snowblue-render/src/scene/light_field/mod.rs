@@ -9,16 +9,20 @@
 mod gather;
 mod illumination;
 mod inner_lamp;
+mod near_light;
 mod solid;
 mod surface_light;
 
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
     Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
     Survey, VolumeSource,
 };
+use snowblue_transport::monte_carlo::WalkEnds;
+use snowblue_transport::ordinates::HalfSpace;
 use wide::f32x4;
 
 use crate::geometry::ray::{SurfacePoint, narrow};
@@ -30,8 +34,37 @@ use gather::{Exitance, GatheredPaths, MOST_GROUPS, Surroundings};
 pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
+pub(crate) use near_light::{LightWeights, NearLight};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, entering_light};
+
+/// How deep random walks end in the light field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EndDepth {
+    /// Under a surface that is flat for some transport mean free paths around.
+    Flat,
+    /// Near edges, and in bodies that are small or thin.
+    Edge,
+}
+
+impl EndDepth {
+    /// Both.
+    pub(crate) const ALL: [Self; 2] = [Self::Flat, Self::Edge];
+
+    /// The depth below the nearest surface from which on walks end, in transport mean free paths.
+    ///
+    /// Under flat surfaces light is diffuse from one on: the radiance is right within 1 %. Nearer to an edge than 10 it
+    /// loses 7 % with an end at 1, 3 % at 2. An end at 1 halves the noise.
+    pub(crate) const fn lengths(self) -> f32 {
+        match self {
+            Self::Flat => 1.0,
+            Self::Edge => 2.0,
+        }
+    }
+}
+
+/// Where random walks end, for each depth.
+pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 
 /// Memory of the grid of a body, in MiB.
 const MEMORY_MIB: u64 = 1024;
@@ -52,6 +85,8 @@ pub(crate) struct LightField {
     bodies: Vec<BodyField>,
     /// The body of each object.
     body_of: Vec<Option<usize>>,
+    /// Indices of the lights that are inside snow.
+    lamps_in_snow: Vec<usize>,
 }
 
 /// The light in a body of snow.
@@ -63,11 +98,17 @@ pub(crate) struct BodyField {
     optics: SnowOptics,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
+    /// Where random walks end, if there are any.
+    walk_ends: Option<Arc<WalkEndsByDepth>>,
 }
 
 /// The light in a body by lights of one spectrum.
 struct LitFluence {
     fluence: Fluence,
+    /// What the surface sends out, J + Σ F + H.
+    exitance: SurfaceValues,
+    /// The irradiance H by uniform skies and other surfaces, if there is any.
+    diffuse: Option<SurfaceValues>,
     /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
     scale: Spectrum,
 }
@@ -78,6 +119,8 @@ pub(crate) struct FieldScene<'a> {
     pub(crate) lights: &'a [Light],
     /// The optics of an object's snow, if it is snow.
     pub(crate) snow: &'a dyn Fn(usize) -> Option<SnowOptics>,
+    /// Where random walks in an object's snow end, if there are any.
+    pub(crate) walk_ends: &'a dyn Fn(usize) -> Option<Arc<WalkEndsByDepth>>,
     /// Those of the lights that are inside snow.
     pub(crate) lamps_in_snow: &'a [LampInSnow],
     /// The reflectance of a diffuse surface; none for snow.
@@ -96,8 +139,7 @@ struct PreparedBody<'a> {
 
 /// The light of lamps and skies of one spectrum on and in a body.
 struct Lighting {
-    /// At each surface element.
-    direct: Vec<EnteringLight>,
+    direct: EnteringLight,
     /// Lamps inside.
     sources: Vec<VolumeSource>,
 }
@@ -157,17 +199,25 @@ impl LightField {
                 gather_light(scene, lights, &prepared, &mut solutions, &body_of);
             }
             let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
-            for ((lit, one), solution) in lit.iter_mut().zip(&prepared).zip(solutions) {
+            let lit_bodies = lit.iter_mut().zip(&prepared).zip(&lightings).zip(solutions);
+            for (((lit, one), lighting), solution) in lit_bodies {
                 let scale = |k: usize| narrow(one.optics.transport_lengths_m[k]) * spectrum.0[k];
-                lit.push(LitFluence { fluence: solution.fluence, scale: Spectrum(std::array::from_fn(scale)) });
+                lit.push(one.lit(lighting, solution, Spectrum(std::array::from_fn(scale))));
             }
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { body, nodes, optics, .. } = one;
+            let PreparedBody { solid, body, nodes, optics } = one;
             let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
-            BodyField { body, lit, nodes, optics, transport_length_m }
+            let walk_ends = (scene.walk_ends)(solid.object);
+            BodyField { body, lit, nodes, optics, transport_length_m, walk_ends }
         });
-        Ok(Self { bodies: bodies.collect(), body_of })
+        let lamps_in_snow = scene.lamps_in_snow.iter().map(|lamp| lamp.light).collect();
+        Ok(Self { bodies: bodies.collect(), body_of, lamps_in_snow })
+    }
+
+    /// Whether a light is a lamp inside snow.
+    pub(crate) fn is_lamp_inside(&self, light: usize) -> bool {
+        self.lamps_in_snow.contains(&light)
     }
 
     /// The light in the body that an object of snow belongs to.
@@ -180,9 +230,7 @@ impl LightField {
 /// The spectrum of the light on all bodies; white if there is none.
 fn mean_spectrum(lightings: &[Lighting]) -> Spectrum {
     let mut sum = Spectrum::ZERO;
-    for entering in lightings.iter().flat_map(|lighting| &lighting.direct) {
-        sum += entering.escape_weighted;
-    }
+    lightings.iter().for_each(|lighting| sum += lighting.direct.spectrum);
     if sum.maximum() > 0.0 { sum } else { Spectrum::ONE }
 }
 
@@ -220,13 +268,13 @@ fn gather_light(
         for (((one, lighting), gathered), solution) in bodies.clone().zip(solutions.iter_mut()) {
             let options =
                 SolveOptions { start: Some(&solution.fluence), tolerance: GATHER_RESIDUAL, ..lighting.options() };
-            *solution = one.solve(lighting, gathered, options);
+            *solution = one.solve(lighting, Some(gathered), options);
             total += one.total(&solution.irradiance);
         }
         if (total - before).abs() < GATHER_TOLERANCE * total || round + 1 == MOST_GATHER_ROUNDS {
             for (((one, lighting), gathered), solution) in bodies.zip(solutions.iter_mut()) {
                 let options = SolveOptions { start: Some(&solution.fluence), ..lighting.options() };
-                *solution = one.solve(lighting, gathered, options);
+                *solution = one.solve(lighting, Some(gathered), options);
             }
             return;
         }
@@ -261,33 +309,48 @@ impl<'a> PreparedBody<'a> {
         let is_inside = |lamp: &&&LampInSnow| body_of[lamp.object] == body_of[self.solid.object];
         let inside = illumination.lamps.iter().filter(is_inside);
         Lighting {
-            direct: entering_light(&self.solid, &self.body, &illumination.lights, &self.optics.half_space),
+            direct: entering_light(
+                &self.solid,
+                &self.body,
+                &self.nodes,
+                &illumination.lights,
+                &self.optics.half_space,
+            ),
             sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
         }
     }
 
     /// The solution for lamps and skies alone.
     fn solve_direct(&self, lighting: &Lighting) -> Solution {
-        let dark = vec![f32x4::ZERO; lighting.direct.len()];
-        let dark = vec![dark; self.nodes.indices().len() / snowblue_field::GROUP];
-        self.solve(lighting, &dark, lighting.options())
+        self.solve(lighting, None, lighting.options())
     }
 
     /// The solution with the irradiance by other surfaces, for each group and element.
-    fn solve(&self, lighting: &Lighting, gathered: &[Vec<f32x4>], options: SolveOptions) -> Solution {
-        let mut entering = gathered.to_vec();
-        let mut irradiance = gathered.to_vec();
-        for (element, direct) in lighting.direct.iter().enumerate() {
-            let spectra = [(&mut entering, &direct.escape_weighted), (&mut irradiance, &direct.irradiance)];
-            for (groups, spectrum) in spectra {
-                for (group, values) in groups.iter_mut().zip(self.nodes.gather(|index| spectrum.0[index])) {
-                    group[element] += values;
-                }
-            }
+    fn solve(&self, lighting: &Lighting, gathered: Option<&[Vec<f32x4>]>, options: SolveOptions) -> Solution {
+        let mut entering = lighting.direct.escape_weighted.clone();
+        let mut irradiance = lighting.direct.irradiance.clone();
+        if let Some(gathered) = gathered {
+            add(&mut entering, gathered);
+            add(&mut irradiance, gathered);
         }
         let groups: Vec<&[f32x4]> = entering.iter().map(Vec::as_slice).collect();
         let fluence = self.body.solve(&groups, options);
         Solution { entering, irradiance, fluence }
+    }
+
+    /// The light to be read.
+    fn lit(&self, lighting: &Lighting, solution: Solution, scale: Spectrum) -> LitFluence {
+        let mut diffuse = solution.irradiance.clone();
+        for (group, directed) in diffuse.iter_mut().zip(&lighting.direct.directed) {
+            group.iter_mut().zip(directed).for_each(|(value, directed)| *value -= *directed);
+        }
+        let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);
+        LitFluence {
+            diffuse: (!is_dark).then(|| self.body.smooth(&diffuse)),
+            exitance: self.exitance(&solution),
+            fluence: solution.fluence,
+            scale,
+        }
     }
 
     /// What the surface sends out, J + Σ F + H.
@@ -310,12 +373,43 @@ impl<'a> PreparedBody<'a> {
     }
 }
 
+/// Adds the values of each group.
+fn add(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
+    for (group, other) in groups.iter_mut().zip(others) {
+        group.iter_mut().zip(other).for_each(|(value, other)| *value += *other);
+    }
+}
+
 impl BodyField {
-    /// Radiance that leaves a surface point by diffusion, K(μ) J/π, in W m⁻² sr⁻¹ as a band density. It is negative
-    /// where the surface is lit: it lacks what does not return of the light that the reflection function reflects.
-    pub(crate) fn diffuse_radiance(&self, point: Vec3A, normal: Vec3A, cos_exit: f32) -> Spectrum {
-        let flux = self.flux(point, normal);
-        flux * (narrow(self.optics.half_space.escape(f64::from(cos_exit))) / PI)
+    /// Radiance that leaves a surface point without that of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as a band
+    /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
+    /// reflection function reflects.
+    pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        let escape = self.escape(cos_exit) / PI;
+        let mut sum = Spectrum::ZERO;
+        for lit in &self.lit {
+            if let Some(flux) = self.body.flux(&lit.fluence, point, normal) {
+                sum += self.spectrum(flux, &lit.scale) * escape;
+            }
+            let diffuse = lit.diffuse.as_ref().and_then(|diffuse| self.body.surface_value(diffuse, point, normal));
+            if let Some(diffuse) = diffuse {
+                sum += self.spectrum(diffuse, &lit.scale) * FRAC_1_PI;
+            }
+        }
+        sum
+    }
+
+    /// Radiance that leaves a surface point, the same in all directions: the exitance over π.
+    pub(crate) fn mean_radiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        let mut sum = Spectrum::ZERO;
+        for lit in &self.lit {
+            if let Some(exitance) = self.body.surface_value(&lit.exitance, point, normal) {
+                sum += self.spectrum(exitance, &lit.scale) * FRAC_1_PI;
+            }
+        }
+        sum
     }
 
     /// The reflection function R₀, in 1/sr.
@@ -323,6 +417,24 @@ impl BodyField {
     pub(crate) fn reflection_per_sr(&self, cos_exit: f32, cos_incidence: f32, cos_azimuth: f32) -> f32 {
         let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth].map(f64::from);
         narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
+    }
+
+    /// The escape function K.
+    #[inline]
+    pub(crate) fn escape(&self, cos: f32) -> f32 {
+        narrow(self.optics.half_space.escape(f64::from(cos)))
+    }
+
+    /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
+    pub(crate) fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
+        let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
+        ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
+    }
+
+    /// The half-space of its snow.
+    #[inline]
+    pub(crate) fn half_space(&self) -> &HalfSpace {
+        &self.optics.half_space
     }
 
     /// Transport mean free path at the middle wavelength, in m.
@@ -333,19 +445,12 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
-        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
-    }
-
-    /// The net flux outwards through the surface, in W m⁻² as a band density.
-    fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
-        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
-    }
-
-    /// The sum over the lights of all spectra.
-    fn sum(&self, term: impl Fn(&LitFluence) -> Option<Spectrum>) -> Spectrum {
         let mut sum = Spectrum::ZERO;
-        self.lit.iter().filter_map(term).for_each(|spectrum| sum += spectrum);
+        for lit in &self.lit {
+            if let Some(fluence) = self.body.fluence(&lit.fluence, point.as_dvec3()) {
+                sum += self.spectrum(fluence, &lit.scale);
+            }
+        }
         sum
     }
 

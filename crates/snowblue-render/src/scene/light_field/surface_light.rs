@@ -2,8 +2,9 @@
 
 use glam::Vec3A;
 use rayon::prelude::*;
-use snowblue_field::{SnowBody, SurfaceElement};
+use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use snowblue_transport::ordinates::HalfSpace;
+use wide::f32x4;
 
 use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::sampling::Sampler;
@@ -20,13 +21,17 @@ const MOST_SAMPLES: usize = 8 << 20;
 /// Elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
-/// The light at a surface element, in W m⁻² as a band density.
-#[derive(Clone, Copy)]
+/// The light of lamps and skies at all surface elements: values at the spectral nodes, for each group and element, in
+/// W m⁻² as a band density.
 pub(super) struct EnteringLight {
     /// Σ K F.
-    pub(super) escape_weighted: Spectrum,
+    pub(super) escape_weighted: Vec<Vec<f32x4>>,
     /// Σ F.
-    pub(super) irradiance: Spectrum,
+    pub(super) irradiance: Vec<Vec<f32x4>>,
+    /// The same without uniform skies.
+    pub(super) directed: Vec<Vec<f32x4>>,
+    /// The sum of K F over all elements.
+    pub(super) spectrum: Spectrum,
 }
 
 /// A surface point to be lit, and the side that it is on.
@@ -39,45 +44,80 @@ pub(super) struct LitPoint {
 pub(super) fn entering_light(
     solid: &Solid,
     body: &SnowBody,
+    nodes: &SpectralNodes,
     lights: &[&Light],
     half_space: &HalfSpace,
-) -> Vec<EnteringLight> {
+) -> EnteringLight {
     let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);
+    let groups = nodes.indices().len() / snowblue_field::GROUP;
     let task = |(task, elements): (usize, &[SurfaceElement])| {
         let mut queries = SceneQueries::new(solid.objects);
-        let of_element = |(k, element): (usize, &SurfaceElement)| {
+        let mut entering = EnteringLight::with_capacity(groups, elements.len());
+        for (k, element) in elements.iter().enumerate() {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
-            let mut entering = EnteringLight { escape_weighted: Spectrum::ZERO, irradiance: Spectrum::ZERO };
+            let [mut escape_weighted, mut irradiance, mut directed] = [Spectrum::ZERO; 3];
             let samples = (0..samples).map(|index| Sampler::new(1, number, index));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
-            visit_lights(&mut queries, lights, &lit, samples, &mut |cos, irradiance| {
-                entering.irradiance += irradiance;
-                entering.escape_weighted += irradiance * narrow(half_space.escape(f64::from(cos)));
+            visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, light_irradiance| {
+                irradiance += light_irradiance;
+                escape_weighted += light_irradiance * narrow(half_space.escape(f64::from(cos)));
+                if !light.is_diffuse() {
+                    directed += light_irradiance;
+                }
             });
-            entering
-        };
-        elements.iter().enumerate().map(of_element).collect::<Vec<_>>()
+            push(&mut entering.escape_weighted, nodes, &escape_weighted);
+            push(&mut entering.irradiance, nodes, &irradiance);
+            push(&mut entering.directed, nodes, &directed);
+            entering.spectrum += escape_weighted;
+        }
+        entering
     };
-    let tasks: Vec<Vec<EnteringLight>> = body.surface().par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
-    tasks.into_iter().flatten().collect()
+    let tasks: Vec<EnteringLight> = body.surface().par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
+    let mut all = EnteringLight::with_capacity(groups, body.surface().len());
+    for task in tasks {
+        append(&mut all.escape_weighted, &task.escape_weighted);
+        append(&mut all.irradiance, &task.irradiance);
+        append(&mut all.directed, &task.directed);
+        all.spectrum += task.spectrum;
+    }
+    all
 }
 
-/// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with
-/// extent are sampled once with each sampler.
+impl EnteringLight {
+    fn with_capacity(groups: usize, elements: usize) -> Self {
+        let empty = || (0..groups).map(|_| Vec::with_capacity(elements)).collect();
+        Self { escape_weighted: empty(), irradiance: empty(), directed: empty(), spectrum: Spectrum::ZERO }
+    }
+}
+
+/// Adds the values of an element.
+fn push(groups: &mut [Vec<f32x4>], nodes: &SpectralNodes, spectrum: &Spectrum) {
+    for (group, values) in groups.iter_mut().zip(nodes.gather(|index| spectrum.0[index])) {
+        group.push(values);
+    }
+}
+
+/// Adds the values of some elements.
+fn append(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
+    groups.iter_mut().zip(others).for_each(|(group, other)| group.extend(other));
+}
+
+/// Visits the visible samples of all lights at a surface: the light, the cosine of incidence and the irradiance. Lights
+/// with extent are sampled once with each sampler.
 pub(super) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
     lit: &LitPoint,
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
-    visit: &mut dyn FnMut(f32, Spectrum),
+    visit: &mut dyn FnMut(&Light, f32, Spectrum),
 ) {
     for light in lights {
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(&lit.surface) else { return };
             if sample.is_visible(queries, &lit.surface, lit.side) {
                 let power = light.power(&sample.origin);
-                visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
+                visit(light, incident.cos_incidence, power * (share * incident.irradiance_per_power));
             }
         };
         if let Some(sample) = light.delta_sample() {

@@ -3,6 +3,7 @@
 use glam::Vec3A;
 
 use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
+use crate::geometry::bounds::Bounds;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
@@ -20,6 +21,8 @@ pub(super) struct Surroundings<'scene> {
     bodies: Vec<SnowBody>,
     /// Objects that are not snow.
     solids: Vec<usize>,
+    /// The box around each object, if it has bounds.
+    bounds: Vec<Option<Bounds>>,
     /// For each object of snow, the solids that may lie in it or touch it.
     neighbours: Vec<Vec<usize>>,
     crossings: Vec<Crossing>,
@@ -76,6 +79,7 @@ impl<'scene> Surroundings<'scene> {
         Self {
             scene,
             bodies: bodies.map(|object| SnowBody { object, material: list[object].material }).collect(),
+            bounds: list.iter().map(|object| object.shape.bounds()).collect(),
             neighbours: (0..list.len()).map(near).collect(),
             solids,
             crossings: Vec::with_capacity(16),
@@ -137,6 +141,10 @@ impl<'scene> Surroundings<'scene> {
         let one = &self.objects().list()[object];
         if one.body.is_none() {
             return match one.shape.first_hit(ray, flight_m) {
+                // From a point on the very surface, a ray may miss it by rounding.
+                None if self.bounds[object].is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
+                    Flight::Out { length_m: 0.0, origin: ray.origin }
+                }
                 None => Flight::Free(flight_m),
                 Some(hit) => self.out(ray, hit.distance_m, hit.normal, object),
             };

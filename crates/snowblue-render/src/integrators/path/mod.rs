@@ -1,8 +1,12 @@
-//! Path tracer with PCASnow: snow transmits light along one straight line, by the curves of a slab.
+//! Path tracer over surfaces: PCASnow, and the light field.
 //!
 //! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
 //! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902;
 //! notation of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths end by Russian roulette.
+//!
+//! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
+//! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
+//! by its functions, or by a random walk ([`walk`](super::walk)), and later ones by their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](crate::scene::light)).
@@ -19,8 +23,10 @@ use std::f32::consts::FRAC_1_PI;
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::integrators::survival_probability;
+use crate::integrators::walk::{WalkEnd, WalkTracer};
 use crate::sampling::{Sampler, cosine_direction};
-use crate::scene::Scene;
+use crate::scene::light_field::BodyField;
+use crate::scene::{IntegratorKind, Scene};
 use crate::scene::light::{Light, LightSample, SHADOW_EPSILON};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -36,10 +42,12 @@ pub(crate) use carried::LightTables;
 
 /// Traces paths through a scene.
 #[derive(Debug)]
-pub(crate) struct PcaSnowIntegrator<'scene> {
+pub(crate) struct PathIntegrator<'scene> {
     scene: &'scene Scene,
     tables: &'scene LightTables,
     queries: SceneQueries<'scene>,
+    /// Random walks in snow, if there are any.
+    walks: Option<WalkTracer<'scene>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
 }
@@ -52,16 +60,18 @@ struct PathRadiance<C> {
     later: Option<Spectrum>,
 }
 
-impl<'scene> PcaSnowIntegrator<'scene> {
+impl<'scene> PathIntegrator<'scene> {
     /// Starts with zero counts.
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         let has_area_lights = scene.lights.iter().any(Light::has_extent);
-        Self { scene, tables, queries: SceneQueries::new(&scene.objects), has_area_lights }
+        let walks = (scene.integrator.kind == IntegratorKind::Hybrid).then(|| WalkTracer::new(scene));
+        Self { scene, tables, queries: SceneQueries::new(&scene.objects), walks, has_area_lights }
     }
 
     /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
-        self.queries.statistics
+        let walks = self.walks.as_ref().map(WalkTracer::statistics).unwrap_or_default();
+        self.queries.statistics.plus(walks)
     }
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
@@ -89,6 +99,14 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         }
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface);
+        if let Shading::Field(field) = vertex.shading {
+            if self.walks.is_some() {
+                let later = Some(self.walk(field, &surface, camera_ray, sampler));
+                return PathRadiance { first, later };
+            }
+            first += self.field_light(field, &vertex, sampler);
+            return PathRadiance { first, later: None };
+        }
         first += self.direct_light::<C>(&vertex, sampler);
         if self.scene.integrator.max_bounces == 0 && !self.has_area_lights {
             return PathRadiance { first, later: None };
@@ -98,17 +116,40 @@ impl<'scene> PcaSnowIntegrator<'scene> {
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
     fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
+        let mut throughput = Spectrum::ONE;
+        match self.bounce(first, 0, &mut throughput, sampler) {
+            Some(ray) => self.light_along(ray, throughput, Some(first.surface.surface_point()), sampler),
+            None => Spectrum::ZERO,
+        }
+    }
+
+    /// Light that arrives along a ray of some throughput after a path's first surface: that of lights and of further
+    /// surfaces. The ray leaves a surface with the density of its cosine, or `from` is none, and only lights that are
+    /// not sampled count.
+    fn light_along(
+        &mut self,
+        mut ray: Ray,
+        mut throughput: Spectrum,
+        mut from: Option<SurfacePoint>,
+        sampler: &mut Sampler,
+    ) -> Spectrum {
         let max_bounces = self.scene.integrator.max_bounces;
-        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
-        let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
-        let mut from = first.surface.surface_point();
+        let mut radiance = Spectrum::ZERO;
         for bounce in 1.. {
             let hit = self.queries.indirect_hit(&ray);
             if self.has_area_lights {
-                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
+                let found = match &from {
+                    Some(from) => self.hit_lights(&ray, hit.as_ref(), Some(from)),
+                    None => self.hit_diffuse_lights(&ray, hit.as_ref()),
+                };
+                radiance.add_product(1.0, &throughput, &found);
             }
             let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
             let vertex = self.vertex(&surface);
+            if let Shading::Field(field) = vertex.shading {
+                radiance.add_product(1.0, &throughput, &field.mean_radiance(&surface.surface_point()));
+                break;
+            }
             let direct = self.direct_light::<Spectrum>(&vertex, sampler);
             radiance.add_product(1.0, &throughput, &direct);
             // The last ray finds lights only.
@@ -116,7 +157,7 @@ impl<'scene> PcaSnowIntegrator<'scene> {
                 break;
             }
             match self.bounce(&vertex, bounce, &mut throughput, sampler) {
-                Some(next) => (ray, from) = (next, surface.surface_point()),
+                Some(next) => (ray, from) = (next, Some(surface.surface_point())),
                 None => break,
             }
         }
@@ -135,6 +176,54 @@ impl<'scene> PcaSnowIntegrator<'scene> {
         }
         *throughput = *throughput * survival.recip();
         Some(Ray { origin: self.queries.off_surface(vertex.surface.object, &surface), direction })
+    }
+
+    /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
+    fn field_light<C: Carried>(&mut self, field: &BodyField, vertex: &Vertex, sampler: &mut Sampler) -> C {
+        let surface = vertex.surface.surface_point();
+        let cos_exit = -surface.normal.dot(vertex.surface.direction);
+        let mut light = C::emitted(self.scene, &field.diffuse_radiance(&surface, cos_exit));
+        for index in 0..self.scene.lights.len() {
+            let source = &self.scene.lights[index];
+            let samples = match self.tables.delta_sample(index) {
+                Some(sample) => [Some(*sample), None],
+                None if source.is_diffuse() => continue,
+                None => source.samples_at(&surface, sampler),
+            };
+            for sample in samples.into_iter().flatten() {
+                if let Some(reflected) = self.reflected::<C>(vertex, index, &sample) {
+                    light += reflected;
+                }
+            }
+        }
+        light
+    }
+
+    /// Light that snow sends out by a random walk.
+    fn walk(
+        &mut self,
+        field: &BodyField,
+        surface: &SurfaceInteraction,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> Spectrum {
+        let Some(walks) = &mut self.walks else { return Spectrum::ZERO };
+        let WalkEnd { mut radiance, exit } = walks.walk(field, surface, camera_ray, sampler);
+        if let Some((ray, throughput)) = exit {
+            radiance += self.light_along(ray, throughput, None, sampler);
+        }
+        radiance
+    }
+
+    /// Radiance from the lights that are not sampled and that a ray hits before a surface.
+    fn hit_diffuse_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>) -> Spectrum {
+        let mut radiance = Spectrum::ZERO;
+        for light in self.scene.lights.iter().filter(|light| hit.is_none() && light.is_diffuse()) {
+            if let Some(found) = light.full_hit_radiance(ray, f32::INFINITY) {
+                radiance += found.radiance;
+            }
+        }
+        radiance
     }
 
     /// Radiance from the lights that a ray hits before a surface.
@@ -171,11 +260,7 @@ impl<'scene> PcaSnowIntegrator<'scene> {
     fn direct_light<C: Carried>(&mut self, vertex: &Vertex, sampler: &mut Sampler) -> C {
         let mut light = match &vertex.shading {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
-            Shading::Field(field) => {
-                let SurfaceInteraction { point, normal, direction, .. } = *vertex.surface;
-                C::emitted(self.scene, &field.diffuse_radiance(point, normal, -normal.dot(direction)))
-            }
-            Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+            Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
         for index in 0..self.scene.lights.len() {
             let reflected = match self.tables.delta_sample(index) {

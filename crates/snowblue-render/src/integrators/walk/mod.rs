@@ -1,0 +1,368 @@
+//! Snow by random walks that end in the light field inside.
+//!
+//! A walk enters where a camera ray hits snow and goes from grain to grain backwards, as the reference integrator's
+//! does. At each scattering it joins the lights. Once a scattering x lies deeper than [`EndDepth`] below the nearest
+//! surface, light there is diffuse: with the walk's next direction w, the radiance from there is φ(x + ℓ* w)/4π
+//! (Wang & Jacques 1993; Li, Pellacini & Torrance 2005). So walks are short, and hold at edges and in small bodies,
+//! where the light field at the surface does not.
+//!
+//! A walk alone is noisy: it ends inside or leaves by chance. The walk with the same random numbers in the half-space
+//! that is tangent at the entry has a mean that is known, and nearly the same result where the surface is flat
+//! ([`TangentHalfSpace`]). The sum
+//!
+//! ```text
+//! L = mean of the half-space + (walk in the body − walk in the half-space)
+//! ```
+//!
+//! has the mean of the walk in the body, and little noise.
+//!
+//! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. A
+//! uniform sky and other surfaces are found by the ray along which a walk leaves.
+
+mod tangent_half_space;
+
+use std::f32::consts::FRAC_1_PI;
+use std::iter::{Cycle, Skip};
+use std::slice::Iter;
+
+use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
+use snowblue_transport::rng::Stream;
+
+use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use crate::integrators::surroundings::{Flight, Surroundings};
+use crate::sampling::{Sampler, cosine_direction};
+use crate::scene::Scene;
+use crate::scene::light::LightSample;
+use crate::scene::light_field::{BodyField, EndDepth, NearLight};
+use crate::scene::material::Material;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::Statistics;
+use crate::spectrum::{SAMPLES, Spectrum};
+
+use tangent_half_space::TangentHalfSpace;
+
+/// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
+/// flat, and its radius.
+const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+
+/// Follows walks into snow.
+#[derive(Debug)]
+pub(super) struct WalkTracer<'scene> {
+    scene: &'scene Scene,
+    surroundings: Surroundings<'scene>,
+    /// The lights of the present walk.
+    lights: Vec<WalkLight>,
+}
+
+/// What a walk finds.
+pub(super) struct WalkEnd {
+    /// Radiance along the ray that entered, in W m⁻² sr⁻¹ as a band density.
+    pub(super) radiance: Spectrum,
+    /// The ray along which the walk leaves the snow, if it does, and its throughput.
+    pub(super) exit: Option<(Ray, Spectrum)>,
+}
+
+/// A point of a light, or a direction.
+#[derive(Debug, Clone, Copy)]
+struct WalkLight {
+    sample: LightSample,
+    power: Spectrum,
+}
+
+/// A walk between two scatterings.
+struct Walk<'v> {
+    ray: Ray,
+    stream: Stream,
+    events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
+    lengths: PathLengths,
+    throughput: Spectrum,
+    radiance: Spectrum,
+}
+
+/// The snow that a walk is in.
+#[derive(Clone, Copy)]
+struct Snow<'a> {
+    object: usize,
+    volume: &'a Volume,
+    node: &'a VolumeNode,
+    field: &'a BodyField,
+    end_depth: EndDepth,
+}
+
+/// How a walk in a body ends.
+enum BodyEnd {
+    /// In the light field.
+    Inside,
+    /// Out of the snow, with a ray from just outside.
+    Outside(Ray),
+    /// At a solid in the snow or in contact with it.
+    Solid(SurfaceInteraction),
+}
+
+impl<'scene> WalkTracer<'scene> {
+    pub(super) fn new(scene: &'scene Scene) -> Self {
+        Self { scene, surroundings: Surroundings::new(scene), lights: Vec::new() }
+    }
+
+    pub(super) fn statistics(&self) -> Statistics {
+        self.surroundings.statistics
+    }
+
+    /// Follows the walk of a ray that hits snow.
+    pub(super) fn walk(
+        &mut self,
+        field: &BodyField,
+        surface: &SurfaceInteraction,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> WalkEnd {
+        let Some(volume) = &self.scene.volumes[surface.material] else {
+            return WalkEnd { radiance: Spectrum::ZERO, exit: None };
+        };
+        let end_depth = self.end_depth(surface, field.transport_length_m());
+        let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], field, end_depth };
+        let mut ray = *camera_ray;
+        let Some(mut way_out) = self.surroundings.enter(surface.object, &mut ray).map(Some) else {
+            // The surface has no other side: it is open, or the ray grazes a rim.
+            let reach_m = self.scene.objects.reach_m(surface.object);
+            ray.origin = off_surface(surface.point, -surface.normal, reach_m);
+            return WalkEnd { radiance: Spectrum::ZERO, exit: Some((ray, Spectrum::ONE)) };
+        };
+        self.sample_lights(&surface.surface_point(), sampler);
+        let [pixel, sample] = sampler.address();
+        let mut stream = Stream::new(pixel.into(), sample.into());
+        let events = events_from(snow.node.events(), stream.uniform());
+        let mut walk = Walk {
+            ray,
+            stream,
+            events,
+            lengths: PathLengths::default(),
+            throughput: Spectrum::ONE,
+            radiance: Spectrum::ZERO,
+        };
+        let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
+        let match_depth_m = match_depth_lengths(end_depth) * field.transport_length_m();
+        let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
+        let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
+        loop {
+            let end = self.follow(&mut walk, snow, &mut way_out, near.as_ref(), tangent.as_mut());
+            if let Some(tangent) = tangent.take() {
+                walk.radiance += tangent.correction();
+            }
+            match end {
+                BodyEnd::Inside => return WalkEnd { radiance: walk.radiance, exit: None },
+                BodyEnd::Outside(ray) => {
+                    let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths);
+                    return WalkEnd { radiance: walk.radiance, exit: Some((ray, throughput)) };
+                }
+                BodyEnd::Solid(surface) => {
+                    if !self.reflect(&mut walk, snow, &surface) {
+                        return WalkEnd { radiance: walk.radiance, exit: None };
+                    }
+                }
+            }
+        }
+    }
+
+    /// The depth at which walks end that enter at a surface.
+    fn end_depth(&self, surface: &SurfaceInteraction, transport_length_m: f32) -> EndDepth {
+        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * transport_length_m);
+        let centre = surface.point - surface.normal * below_m;
+        let is_flat = self.scene.objects.holds_deeply(surface.object, centre, radius_m);
+        if is_flat { EndDepth::Flat } else { EndDepth::Edge }
+    }
+
+    /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
+    fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
+        self.lights.clear();
+        for (index, light) in self.scene.lights.iter().enumerate() {
+            let mut add = |sample: Option<LightSample>| {
+                self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
+            };
+            if light.has_extent() {
+                let is_inside = self.scene.light_field.as_ref().is_some_and(|field| field.is_lamp_inside(index));
+                if !light.is_diffuse() && !is_inside {
+                    light.samples_at(entry, sampler).into_iter().for_each(add);
+                }
+            } else {
+                add(light.delta_sample());
+            }
+        }
+    }
+
+    /// The half-space that is tangent at the entry, lit by the lights that shine on it.
+    fn tangent_half_space<'a>(
+        &mut self,
+        snow: Snow<'a>,
+        near: &'a NearLight<'a>,
+        entry: SurfacePoint,
+        walk: &mut Walk,
+    ) -> TangentHalfSpace<'a> {
+        let mut tangent = TangentHalfSpace::new((snow.field, snow.end_depth), near, entry, walk.ray.direction);
+        let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
+        for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
+            let Some(incident) = sample.incident_at(&entry) else { continue };
+            let chance = walk.stream.uniform();
+            if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, 0, chance) {
+                tangent.light(index, &incident, *power * transmitted);
+            }
+        }
+        tangent
+    }
+
+    /// Follows a walk until it ends in the body, and with the same random numbers in the half-space.
+    fn follow(
+        &mut self,
+        walk: &mut Walk,
+        snow: Snow,
+        way_out: &mut Option<Flight>,
+        near: Option<&NearLight>,
+        mut tangent: Option<&mut TangentHalfSpace>,
+    ) -> BodyEnd {
+        let transport_length_m = snow.field.transport_length_m();
+        let mean_flight_m = snow.node.extinction_per_m().recip();
+        let mut end: Option<BodyEnd> = None;
+        loop {
+            let flight_m = narrow(-walk.stream.uniform().ln() * mean_flight_m);
+            if let Some(tangent) = &mut tangent {
+                tangent.fly(&walk.ray, flight_m);
+            }
+            if end.is_none() {
+                let flight = self.surroundings.fly(snow.object, &walk.ray, flight_m, way_out.take());
+                walk.lengths.pores_m += f64::from(flight.length_m());
+                end = match flight {
+                    Flight::Free(_) => None,
+                    Flight::Out { origin, .. } => {
+                        Some(BodyEnd::Outside(Ray { origin, direction: walk.ray.direction }))
+                    }
+                    Flight::Solid(surface, _) => Some(BodyEnd::Solid(surface)),
+                };
+            }
+            let is_over = |end: &Option<BodyEnd>, tangent: &Option<&mut TangentHalfSpace>| {
+                end.is_some() && tangent.as_ref().is_none_or(|tangent| tangent.has_ended())
+            };
+            if is_over(&end, &tangent)
+                && let Some(end) = end
+            {
+                return end;
+            }
+            walk.ray.origin = walk.ray.at(flight_m);
+            self.join_lights(walk, snow, end.is_none(), tangent.as_deref_mut());
+            let Some(event) = walk.events.next() else { return BodyEnd::Inside };
+            if end.is_none() {
+                walk.lengths.ice_in_air_m += f64::from(event.ice_in_air_m);
+                walk.lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
+            }
+            walk.turn(event.cos_scattering);
+            let x = walk.ray.origin;
+            let ahead = walk.ray.at(transport_length_m);
+            let end_depth_m = snow.end_depth.lengths() * transport_length_m;
+            if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
+                let fluence = near.map_or_else(|| snow.field.fluence(ahead), |near| near.fluence(ahead));
+                let through = walk.throughput * attenuation(snow.volume, &walk.lengths);
+                walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
+                end = Some(BodyEnd::Inside);
+            }
+            if end.is_some()
+                && let Some(tangent) = &mut tangent
+            {
+                tangent.end_below(x, ahead);
+            }
+            if is_over(&end, &tangent)
+                && let Some(end) = end
+            {
+                return end;
+            }
+        }
+    }
+
+    /// Joins the lights to the scattering at the origin of a walk's ray: in the body if it is still there, and in the
+    /// half-space.
+    fn join_lights(
+        &mut self,
+        walk: &mut Walk,
+        snow: Snow,
+        is_in_body: bool,
+        mut tangent: Option<&mut TangentHalfSpace>,
+    ) {
+        let point = walk.ray.origin;
+        for index in 0..self.lights.len() {
+            let WalkLight { sample, power } = self.lights[index];
+            // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep inside,
+            // there is nothing to compute.
+            let chance = walk.stream.uniform();
+            let seen_m = narrow(-chance.ln() / snow.node.extinction_per_m());
+            if let Some(tangent) = &mut tangent {
+                tangent.join(index, &walk.ray, seen_m);
+            }
+            if !is_in_body || self.surroundings.stays_inside(snow.object, point, &sample.origin, seen_m) {
+                continue;
+            }
+            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, 0, chance) else { continue };
+            let normal = sample.origin.direction_from(point).direction;
+            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
+            let phase = snow.node.phase_per_sr(f64::from(walk.ray.direction.dot(normal)));
+            let mut scattered = walk.throughput * attenuation(snow.volume, &walk.lengths) * transmitted;
+            scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
+            walk.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
+        }
+    }
+
+    /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
+    fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
+        let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] else { return false };
+        walk.throughput *= diffuse.reflectance(&self.scene.objects, surface) * attenuation(snow.volume, &walk.lengths);
+        walk.lengths = PathLengths::default();
+        if walk.throughput.maximum() < LEAST_THROUGHPUT {
+            return false;
+        }
+        let from = off_surface(surface.point, surface.normal, self.scene.objects.reach_m(surface.object));
+        for index in 0..self.lights.len() {
+            let (WalkLight { sample, power }, chance) = (self.lights[index], walk.stream.uniform());
+            if let Some(incident) = sample.incident_at(&surface.surface_point())
+                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, 0, chance)
+            {
+                let factor = incident.irradiance_per_power * FRAC_1_PI;
+                walk.radiance.add_product(factor, &(walk.throughput * transmitted), &power);
+            }
+        }
+        let [u, v] = [(); 2].map(|()| narrow(walk.stream.uniform()));
+        walk.ray = Ray { origin: from, direction: cosine_direction(surface.normal, u, v) };
+        true
+    }
+}
+
+/// Depth below the entry of the point that the light of the half-space is matched to, in transport mean free paths: near
+/// the ends of walks.
+fn match_depth_lengths(end_depth: EndDepth) -> f32 {
+    end_depth.lengths() + 1.0
+}
+
+/// Throughput below which a walk ends that is reflected between solids.
+const LEAST_THROUGHPUT: f32 = 1e-4;
+
+impl Walk<'_> {
+    /// Turns the ray by a scattering angle, at a random azimuth.
+    #[inline]
+    fn turn(&mut self, cos_scattering: f32) {
+        let (sin_azimuth, cos_azimuth) = (std::f32::consts::TAU * narrow(self.stream.uniform())).sin_cos();
+        let ahead = self.ray.direction;
+        let (side, up) = ahead.any_orthonormal_pair();
+        let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
+        let aside = side * cos_azimuth + up * sin_azimuth;
+        self.ray.direction = (ahead * cos_scattering + aside * sin_scattering).normalize();
+    }
+}
+
+/// The events of a list from a random position, cyclically.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
+fn events_from(events: &[ScatteringEvent], chance: f64) -> Skip<Cycle<Iter<'_, ScatteringEvent>>> {
+    events.iter().cycle().skip((chance * events.len() as f64) as usize)
+}
+
+/// Attenuation of each wavelength by absorption along a path.
+fn attenuation(volume: &Volume, lengths: &PathLengths) -> Spectrum {
+    let mut attenuation = Spectrum([0.0; SAMPLES]);
+    volume.attenuation(lengths, 0.0, &mut attenuation.0);
+    attenuation
+}

@@ -1,0 +1,161 @@
+//! The half-space of snow that is tangent to a body at the entry of a walk, as a control variate.
+//!
+//! With the irradiances F by lights that shine on the entry, the diffuse irradiance H, and a fluence rate that is linear
+//! inside, the half-space without absorption sends out exactly
+//!
+//! ```text
+//! L = Σ R₀ F + H/π + K J/π + ℓ* C ∇φ·t/4π,   J = (φ_s − 4E)/3q,   E = Σ K F + H,
+//! φ(z) = φ_s + 3 J z/ℓ* + ∇φ·s,
+//! ```
+//!
+//! at the depth z and the displacement s along the surface, where t is the direction of the ray along the surface and
+//! C the mean displacement of the walks that end inside (`WalkEnds`). The walk in the half-space joins the same
+//! lights, finds H/π where it leaves, and φ/4π where it ends.
+//!
+//! φ and its gradient are those of the body's light field a few ℓ* below the entry, the depth z′ where walks end. With
+//! r = (q + z)/(q + z′), φ(z) = r φ(z′) + 4 (1 − r) E. The mean holds for any values, so neither the light field nor H
+//! needs to be accurate here.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glam::Vec3A;
+use super::match_depth_lengths;
+use crate::geometry::ray::{Ray, SurfacePoint, narrow};
+use crate::scene::light::IncidentLight;
+use crate::scene::light_field::{BodyField, EndDepth, LightWeights, NearLight};
+use crate::spectrum::Spectrum;
+
+/// The walk in the half-space.
+pub(super) struct TangentHalfSpace<'a> {
+    field: &'a BodyField,
+    end_depth: EndDepth,
+    near: &'a NearLight<'a>,
+    entry: SurfacePoint,
+    /// Direction of the ray that enters.
+    direction: Vec3A,
+    lights: Vec<TangentLight>,
+    end: Option<End>,
+}
+
+/// A light that shines on the half-space.
+struct TangentLight {
+    /// Its number among the lights of the walk.
+    index: usize,
+    to_light: Vec3A,
+    cos_incidence: f32,
+    /// F, as a band density.
+    irradiance: Spectrum,
+    /// What the walk has found of it: the sum of the phase function at the scatterings that it reached, in 1/sr.
+    scattered_per_sr: f32,
+}
+
+/// How the walk ends.
+enum End {
+    /// Out of the half-space.
+    Outside,
+    /// Inside, at a point.
+    Inside(Vec3A),
+}
+
+impl<'a> TangentHalfSpace<'a> {
+    /// The half-space at the entry of a ray, still dark.
+    pub(super) fn new(
+        (field, end_depth): (&'a BodyField, EndDepth),
+        near: &'a NearLight<'a>,
+        entry: SurfacePoint,
+        direction: Vec3A,
+    ) -> Self {
+        Self { field, end_depth, near, entry, direction, lights: Vec::new(), end: None }
+    }
+
+    /// Adds light number `index` of the walk.
+    pub(super) fn light(&mut self, index: usize, incident: &IncidentLight, power: Spectrum) {
+        self.lights.push(TangentLight {
+            index,
+            to_light: incident.direction,
+            cos_incidence: incident.cos_incidence,
+            irradiance: power * incident.irradiance_per_power,
+            scattered_per_sr: 0.0,
+        });
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        self.end.is_some()
+    }
+
+    fn depth_m(&self, point: Vec3A) -> f32 {
+        (self.entry.point - point).dot(self.entry.normal)
+    }
+
+    /// Flies along a ray. The walk ends if it leaves.
+    pub(super) fn fly(&mut self, ray: &Ray, flight_m: f32) {
+        if self.end.is_none() && self.depth_m(ray.at(flight_m)) < 0.0 {
+            self.end = Some(End::Outside);
+        }
+    }
+
+    /// Joins light number `index` to the scattering at the origin of a ray, if it is seen through snow of `seen_m`.
+    pub(super) fn join(&mut self, index: usize, ray: &Ray, seen_m: f32) {
+        if self.end.is_some() {
+            return;
+        }
+        let depth_m = self.depth_m(ray.origin);
+        if let Some(light) = self.lights.iter_mut().find(|light| light.index == index)
+            && depth_m < seen_m * light.cos_incidence
+        {
+            let cos_scattering = f64::from(ray.direction.dot(light.to_light));
+            light.scattered_per_sr += narrow(self.field.half_space().phase().per_sr(cos_scattering));
+        }
+    }
+
+    /// Ends the walk at the point `ahead` of a scattering, if that lies deep enough.
+    pub(super) fn end_below(&mut self, scattering: Vec3A, ahead: Vec3A) {
+        let least_m = self.end_depth.lengths() * self.field.transport_length_m();
+        if self.end.is_none() && self.depth_m(scattering) >= least_m {
+            self.end = Some(End::Inside(ahead));
+        }
+    }
+
+    /// The mean less what the walk found, in W m⁻² sr⁻¹ as a band density.
+    pub(super) fn correction(&self) -> Spectrum {
+        let SurfacePoint { point: entry, normal } = self.entry;
+        let transport_length_m = self.field.transport_length_m();
+        let extrapolation = narrow(self.field.half_space().extrapolation());
+        let cos_exit = -normal.dot(self.direction);
+        let along = self.direction + normal * cos_exit;
+        let match_depth = extrapolation + match_depth_lengths(self.end_depth);
+        let escape = self.field.escape(cos_exit) / (3.0 * PI * match_depth);
+        let displacement_m = self.field.mean_displacement_m(self.end_depth, cos_exit);
+        let mut weights = LightWeights {
+            fluence: escape,
+            gradient: along.normalize_or_zero() * (0.25 * FRAC_1_PI * displacement_m),
+            diffuse: FRAC_1_PI - 4.0 * escape,
+        };
+        // The factor of E besides that of H/π.
+        let mut entering = -4.0 * escape;
+        match self.end {
+            Some(End::Inside(ahead)) => {
+                let depth = self.depth_m(ahead) / transport_length_m;
+                let share = (extrapolation + depth) / match_depth;
+                let offset = ahead - entry;
+                weights.fluence -= 0.25 * FRAC_1_PI * share;
+                weights.gradient -= (offset - normal * normal.dot(offset)) * (0.25 * FRAC_1_PI);
+                weights.diffuse -= FRAC_1_PI * (1.0 - share);
+                entering -= FRAC_1_PI * (1.0 - share);
+            }
+            Some(End::Outside) | None => weights.diffuse -= FRAC_1_PI,
+        }
+        let mut sum = self.near.sum(&weights);
+        for light in &self.lights {
+            let TangentLight { to_light, cos_incidence, irradiance, scattered_per_sr, .. } = light;
+            let incident = normal * *cos_incidence - *to_light;
+            let lengths = (incident.length_squared() * along.length_squared()).sqrt();
+            // The camera's ray runs backwards.
+            let cos_azimuth = if lengths > 1e-12 { -incident.dot(along) / lengths } else { 0.0 };
+            let reflection = self.field.reflection_per_sr(cos_exit, *cos_incidence, cos_azimuth.clamp(-1.0, 1.0));
+            let factor = reflection - scattered_per_sr / cos_incidence + self.field.escape(*cos_incidence) * entering;
+            sum += *irradiance * factor;
+        }
+        sum
+    }
+}
