@@ -199,9 +199,11 @@ impl SnowBody {
         let (cell, at) = self.grid.find(point)?;
         let slopes = gradients(at.map(f64::from).into(), self.grid.cell_size(cell)).map(DVec3::as_vec3);
         let corners = cell.corners;
-        Some(fluence.nodes.iter().map(move |nodes| {
-            std::array::from_fn(|axis| weighted(nodes, &corners, &slopes.map(|slope| slope[axis])))
-        }))
+        Some(
+            fluence.nodes.iter().map(move |nodes| {
+                std::array::from_fn(|axis| weighted(nodes, &corners, &slopes.map(|slope| slope[axis])))
+            }),
+        )
     }
 
     /// The cell at a point of the surface.

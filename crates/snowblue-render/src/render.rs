@@ -26,9 +26,10 @@ use rayon::prelude::*;
 use crate::film::Film;
 use crate::film::accumulator::FilmAccumulator;
 use crate::film::aov::Aovs;
+use crate::film::noise::repeat_if_done;
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
-use crate::film::window::Window;
+use crate::film::window::{Window, range_length};
 use crate::geometry::ray::Ray;
 use crate::images::raster::PixelPosition;
 use crate::integrators::first_hit::add_first_hit;
@@ -89,8 +90,9 @@ pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering 
     Rendering { film: accumulator.film(), statistics }
 }
 
-/// An accumulator without samples for a window of a scene's image.
+/// An accumulator without samples for a window of a scene's image. With a noise target it has the variance.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
+    let aovs = Aovs { variance: aovs.variance || scene.integrator.noise_target.is_some(), ..aovs };
     FilmAccumulator::new(scene.film.size(), window, aovs, scene.sensor.wavelengths_nm())
 }
 
@@ -137,7 +139,12 @@ pub fn render_missing(
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: start..end, ..target.clone() };
         let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
-        statistics = statistics.plus(render_pass(RowRenderer::new(scene, &tables), &blocks, accumulator, control));
+        statistics = statistics.plus(render_pass(
+            RowRenderer { scene, tables: &tables, first_sample: target.samples.start },
+            &blocks,
+            accumulator,
+            control,
+        ));
         start = end;
     }
     statistics
@@ -146,6 +153,7 @@ pub fn render_missing(
 fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     let [fewest, most] = SAMPLES_PER_PIXEL_AND_PASS;
     let count = match scene.integrator.kind {
+        _ if scene.integrator.noise_target.is_some() => fewest,
         IntegratorKind::Hybrid | IntegratorKind::Reference => fewest,
         IntegratorKind::PcaSnow | IntegratorKind::Diffusion => {
             let pixels = target.window().size().pixel_count() as u64;
@@ -210,13 +218,11 @@ struct Row<'sums> {
 struct RowRenderer<'scene> {
     scene: &'scene Scene,
     tables: &'scene LightTables,
+    /// Number of the first sample of all pixels.
+    first_sample: u32,
 }
 
-impl<'scene> RowRenderer<'scene> {
-    fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
-        Self { scene, tables }
-    }
-
+impl RowRenderer<'_> {
     /// Adds the samples of some blocks to a row.
     fn render(&self, row_number: u32, blocks: &[&SampleBlock], row: Row) -> Statistics {
         let Row { aovs, first_column, sums } = row;
@@ -229,6 +235,12 @@ impl<'scene> RowRenderer<'scene> {
             let pattern = PixelPattern::new(self.scene.integrator.seed, block.samples.clone());
             let start = (block.columns.start - first_column) as usize * sum_count;
             for (column, sums) in block.columns.clone().zip(sums[start..].chunks_exact_mut(sum_count)) {
+                if let Some(target) = self.scene.integrator.noise_target {
+                    let (count, more) = (block.samples.start - self.first_sample, range_length(&block.samples));
+                    if repeat_if_done(sums, aovs, count, more, target) {
+                        continue;
+                    }
+                }
                 let pixel = Pixel::new(self.scene, &pattern, column, row_number);
                 for sample in block.samples.clone() {
                     let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));

@@ -9,6 +9,7 @@ pub mod accumulator;
 pub mod aov;
 pub mod exposure;
 pub mod image_file;
+pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
 pub mod provenance;
 pub mod resumable_file;

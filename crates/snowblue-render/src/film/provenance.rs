@@ -33,6 +33,7 @@ impl Provenance {
             ("height", film.height.to_string()),
             ("seed", integrator.seed.to_string()),
             ("max bounces", integrator.max_bounces.to_string()),
+            ("noise target", integrator.noise_target.map_or("none".to_owned(), |target| target.to_string())),
             ("integrator", integrator.kind.name().to_owned()),
             ("colours", colours),
         ];

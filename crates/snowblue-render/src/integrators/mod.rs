@@ -3,6 +3,7 @@
 pub(crate) mod first_hit;
 mod path;
 mod reference;
+mod single_scattering;
 mod surroundings;
 mod walk;
 

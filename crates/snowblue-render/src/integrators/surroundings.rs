@@ -4,7 +4,7 @@ use glam::Vec3A;
 
 use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use crate::geometry::bounds::Bounds;
-use crate::geometry::ray::{Crossing, Ray, ShapeHit, off_surface};
+use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
 use crate::scene::material::Material;
@@ -41,8 +41,8 @@ struct SnowBody {
 pub(super) enum Flight {
     /// At a grain, after a length in m.
     Free(f32),
-    /// Out of the snow, after a length in m, with a point just outside.
-    Out { length_m: f32, origin: Vec3A },
+    /// Out of the snow, after a length in m, with a point just outside and the outward normal.
+    Out { length_m: f32, origin: Vec3A, normal: Vec3A },
     /// At a solid, after a length in m.
     Solid(SurfaceInteraction, f32),
 }
@@ -143,7 +143,7 @@ impl<'scene> Surroundings<'scene> {
             return match one.shape.first_hit(ray, flight_m) {
                 // From a point on the very surface, a ray may miss it by rounding.
                 None if self.bounds[object].is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
-                    Flight::Out { length_m: 0.0, origin: ray.origin }
+                    Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction }
                 }
                 None => Flight::Free(flight_m),
                 Some(hit) => self.out(ray, hit.distance_m, hit.normal, object),
@@ -154,7 +154,7 @@ impl<'scene> Surroundings<'scene> {
         match self.crossings.chunks_exact(2).find(around).map(|pair| pair[1]) {
             Some(stop) if stop.distance_m > flight_m => Flight::Free(flight_m),
             Some(stop) => self.out(ray, stop.distance_m, stop.normal, stop.object as usize),
-            None => Flight::Out { length_m: 0.0, origin: ray.origin },
+            None => Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction },
         }
     }
 
@@ -163,7 +163,7 @@ impl<'scene> Surroundings<'scene> {
         let normal = normal.normalize();
         let outward = if normal.dot(ray.direction) < 0.0 { -normal } else { normal };
         let origin = off_surface(ray.at(length_m), outward, self.objects().reach_m(object));
-        Flight::Out { length_m, origin }
+        Flight::Out { length_m, origin, normal: outward }
     }
 
     /// Whether the line to a light is still inside the object after `flight_m`. A quick test of the nearest face only;
@@ -173,6 +173,35 @@ impl<'scene> Surroundings<'scene> {
         let (one, to_light) = (&self.objects().list()[object], origin.direction_from(from));
         let ray = Ray { origin: from, direction: to_light.direction };
         one.body.is_none() && flight_m < to_light.distance_m && !one.shape.occludes(&ray, flight_m)
+    }
+
+    /// Optical depth of the snow along the line to a light, by the extinction coefficient of each object's snow in 1/m;
+    /// none behind solids. It stops counting where nothing is left.
+    pub(super) fn optical_depth(
+        &mut self,
+        from: Vec3A,
+        origin: &LightOrigin,
+        extinction_per_m: &dyn Fn(usize) -> f32,
+    ) -> Option<f32> {
+        /// Depth beyond which light is lost in rounding.
+        const DARK: f32 = 20.0;
+        let to_light = origin.direction_from(from);
+        let ray = Ray { origin: from, direction: to_light.direction };
+        self.statistics.shadow_rays += 1;
+        let mut depth = 0.0;
+        for index in 0..self.bodies.len() {
+            let object = self.bodies[index].object;
+            depth += extinction_per_m(object) * narrow(self.snow_m(object, &ray, to_light.distance_m));
+            if depth > DARK {
+                return None;
+            }
+        }
+        (!self.is_behind_solid(&ray, to_light.distance_m)).then_some(depth)
+    }
+
+    fn is_behind_solid(&self, ray: &Ray, limit_m: f32) -> bool {
+        let list = self.objects().list();
+        self.solids.iter().any(|&solid| list[solid].shape.occludes(ray, limit_m))
     }
 
     /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
@@ -198,8 +227,7 @@ impl<'scene> Surroundings<'scene> {
                 return None;
             }
         }
-        let list = self.objects().list();
-        if self.solids.iter().any(|&solid| list[solid].shape.occludes(&ray, to_light.distance_m)) {
+        if self.is_behind_solid(&ray, to_light.distance_m) {
             return None;
         }
         let mut transmittance = Spectrum::ONE;

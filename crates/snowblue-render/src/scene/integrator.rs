@@ -32,7 +32,7 @@ impl IntegratorKind {
 }
 
 /// The integrator, and how many paths it traces and how long.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IntegratorSettings {
     /// The integrator.
@@ -40,6 +40,9 @@ pub struct IntegratorSettings {
     pub kind: IntegratorKind,
     /// Paths per pixel.
     pub samples_per_pixel: u32,
+    /// Standard error of a pixel relative to its luminance below which it gets no further samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_target: Option<f64>,
     /// Greatest number of surfaces after the first on a path; 0 is direct light only.
     pub max_bounces: u32,
     /// Seed of the random numbers.
@@ -48,6 +51,6 @@ pub struct IntegratorSettings {
 
 impl Default for IntegratorSettings {
     fn default() -> Self {
-        Self { kind: IntegratorKind::default(), samples_per_pixel: 64, max_bounces: 8, seed: 1 }
+        Self { kind: IntegratorKind::default(), samples_per_pixel: 64, noise_target: None, max_bounces: 8, seed: 1 }
     }
 }

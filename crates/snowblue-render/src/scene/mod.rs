@@ -95,6 +95,12 @@ impl Scene {
         self.description.integrator = self.integrator;
     }
 
+    /// Sets the relative standard error of a pixel below which it gets no further samples; none for all samples.
+    pub fn set_noise_target(&mut self, target: Option<f64>) {
+        self.integrator.noise_target = target;
+        self.description.integrator = self.integrator;
+    }
+
     /// Sets the greatest number of surfaces after the first on a path.
     pub fn set_max_bounces(&mut self, bounces: u32) {
         self.integrator.max_bounces = bounces;

@@ -78,6 +78,10 @@ pub(crate) struct Render {
     /// Samples per pixel [1–16777216], instead of the scene's
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
+    /// Standard error of a pixel relative to its luminance [0.0001–1] below which it gets no further samples, instead of
+    /// the scene's; --spp is then the greatest number
+    #[arg(long, value_name = "FRACTION")]
+    noise_target: Option<f64>,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
     #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
     spp_range: Option<Range<u32>>,
@@ -216,6 +220,7 @@ impl Render {
         film.false_color = self.false_color.or(film.false_color);
         integrator.kind = self.integrator.unwrap_or(integrator.kind);
         integrator.samples_per_pixel = self.spp.unwrap_or(integrator.samples_per_pixel);
+        integrator.noise_target = self.noise_target.or(integrator.noise_target);
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
         if let Some(mode) = self.path {

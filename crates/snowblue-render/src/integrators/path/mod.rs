@@ -22,17 +22,18 @@ use std::f32::consts::FRAC_1_PI;
 
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::{Ray, SurfacePoint};
+use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::survival_probability;
-use crate::integrators::walk::{WalkEnd, WalkTracer};
+use crate::integrators::walk::WalkTracer;
 use crate::sampling::{Sampler, cosine_direction};
+use crate::scene::light::{IncidentLight, Light, LightSample, SHADOW_EPSILON};
 use crate::scene::light_field::BodyField;
-use crate::scene::{IntegratorKind, Scene};
-use crate::scene::light::{Light, LightSample, SHADOW_EPSILON};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::pca_snow::Emission;
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::{SceneQueries, Statistics};
+use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
 use carried::{Carried, Source};
@@ -48,6 +49,8 @@ pub(crate) struct PathIntegrator<'scene> {
     queries: SceneQueries<'scene>,
     /// Random walks in snow, if there are any.
     walks: Option<WalkTracer<'scene>>,
+    /// Single scattering in snow, where the light field is read at the surface.
+    singles: Option<SingleScattering<'scene>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
 }
@@ -65,13 +68,15 @@ impl<'scene> PathIntegrator<'scene> {
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         let has_area_lights = scene.lights.iter().any(Light::has_extent);
         let walks = (scene.integrator.kind == IntegratorKind::Hybrid).then(|| WalkTracer::new(scene));
-        Self { scene, tables, queries: SceneQueries::new(&scene.objects), walks, has_area_lights }
+        let singles = (scene.integrator.kind == IntegratorKind::Diffusion).then(|| SingleScattering::new(scene));
+        Self { scene, tables, queries: SceneQueries::new(&scene.objects), walks, singles, has_area_lights }
     }
 
     /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
         let walks = self.walks.as_ref().map(WalkTracer::statistics).unwrap_or_default();
-        self.queries.statistics.plus(walks)
+        let singles = self.singles.as_ref().map(SingleScattering::statistics).unwrap_or_default();
+        self.queries.statistics.plus(walks).plus(singles)
     }
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
@@ -100,11 +105,10 @@ impl<'scene> PathIntegrator<'scene> {
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface);
         if let Shading::Field(field) = vertex.shading {
-            if self.walks.is_some() {
-                let later = Some(self.walk(field, &surface, camera_ray, sampler));
-                return PathRadiance { first, later };
+            if let Some(walks) = &mut self.walks {
+                return PathRadiance { first, later: Some(walks.walk(field, &surface, camera_ray, sampler)) };
             }
-            first += self.field_light(field, &vertex, sampler);
+            first += self.field_light(field, &vertex, camera_ray, sampler);
             return PathRadiance { first, later: None };
         }
         first += self.direct_light::<C>(&vertex, sampler);
@@ -116,33 +120,14 @@ impl<'scene> PathIntegrator<'scene> {
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
     fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
-        let mut throughput = Spectrum::ONE;
-        match self.bounce(first, 0, &mut throughput, sampler) {
-            Some(ray) => self.light_along(ray, throughput, Some(first.surface.surface_point()), sampler),
-            None => Spectrum::ZERO,
-        }
-    }
-
-    /// Light that arrives along a ray of some throughput after a path's first surface: that of lights and of further
-    /// surfaces. The ray leaves a surface with the density of its cosine, or `from` is none, and only lights that are
-    /// not sampled count.
-    fn light_along(
-        &mut self,
-        mut ray: Ray,
-        mut throughput: Spectrum,
-        mut from: Option<SurfacePoint>,
-        sampler: &mut Sampler,
-    ) -> Spectrum {
         let max_bounces = self.scene.integrator.max_bounces;
-        let mut radiance = Spectrum::ZERO;
+        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
+        let mut from = first.surface.surface_point();
         for bounce in 1.. {
             let hit = self.queries.indirect_hit(&ray);
             if self.has_area_lights {
-                let found = match &from {
-                    Some(from) => self.hit_lights(&ray, hit.as_ref(), Some(from)),
-                    None => self.hit_diffuse_lights(&ray, hit.as_ref()),
-                };
-                radiance.add_product(1.0, &throughput, &found);
+                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
             }
             let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
             let vertex = self.vertex(&surface);
@@ -157,7 +142,7 @@ impl<'scene> PathIntegrator<'scene> {
                 break;
             }
             match self.bounce(&vertex, bounce, &mut throughput, sampler) {
-                Some(next) => (ray, from) = (next, Some(surface.surface_point())),
+                Some(next) => (ray, from) = (next, surface.surface_point()),
                 None => break,
             }
         }
@@ -179,10 +164,19 @@ impl<'scene> PathIntegrator<'scene> {
     }
 
     /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
-    fn field_light<C: Carried>(&mut self, field: &BodyField, vertex: &Vertex, sampler: &mut Sampler) -> C {
+    fn field_light<C: Carried>(
+        &mut self,
+        field: &BodyField,
+        vertex: &Vertex,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> C {
         let surface = vertex.surface.surface_point();
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        let mut light = C::emitted(self.scene, &field.diffuse_radiance(&surface, cos_exit));
+        let mut radiance = field.diffuse_radiance(&surface, cos_exit);
+        let mut light = C::ZERO;
+        let [number, ..] = sampler.next_four();
+        let point = self.singles.as_mut().map(|singles| singles.point(field, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights.len() {
             let source = &self.scene.lights[index];
             let samples = match self.tables.delta_sample(index) {
@@ -191,39 +185,18 @@ impl<'scene> PathIntegrator<'scene> {
                 None => source.samples_at(&surface, sampler),
             };
             for sample in samples.into_iter().flatten() {
-                if let Some(reflected) = self.reflected::<C>(vertex, index, &sample) {
-                    light += reflected;
+                let incident = self.visible(vertex, &sample);
+                if let Some(incident) = &incident {
+                    light += self.reflected::<C>(vertex, index, &sample, incident);
+                }
+                if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
+                    let factor = singles.correction(point, &sample, incident.as_ref());
+                    radiance += source.power(&sample.origin) * factor;
                 }
             }
         }
+        light += C::emitted(self.scene, &radiance);
         light
-    }
-
-    /// Light that snow sends out by a random walk.
-    fn walk(
-        &mut self,
-        field: &BodyField,
-        surface: &SurfaceInteraction,
-        camera_ray: &Ray,
-        sampler: &mut Sampler,
-    ) -> Spectrum {
-        let Some(walks) = &mut self.walks else { return Spectrum::ZERO };
-        let WalkEnd { mut radiance, exit } = walks.walk(field, surface, camera_ray, sampler);
-        if let Some((ray, throughput)) = exit {
-            radiance += self.light_along(ray, throughput, None, sampler);
-        }
-        radiance
-    }
-
-    /// Radiance from the lights that are not sampled and that a ray hits before a surface.
-    fn hit_diffuse_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>) -> Spectrum {
-        let mut radiance = Spectrum::ZERO;
-        for light in self.scene.lights.iter().filter(|light| hit.is_none() && light.is_diffuse()) {
-            if let Some(found) = light.full_hit_radiance(ray, f32::INFINITY) {
-                radiance += found.radiance;
-            }
-        }
-        radiance
     }
 
     /// Radiance from the lights that a ray hits before a surface.
@@ -263,31 +236,37 @@ impl<'scene> PathIntegrator<'scene> {
             Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
         for index in 0..self.scene.lights.len() {
-            let reflected = match self.tables.delta_sample(index) {
-                Some(sample) => self.reflected::<C>(vertex, index, sample),
-                None => {
-                    let surface = vertex.surface.surface_point();
-                    let sample = self.scene.lights[index].sample_for_reflection(&surface, sampler);
-                    sample.and_then(|sample| self.reflected::<C>(vertex, index, &sample))
-                }
+            let sample = match self.tables.delta_sample(index) {
+                Some(sample) => Some(*sample),
+                None => self.scene.lights[index].sample_for_reflection(&vertex.surface.surface_point(), sampler),
             };
-            if let Some(reflected) = reflected {
-                light += reflected;
+            if let Some(sample) = sample
+                && let Some(incident) = self.visible(vertex, &sample)
+            {
+                light += self.reflected::<C>(vertex, index, &sample, &incident);
             }
         }
         light
     }
 
-    /// Reflected light of one light sample, L = R E / π.
+    /// A light sample as it arrives at a surface, unless it is occluded.
     #[inline]
-    fn reflected<C: Carried>(&mut self, vertex: &Vertex, light: usize, sample: &LightSample) -> Option<C> {
+    fn visible(&mut self, vertex: &Vertex, sample: &LightSample) -> Option<IncidentLight> {
         let surface = vertex.surface.surface_point();
         let incident = sample.incident_at(&surface)?;
-        if !sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)) {
-            return None;
-        }
+        sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)).then_some(incident)
+    }
+
+    /// Reflected light of one light sample that arrives at a surface, L = R E / π.
+    #[inline]
+    fn reflected<C: Carried>(
+        &self,
+        vertex: &Vertex,
+        light: usize,
+        sample: &LightSample,
+        incident: &IncidentLight,
+    ) -> C {
         let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
-        let radiance = C::reflected(&source, vertex, &incident);
-        Some(radiance * (incident.irradiance_per_power * FRAC_1_PI))
+        C::reflected(&source, vertex, incident) * (incident.irradiance_per_power * FRAC_1_PI)
     }
 }

@@ -16,8 +16,8 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
-//! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. A
-//! uniform sky and other surfaces are found by the ray along which a walk leaves.
+//! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
+//! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
 mod tangent_half_space;
 
@@ -54,14 +54,6 @@ pub(super) struct WalkTracer<'scene> {
     lights: Vec<WalkLight>,
 }
 
-/// What a walk finds.
-pub(super) struct WalkEnd {
-    /// Radiance along the ray that entered, in W m⁻² sr⁻¹ as a band density.
-    pub(super) radiance: Spectrum,
-    /// The ray along which the walk leaves the snow, if it does, and its throughput.
-    pub(super) exit: Option<(Ray, Spectrum)>,
-}
-
 /// A point of a light, or a direction.
 #[derive(Debug, Clone, Copy)]
 struct WalkLight {
@@ -93,8 +85,8 @@ struct Snow<'a> {
 enum BodyEnd {
     /// In the light field.
     Inside,
-    /// Out of the snow, with a ray from just outside.
-    Outside(Ray),
+    /// Out of the snow, at a point of its surface.
+    Outside(SurfacePoint),
     /// At a solid in the snow or in contact with it.
     Solid(SurfaceInteraction),
 }
@@ -108,25 +100,21 @@ impl<'scene> WalkTracer<'scene> {
         self.surroundings.statistics
     }
 
-    /// Follows the walk of a ray that hits snow.
+    /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
     pub(super) fn walk(
         &mut self,
         field: &BodyField,
         surface: &SurfaceInteraction,
         camera_ray: &Ray,
         sampler: &mut Sampler,
-    ) -> WalkEnd {
-        let Some(volume) = &self.scene.volumes[surface.material] else {
-            return WalkEnd { radiance: Spectrum::ZERO, exit: None };
-        };
+    ) -> Spectrum {
+        let Some(volume) = &self.scene.volumes[surface.material] else { return Spectrum::ZERO };
         let end_depth = self.end_depth(surface, field.transport_length_m());
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], field, end_depth };
         let mut ray = *camera_ray;
         let Some(mut way_out) = self.surroundings.enter(surface.object, &mut ray).map(Some) else {
-            // The surface has no other side: it is open, or the ray grazes a rim.
-            let reach_m = self.scene.objects.reach_m(surface.object);
-            ray.origin = off_surface(surface.point, -surface.normal, reach_m);
-            return WalkEnd { radiance: Spectrum::ZERO, exit: Some((ray, Spectrum::ONE)) };
+            // The ray grazes a rim: the surface has no other side.
+            return field.mean_radiance(&surface.surface_point());
         };
         self.sample_lights(&surface.surface_point(), sampler);
         let [pixel, sample] = sampler.address();
@@ -150,14 +138,16 @@ impl<'scene> WalkTracer<'scene> {
                 walk.radiance += tangent.correction();
             }
             match end {
-                BodyEnd::Inside => return WalkEnd { radiance: walk.radiance, exit: None },
-                BodyEnd::Outside(ray) => {
+                BodyEnd::Inside => return walk.radiance,
+                BodyEnd::Outside(surface) => {
                     let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths);
-                    return WalkEnd { radiance: walk.radiance, exit: Some((ray, throughput)) };
+                    let irradiance = near.as_ref().map_or(Spectrum::ZERO, |near| near.diffuse_irradiance(&surface));
+                    walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
+                    return walk.radiance;
                 }
                 BodyEnd::Solid(surface) => {
                     if !self.reflect(&mut walk, snow, &surface) {
-                        return WalkEnd { radiance: walk.radiance, exit: None };
+                        return walk.radiance;
                     }
                 }
             }
@@ -232,8 +222,8 @@ impl<'scene> WalkTracer<'scene> {
                 walk.lengths.pores_m += f64::from(flight.length_m());
                 end = match flight {
                     Flight::Free(_) => None,
-                    Flight::Out { origin, .. } => {
-                        Some(BodyEnd::Outside(Ray { origin, direction: walk.ray.direction }))
+                    Flight::Out { origin, normal, .. } => {
+                        Some(BodyEnd::Outside(SurfacePoint { point: origin, normal }))
                     }
                     Flight::Solid(surface, _) => Some(BodyEnd::Solid(surface)),
                 };

@@ -18,12 +18,12 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use glam::Vec3A;
 use super::match_depth_lengths;
 use crate::geometry::ray::{Ray, SurfacePoint, narrow};
 use crate::scene::light::IncidentLight;
 use crate::scene::light_field::{BodyField, EndDepth, LightWeights, NearLight};
 use crate::spectrum::Spectrum;
+use glam::Vec3A;
 
 /// The walk in the half-space.
 pub(super) struct TangentHalfSpace<'a> {

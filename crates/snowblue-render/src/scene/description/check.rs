@@ -39,6 +39,7 @@ const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
 const GREATEST_POWER: f64 = 1e12;
 const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
+const NOISE_TARGET: Range = Range::new(1e-4, 1.0, "");
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 /// Most pixels along a side.
 const GREATEST_SIDE: u32 = 16_384;
@@ -146,6 +147,9 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
 
 fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked {
     check_count(&path.key("samples_per_pixel"), integrator.samples_per_pixel, 1, GREATEST_SAMPLES)?;
+    if let Some(target) = integrator.noise_target {
+        NOISE_TARGET.check(&path.key("noise_target"), target)?;
+    }
     check_count(&path.key("max_bounces"), integrator.max_bounces, 0, GREATEST_BOUNCES)
 }
 

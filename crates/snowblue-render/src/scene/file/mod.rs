@@ -5,7 +5,7 @@
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops,
 //!                          # false_color = { red_nm, green_nm, blue_nm }
-//! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1, type = "pcasnow" |
+//! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "pcasnow" |
 //!                          # "diffusion" | "hybrid" | "reference"
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),

@@ -75,6 +75,7 @@ impl GatheredPaths {
     pub(super) fn new(solid: &Solid, body: &SnowBody, nodes: &SpectralNodes, around: &Surroundings) -> Self {
         let elements = body.surface();
         let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
+        let rays_of_element = u32::try_from(rays_per_element).unwrap_or(1);
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
             let mut found = Task::default();
@@ -82,7 +83,9 @@ impl GatheredPaths {
                 let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
                 let mut steady = Spectrum::ZERO;
                 for ray in 0..rays_per_element {
-                    let sampler = Sampler::new(2, number, u32::try_from(ray).unwrap_or(u32::MAX));
+                    // One sequence for all elements, so that the rays of neighbours are well distributed together.
+                    let ray = u32::try_from(ray).unwrap_or(u32::MAX);
+                    let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_of_element).wrapping_add(ray));
                     let start = surface_point(element);
                     let (light, end) = trace(&mut queries, solid.object, start, sampler, around);
                     steady += light;

@@ -98,6 +98,8 @@ pub(crate) struct BodyField {
     optics: SnowOptics,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
+    /// κ there, in 1/m.
+    extinction_per_m: f32,
     /// Where random walks end, if there are any.
     walk_ends: Option<Arc<WalkEndsByDepth>>,
 }
@@ -209,7 +211,9 @@ impl LightField {
             let PreparedBody { solid, body, nodes, optics } = one;
             let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
             let walk_ends = (scene.walk_ends)(solid.object);
-            BodyField { body, lit, nodes, optics, transport_length_m, walk_ends }
+            let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
+            let extinction_per_m = (transport_length_m * reduced).recip();
+            BodyField { body, lit, nodes, optics, transport_length_m, extinction_per_m, walk_ends }
         });
         let lamps_in_snow = scene.lamps_in_snow.iter().map(|lamp| lamp.light).collect();
         Ok(Self { bodies: bodies.collect(), body_of, lamps_in_snow })
@@ -309,13 +313,7 @@ impl<'a> PreparedBody<'a> {
         let is_inside = |lamp: &&&LampInSnow| body_of[lamp.object] == body_of[self.solid.object];
         let inside = illumination.lamps.iter().filter(is_inside);
         Lighting {
-            direct: entering_light(
-                &self.solid,
-                &self.body,
-                &self.nodes,
-                &illumination.lights,
-                &self.optics.half_space,
-            ),
+            direct: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.optics.half_space),
             sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
         }
     }
@@ -441,6 +439,12 @@ impl BodyField {
     #[inline]
     pub(crate) fn transport_length_m(&self) -> f32 {
         self.transport_length_m
+    }
+
+    /// Extinction coefficient at the middle wavelength, in 1/m.
+    #[inline]
+    pub(crate) fn extinction_per_m(&self) -> f32 {
+        self.extinction_per_m
     }
 
     /// The fluence rate inside, in W m⁻² as a band density.

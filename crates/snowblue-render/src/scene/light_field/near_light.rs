@@ -68,6 +68,17 @@ impl<'f> NearLight<'f> {
         sum
     }
 
+    /// The diffuse irradiance H of a surface point near by, in W m⁻² as a band density.
+    pub(crate) fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        for near in &self.lit {
+            if let Some(groups) = diffuse_irradiance(self.field, near.lit, surface) {
+                sum += near.spectrum(self.field, groups);
+            }
+        }
+        sum
+    }
+
     /// A sum of the quantities at the point, in W m⁻² as a band density.
     pub(crate) fn sum(&self, weights: &LightWeights) -> Spectrum {
         let mut sum = Spectrum::ZERO;
@@ -90,9 +101,7 @@ impl<'f> NearFluence<'f> {
         for group in field.body.gradient(&lit.fluence, point.as_dvec3())? {
             gradient.iter_mut().zip(group).for_each(|(axis, values)| axis.push(values));
         }
-        let (at, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let diffuse = lit.diffuse.as_ref().and_then(|diffuse| field.body.surface_value(diffuse, at, normal));
-        let diffuse = diffuse.into_iter().flatten().collect();
+        let diffuse = diffuse_irradiance(field, lit, surface).into_iter().flatten().collect();
         // Where the grid is too coarse for the last of the light, it is proportional to the light source.
         let is_positive = fluence.iter().all(|values| values.as_array().iter().all(|value| *value > 0.0));
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.scale) } else { lit.scale };
@@ -113,9 +122,17 @@ impl<'f> NearFluence<'f> {
         {
             ratios.copy_from_slice((group * *reciprocals).as_array());
         }
-        let value = |wavelength: usize| {
-            field.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength]
-        };
+        let value =
+            |wavelength: usize| field.nodes.interpolate(wavelength, &ratios[..count]) * self.spectrum.0[wavelength];
         Spectrum(std::array::from_fn(value))
     }
+}
+
+/// The diffuse irradiance H of a surface point at the nodes, if there is any.
+fn diffuse_irradiance<'f>(
+    field: &'f BodyField,
+    lit: &'f LitFluence,
+    surface: &SurfacePoint,
+) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
+    field.body.surface_value(lit.diffuse.as_ref()?, surface.point.as_dvec3(), surface.normal.as_dvec3())
 }

@@ -57,7 +57,9 @@ pub(super) fn entering_light(
         for (k, element) in elements.iter().enumerate() {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
             let [mut escape_weighted, mut irradiance, mut directed] = [Spectrum::ZERO; 3];
-            let samples = (0..samples).map(|index| Sampler::new(1, number, index));
+            // One sequence for all elements, so that the samples of neighbours are well distributed together.
+            let first = number.wrapping_mul(samples);
+            let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, light_irradiance| {
                 irradiance += light_irradiance;

@@ -1,0 +1,118 @@
+//! Adaptive sampling: pixels whose noise has fallen to a target need no further samples.
+//!
+//! All pixels count the same number of samples. Where a pixel needs no more, each further sample repeats its mean, and
+//! the sums of squares grow so that the variance of the mean stays what it was. So an image with a noise target can be
+//! merged and resumed as any other, and the choice depends on the pixel's own samples alone.
+
+use snowblue_color::{LinearRgb, Xyz};
+
+use crate::film::accumulator::{SQUARE_UNITS, UNITS};
+use crate::film::aov::Aovs;
+
+/// Samples before which no pixel is done: with fewer, a rare bright path may be missing.
+const FEWEST_SAMPLES: u32 = 32;
+/// Weights of red, green and blue in the luminance (IEC 61966-2-1).
+const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// The mean of a pixel and its variance.
+struct Estimate {
+    /// Linear red, green and blue.
+    mean: [f64; 3],
+    /// Of the mean.
+    variance: [f64; 3],
+}
+
+impl Estimate {
+    /// The estimate of `count` samples, at least two, by their sums and sums of squares.
+    fn new(sums: &[i128], squares: &[i128], count: u32) -> Self {
+        let count = f64::from(count);
+        let [x, y, z] = [0, 1, 2].map(|k| sums[k] as f64 / UNITS / count);
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x, y, z });
+        let mean = [r, g, b];
+        let variance = |k: usize| (squares[k] as f64 / SQUARE_UNITS / count - mean[k] * mean[k]).max(0.0);
+        Self { mean, variance: [0, 1, 2].map(|k| variance(k) / (count - 1.0)) }
+    }
+
+    /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
+    fn noise(&self) -> f64 {
+        let weighted = |values: &[f64; 3]| -> f64 { values.iter().zip(LUMINANCE).map(|(value, w)| value * w).sum() };
+        let error = weighted(&self.variance).sqrt();
+        if error > 0.0 { error / weighted(&self.mean).max(0.0) } else { 0.0 }
+    }
+}
+
+/// Adds `more` samples to the sums of a pixel of `count` samples if its relative noise is not above `target`. Returns
+/// whether it did.
+pub(crate) fn repeat_if_done(sums: &mut [i128], aovs: Aovs, count: u32, more: u32, target: f64) -> bool {
+    let Some(offset) = aovs.squares_offset().filter(|_| count >= FEWEST_SAMPLES) else { return false };
+    let estimate = Estimate::new(sums, &sums[offset..offset + 3], count);
+    let is_saturated = sums[offset..offset + 3].contains(&i128::MAX);
+    // A noise that is not a number is not below the target either.
+    if is_saturated || !(estimate.noise() <= target) {
+        return false;
+    }
+    let (before, after) = (i128::from(count), i128::from(count) + i128::from(more));
+    for (index, sum) in sums.iter_mut().enumerate() {
+        if !(offset..offset + 3).contains(&index) {
+            *sum = *sum / before * after + *sum % before * after / before;
+        }
+    }
+    let after = f64::from(count) + f64::from(more);
+    for (k, square) in sums[offset..offset + 3].iter_mut().enumerate() {
+        let (mean, variance) = (estimate.mean[k], estimate.variance[k]);
+        #[expect(clippy::cast_possible_truncation, reason = "drops a fraction of a unit; large squares saturate")]
+        let sum = (after * (variance * (after - 1.0) + mean * mean) * SQUARE_UNITS) as i128;
+        *square = sum;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::pixel_accumulator::PixelAccumulator;
+    use crate::film::sensor::Sensor;
+    use crate::spectrum::Spectrum;
+
+    const AOVS: Aovs =
+        Aovs { spectrum: false, variance: true, normal: false, albedo: false, thickness: false, angle: false };
+
+    /// The sums of samples 1 ± `spread`.
+    fn sums(count: u32, spread: f32) -> Vec<i128> {
+        let (mut pixel, mut sums) = (PixelAccumulator::new(AOVS), vec![0; AOVS.sum_count()]);
+        for sample in 0..count {
+            let value = if sample % 2 == 0 { 1.0 - spread } else { 1.0 + spread };
+            pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(value));
+        }
+        pixel.flush(&mut sums);
+        sums
+    }
+
+    #[test]
+    fn a_pixel_is_repeated_once_its_noise_is_below_the_target() {
+        // The standard error of 64 samples of spread .4 is .05.
+        for (target, is_done) in [(0.06, true), (0.04, false)] {
+            let mut pixel = sums(64, 0.4);
+            assert_eq!(repeat_if_done(&mut pixel, AOVS, 64, 16, target), is_done);
+            assert_eq!(pixel == sums(64, 0.4), !is_done);
+        }
+        assert!(!repeat_if_done(&mut sums(16, 0.4), AOVS, 16, 16, 1.0), "too few samples");
+    }
+
+    #[test]
+    fn repeated_samples_keep_the_mean_and_its_variance() {
+        let mut pixel = sums(64, 0.4);
+        let before = Estimate::new(&pixel, &pixel[3..], 64);
+        assert!(repeat_if_done(&mut pixel, AOVS, 64, 48, 0.1));
+        let after = Estimate::new(&pixel, &pixel[3..], 112);
+        for k in 0..3 {
+            assert!((after.mean[k] / before.mean[k] - 1.0).abs() < 1e-12);
+            assert!((after.variance[k] / before.variance[k] - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn black_pixels_are_done() {
+        assert!(repeat_if_done(&mut [0; 6], AOVS, 32, 16, 0.01));
+    }
+}

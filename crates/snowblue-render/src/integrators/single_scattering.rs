@@ -1,0 +1,95 @@
+//! Single scattering in snow, exact where the half-space is not: at edges and rims.
+//!
+//! The reflection function R₀ holds for a flat, evenly lit half-space. Most of what it misses near an edge is light that
+//! scatters once. Along a ray that enters at X, with the scattering at Y and the lights' irradiance E⊥,
+//!
+//! ```text
+//! ∫ κ e^{−κs} P(Y) E⊥(Y) e^{−κ d(Y)} ds,      half-space: d = s μ/μ₀, P and E⊥ of X.
+//! ```
+//!
+//! The difference is estimated at one random distance s for both, so that it vanishes, and its noise with it, where the
+//! surface is flat. (Habel, Christensen & Jarosz 2013, *Photon beam diffusion*, take single scattering apart likewise.)
+
+use glam::Vec3A;
+
+use crate::geometry::ray::{Ray, SurfacePoint, narrow};
+use crate::integrators::surroundings::{Flight, Surroundings};
+use crate::scene::Scene;
+use crate::scene::light::{IncidentLight, LightSample};
+use crate::scene::light_field::BodyField;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::Statistics;
+
+/// Traces single scattering.
+#[derive(Debug)]
+pub(super) struct SingleScattering<'scene> {
+    scene: &'scene Scene,
+    surroundings: Surroundings<'scene>,
+}
+
+/// A scattering at a random distance inside snow.
+pub(super) struct ScatteringPoint<'f> {
+    field: &'f BodyField,
+    extinction_per_m: f32,
+    distance_m: f32,
+    /// The ray, with its origin at the scattering; none if the snow ends before.
+    ray: Option<Ray>,
+    direction: Vec3A,
+    cos_exit: f32,
+}
+
+impl<'scene> SingleScattering<'scene> {
+    pub(super) fn new(scene: &'scene Scene) -> Self {
+        Self { scene, surroundings: Surroundings::new(scene) }
+    }
+
+    pub(super) fn statistics(&self) -> Statistics {
+        self.surroundings.statistics
+    }
+
+    /// A scattering along a ray that enters snow, by a random number in [0, 1).
+    pub(super) fn point<'f>(
+        &mut self,
+        field: &'f BodyField,
+        surface: &SurfaceInteraction,
+        camera_ray: &Ray,
+        number: f32,
+    ) -> ScatteringPoint<'f> {
+        let extinction_per_m = field.extinction_per_m();
+        let distance_m = -(1.0 - number).ln() / extinction_per_m;
+        let direction = surface.direction;
+        let mut ray = *camera_ray;
+        let way_out = self.surroundings.enter(surface.object, &mut ray);
+        let flight = way_out.map(|way_out| self.surroundings.fly(surface.object, &ray, distance_m, Some(way_out)));
+        let is_inside = matches!(flight, Some(Flight::Free(_)));
+        let ray = is_inside.then(|| Ray { origin: ray.at(distance_m), direction });
+        let cos_exit = -surface.normal.dot(direction);
+        ScatteringPoint { field, extinction_per_m, distance_m, ray, direction, cos_exit }
+    }
+
+    /// What the half-space misses of a light, per unit of the light's power. `incident` is the light on the surface, if
+    /// it is visible there.
+    pub(super) fn correction(
+        &mut self,
+        point: &ScatteringPoint,
+        sample: &LightSample,
+        incident: Option<&IncidentLight>,
+    ) -> f32 {
+        let phase = point.field.half_space().phase();
+        let per_sr = |to_light: Vec3A| narrow(phase.per_sr(f64::from(point.direction.dot(to_light))));
+        let half_space = incident.map_or(0.0, |incident| {
+            let depth = point.extinction_per_m * point.distance_m * point.cos_exit / incident.cos_incidence;
+            per_sr(incident.direction) * (-depth).exp() * incident.irradiance_per_power / incident.cos_incidence
+        });
+        let body = point.ray.map_or(0.0, |ray| {
+            let normal = sample.origin.direction_from(ray.origin).direction;
+            let Some(incident) = sample.incident_at(&SurfacePoint { point: ray.origin, normal }) else { return 0.0 };
+            let depth = self.surroundings.optical_depth(ray.origin, &sample.origin, &|object| {
+                let field = self.scene.light_field.as_ref().and_then(|all| all.of_object(object));
+                field.map_or(0.0, BodyField::extinction_per_m)
+            });
+            depth.map_or(0.0, |depth| per_sr(normal) * (-depth).exp() * incident.irradiance_per_power)
+        });
+        body - half_space
+    }
+}
