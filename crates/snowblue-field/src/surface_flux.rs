@@ -10,6 +10,7 @@
 //! what it misses (Tukey's twicing), so that it keeps functions that are quadratic along the surface.
 
 use glam::Vec3;
+use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::element::shape;
@@ -17,6 +18,11 @@ use crate::grid::{Cell, Grid, NONE};
 
 /// Orientations: towards either end of each axis.
 const SIDES: usize = 6;
+
+/// Most steps of averaging over neighbouring cells.
+const MOST_STEPS: usize = 32;
+/// Steps that average the noise itself.
+const STEPS_OF_ERROR: usize = 8;
 
 /// Where the surface elements are, as weights of nodes and orientations.
 #[derive(Debug)]
@@ -81,6 +87,103 @@ impl SurfaceNodes {
         if area_m2 > 0.0 { sum / f32x4::splat(area_m2) } else { f32x4::ZERO }
     }
 
+    /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many cells
+    /// around each as bring its standard error below `tolerance` of its mean.
+    ///
+    /// The error at a node follows from the scatter of the elements around it. Averaging over the corners of each cell,
+    /// then over the cells around each node, adds ½ cell² to the variance of the position, to 1/6 cell² of the shape
+    /// functions. After k times the mean is over 1 + 3k times the area, and the error smaller by its root.
+    pub(crate) fn denoise(&self, grid: &Grid, values: &mut [f32x4], tolerance: f32) {
+        let areas: Vec<[f32; SIDES]> = self.area_m2.clone();
+        let sums = self.averaged(grid, values);
+        let means: Vec<[f32x4; SIDES]> = sums.iter().zip(&areas).map(|(sums, areas)| quotients(sums, areas)).collect();
+        // Scatter of the elements around the means, of the sum over all wavelengths.
+        let mut scatter = vec![[f32x4::ZERO; SIDES]; areas.len()];
+        self.visit_elements(grid, &mut |index, place, side, weight| {
+            let difference = (values[index] - means[place][side]).reduce_add() * weight;
+            scatter[place][side] += f32x4::new([difference * difference, 0.0, 0.0, 0.0]);
+        });
+        for ((scatter, means), areas) in scatter.iter_mut().zip(&means).zip(&areas) {
+            for side in 0..SIDES {
+                let area = areas[side];
+                let variance = if area > 0.0 { scatter[side].as_array()[0] / (area * area) } else { 0.0 };
+                scatter[side] = f32x4::new([variance, means[side].reduce_add(), 0.0, 0.0]);
+            }
+        }
+        // A node where no bright sample fell does not know that it misses one: its neighbours do.
+        for _ in 0..STEPS_OF_ERROR {
+            scatter = self.spread(grid, &scatter);
+        }
+        let steps = |scatter: &[f32x4; SIDES]| {
+            scatter.map(|error| {
+                let [variance, mean, ..] = error.to_array();
+                let allowed = (tolerance * mean).powi(2);
+                let steps =
+                    if variance > allowed { (variance / allowed.max(f32::MIN_POSITIVE) - 1.0) / 3.0 } else { 0.0 };
+                steps.min(MOST_STEPS as f32)
+            })
+        };
+        let steps: Vec<[f32; SIDES]> = scatter.iter().map(steps).collect();
+        let mut smooth = means.clone();
+        let mut result = means;
+        for step in 1..=MOST_STEPS {
+            smooth = self.spread(grid, &smooth);
+            for ((result, smooth), steps) in result.iter_mut().zip(&smooth).zip(&steps) {
+                for side in 0..SIDES {
+                    // The last step counts in part.
+                    let part = (steps[side] - (step - 1) as f32).clamp(0.0, 1.0);
+                    if part > 0.0 {
+                        result[side] = result[side] * (1.0 - part) + smooth[side] * part;
+                    }
+                }
+            }
+        }
+        let needs_none = steps.iter().flatten().all(|steps| *steps <= 0.0);
+        if needs_none {
+            return;
+        }
+        for (result, areas) in result.iter_mut().zip(&areas) {
+            (0..SIDES).for_each(|side| result[side] *= areas[side]);
+        }
+        for (cell, elements) in grid.surface_cells() {
+            for index in elements {
+                let element = &grid.surface[index];
+                values[index] = self.flux(&result, cell, grid.within(cell, element.point.as_dvec3()), element.normal);
+            }
+        }
+    }
+
+    /// Averages means at the nodes over the corners of each cell, then over the cells around each node, weighted by
+    /// area and for each orientation apart.
+    fn spread(&self, grid: &Grid, means: &[[f32x4; SIDES]]) -> Vec<[f32x4; SIDES]> {
+        let cells: Vec<&Cell> = grid.cells.iter().filter(|cell| cell.cut != NONE).collect();
+        let of_cell = |cell: &&Cell| {
+            let (mut sums, mut areas) = ([f32x4::ZERO; SIDES], [0.0; SIDES]);
+            for corner in cell.corners {
+                let number = self.number[corner as usize] as usize;
+                for side in 0..SIDES {
+                    let area = self.area_m2[number][side];
+                    sums[side] += means[number][side] * area;
+                    areas[side] += area;
+                }
+            }
+            (quotients(&sums, &areas), areas)
+        };
+        let of_cells: Vec<([f32x4; SIDES], [f32; SIDES])> = cells.par_iter().map(of_cell).collect();
+        let mut sums = vec![[f32x4::ZERO; SIDES]; means.len()];
+        let mut areas = vec![[0.0; SIDES]; means.len()];
+        for (cell, (cell_means, cell_areas)) in cells.iter().zip(&of_cells) {
+            for corner in cell.corners {
+                let number = self.number[corner as usize] as usize;
+                for side in 0..SIDES {
+                    sums[number][side] += cell_means[side] * cell_areas[side];
+                    areas[number][side] += cell_areas[side];
+                }
+            }
+        }
+        sums.iter().zip(&areas).map(|(sums, areas)| quotients(sums, areas)).collect()
+    }
+
     fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let mut sums = vec![[f32x4::ZERO; SIDES]; self.area_m2.len()];
         self.visit_elements(grid, &mut |index, place, side, weight| sums[place][side] += flux[index] * weight);
@@ -102,6 +205,11 @@ impl SurfaceNodes {
             }
         }
     }
+}
+
+/// Sums over areas; 0 where there is no area.
+fn quotients(sums: &[f32x4; SIDES], areas: &[f32; SIDES]) -> [f32x4; SIDES] {
+    std::array::from_fn(|side| if areas[side] > 0.0 { sums[side] / f32x4::splat(areas[side]) } else { f32x4::ZERO })
 }
 
 /// The three orientations of a normal with their weights.

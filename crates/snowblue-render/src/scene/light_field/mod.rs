@@ -36,7 +36,7 @@ use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
 pub(crate) use solid::Solid;
-use surface_light::{EnteringLight, entering_light};
+use surface_light::{EnteringLight, NOISE, SurfaceLight, entering_light};
 
 /// How deep random walks end in the light field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -267,7 +267,10 @@ fn gather_light(
             prepared[body].body.surface_value(&exitances[body], point, normal).into_iter().flatten().collect()
         };
         let mut total = 0.0;
-        let gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
+        let mut gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
+        for (gathered, one) in gathered.iter_mut().zip(prepared) {
+            one.body.denoise(gathered, NOISE);
+        }
         let bodies = prepared.iter().zip(lightings).zip(&gathered);
         for (((one, lighting), gathered), solution) in bodies.clone().zip(solutions.iter_mut()) {
             let options =
@@ -325,8 +328,10 @@ impl<'a> PreparedBody<'a> {
 
     /// The solution with the irradiance by other surfaces, for each group and element.
     fn solve(&self, lighting: &Lighting, gathered: Option<&[Vec<f32x4>]>, options: SolveOptions) -> Solution {
-        let mut entering = lighting.direct.escape_weighted.clone();
-        let mut irradiance = lighting.direct.irradiance.clone();
+        let EnteringLight { directed, diffuse, .. } = &lighting.direct;
+        let SurfaceLight { escape_weighted: mut entering, mut irradiance } = directed.clone();
+        add(&mut entering, &diffuse.escape_weighted);
+        add(&mut irradiance, &diffuse.irradiance);
         if let Some(gathered) = gathered {
             add(&mut entering, gathered);
             add(&mut irradiance, gathered);
@@ -339,7 +344,7 @@ impl<'a> PreparedBody<'a> {
     /// The light to be read.
     fn lit(&self, lighting: &Lighting, solution: Solution, scale: Spectrum) -> LitFluence {
         let mut diffuse = solution.irradiance.clone();
-        for (group, directed) in diffuse.iter_mut().zip(&lighting.direct.directed) {
+        for (group, directed) in diffuse.iter_mut().zip(&lighting.direct.directed.irradiance) {
             group.iter_mut().zip(directed).for_each(|(value, directed)| *value -= *directed);
         }
         let is_dark = diffuse.iter().flatten().all(|values| *values == f32x4::ZERO);

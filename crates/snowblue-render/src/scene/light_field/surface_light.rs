@@ -18,20 +18,28 @@ use crate::spectrum::Spectrum;
 const MOST_SAMPLES_PER_ELEMENT: usize = 16;
 /// Most samples of a light with extent on a body, which bounds the time.
 const MOST_SAMPLES: usize = 8 << 20;
+/// Relative noise to which sampled light is smoothed.
+pub(super) const NOISE: f32 = 0.02;
 /// Elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
-/// The light of lamps and skies at all surface elements: values at the spectral nodes, for each group and element, in
-/// W m⁻² as a band density.
+/// The light of lamps and skies at all surface elements.
 pub(super) struct EnteringLight {
+    /// Of lamps and of skies that are sampled.
+    pub(super) directed: SurfaceLight,
+    /// Of uniform skies.
+    pub(super) diffuse: SurfaceLight,
+    /// The sum of K F over all elements.
+    pub(super) spectrum: Spectrum,
+}
+
+/// Light at all surface elements: values at the spectral nodes, for each group and element, in W m⁻² as a band density.
+#[derive(Clone)]
+pub(super) struct SurfaceLight {
     /// Σ K F.
     pub(super) escape_weighted: Vec<Vec<f32x4>>,
     /// Σ F.
     pub(super) irradiance: Vec<Vec<f32x4>>,
-    /// The same without uniform skies.
-    pub(super) directed: Vec<Vec<f32x4>>,
-    /// The sum of K F over all elements.
-    pub(super) spectrum: Spectrum,
 }
 
 /// A surface point to be lit, and the side that it is on.
@@ -56,53 +64,69 @@ pub(super) fn entering_light(
         let mut entering = EnteringLight::with_capacity(groups, elements.len());
         for (k, element) in elements.iter().enumerate() {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
-            let [mut escape_weighted, mut irradiance, mut directed] = [Spectrum::ZERO; 3];
+            let mut sums = [[Spectrum::ZERO; 2]; 2];
             // One sequence for all elements, so that the samples of neighbours are well distributed together.
             let first = number.wrapping_mul(samples);
             let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
-            visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, light_irradiance| {
-                irradiance += light_irradiance;
-                escape_weighted += light_irradiance * narrow(half_space.escape(f64::from(cos)));
-                if !light.is_diffuse() {
-                    directed += light_irradiance;
-                }
+            visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, irradiance| {
+                let [escape_weighted, total] = &mut sums[usize::from(light.is_diffuse())];
+                *escape_weighted += irradiance * narrow(half_space.escape(f64::from(cos)));
+                *total += irradiance;
             });
-            push(&mut entering.escape_weighted, nodes, &escape_weighted);
-            push(&mut entering.irradiance, nodes, &irradiance);
-            push(&mut entering.directed, nodes, &directed);
-            entering.spectrum += escape_weighted;
+            entering.directed.push(nodes, &sums[0]);
+            entering.diffuse.push(nodes, &sums[1]);
+            entering.spectrum += sums[0][0];
+            entering.spectrum += sums[1][0];
         }
         entering
     };
     let tasks: Vec<EnteringLight> = body.surface().par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
     let mut all = EnteringLight::with_capacity(groups, body.surface().len());
     for task in tasks {
-        append(&mut all.escape_weighted, &task.escape_weighted);
-        append(&mut all.irradiance, &task.irradiance);
-        append(&mut all.directed, &task.directed);
+        all.directed.append(&task.directed);
+        all.diffuse.append(&task.diffuse);
         all.spectrum += task.spectrum;
+    }
+    if !all.diffuse.is_dark() {
+        body.denoise(&mut all.diffuse.escape_weighted, NOISE);
+        body.denoise(&mut all.diffuse.irradiance, NOISE);
     }
     all
 }
 
 impl EnteringLight {
     fn with_capacity(groups: usize, elements: usize) -> Self {
+        let dark = || SurfaceLight::with_capacity(groups, elements);
+        Self { directed: dark(), diffuse: dark(), spectrum: Spectrum::ZERO }
+    }
+}
+
+impl SurfaceLight {
+    fn with_capacity(groups: usize, elements: usize) -> Self {
         let empty = || (0..groups).map(|_| Vec::with_capacity(elements)).collect();
-        Self { escape_weighted: empty(), irradiance: empty(), directed: empty(), spectrum: Spectrum::ZERO }
+        Self { escape_weighted: empty(), irradiance: empty() }
     }
-}
 
-/// Adds the values of an element.
-fn push(groups: &mut [Vec<f32x4>], nodes: &SpectralNodes, spectrum: &Spectrum) {
-    for (group, values) in groups.iter_mut().zip(nodes.gather(|index| spectrum.0[index])) {
-        group.push(values);
+    fn is_dark(&self) -> bool {
+        self.irradiance.iter().flatten().all(|values| *values == f32x4::ZERO)
     }
-}
 
-/// Adds the values of some elements.
-fn append(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
-    groups.iter_mut().zip(others).for_each(|(group, other)| group.extend(other));
+    /// Adds an element, with Σ K F and Σ F.
+    fn push(&mut self, nodes: &SpectralNodes, [escape_weighted, irradiance]: &[Spectrum; 2]) {
+        for (groups, spectrum) in [(&mut self.escape_weighted, escape_weighted), (&mut self.irradiance, irradiance)] {
+            for (group, values) in groups.iter_mut().zip(nodes.gather(|index| spectrum.0[index])) {
+                group.push(values);
+            }
+        }
+    }
+
+    /// Adds the elements of a task.
+    fn append(&mut self, other: &Self) {
+        let groups = self.escape_weighted.iter_mut().chain(&mut self.irradiance);
+        let others = other.escape_weighted.iter().chain(&other.irradiance);
+        groups.zip(others).for_each(|(group, other)| group.extend(other));
+    }
 }
 
 /// Visits the visible samples of all lights at a surface: the light, the cosine of incidence and the irradiance. Lights
