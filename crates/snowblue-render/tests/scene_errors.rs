@@ -350,6 +350,7 @@ material = "a"
 mesh = "a.obj"
 part = "stone"
 up = "y"
+smooth = false
 material = "a"
 "##;
 

@@ -85,7 +85,7 @@ type Part = (Option<usize>, Arc<MeshBvh>, DAffine3);
 fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderError> {
     let centred = file.surfaces(mesh)?.into_iter().map(|surface| {
         let centred = surface.mesh.centred();
-        (surface.material, Arc::new(MeshBvh::new(centred.mesh)), centred.to_original)
+        (surface.material, Arc::new(MeshBvh::new(centred.mesh.smooth())), centred.to_original)
     });
     Ok(centred.collect())
 }

@@ -37,8 +37,8 @@ type CentredMesh = (Arc<MeshBvh>, DAffine3);
 pub(super) struct ObjectBuilder<'scene> {
     sources: &'scene Sources<'scene>,
     materials: &'scene [NamedMaterial],
-    /// Meshes by file and part.
-    meshes: BTreeMap<(String, Option<String>), CentredMesh>,
+    /// Meshes by file and part, and whether they are smooth.
+    meshes: BTreeMap<(String, Option<String>, bool), CentredMesh>,
 }
 
 impl<'scene> ObjectBuilder<'scene> {
@@ -131,11 +131,11 @@ impl<'scene> ObjectBuilder<'scene> {
     }
 
     fn mesh(&mut self, path: &KeyPath, description: &MeshDescription, placing: &Placing) -> Result<Shape, RenderError> {
-        let MeshDescription { mesh: file, part, up } = description;
+        let MeshDescription { mesh: file, up, .. } = description;
         let path = path.key("mesh");
         let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
         let upright = DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY });
-        let (mesh, map) = self.centred(&path, file, part.as_deref())?;
+        let (mesh, map) = self.centred(&path, description)?;
         let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
         let placement = placement(&(placing.to_scene() * upright * map)).map_err(wrong)?;
         let instance = Instance::new(mesh, placement);
@@ -143,14 +143,16 @@ impl<'scene> ObjectBuilder<'scene> {
         Ok(Shape::Mesh(instance))
     }
 
-    fn centred(&mut self, path: &KeyPath, file: &str, part: Option<&str>) -> Result<CentredMesh, RenderError> {
-        let key = (file.to_owned(), part.map(str::to_owned));
+    fn centred(&mut self, path: &KeyPath, description: &MeshDescription) -> Result<CentredMesh, RenderError> {
+        let MeshDescription { mesh: file, part, smooth, .. } = description;
+        let key = (file.clone(), part.clone(), *smooth);
         if let Some((mesh, map)) = self.meshes.get(&key) {
             return Ok((Arc::clone(mesh), *map));
         }
-        let read = read_mesh_from(self.sources.files, file, part);
+        let read = read_mesh_from(self.sources.files, file, part.as_deref());
         let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
-        let (mesh, map) = (Arc::new(MeshBvh::new(centred.mesh)), centred.to_original);
+        let shaded = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
+        let (mesh, map) = (Arc::new(MeshBvh::new(shaded)), centred.to_original);
         self.meshes.insert(key, (Arc::clone(&mesh), map));
         Ok((mesh, map))
     }
@@ -202,7 +204,7 @@ fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<
     let centred = triangles.centred();
     let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));
     let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;
-    let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh)), placement);
+    let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
 }
