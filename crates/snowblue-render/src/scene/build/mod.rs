@@ -152,6 +152,7 @@ impl SceneDescription {
             lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,
+            settings: self.light_field,
         };
         LightField::new(&scene).map_err(|(object, reason)| {
             KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()

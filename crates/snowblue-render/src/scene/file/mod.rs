@@ -7,6 +7,8 @@
 //!                          # false_color = { red_nm, green_nm, blue_nm }
 //! [integrator]             # samples_per_pixel = 64, max_bounces = 8, seed = 1, type = "pcasnow" |
 //!                          # "diffusion" | "hybrid" | "reference"
+//! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface,
+//!                          #   else as its snow needs)
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
