@@ -222,6 +222,10 @@ impl Render {
         film.exposure = self.exposure.unwrap_or(film.exposure);
         film.false_color = self.false_color.or(film.false_color);
         integrator.kind = self.integrator.unwrap_or(integrator.kind);
+        if self.check {
+            // Open meshes are to be reported, and no light is needed.
+            integrator.kind = IntegratorKind::PcaSnow;
+        }
         integrator.samples_per_pixel = self.spp.unwrap_or(integrator.samples_per_pixel);
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
