@@ -128,6 +128,25 @@ fn a_cube_without_a_side_fails_with_four_open_edges() {
 }
 
 #[test]
+fn integrators_with_a_light_field_refuse_open_snow_and_name_its_holes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(&folder, &cube(5));
+    let picture = folder.path().join("a.png");
+    let (scene, picture) = (path.to_str().unwrap(), picture.to_str().unwrap());
+    for integrator in ["diffusion", "hybrid"] {
+        let words = ["scene.toml:", "mesh.obj", "4 open edges", "repair-mesh"];
+        assert_refused(&["render", scene, "--integrator", integrator, "-o", picture], &words);
+        let report = snowblue(&["render", scene, "--integrator", integrator, "--check", "--format", "json"]);
+        assert_eq!(report.status.code(), Some(1), "a report, as with other integrators");
+    }
+    let option = |name: &str, value: &str, words: &[&str]| {
+        assert_refused(&["render", scene, name, value, "-o", picture], words);
+    };
+    option("--field-memory-mib", "8", &["light_field.memory_mib is 8 MiB", "16 to 1048576 MiB"]);
+    option("--field-step-mm", "2000", &["light_field.step_mm is 2000 mm", "0.01 to 1000 mm"]);
+}
+
+#[test]
 fn an_icosphere_passes_with_almost_the_volume_of_a_ball() {
     let (code, row) = checked(&icosphere());
     assert_eq!((code, number(&row, "odd_lines").to_bits()), (Some(0), 0f64.to_bits()), "{row}");

@@ -38,6 +38,27 @@ pub enum FieldError {
         /// Bound of the memory, in MiB.
         memory_mib: u64,
     },
+    /// The cells that were asked for are too coarse for its snow.
+    #[error(
+        "has cells of {step_mm} mm, but its snow needs cells of at most {allowed_mm:.1} mm, {COARSEST_LENGTHS:.0} \
+         times the transport mean free path"
+    )]
+    StepTooCoarse {
+        /// Size of the cells, in mm.
+        step_mm: f64,
+        /// Greatest size that the snow allows, in mm.
+        allowed_mm: f64,
+    },
+    /// The cells that were asked for do not fit into the memory.
+    #[error("has cells of {step_mm} mm, but only cells of at least {needed_mm:.2} mm fit into {memory_mib} MiB")]
+    StepTooFine {
+        /// Size of the cells, in mm.
+        step_mm: f64,
+        /// Size of the cells that fit into the memory, in mm.
+        needed_mm: f64,
+        /// Bound of the memory, in MiB.
+        memory_mib: u64,
+    },
 }
 
 /// Size and extent of a body.
@@ -84,13 +105,43 @@ impl Survey {
     pub fn choose_step_m(&self, transport_length_m: f64, groups: usize, memory_mib: u64) -> Result<f64, FieldError> {
         let usual = bisect(|step_m| self.nodes(step_m) <= USUAL_NODES);
         let wanted = usual.clamp(FINEST_LENGTHS * transport_length_m, COARSE_LENGTHS * transport_length_m);
-        let bytes = memory_mib as f64 * f64::from(1 << 20);
-        let smallest = bisect(|step_m| self.bytes(step_m, groups) <= bytes);
+        let smallest = self.smallest_step_m(groups, memory_mib);
         let allowed = COARSEST_LENGTHS * transport_length_m;
         if smallest > allowed {
             return Err(FieldError::TooLarge { needed_mm: 1e3 * smallest, allowed_mm: 1e3 * allowed, memory_mib });
         }
         Ok(wanted.max(smallest))
+    }
+
+    /// The size of the cells at the surface that was asked for, in m, if the snow allows it and the grid fits into the
+    /// memory; otherwise as [`choose_step_m`](Self::choose_step_m).
+    ///
+    /// # Errors
+    ///
+    /// If the cells are too coarse for the snow or too fine for the memory.
+    pub fn check_step_m(
+        &self,
+        step_m: f64,
+        transport_length_m: f64,
+        groups: usize,
+        memory_mib: u64,
+    ) -> Result<f64, FieldError> {
+        let step_mm = 1e3 * step_m;
+        let allowed = COARSEST_LENGTHS * transport_length_m;
+        if step_m > allowed {
+            return Err(FieldError::StepTooCoarse { step_mm, allowed_mm: 1e3 * allowed });
+        }
+        let smallest = self.smallest_step_m(groups, memory_mib);
+        if step_m < smallest {
+            return Err(FieldError::StepTooFine { step_mm, needed_mm: 1e3 * smallest, memory_mib });
+        }
+        Ok(step_m)
+    }
+
+    /// Size in m of the smallest cells that fit into a memory in MiB.
+    fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
+        let bytes = memory_mib as f64 * f64::from(1 << 20);
+        bisect(|step_m| self.bytes(step_m, groups) <= bytes)
     }
 
     /// About how many nodes a grid has: those of layers of cells that double in size away from the surface.
@@ -156,5 +207,19 @@ mod tests {
         let small = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.15, 0.6));
         let step_m = Survey::new(&small).unwrap().choose_step_m(0.002, 2, 1024).unwrap();
         assert!(step_m > 0.005 && step_m < 0.02, "{step_m}");
+    }
+
+    #[test]
+    fn a_given_step_must_suit_the_snow_and_the_memory() {
+        let survey = Survey::new(&BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.15, 0.6))).unwrap();
+        assert!((survey.check_step_m(0.007, 0.002, 2, 1024).unwrap() - 0.007).abs() < 1e-12);
+        let coarse = survey.check_step_m(0.3, 0.002, 2, 1024).unwrap_err();
+        assert!(
+            coarse.to_string().contains("cells of 300 mm, but its snow needs cells of at most 100.0 mm"),
+            "{coarse}"
+        );
+        let fine = survey.check_step_m(0.0005, 0.002, 2, 64).unwrap_err();
+        let FieldError::StepTooFine { needed_mm, memory_mib: 64, .. } = fine else { panic!("{fine}") };
+        assert!(needed_mm > 1.0 && survey.check_step_m(1.001e-3 * needed_mm, 0.002, 2, 64).is_ok(), "{fine}");
     }
 }

@@ -21,7 +21,8 @@
 //! every edge.
 //!
 //! **Simplifications.** In PCASnow light enters the snow at one point and leaves it at another on a straight line, with
-//! the curves of a slab, and leaves equally in all directions. Faces are flat: vertex normals are not used.
+//! the curves of a slab, and leaves equally in all directions. Faces are flat for depths, shadows and the offsets of
+//! rays; vertex normals are for shading only.
 //!
 //! **Out of scope.** Building tables (`snowblue-database`); options and progress bars (the command).
 

@@ -109,6 +109,35 @@ fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
     }
 }
 
+/// The number of nodes of the one body of a scene, as its debug output has it.
+fn node_count(settings: &str) -> Result<usize, String> {
+    let text = format!(
+        "{}[light_field]\n{settings}\n{SNOW}{SKY}{}",
+        "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n[integrator]\ntype = \"diffusion\"\n",
+        shape("box", "size = [0.3, 0.3, 0.1]")
+    );
+    let file = SceneFile::parse(text, Path::new("block.toml")).map_err(|error| error.to_string())?;
+    let scene = file.build(&table()).map_err(|error| error.to_string())?;
+    let text = format!("{scene:?}");
+    let (_, rest) = text.split_once("BodyField { nodes: ").unwrap();
+    Ok(rest.split(',').next().unwrap().parse().unwrap())
+}
+
+#[test]
+fn the_size_of_cells_and_the_memory_can_be_set() {
+    let [coarse, fine] = ["step_mm = 20", "step_mm = 12"].map(|settings| node_count(settings).unwrap());
+    // The surface has most nodes, (20/12)² = 2.8 times as many.
+    assert!(fine > 2 * coarse && fine < 5 * coarse, "{coarse} {fine}");
+    let too_fine = node_count("step_mm = 0.5\nmemory_mib = 64").unwrap_err();
+    let too_coarse = node_count("step_mm = 400").unwrap_err();
+    assert!(too_fine.contains("\"box\" has cells of 0.5 mm, but only cells of at least "), "{too_fine}");
+    assert!(too_fine.contains(" mm fit into 64 MiB"), "{too_fine}");
+    assert!(too_coarse.contains("\"box\" has cells of 400 mm, but its snow needs cells of at most "), "{too_coarse}");
+    for message in [too_fine, too_coarse] {
+        assert!(message.starts_with("block.toml:") && !message.contains('\n'), "{message}");
+    }
+}
+
 /// A body whose concave side sees itself, on a floor: both gather light from there.
 const CORNER: &str = "[[light]]\ntype = \"point\"\nposition = [0.8, -1.0, 0.6]\nradiant_intensity_w_sr = 40\n\
     illuminant = \"E\"\n[material.floor]\ntype = \"diffuse\"\nreflectance = 0.6\n\

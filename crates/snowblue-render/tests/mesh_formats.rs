@@ -168,6 +168,54 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
     }
 }
 
+/// A triangle with slanted normals, as PLY, OBJ and glTF; the glTF has y up.
+fn triangle_with_normals(folder: &Folder) {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n";
+    folder.write("tilted.ply", format!("{header}0 0 0 0 0 2\n1 0 0 1 0 1\n0 1 0 0 0 1\n3 0 1 2\n").as_bytes());
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 2\nvn 1 0 1\nf 1//1 2//2 3//1\n";
+    folder.write("tilted.obj", obj.as_bytes());
+    // Three positions and three normals as 18 numbers.
+    let numbers = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
+        AAAAAAAAAAAAAABAAACAPwAAAAAAAIA/AAAAAAAAAAAAAIA/";
+    let gltf = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1}}]}],
+        "buffers":[{"byteLength":72,"uri":"data:application/octet-stream;base64,NUMBERS"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+        {"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"}]}"#;
+    folder.write("tilted.gltf", gltf.replace("NUMBERS", numbers).as_bytes());
+}
+
+#[test]
+fn every_format_gives_its_vertex_normals_for_shading_only() {
+    let folder = Folder::new();
+    triangle_with_normals(&folder);
+    let paint = "[material.paint]\ntype = \"diffuse\"\nreflectance = 0.5\n";
+    let of = |keys: &str| {
+        folder.load(&format!("{CAMERA}{paint}[[object]]\n{keys}\nmaterial = \"paint\"\n")).map(|scene| {
+            let ray = Ray { origin: Vec3A::new(0.25, 0.25, 1.0), direction: Vec3A::NEG_Z };
+            scene.objects().first_hit(&ray).unwrap()
+        })
+    };
+    // A quarter of the weight is at the second vertex.
+    let slanted = Vec3A::new(0.5f32.sqrt() * 0.25, 0.0, 0.75 + 0.5f32.sqrt() * 0.25).normalize();
+    for file in ["mesh = \"tilted.ply\"", "mesh = \"tilted.obj\"", "mesh = \"tilted.gltf\"\nup = \"z\""] {
+        let hit = of(file).unwrap();
+        assert!(hit.shading_normal.abs_diff_eq(slanted, 1e-6), "{file}: {}", hit.shading_normal);
+        assert_eq!(hit.normal, Vec3A::Z);
+        // Normals are not stretched as points are.
+        let stretched = of(&format!("{file}\nscale = [2, 1, 3]\nposition = [-0.25, 0, 0]")).unwrap().shading_normal;
+        let expected = (slanted / Vec3A::new(2.0, 1.0, 3.0)).normalize();
+        assert!(stretched.abs_diff_eq(expected, 1e-6), "{file}: {stretched} {expected}");
+        let flat = of(&format!("{file}\nsmooth = false")).unwrap();
+        assert_eq!((flat.normal, flat.shading_normal), (Vec3A::Z, Vec3A::Z));
+    }
+    let wrong = of("mesh = \"tilted.ply\"\nsmooth = 1").unwrap_err();
+    assert!(wrong.contains("scene.toml:13: object[0].smooth is integer 1, but must be true or false"), "{wrong}");
+}
+
 #[test]
 fn a_gltf_scene_has_its_meshes_camera_and_materials() {
     let folder = Folder::new();

@@ -6,6 +6,8 @@ mod snow;
 
 use serde::Deserialize;
 use snow::analytic_table;
+use snowblue_database::CompressedTable;
+use snowblue_database::table::Attribute;
 use snowblue_render::film::exposure::{Exposure, FilmSettings};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::description::SceneDescription;
@@ -44,13 +46,17 @@ const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\npr
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 fn load(text: &str, mesh: Option<&str>) -> Result<Scene, String> {
+    load_with(text, mesh, &analytic_table())
+}
+
+fn load_with(text: &str, mesh: Option<&str>, table: &CompressedTable) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
     if let Some(content) = mesh {
         std::fs::write(folder.path().join("gone.ply"), content).unwrap();
     }
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    Scene::load(&path, &analytic_table()).map_err(|error| error.to_string())
+    Scene::load(&path, table).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -119,6 +125,30 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("position = [1, -2, 0.5]", "position = [1, -2, 0.5]]", 2, ""),
     ];
     assert_named(&cases);
+}
+
+#[test]
+fn mistakes_in_the_light_field_are_named_with_file_line_value_and_range() {
+    assert_named(&[
+        (
+            "[film]",
+            "[light_field]\nmemory_mib = 8\n[film]",
+            5,
+            "light_field.memory_mib is 8 MiB, but must lie in 16 to 1048576 MiB",
+        ),
+        (
+            "[film]",
+            "[light_field]\nstep_mm = 0\n[film]",
+            5,
+            "light_field.step_mm is 0 mm, but must lie in 0.01 to 1000 mm",
+        ),
+        (
+            "[film]",
+            "[light_field]\nstep = 1\n[film]",
+            5,
+            "unknown key `step` in light_field; known are memory_mib, step_mm",
+        ),
+    ]);
 }
 
 #[test]
@@ -205,6 +235,34 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
 }
 
+/// A tetrahedron, and the same without a side.
+fn tetrahedron(faces: usize) -> String {
+    let header = PLY.split("0 0 0\n").next().unwrap().replace("vertex 3", "vertex 4");
+    let header = header.replace("element face 1", &format!("element face {faces}"));
+    let sides = ["3 0 2 1\n", "3 0 1 3\n", "3 1 2 3\n", "3 0 3 2\n"];
+    format!("{header}0 0 0\n1 0 0\n0 1 0\n0 0 1\n{}", sides[..faces].concat())
+}
+
+#[test]
+fn open_meshes_of_snow_are_refused_where_a_light_field_needs_closed_ones() {
+    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
+    let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
+    let of = |integrator: &str, material: &str, mesh: &str| {
+        let keys = format!("[light_field]\nstep_mm = 90\n[integrator]\ntype = \"{integrator}\"\n[material.drift]\n");
+        let scene = SCENE.replacen("[material.drift]\n", &keys, 1);
+        let scene = scene.replacen("material = \"floor\"", &format!("material = \"{material}\""), 1);
+        load_with(&scene, Some(mesh), &table)
+    };
+    for integrator in ["diffusion", "hybrid"] {
+        let message = of(integrator, "drift", &tetrahedron(3)).unwrap_err();
+        assert!(message.contains("scene.toml:28: object[1].mesh is \"gone.ply\": it has 3 open edges"), "{message}");
+        assert!(message.contains("repair-mesh") && !message.contains('\n'), "{message}");
+    }
+    assert!(of("diffusion", "floor", &tetrahedron(3)).is_ok(), "paint may be open");
+    assert!(of("diffusion", "drift", &tetrahedron(4)).is_ok());
+    assert!(of("pcasnow", "drift", &tetrahedron(3)).is_ok());
+}
+
 #[test]
 fn lamps_with_mistakes_are_named() {
     let light = |keys: &str| {
@@ -270,6 +328,9 @@ false_color = { red_nm = 900, green_nm = 700, blue_nm = 450 }
 [integrator]
 type = "reference"
 seed = 7
+[light_field]
+memory_mib = 4096
+step_mm = 2.5
 [material.a]
 type = "diffuse"
 reflectance_rgb = "#c08040"
@@ -350,6 +411,7 @@ material = "a"
 mesh = "a.obj"
 part = "stone"
 up = "y"
+smooth = false
 material = "a"
 "##;
 

@@ -8,7 +8,7 @@ use crate::film::exposure::FilmSettings;
 use crate::hash::Fnv1a;
 use crate::scene::Scene;
 use crate::scene::description::MaterialDescription;
-use crate::scene::integrator::IntegratorSettings;
+use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
 /// Names and values of everything that the samples of an image depend on: the version of this crate, the description of
 /// the scene, the content of the files that it names, and the table. The number of samples and the exposure do not
@@ -24,7 +24,7 @@ impl Provenance {
             None => "as seen".to_owned(),
             Some(colour) => format!("{} {} {} nm", colour.red_nm, colour.green_nm, colour.blue_nm),
         };
-        let entries = [
+        let mut entries = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("path", path_modes(scene)),
             ("scene", format!("{:016x}", scene_hash(scene))),
@@ -37,7 +37,13 @@ impl Provenance {
             ("integrator", integrator.kind.name().to_owned()),
             ("colours", colours),
         ];
-        Self(entries.map(|(name, value)| (name.to_owned(), value)).into())
+        if integrator.kind.has_light_field() {
+            let LightFieldSettings { memory_mib, step_mm } = scene.description.light_field;
+            entries.push(("light field", format!("{memory_mib} MiB")));
+            entries
+                .push(("cells of the light field", step_mm.map_or("chosen".to_owned(), |step| format!("{step} mm"))));
+        }
+        Self(entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
     }
 
     /// The value of a name.
@@ -89,6 +95,7 @@ fn path_modes(scene: &Scene) -> String {
 fn scene_hash(scene: &Scene) -> u64 {
     let mut description = scene.description.clone();
     (description.film, description.integrator) = (FilmSettings::default(), IntegratorSettings::default());
+    description.light_field = LightFieldSettings::default();
     let mut hash = Fnv1a::new();
     hash.add(description.to_toml().as_bytes());
     for (name, content) in &scene.file_hashes {
@@ -153,9 +160,15 @@ mod tests {
             files.insert(name, content);
             hash(text, &files);
         }
-        hash(&format!("# A comment, and settings that have entries of their own.\n{text}[film]\nwidth = 3\n"), &files);
+        hash(
+            &format!(
+                "# A comment, and settings that have entries of their own.\n{text}[film]\nwidth = 3\n\
+            [light_field]\nstep_mm = 3\n"
+            ),
+            &files,
+        );
         assert_eq!(hashes[3], hashes[4], "a file that is not named");
-        assert_eq!(hashes[4], hashes[5], "neither the wording of the file nor the size of the picture");
+        assert_eq!(hashes[4], hashes[5], "neither the wording of the file nor settings");
         hashes.truncate(4);
         hashes.sort_unstable();
         hashes.dedup();

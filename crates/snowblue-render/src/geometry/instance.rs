@@ -6,7 +6,7 @@ use glam::Vec3A;
 
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh_bvh::MeshBvh;
-use crate::geometry::ray::{Crossing, Ray, ShapeHit};
+use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit};
 use crate::geometry::transform::Transform;
 
 /// A mesh placed in the scene. Rays are transformed to object space, and hits back to scene space.
@@ -47,6 +47,13 @@ impl Instance {
             normal: self.transform.normal_to_scene(hit.normal).normalize(),
             location: hit.location,
         })
+    }
+
+    /// The interpolated unit vertex normal in scene space, on either side; none where the face is flat.
+    ///
+    /// Normals are interpolated in object space and then transformed by the inverse transpose.
+    pub fn shading_normal(&self, location: &MeshLocation) -> Option<Vec3A> {
+        self.transform.normal_to_scene(self.mesh.shading_normal(location)?).try_normalize()
     }
 
     /// Whether the ray hits the mesh beyond its origin and nearer than `limit_m`.

@@ -7,6 +7,11 @@ pub mod bounds;
 pub mod ray;
 pub mod texture_coordinates;
 pub(crate) mod triangle;
+
+pub(crate) mod coincident;
+pub(crate) mod grouped;
+pub mod vertex_normals;
+
 pub mod triangle_mesh;
 
 pub mod cuboid;

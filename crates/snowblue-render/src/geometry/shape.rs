@@ -8,7 +8,7 @@ use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::plane::Plane;
-use crate::geometry::ray::{Crossing, Ray, ShapeHit};
+use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit};
 
 /// A shape in the scene.
 #[derive(Debug)]
@@ -57,6 +57,17 @@ impl Shape {
             Self::Plane(plane) => plane.first_hit(ray, limit_m),
             Self::Mesh(instance) => instance.first_hit(ray, limit_m),
         }
+    }
+
+    /// The unit normal for shading, at a hit of a ray with the normal of the visible side: the interpolated vertex
+    /// normal of a mesh, turned to that side. It is `normal` where there is none or where it faces away from the ray's
+    /// origin.
+    #[inline]
+    pub fn shading_normal(&self, location: &MeshLocation, normal: Vec3A, direction: Vec3A) -> Vec3A {
+        let Self::Mesh(instance) = self else { return normal };
+        let Some(smooth) = instance.shading_normal(location) else { return normal };
+        let smooth = if smooth.dot(normal) < 0.0 { -smooth } else { smooth };
+        if smooth.dot(normal) > 0.0 && smooth.dot(direction) < 0.0 { smooth } else { normal }
     }
 
     /// Whether the ray hits the shape beyond its origin and nearer than `limit_m`.

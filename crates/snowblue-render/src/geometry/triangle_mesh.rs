@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
+use crate::geometry::vertex_normals::VertexNormals;
+
 /// An indexed triangle mesh in object space.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriangleMesh {
@@ -13,6 +15,8 @@ pub struct TriangleMesh {
     pub indices: Vec<[u32; 3]>,
     /// Texture coordinates of each vertex; empty if the mesh has none.
     pub uv: Vec<Vec2>,
+    /// Vertex normals; empty if faces are flat.
+    pub normals: VertexNormals,
     /// Further scalar vertex attributes, by name.
     pub attributes: BTreeMap<String, Vec<f32>>,
 }
@@ -42,8 +46,24 @@ impl TriangleMesh {
         self.indices[triangle].map(|index| self.positions[index as usize])
     }
 
-    /// Appends another mesh, transformed by `map`. Texture coordinates and attributes are kept only where both meshes
-    /// have them.
+    /// The mesh with smooth vertex normals, computed if it has none.
+    #[must_use]
+    pub fn smooth(mut self) -> Self {
+        if self.normals.is_empty() {
+            self.normals = VertexNormals::smooth(&self.positions, &self.indices);
+        }
+        self
+    }
+
+    /// The mesh without vertex normals.
+    #[must_use]
+    pub fn flat(mut self) -> Self {
+        self.normals = VertexNormals::default();
+        self
+    }
+
+    /// Appends another mesh, transformed by `map`. Texture coordinates, vertex normals and attributes are kept only
+    /// where both meshes have them.
     ///
     /// # Errors
     ///
@@ -53,6 +73,13 @@ impl TriangleMesh {
         u32::try_from(self.positions.len() + other.positions.len()).map_err(too_many)?;
         let base = u32::try_from(self.positions.len()).map_err(too_many)?;
         let first = self.indices.is_empty() && self.positions.is_empty();
+        if !first && (self.normals.is_empty() || other.normals.is_empty()) {
+            self.normals = VertexNormals::default();
+        } else {
+            let triangles =
+                u32::try_from(self.indices.len()).map_err(|_| "the mesh has more than 4294967295 triangles")?;
+            self.normals.append(&other.normals, triangles, &map.matrix3);
+        }
         if first {
             (self.uv, self.attributes) = (other.uv.clone(), other.attributes.clone());
         } else {
@@ -139,12 +166,13 @@ mod tests {
     fn append_drops_attributes_that_only_one_mesh_has() {
         let part = |uv: bool| TriangleMesh {
             uv: if uv { vec![Vec2::X; 3] } else { vec![] },
+            normals: VertexNormals::new(if uv { vec![Vec3::Z; 3] } else { vec![] }),
             attributes: BTreeMap::from([("wetness".to_owned(), vec![0.5; 3])]),
             ..TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]])
         };
         let mut both = part(true);
         both.append(&part(false), &DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0))).unwrap();
-        assert!(both.uv.is_empty());
+        assert!(both.uv.is_empty() && both.normals.is_empty());
         assert_eq!(both.attributes["wetness"].len(), 6);
         assert_eq!(both.indices, [[0, 1, 2], [3, 5, 4]], "a mirrored part still faces outwards");
     }

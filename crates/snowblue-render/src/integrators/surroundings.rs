@@ -129,9 +129,16 @@ impl<'scene> Surroundings<'scene> {
             return flight;
         };
         let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
-        let (material, direction) = (list[solid].material, ray.direction);
-        let surface =
-            SurfaceInteraction { object: solid, material, point: hit.point, normal, direction, location: hit.location };
+        let (direction, location) = (ray.direction, hit.location);
+        let surface = SurfaceInteraction {
+            object: solid,
+            material: list[solid].material,
+            point: hit.point,
+            normal,
+            shading_normal: list[solid].shape.shading_normal(&location, normal, direction),
+            direction,
+            location,
+        };
         Flight::Solid(surface, hit.distance_m)
     }
 

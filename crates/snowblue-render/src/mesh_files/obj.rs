@@ -1,7 +1,8 @@
-//! Wavefront OBJ files. Reads `v`, `vt`, `f`, `o` and `g`; other keywords are ignored.
+//! Wavefront OBJ files. Reads `v`, `vt`, `vn`, `f`, `o` and `g`; other keywords are ignored.
 //!
-//! Faces with more than three corners become triangle fans. A vertex with two texture coordinates becomes two vertices.
-//! Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and `blue`.
+//! Faces with more than three corners become triangle fans. A vertex with two texture coordinates or two normals
+//! becomes two vertices. Six numbers after `v` are position and colour, stored as the attributes `red`, `green` and
+//! `blue`.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -11,6 +12,7 @@ use glam::{Vec2, Vec3};
 use crate::error::RenderError;
 use crate::files::NamedFile;
 use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::geometry::vertex_normals::VertexNormals;
 
 const COLOUR: [&str; 3] = ["red", "green", "blue"];
 
@@ -40,9 +42,11 @@ struct Parser {
     positions: Vec<Vec3>,
     colours: Vec<[f32; 3]>,
     uv: Vec<Vec2>,
-    /// Vertex of the mesh for a pair of position and texture coordinate indices.
-    vertices: BTreeMap<(usize, Option<usize>), u32>,
+    normals: Vec<Vec3>,
+    /// Vertex of the mesh for indices of a position, a texture coordinate and a normal.
+    vertices: BTreeMap<(usize, Option<usize>, Option<usize>), u32>,
     mesh: TriangleMesh,
+    vertex_normals: Vec<Vec3>,
     vertex_colours: Vec<[f32; 3]>,
     /// Whether the current line belongs to the requested part.
     in_part: bool,
@@ -60,6 +64,10 @@ impl Parser {
                 [u, v, ..] => self.uv.push(Vec2::new(u, v)),
                 [u] => self.uv.push(Vec2::new(u, 0.0)),
                 [] => return Err("texture coordinates are missing after `vt`".into()),
+            },
+            Some("vn") => match numbers(words)?[..] {
+                [x, y, z] => self.normals.push(Vec3::new(x, y, z)),
+                ref numbers => return Err(format!("a normal has {} numbers, but must have 3", numbers.len())),
             },
             Some("f") if self.in_part => self.face(words)?,
             Some("o" | "g") => {
@@ -107,22 +115,30 @@ impl Parser {
             None | Some("") => None,
             Some(word) => Some(index(word, self.uv.len(), "texture coordinate")?),
         };
+        let normal = match indices.next() {
+            None | Some("") => None,
+            Some(word) => Some(index(word, self.normals.len(), "normal")?),
+        };
         let fresh = u32::try_from(self.mesh.positions.len()).map_err(|_| "there are too many vertices")?;
-        let Entry::Vacant(entry) = self.vertices.entry((position, uv)) else {
-            return Ok(self.vertices[&(position, uv)]);
+        let Entry::Vacant(entry) = self.vertices.entry((position, uv, normal)) else {
+            return Ok(self.vertices[&(position, uv, normal)]);
         };
         entry.insert(fresh);
         self.mesh.positions.push(self.positions[position]);
         self.mesh.uv.extend(uv.map(|uv| self.uv[uv]));
+        self.vertex_normals.extend(normal.map(|normal| self.normals[normal]));
         self.vertex_colours.extend(self.colours.get(position));
         Ok(fresh)
     }
 
-    /// Drops texture coordinates and colours unless every vertex has them.
+    /// Drops texture coordinates, normals and colours unless every vertex has them.
     fn finish(mut self) -> TriangleMesh {
         let count = self.mesh.positions.len();
         if self.mesh.uv.len() != count {
             self.mesh.uv.clear();
+        }
+        if self.vertex_normals.len() == count {
+            self.mesh.normals = VertexNormals::new(self.vertex_normals);
         }
         if self.vertex_colours.len() == count && self.colours.len() == self.positions.len() {
             for (channel, name) in COLOUR.into_iter().enumerate() {
@@ -166,7 +182,8 @@ mod tests {
     fn reads_polygons_texture_seams_colours_and_negative_indices() {
         let all = read_text(SQUARE, None).unwrap();
         assert_eq!(all.indices.len(), 3);
-        assert_eq!(all.positions.len(), 5, "one vertex has two texture coordinates");
+        assert_eq!(all.positions.len(), 7, "one vertex has two texture coordinates, and three have a normal or none");
+        assert!(all.normals.is_empty(), "some vertices have none");
         assert_eq!(all.corners(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
         assert_eq!(all.uv[all.indices[2][1] as usize], Vec2::Y);
         assert_eq!(all.attributes["green"][all.indices[2][1] as usize].to_bits(), 1f32.to_bits());
@@ -174,7 +191,9 @@ mod tests {
 
     #[test]
     fn reads_a_part_by_name() {
-        assert_eq!(read_text(SQUARE, Some("left")).unwrap().indices.len(), 2);
+        let left = read_text(SQUARE, Some("left")).unwrap();
+        assert_eq!((left.indices.len(), left.positions.len()), (2, 4));
+        assert_eq!(left.normals.at(1, left.indices[1], [0.2, 0.3, 0.5]), Some(Vec3::Z));
         assert_eq!(read_text(SQUARE, Some("other")).unwrap().corners(0)[1], Vec3::X);
         assert!(
             read_text(SQUARE, Some("middle")).unwrap_err().contains("there is no object or group named \"middle\"")
@@ -190,6 +209,8 @@ mod tests {
             ("f -4/1 -3/4 -2/3", "f -4/1 -3/4", 15, "a face has 2 corners"),
             ("v 1 1 0 0 0 1", "v 1 1", 5, "a vertex has 2 numbers"),
             ("v 1 1 0 0 0 1", "v 1 nan 0", 5, "a coordinate is NaN"),
+            ("f 1/1/1", "f 1/1/2", 12, "refers to normal 2, but there are 1"),
+            ("vn 0 0 1", "vn 0 1", 11, "a normal has 2 numbers, but must have 3"),
             ("vt 1 1", "vt 1 one", 9, "\"one\" is not a number"),
         ] {
             let message = read_text(&SQUARE.replacen(right, wrong, 1), None).unwrap_err();

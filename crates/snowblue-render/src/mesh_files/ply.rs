@@ -1,8 +1,8 @@
 //! PLY files (Turk 1994, "The PLY polygon file format"), ASCII or binary.
 //!
-//! Reads vertex positions `x y z`, texture coordinates (`u v`, `s t` or `texture_u texture_v`), further scalar vertex
-//! properties as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with more than three corners
-//! become triangle fans. Other elements and properties are ignored.
+//! Reads vertex positions `x y z`, normals `nx ny nz`, texture coordinates (`u v`, `s t` or `texture_u texture_v`), all
+//! scalar vertex properties but positions as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with
+//! more than three corners become triangle fans. Other elements and properties are ignored.
 
 use std::io::{Cursor, Seek};
 use std::path::Path;
@@ -17,8 +17,11 @@ use crate::error::RenderError;
 use crate::files::NamedFile;
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::geometry::vertex_normals::VertexNormals;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
+
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 
 /// Common names of texture coordinates.
 const TEXTURE_COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
@@ -172,6 +175,10 @@ fn mesh(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<Triangl
             mesh.uv = values(u).zip(values(v)).map(|(u, v)| Vec2::new(u, v)).collect();
         }
     }
+    if let [Some(x), Some(y), Some(z)] = NORMAL.map(column) {
+        let normal = |vertex: &Vertex| Vec3::from_array([x, y, z].map(|column| vertex.attributes[column]));
+        mesh.normals = VertexNormals::new(vertices.iter().map(normal));
+    }
     for (index, name) in names.iter().enumerate() {
         mesh.attributes.insert(name.clone(), values(index).collect());
     }
@@ -240,6 +247,24 @@ mod tests {
         let triangles = read(format!("{header}{vertices}4 0 1 2 3\n3 0 1 2\n").as_bytes()).unwrap();
         assert_eq!(triangles.uv[2], Vec2::new(0.5, 0.6));
         assert_eq!(triangles.attributes["wet"], [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn reads_normals_of_any_length() {
+        let normals = "property float z\nproperty float nx\nproperty float ny\nproperty double nz\n";
+        let header = HEADER.replace("property float z\n", normals);
+        let vertices = "0 0 0 0 0 2\n1 0 0 0 0 2\n1 1 0 1 0 1\n0 1 0 0 0 0\n";
+        let triangles = read(format!("{header}{vertices}3 0 1 2\n3 0 2 3\n").as_bytes()).unwrap();
+        let at_corner = |corner: usize| {
+            let weights = std::array::from_fn(|k| if k == corner { 1.0 } else { 0.0 });
+            triangles.normals.at(0, triangles.indices[0], weights).unwrap()
+        };
+        assert_eq!(at_corner(1), Vec3::Z);
+        assert!(at_corner(2).abs_diff_eq(Vec3::new(0.5, 0.0, 0.5).normalize(), 1e-6));
+        assert_eq!(triangles.normals.at(1, triangles.indices[1], [0.2, 0.3, 0.5]), None, "a vertex without a normal");
+        let smooth = triangles.clone().smooth();
+        assert_eq!(smooth, triangles, "the file's own normals stay");
+        assert!(triangles.flat().normals.is_empty());
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::geometry::coincident::merged;
 use crate::geometry::triangle_mesh::TriangleMesh;
-use crate::mesh_tools::topology::merged;
 
 /// A repaired mesh, and what was changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepairedMesh {
-    /// The mesh, without texture coordinates and attributes.
+    /// The mesh, without texture coordinates, vertex normals and attributes.
     pub mesh: TriangleMesh,
     /// Number of duplicate vertices that were merged.
     pub merged_vertices: usize,

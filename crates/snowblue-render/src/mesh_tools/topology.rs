@@ -4,10 +4,11 @@
 //! through a solid rely on that. The orientation of triangles has no effect on depths; reversed edges are only
 //! reported.
 
-use std::collections::BTreeMap;
+use glam::DVec3;
+use rayon::prelude::*;
 
-use glam::{DVec3, Vec3};
-
+use crate::geometry::coincident::merged;
+use crate::geometry::grouped::Grouped;
 use crate::geometry::triangle_mesh::TriangleMesh;
 
 /// Counts of triangles, vertices and edges by kind.
@@ -36,22 +37,25 @@ impl Topology {
         let mut topology = Self { triangles: mesh.indices.len(), ..Self::default() };
         topology.merged_vertices =
             vertices.iter().enumerate().filter(|&(index, &merged)| index != merged as usize).count();
-        let mut edges = Vec::with_capacity(3 * mesh.indices.len());
-        for (triangle, indices) in mesh.indices.iter().enumerate() {
-            let [a, b, c] = indices.map(|index| vertices[index as usize]);
-            let [p, q, r] = mesh.corners(triangle).map(|corner| corner.as_dvec3());
-            topology.degenerate_triangles += usize::from((q - p).cross(r - p) == DVec3::ZERO);
-            if a != b && b != c && c != a {
-                edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to)));
+        let is_degenerate = |triangle: &usize| {
+            let [p, q, r] = mesh.corners(*triangle).map(|corner| corner.as_dvec3());
+            (q - p).cross(r - p) == DVec3::ZERO
+        };
+        topology.degenerate_triangles = (0..mesh.indices.len()).into_par_iter().filter(is_degenerate).count();
+        let triangles = mesh.indices.iter().map(|indices| indices.map(|index| vertices[index as usize]));
+        let edges = triangles.filter(|[a, b, c]| a != b && b != c && c != a).flat_map(|[a, b, c]| {
+            // By the lower vertex: the higher one, and the direction.
+            [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), (from.max(to), from < to)))
+        });
+        Grouped::new(vertices.len(), edges).visit_mut(|edges| {
+            edges.sort_unstable();
+            for uses in edges.chunk_by(|one, other| one.0 == other.0) {
+                topology.open_edges += usize::from(uses.len() == 1);
+                topology.shared_edges += usize::from(uses.len() > 2);
+                topology.odd_shared_edges += usize::from(uses.len() > 2 && uses.len() % 2 == 1);
+                topology.reversed_edges += usize::from(uses.len() == 2 && uses[0].1 == uses[1].1);
             }
-        }
-        edges.sort_unstable();
-        for uses in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
-            topology.open_edges += usize::from(uses.len() == 1);
-            topology.shared_edges += usize::from(uses.len() > 2);
-            topology.odd_shared_edges += usize::from(uses.len() > 2 && uses.len() % 2 == 1);
-            topology.reversed_edges += usize::from(uses.len() == 2 && uses[0].2 == uses[1].2);
-        }
+        });
         topology
     }
 
@@ -59,15 +63,6 @@ impl Topology {
     pub fn is_closed(&self) -> bool {
         self.open_edges == 0 && self.odd_shared_edges == 0
     }
-}
-
-/// For each vertex, the first vertex with the same position.
-#[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
-pub(crate) fn merged(positions: &[Vec3]) -> Vec<u32> {
-    let mut first = BTreeMap::new();
-    // Adding zero turns negative zeros into positive ones.
-    let key = |position: &Vec3| (*position + 0.0).to_array().map(f32::to_bits);
-    positions.iter().enumerate().map(|(index, position)| *first.entry(key(position)).or_insert(index as u32)).collect()
 }
 
 /// Volume of a closed mesh of consistent orientation, in the cube of its unit of length.
@@ -80,6 +75,7 @@ pub(crate) fn volume(mesh: &TriangleMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     /// The unit cube with separate triangles.
     fn cube() -> TriangleMesh {

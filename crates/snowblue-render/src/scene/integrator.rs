@@ -1,4 +1,4 @@
-//! The integrators and their settings.
+//! The integrators and their settings, and those of the light field in snow.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +29,11 @@ impl IntegratorKind {
             Self::Reference => "reference",
         }
     }
+
+    /// Whether it reads the light field inside snow, which must be closed then.
+    pub(crate) fn has_light_field(self) -> bool {
+        matches!(self, Self::Diffusion | Self::Hybrid)
+    }
 }
 
 /// The integrator, and how many paths it traces and how long.
@@ -52,5 +57,22 @@ pub struct IntegratorSettings {
 impl Default for IntegratorSettings {
     fn default() -> Self {
         Self { kind: IntegratorKind::default(), samples_per_pixel: 64, noise_target: None, max_bounces: 8, seed: 1 }
+    }
+}
+
+/// The grid of the light field in each body of snow, for the integrators that have one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightFieldSettings {
+    /// Greatest memory of the grid of a body, in MiB.
+    pub memory_mib: u32,
+    /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_mm: Option<f64>,
+}
+
+impl Default for LightFieldSettings {
+    fn default() -> Self {
+        Self { memory_mib: 1024, step_mm: None }
     }
 }

@@ -28,7 +28,7 @@ use crate::scene::light_field::LightField;
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
 
-pub use integrator::{IntegratorKind, IntegratorSettings};
+pub use integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
 
 /// Everything that a picture depends on.
 #[derive(Debug)]

@@ -41,6 +41,9 @@ pub struct SurfaceInteraction {
     pub point: Vec3A,
     /// Unit normal on the side of the ray: the outward one as long as rays stay outside of solids.
     pub normal: Vec3A,
+    /// Unit normal for shading: the interpolated vertex normal of a mesh, and for other shapes `normal`. Its cosines to
+    /// `normal` and to the direction back along the ray are positive. Depths, shadows and offsets of rays ignore it.
+    pub shading_normal: Vec3A,
     /// Unit direction of the ray.
     pub direction: Vec3A,
     /// Location on the object's mesh.
@@ -186,12 +189,14 @@ impl Objects {
             });
         }
         let (object, hit) = nearest.hit?;
-        let is_facing = hit.normal.dot(ray.direction) <= 0.0;
+        let normal = if hit.normal.dot(ray.direction) <= 0.0 { hit.normal } else { -hit.normal };
+        let Object { shape, material, .. } = &self.objects[object];
         Some(SurfaceInteraction {
             object,
-            material: self.objects[object].material,
+            material: *material,
             point: hit.point,
-            normal: if is_facing { hit.normal } else { -hit.normal },
+            normal,
+            shading_normal: shape.shading_normal(&hit.location, normal, ray.direction),
             direction: ray.direction,
             location: hit.location,
         })
@@ -402,12 +407,15 @@ mod tests {
     use crate::geometry::cuboid::Cuboid;
     use crate::geometry::instance::Instance;
     use crate::geometry::mesh_bvh::MeshBvh;
+    use crate::geometry::mesh_bvh::tests::{directions, sphere};
     use crate::geometry::plane::Plane;
     use crate::geometry::transform::Transform;
     use crate::geometry::triangle_mesh::TriangleMesh;
+    use crate::geometry::vertex_normals::VertexNormals;
     use crate::shapes::igloo::Igloo;
-    use glam::{DAffine3, DVec3, Mat3A};
+    use glam::{DAffine3, DVec3, Mat3A, Vec3};
     use std::f64::consts::TAU;
+    use std::sync::Arc;
 
     fn object(shape: Shape, material: usize) -> Object {
         Object { name: String::new(), shape, material, body: None }
@@ -467,6 +475,62 @@ mod tests {
             }
         }
         assert!(merged > 1000, "{merged}");
+    }
+
+    /// A sphere of triangles, stretched, mirrored and turned, against the true normals of the ellipsoid.
+    #[test]
+    fn shading_normals_of_placed_meshes_are_those_of_the_smooth_surface() {
+        let map = DAffine3::from_scale_rotation_translation(
+            DVec3::new(0.5, -2.0, 1.2),
+            glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -1.1, 2.0),
+            DVec3::new(3.0, -1.0, 0.5),
+        );
+        let outwards = |[a, b, c]: [Vec3; 3]| if (b - a).cross(c - a).dot(a) < 0.0 { [a, c, b] } else { [a, b, c] };
+        let triangles: Vec<_> = sphere(24).into_iter().map(outwards).collect();
+        let mesh = Arc::new(MeshBvh::new(TriangleMesh::from_triangles(&triangles).smooth()));
+        let instance = Instance::new(Arc::clone(&mesh), Transform::new(&map).unwrap());
+        let plain = Shape::Cuboid(Cuboid::new(Vec3A::new(20.0, 0.0, 0.0), Vec3A::ONE, Mat3A::IDENTITY));
+        let objects = Objects::new(vec![object(Shape::Mesh(instance), 0), object(plain, 1)]);
+        let (mut greatest_deg, mut greatest_flat_deg): (f32, f32) = (0.0, 0.0);
+        for (k, direction) in directions(2000).enumerate() {
+            let centre = Vec3A::from(map.translation.as_vec3());
+            let side = direction.any_orthonormal_vector() * (0.01 * (k % 40) as f32);
+            let from_inside = k % 3 == 0;
+            let origin = if from_inside { centre } else { centre + side - direction * 4.0 };
+            let Some(hit) = objects.first_hit(&Ray { origin, direction }) else { continue };
+            assert!(hit.shading_normal.is_normalized());
+            assert!(hit.shading_normal.dot(hit.normal) > 0.0 && hit.shading_normal.dot(direction) < 0.0);
+            // In object space the normal is the point; the transform is that of normals.
+            let on_sphere = map.inverse().transform_point3(hit.point.as_dvec3()).normalize();
+            let normal = (map.matrix3.inverse().transpose() * on_sphere).normalize().as_vec3a();
+            let normal = if from_inside { -normal } else { normal };
+            if normal.dot(direction) < -0.2 {
+                greatest_deg = greatest_deg.max(hit.shading_normal.angle_between(normal).to_degrees());
+                greatest_flat_deg = greatest_flat_deg.max(hit.normal.angle_between(normal).to_degrees());
+            }
+        }
+        assert!(greatest_deg < 1.0 && greatest_flat_deg > 2.0, "{greatest_deg} {greatest_flat_deg}");
+        let on_box = Ray { origin: Vec3A::new(20.1, 0.2, 4.0), direction: Vec3A::NEG_Z };
+        let hit = objects.first_hit(&on_box).unwrap();
+        assert_eq!((hit.object, hit.shading_normal), (1, hit.normal));
+    }
+
+    /// A normal of a file that leans away from the viewer cannot be used.
+    #[test]
+    fn a_shading_normal_that_faces_away_gives_way_to_the_geometric_one() {
+        let normals = VertexNormals::new([Vec3::new(-0.9, 0.0, 0.2); 3]);
+        let mesh = TriangleMesh::from_triangles(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
+        let mesh = MeshBvh::new(TriangleMesh { normals, ..mesh });
+        let instance = Instance::new(mesh.into(), Transform::new(&DAffine3::IDENTITY).unwrap());
+        let objects = Objects::new(vec![object(Shape::Mesh(instance), 0)]);
+        let from = |origin: Vec3A| {
+            let direction = (Vec3A::new(0.3, 0.3, 0.0) - origin).normalize();
+            objects.first_hit(&Ray { origin, direction }).unwrap().shading_normal
+        };
+        let slanted = Vec3A::new(-0.9, 0.0, 0.2).normalize();
+        assert!(from(Vec3A::new(-1.0, 0.3, 0.5)).abs_diff_eq(slanted, 1e-6));
+        assert_eq!(from(Vec3A::new(1.6, 0.3, 0.2)), Vec3A::Z);
+        assert!(from(Vec3A::new(1.6, 0.3, -0.2)).abs_diff_eq(-slanted, 1e-6), "seen from the other side");
     }
 
     #[test]

@@ -94,6 +94,13 @@ pub(crate) struct Render {
     /// Seed of random numbers [0–4294967295], instead of the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
+    /// Greatest memory of the light field of a body of snow in MiB [16–1048576], instead of the scene's; for the
+    /// integrators diffusion and hybrid
+    #[arg(long, value_name = "N")]
+    field_memory_mib: Option<u32>,
+    /// Greatest size of the cells of the light field at the surface of snow in mm [0.01–1000], instead of the scene's
+    #[arg(long, value_name = "X")]
+    field_step_mm: Option<f64>,
     /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
@@ -213,16 +220,22 @@ impl Render {
 
     /// Overrides values of the scene by options.
     fn override_values(&self, scene: &mut SceneDescription) {
-        let SceneDescription { film, integrator, .. } = scene;
+        let SceneDescription { film, integrator, light_field, .. } = scene;
         film.width = self.width.unwrap_or(film.width);
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
         film.false_color = self.false_color.or(film.false_color);
         integrator.kind = self.integrator.unwrap_or(integrator.kind);
+        if self.check {
+            // Open meshes are to be reported, and no light is needed.
+            integrator.kind = IntegratorKind::PcaSnow;
+        }
         integrator.samples_per_pixel = self.spp.unwrap_or(integrator.samples_per_pixel);
         integrator.noise_target = self.noise_target.or(integrator.noise_target);
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
+        light_field.memory_mib = self.field_memory_mib.unwrap_or(light_field.memory_mib);
+        light_field.step_mm = self.field_step_mm.or(light_field.step_mm);
         if let Some(mode) = self.path {
             scene.set_path_mode(mode);
         }

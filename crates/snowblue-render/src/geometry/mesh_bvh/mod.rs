@@ -61,6 +61,12 @@ impl MeshBvh {
             .try_fold(Vec2::ZERO, |sum, (&at, weight)| Some(sum + *self.triangles.uv.get(at as usize)? * weight))
     }
 
+    /// The interpolated unit vertex normal in object space; none where the face is flat.
+    pub fn shading_normal(&self, location: &MeshLocation) -> Option<Vec3A> {
+        let vertices = self.triangles.indices[location.triangle as usize];
+        self.triangles.normals.at(location.triangle, vertices, location.weights).map(Vec3A::from)
+    }
+
     /// An interpolated vertex attribute, by its name in the mesh file.
     pub fn attribute(&self, name: &str, location: &MeshLocation) -> Option<f32> {
         let values = self.triangles.attributes.get(name)?;

@@ -1,7 +1,7 @@
 //! glTF 2.0 and GLB files (Khronos Group 2021, "glTF 2.0 specification", ISO/IEC 12113:2022): nodes with their
 //! transforms, meshes, materials, cameras, and lights by the extension KHR_lights_punctual.
 //!
-//! Reads triangles with `POSITION`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and
+//! Reads triangles with `POSITION`, `NORMAL`, `TEXCOORD_0`, `COLOR_0` (attributes `red`, `green`, `blue`) and
 //! application-specific scalar attributes, whose names begin with an underscore; of materials the base colour, a factor
 //! and a PNG texture. Ignores points and lines, skins, morph targets and all other material properties.
 
@@ -23,6 +23,7 @@ use crate::error::RenderError;
 use crate::files::{FilesIn, NamedFile, SceneFiles, name_beside};
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::geometry::vertex_normals::VertexNormals;
 
 use accessor::numbers;
 
@@ -179,9 +180,10 @@ impl GltfFile {
     fn primitive(&self, primitive: &Primitive) -> Result<TriangleMesh, String> {
         let read = |accessor, dimensions| numbers(&accessor, dimensions, &self.buffers);
         let positions = primitive.get(&Semantic::Positions).ok_or("there are no positions")?;
-        let positions = read(positions, Dimensions::Vec3)?;
-        let positions: Vec<Vec3> =
-            positions.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect();
+        let vectors = |numbers: Vec<f64>| -> Vec<Vec3> {
+            numbers.chunks_exact(3).map(|p| Vec3::new(narrow(p[0]), narrow(p[1]), narrow(p[2]))).collect()
+        };
+        let positions = vectors(read(positions, Dimensions::Vec3)?);
         if let Some(value) = positions.iter().flat_map(|position| position.to_array()).find(|value| !value.is_finite())
         {
             return Err(format!("a coordinate is {value}, but must be finite"));
@@ -204,6 +206,10 @@ impl GltfFile {
             }
             None => Vec::new(),
         };
+        let normals = match primitive.get(&Semantic::Normals) {
+            Some(accessor) => vectors(read(accessor, Dimensions::Vec3)?),
+            None => Vec::new(),
+        };
         let mut attributes = BTreeMap::new();
         for (semantic, accessor) in primitive.attributes() {
             match (semantic, accessor.dimensions()) {
@@ -222,10 +228,12 @@ impl GltfFile {
             }
         }
         let count = positions.len();
-        if (!uv.is_empty() && uv.len() != count) || attributes.values().any(|values: &Vec<f32>| values.len() != count) {
+        let differs = |length: usize| length != 0 && length != count;
+        if differs(uv.len()) || differs(normals.len()) || attributes.values().any(|one: &Vec<f32>| one.len() != count) {
             return Err("its attributes differ in their numbers of vertices".into());
         }
-        Ok(TriangleMesh { positions, indices: triangles(primitive.mode(), &indices), uv, attributes })
+        let indices = triangles(primitive.mode(), &indices);
+        Ok(TriangleMesh { positions, indices, uv, normals: VertexNormals::new(normals), attributes })
     }
 
     fn wrong(&self, reason: String) -> RenderError {

@@ -4,8 +4,8 @@
 //! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
 //! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -17,11 +17,13 @@ use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
 use crate::mesh_files::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
+use crate::scene::build::closed::check_closed;
 use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{check_reach, placement};
 use crate::scene::build::sources::Sources;
 use crate::scene::camera::View;
 use crate::scene::description::KeyPath;
+use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::{DirectionalLight, Light, PointLight, SpotCone};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -47,12 +49,15 @@ pub(super) fn read_gltf(
     name: &str,
     materials: &mut Vec<NamedMaterial>,
     sources: &Sources,
+    integrator: IntegratorKind,
 ) -> Result<GltfScene, RenderError> {
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
     let wrong = |reason: String| RenderError::Mesh { path: sources.files.display_name(name), reason };
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
+    // Parts of meshes that are known to be closed.
+    let mut closed = BTreeSet::new();
     let mut palette = Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new() };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
@@ -60,7 +65,7 @@ pub(super) fn read_gltf(
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => fresh.insert(centred_surfaces(&file, number)?),
         };
-        for (material, mesh, map) in &*parts {
+        for (part, (material, mesh, map)) in parts.iter().enumerate() {
             let name = node.name();
             let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
             let instance = Instance::new(Arc::clone(mesh), placement);
@@ -70,6 +75,10 @@ pub(super) fn read_gltf(
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
             made_of.check(&shape).map_err(misfit)?;
+            let must_be_closed = integrator.has_light_field() && matches!(made_of, Material::PcaSnow(_));
+            if must_be_closed && closed.insert((number, part)) {
+                check_closed(mesh.triangles()).map_err(misfit)?;
+            }
             objects.push(Object { name, shape, material, body: None });
         }
     }
@@ -85,7 +94,7 @@ type Part = (Option<usize>, Arc<MeshBvh>, DAffine3);
 fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, RenderError> {
     let centred = file.surfaces(mesh)?.into_iter().map(|surface| {
         let centred = surface.mesh.centred();
-        (surface.material, Arc::new(MeshBvh::new(centred.mesh)), centred.to_original)
+        (surface.material, Arc::new(MeshBvh::new(centred.mesh.smooth())), centred.to_original)
     });
     Ok(centred.collect())
 }

@@ -1,6 +1,7 @@
 //! From a description to a scene: reads the files that it names, takes the curves of its snow from a table, and checks
 //! that all of it fits together.
 
+mod closed;
 mod gltf_scene;
 mod light;
 mod material;
@@ -68,13 +69,13 @@ impl SceneDescription {
             lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
         }
         let mut objects = Vec::new();
-        let mut builder = ObjectBuilder::new(&sources, &materials);
+        let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
             objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
         }
         let gltf = match &self.gltf {
             None => GltfScene::default(),
-            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources)?,
+            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind)?,
         };
         lights.extend(gltf.lights);
         if lights.is_empty() {
@@ -163,6 +164,7 @@ impl SceneDescription {
             lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,
+            settings: self.light_field,
         };
         LightField::new(&scene).map_err(|(object, reason)| {
             KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()

@@ -1,6 +1,7 @@
 //! Objects: shapes and meshes in their places.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
@@ -16,6 +17,7 @@ use crate::geometry::shape::Shape;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
 use crate::mesh_files::{is_y_up, read_mesh_from};
+use crate::scene::build::closed::check_closed;
 use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{Placing, check_reach, placement};
 use crate::scene::build::sources::Sources;
@@ -24,27 +26,40 @@ use crate::scene::description::{
     DescriptionError, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, KeyPath,
     MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
 };
+use crate::scene::integrator::IntegratorKind;
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects};
 use crate::shapes::drift::{Mound, drift};
 use crate::shapes::height_field::Heights;
 use crate::shapes::igloo::Igloo;
 
-/// A mesh about its own middle, and the map that puts that back.
-type CentredMesh = (Arc<MeshBvh>, DAffine3);
+/// A mesh of a file about its own middle.
+struct FileMesh {
+    mesh: Arc<MeshBvh>,
+    /// The map that puts its middle back.
+    to_original: DAffine3,
+    /// Whether it is known to be closed.
+    is_closed: bool,
+}
 
 /// Builds objects; each mesh file is read once.
 pub(super) struct ObjectBuilder<'scene> {
     sources: &'scene Sources<'scene>,
     materials: &'scene [NamedMaterial],
-    /// Meshes by file and part.
-    meshes: BTreeMap<(String, Option<String>), CentredMesh>,
+    /// Meshes by file and part, and whether they are smooth.
+    meshes: BTreeMap<(String, Option<String>, bool), FileMesh>,
+    /// Whether snow must be closed.
+    has_light_field: bool,
 }
 
 impl<'scene> ObjectBuilder<'scene> {
     /// No mesh is read yet.
-    pub(super) fn new(sources: &'scene Sources<'scene>, materials: &'scene [NamedMaterial]) -> Self {
-        Self { sources, materials, meshes: BTreeMap::new() }
+    pub(super) fn new(
+        sources: &'scene Sources<'scene>,
+        materials: &'scene [NamedMaterial],
+        integrator: IntegratorKind,
+    ) -> Self {
+        Self { sources, materials, meshes: BTreeMap::new(), has_light_field: integrator.has_light_field() }
     }
 
     /// Builds an object, an igloo as one for each block.
@@ -92,7 +107,7 @@ impl<'scene> ObjectBuilder<'scene> {
                 let blocks = igloo_of(igloo).blocks().into_iter();
                 blocks.map(|block| placed(path, &placing, block)).collect::<Result<_, _>>()?
             }
-            ShapeDescription::Mesh(mesh) => vec![self.mesh(path, mesh, &placing)?],
+            ShapeDescription::Mesh(mesh) => vec![self.mesh(path, mesh, &placing, is_snow)?],
         };
         for shape in &shapes {
             material.check(shape).map_err(|reason| {
@@ -130,29 +145,42 @@ impl<'scene> ObjectBuilder<'scene> {
         Ok(solid)
     }
 
-    fn mesh(&mut self, path: &KeyPath, description: &MeshDescription, placing: &Placing) -> Result<Shape, RenderError> {
-        let MeshDescription { mesh: file, part, up } = description;
+    fn mesh(
+        &mut self,
+        path: &KeyPath,
+        description: &MeshDescription,
+        placing: &Placing,
+        is_snow: bool,
+    ) -> Result<Shape, RenderError> {
+        let MeshDescription { mesh: file, up, .. } = description;
         let path = path.key("mesh");
         let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
         let upright = DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY });
-        let (mesh, map) = self.centred(&path, file, part.as_deref())?;
         let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
-        let placement = placement(&(placing.to_scene() * upright * map)).map_err(wrong)?;
-        let instance = Instance::new(mesh, placement);
+        let must_be_closed = is_snow && self.has_light_field;
+        let found = self.file_mesh(&path, description)?;
+        if must_be_closed && !found.is_closed {
+            check_closed(found.mesh.triangles()).map_err(wrong)?;
+            found.is_closed = true;
+        }
+        let placement = placement(&(placing.to_scene() * upright * found.to_original)).map_err(wrong)?;
+        let instance = Instance::new(Arc::clone(&found.mesh), placement);
         check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
         Ok(Shape::Mesh(instance))
     }
 
-    fn centred(&mut self, path: &KeyPath, file: &str, part: Option<&str>) -> Result<CentredMesh, RenderError> {
-        let key = (file.to_owned(), part.map(str::to_owned));
-        if let Some((mesh, map)) = self.meshes.get(&key) {
-            return Ok((Arc::clone(mesh), *map));
-        }
-        let read = read_mesh_from(self.sources.files, file, part);
-        let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
-        let (mesh, map) = (Arc::new(MeshBvh::new(centred.mesh)), centred.to_original);
-        self.meshes.insert(key, (Arc::clone(&mesh), map));
-        Ok((mesh, map))
+    fn file_mesh(&mut self, path: &KeyPath, description: &MeshDescription) -> Result<&mut FileMesh, RenderError> {
+        let MeshDescription { mesh: file, part, smooth, .. } = description;
+        Ok(match self.meshes.entry((file.clone(), part.clone(), *smooth)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(fresh) => {
+                let read = read_mesh_from(self.sources.files, file, part.as_deref());
+                let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
+                let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
+                let (mesh, to_original) = (Arc::new(MeshBvh::new(mesh)), centred.to_original);
+                fresh.insert(FileMesh { mesh, to_original, is_closed: false })
+            }
+        })
     }
 }
 
@@ -202,7 +230,7 @@ fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<
     let centred = triangles.centred();
     let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));
     let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;
-    let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh)), placement);
+    let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
 }

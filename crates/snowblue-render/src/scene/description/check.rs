@@ -18,7 +18,7 @@ use super::scene::SceneDescription;
 use super::value::{ColorDescription, Scale, SnowProperty, point};
 use crate::film::exposure::{Exposure, FilmSettings};
 use crate::scene::camera::PinholeCamera;
-use crate::scene::integrator::IntegratorSettings;
+use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
 /// Greatest coordinate of anything in a scene, in m.
 pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
@@ -41,6 +41,8 @@ const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
 const NOISE_TARGET: Range = Range::new(1e-4, 1.0, "");
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
+const FIELD_MEMORY: Range = Range::new(16.0, 1_048_576.0, "MiB");
+const FIELD_STEP: Range = Range::new(0.01, 1000.0, "mm");
 /// Most pixels along a side.
 const GREATEST_SIDE: u32 = 16_384;
 /// Most samples of a pixel.
@@ -109,6 +111,7 @@ impl SceneDescription {
         }
         check_film(&KeyPath::root("film"), &self.film)?;
         check_integrator(&KeyPath::root("integrator"), &self.integrator)?;
+        check_light_field(&KeyPath::root("light_field"), &self.light_field)?;
         for (name, material) in &self.materials {
             check_material(&KeyPath::root("material").key(name), material)?;
         }
@@ -151,6 +154,14 @@ fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked 
         NOISE_TARGET.check(&path.key("noise_target"), target)?;
     }
     check_count(&path.key("max_bounces"), integrator.max_bounces, 0, GREATEST_BOUNCES)
+}
+
+fn check_light_field(path: &KeyPath, light_field: &LightFieldSettings) -> Checked {
+    FIELD_MEMORY.check(&path.key("memory_mib"), f64::from(light_field.memory_mib))?;
+    match light_field.step_mm {
+        None => Ok(()),
+        Some(step_mm) => FIELD_STEP.check(&path.key("step_mm"), step_mm),
+    }
 }
 
 fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {

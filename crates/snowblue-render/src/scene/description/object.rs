@@ -257,12 +257,16 @@ pub struct MeshDescription {
     /// The axis that points upwards in the file; y in glTF and z in other formats if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
+    /// Whether it is shaded by interpolated vertex normals: those of the file, or else the means of its faces. If not,
+    /// or at edges of more than [`CREASE_DEG`](crate::geometry::vertex_normals::CREASE_DEG), faces are flat.
+    #[serde(default = "smooth", skip_serializing_if = "Clone::clone")]
+    pub smooth: bool,
 }
 
 impl MeshDescription {
     /// All of a file.
     pub fn new(file: impl Into<String>) -> Self {
-        Self { mesh: file.into(), part: None, up: None }
+        Self { mesh: file.into(), part: None, up: None, smooth: smooth() }
     }
 }
 
@@ -278,4 +282,8 @@ pub enum UpAxis {
 
 fn one() -> u32 {
     1
+}
+
+fn smooth() -> bool {
+    true
 }

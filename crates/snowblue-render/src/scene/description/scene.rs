@@ -9,7 +9,7 @@ use super::light::{EnvironmentDescription, LightDescription};
 use super::material::MaterialDescription;
 use super::object::ObjectDescription;
 use crate::film::exposure::FilmSettings;
-use crate::scene::integrator::IntegratorSettings;
+use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 use crate::scene::material::pca_snow::PathMode;
 
 /// A scene as plain data.
@@ -25,6 +25,8 @@ pub struct SceneDescription {
     pub film: FilmSettings,
     /// The integrator and its settings.
     pub integrator: IntegratorSettings,
+    /// The grid of the light field in snow.
+    pub light_field: LightFieldSettings,
     /// Materials by name.
     #[serde(rename = "material", skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, MaterialDescription>,

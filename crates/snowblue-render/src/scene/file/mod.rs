@@ -7,6 +7,8 @@
 //!                          # false_color = { red_nm, green_nm, blue_nm }
 //! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "pcasnow" |
 //!                          # "diffusion" | "hybrid" | "reference"
+//! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface,
+//!                          #   else as its snow needs)
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
@@ -34,7 +36,8 @@
 //!                          #   relief = 0, seed = 1;
 //!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
 //!                          #   seam_depth = wall / 4, seam_width = 0.05, seed = 1;
-//!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z"
+//!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
+//!                          #   smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
 //! ```
 //!
@@ -42,11 +45,12 @@
 //! until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip; scale
 //! comes before rotation, position after. File names are relative to the folder of the scene file. glTF has y upwards
 //! and is turned to z; `up` overrides this for single meshes. `part` is an object or group of an OBJ file, or a node or
-//! mesh of a glTF. A glTF's materials are those of the scene file under the same names, and else diffuse, with their
-//! base colour. Heights, row by row from far to near, are multiplied by the third number of `size`; a level `bottom`
-//! closes the solid. A drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each
-//! block, all of one body. Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says
-//! where an image lies on a shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
+//! mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat ones. A glTF's materials are those of
+//! the scene file under the same names, and else diffuse, with their base colour. Heights, row by row from far to near,
+//! are multiplied by the third number of `size`; a level `bottom` closes the solid. A drift is snow of a depth below
+//! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Snow objects of one `body` are
+//! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
+//! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 
 mod message;
 mod reader;

@@ -17,7 +17,8 @@ type Read<T> = Result<T, Mistake>;
 
 /// Reads a document.
 pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescription> {
-    const KNOWN: [&str; 8] = ["gltf", "camera", "film", "integrator", "material", "light", "environment", "object"];
+    const KNOWN: [&str; 9] =
+        ["gltf", "camera", "film", "integrator", "light_field", "material", "light", "environment", "object"];
     let root = document.into_inner();
     if let Some(key) = root.keys().find(|key| !KNOWN.contains(&key.get_ref().as_ref())) {
         let reason = format!("unknown table `{}`; known are {}", key.get_ref(), KNOWN.join(", "));
@@ -36,6 +37,9 @@ pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescript
     }
     if let Some((value, path)) = value("integrator") {
         scene.integrator = read(value, &path, &[])?;
+    }
+    if let Some((value, path)) = value("light_field") {
+        scene.light_field = read(value, &path, &[])?;
     }
     if let Some((value, path)) = value("material") {
         for (name, material) in table(value, &path)?.table {

@@ -26,6 +26,7 @@ use snowblue_transport::ordinates::HalfSpace;
 use wide::f32x4;
 
 use crate::geometry::ray::{SurfacePoint, narrow};
+use crate::scene::integrator::LightFieldSettings;
 use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
@@ -66,8 +67,6 @@ impl EndDepth {
 /// Where random walks end, for each depth.
 pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 
-/// Memory of the grid of a body, in MiB.
-const MEMORY_MIB: u64 = 1024;
 /// Most rounds of gathering light from other surfaces.
 const MOST_GATHER_ROUNDS: usize = 8;
 /// Relative change of the light at the surface that ends gathering.
@@ -129,6 +128,8 @@ pub(crate) struct FieldScene<'a> {
     pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most surfaces after the first on a path of light.
     pub(crate) max_bounces: u32,
+    /// Memory and cells of the grid of a body.
+    pub(crate) settings: LightFieldSettings,
 }
 
 /// A body before its light is known.
@@ -189,7 +190,8 @@ impl LightField {
                 break;
             };
             let object = solid.object;
-            prepared.push(PreparedBody::new(solid, &survey, optics, nodes).map_err(|reason| (object, reason))?);
+            let one = PreparedBody::new(solid, &survey, optics, nodes, scene.settings);
+            prepared.push(one.map_err(|reason| (object, reason))?);
         }
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
         for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
@@ -296,10 +298,21 @@ impl Lighting {
 }
 
 impl<'a> PreparedBody<'a> {
-    fn new(solid: Solid<'a>, survey: &Survey, optics: SnowOptics, nodes: SpectralNodes) -> Result<Self, String> {
+    fn new(
+        solid: Solid<'a>,
+        survey: &Survey,
+        optics: SnowOptics,
+        nodes: SpectralNodes,
+        settings: LightFieldSettings,
+    ) -> Result<Self, String> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let step_m = survey.choose_step_m(shortest_m, groups, MEMORY_MIB).map_err(|error| error.to_string())?;
+        let memory_mib = u64::from(settings.memory_mib);
+        let step_m = match settings.step_mm {
+            None => survey.choose_step_m(shortest_m, groups, memory_mib),
+            Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
+        };
+        let step_m = step_m.map_err(|error| error.to_string())?;
         let lengths: Vec<f32x4> = nodes.gather(|index| narrow(optics.transport_lengths_m[index])).collect();
         let absorption: Vec<f32x4> = nodes.gather(|index| narrow(optics.absorption_per_m[index])).collect();
         let diffusion = lengths.into_iter().zip(absorption).map(|(transport_length_m, absorption_per_m)| {
