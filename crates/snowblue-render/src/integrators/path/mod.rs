@@ -171,7 +171,7 @@ impl<'scene> PathIntegrator<'scene> {
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> C {
-        let surface = vertex.surface.surface_point();
+        let surface = vertex.shading_point();
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
         let mut radiance = field.diffuse_radiance(&surface, cos_exit);
         let mut light = C::ZERO;
@@ -225,7 +225,8 @@ impl<'scene> PathIntegrator<'scene> {
                 }
             }
         };
-        Vertex { surface, shading }
+        let has_field = self.scene.light_field.is_some();
+        Vertex { surface, normal: if has_field { surface.shading_normal } else { surface.normal }, shading }
     }
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.
@@ -252,8 +253,8 @@ impl<'scene> PathIntegrator<'scene> {
     /// A light sample as it arrives at a surface, unless it is occluded.
     #[inline]
     fn visible(&mut self, vertex: &Vertex, sample: &LightSample) -> Option<IncidentLight> {
+        let incident = sample.incident_at(&vertex.shading_point())?;
         let surface = vertex.surface.surface_point();
-        let incident = sample.incident_at(&surface)?;
         sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)).then_some(incident)
     }
 

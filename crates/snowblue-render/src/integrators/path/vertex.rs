@@ -6,6 +6,7 @@ use glam::Vec3A;
 use snowblue_database::lookup::SnowMix;
 
 use crate::geometry::chord::{Chord, Line};
+use crate::geometry::ray::SurfacePoint;
 use crate::scene::light_field::BodyField;
 use crate::scene::material::pca_snow::PcaSnowMaterial;
 use crate::scene::objects::SurfaceInteraction;
@@ -15,6 +16,8 @@ use crate::spectrum::Spectrum;
 /// A surface on a path, ready to be shaded.
 pub(super) struct Vertex<'a> {
     pub(super) surface: &'a SurfaceInteraction,
+    /// The normal that light is reflected by: that for shading with a light field, for PCASnow the geometric one.
+    pub(super) normal: Vec3A,
     pub(super) shading: Shading<'a>,
 }
 
@@ -41,9 +44,15 @@ pub(super) struct SnowVertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// The point with the normal that light is reflected by.
+    #[inline]
+    pub(super) fn shading_point(&self) -> SurfacePoint {
+        SurfacePoint { point: self.surface.point, normal: self.normal }
+    }
+
     /// Reflectance for light from a direction above the surface, π times the reflection function.
     pub(super) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
-        let SurfaceInteraction { normal, direction, .. } = *self.surface;
+        let (normal, direction) = (self.normal, self.surface.direction);
         let cos_incidence = normal.dot(to_light).max(0.0);
         match &self.shading {
             Shading::Diffuse(reflectance) => **reflectance,

@@ -135,7 +135,7 @@ impl<'scene> WalkTracer<'scene> {
         loop {
             let end = self.follow(&mut walk, snow, &mut way_out, near.as_ref(), tangent.as_mut());
             if let Some(tangent) = tangent.take() {
-                walk.radiance += tangent.correction();
+                walk.radiance += tangent.correction(surface.shading_normal);
             }
             match end {
                 BodyEnd::Inside => return walk.radiance,

@@ -117,45 +117,67 @@ impl<'a> TangentHalfSpace<'a> {
     }
 
     /// The mean less what the walk found, in W m⁻² sr⁻¹ as a band density.
-    pub(super) fn correction(&self) -> Spectrum {
-        let SurfacePoint { point: entry, normal } = self.entry;
-        let transport_length_m = self.field.transport_length_m();
-        let extrapolation = narrow(self.field.half_space().extrapolation());
+    ///
+    /// The mean is that of the shading normal: the surface of a mesh looks smooth where the walks in the body and in
+    /// the half-space agree.
+    pub(super) fn correction(&self, shading_normal: Vec3A) -> Spectrum {
+        let mut sum = self.mean(shading_normal);
+        self.subtract_found(&mut sum);
+        sum
+    }
+
+    /// (q + z′): φ(z′) − 4E over 3J.
+    fn match_depth(&self) -> f32 {
+        narrow(self.field.half_space().extrapolation()) + match_depth_lengths(self.end_depth)
+    }
+
+    /// What a half-space with a normal sends out.
+    fn mean(&self, normal: Vec3A) -> Spectrum {
         let cos_exit = -normal.dot(self.direction);
         let along = self.direction + normal * cos_exit;
-        let match_depth = extrapolation + match_depth_lengths(self.end_depth);
-        let escape = self.field.escape(cos_exit) / (3.0 * PI * match_depth);
+        let escape = self.field.escape(cos_exit) / (3.0 * PI * self.match_depth());
         let displacement_m = self.field.mean_displacement_m(self.end_depth, cos_exit);
-        let mut weights = LightWeights {
+        let mut sum = self.near.sum(&LightWeights {
             fluence: escape,
             gradient: along.normalize_or_zero() * (0.25 * FRAC_1_PI * displacement_m),
             diffuse: FRAC_1_PI - 4.0 * escape,
-        };
-        // The factor of E besides that of H/π.
-        let mut entering = -4.0 * escape;
-        match self.end {
-            Some(End::Inside(ahead)) => {
-                let depth = self.depth_m(ahead) / transport_length_m;
-                let share = (extrapolation + depth) / match_depth;
-                let offset = ahead - entry;
-                weights.fluence -= 0.25 * FRAC_1_PI * share;
-                weights.gradient -= (offset - normal * normal.dot(offset)) * (0.25 * FRAC_1_PI);
-                weights.diffuse -= FRAC_1_PI * (1.0 - share);
-                entering -= FRAC_1_PI * (1.0 - share);
+        });
+        for TangentLight { to_light, cos_incidence, irradiance, .. } in &self.lights {
+            let cos = normal.dot(*to_light);
+            if cos <= 0.0 {
+                continue;
             }
-            Some(End::Outside) | None => weights.diffuse -= FRAC_1_PI,
-        }
-        let mut sum = self.near.sum(&weights);
-        for light in &self.lights {
-            let TangentLight { to_light, cos_incidence, irradiance, scattered_per_sr, .. } = light;
-            let incident = normal * *cos_incidence - *to_light;
+            let incident = normal * cos - *to_light;
             let lengths = (incident.length_squared() * along.length_squared()).sqrt();
             // The camera's ray runs backwards.
             let cos_azimuth = if lengths > 1e-12 { -incident.dot(along) / lengths } else { 0.0 };
-            let reflection = self.field.reflection_per_sr(cos_exit, *cos_incidence, cos_azimuth.clamp(-1.0, 1.0));
-            let factor = reflection - scattered_per_sr / cos_incidence + self.field.escape(*cos_incidence) * entering;
-            sum += *irradiance * factor;
+            let reflection = self.field.reflection_per_sr(cos_exit, cos, cos_azimuth.clamp(-1.0, 1.0));
+            sum += *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.field.escape(cos)));
         }
         sum
+    }
+
+    /// Takes away what the walk found.
+    fn subtract_found(&self, sum: &mut Spectrum) {
+        let SurfacePoint { point: entry, normal } = self.entry;
+        let (mut weights, mut entering) = (LightWeights { fluence: 0.0, gradient: Vec3A::ZERO, diffuse: 0.0 }, 0.0);
+        match self.end {
+            Some(End::Inside(ahead)) => {
+                let depth = narrow(self.field.half_space().extrapolation())
+                    + self.depth_m(ahead) / self.field.transport_length_m();
+                let share = depth / self.match_depth();
+                let offset = ahead - entry;
+                weights.fluence = -0.25 * FRAC_1_PI * share;
+                weights.gradient = (offset - normal * normal.dot(offset)) * (-0.25 * FRAC_1_PI);
+                entering = FRAC_1_PI * (1.0 - share);
+                weights.diffuse = -entering;
+            }
+            Some(End::Outside) | None => weights.diffuse = -FRAC_1_PI,
+        }
+        *sum += self.near.sum(&weights);
+        for TangentLight { cos_incidence, irradiance, scattered_per_sr, .. } in &self.lights {
+            let found = scattered_per_sr / cos_incidence + entering * self.field.escape(*cos_incidence);
+            *sum += *irradiance * -found;
+        }
     }
 }
