@@ -68,6 +68,8 @@ pub(crate) struct BodyField {
 /// The light in a body by lights of one spectrum.
 struct LitFluence {
     fluence: Fluence,
+    /// What leaves the surface.
+    exitance: SurfaceValues,
     /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
     scale: Spectrum,
 }
@@ -159,7 +161,8 @@ impl LightField {
             let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
             for ((lit, one), solution) in lit.iter_mut().zip(&prepared).zip(solutions) {
                 let scale = |k: usize| narrow(one.optics.transport_lengths_m[k]) * spectrum.0[k];
-                lit.push(LitFluence { fluence: solution.fluence, scale: Spectrum(std::array::from_fn(scale)) });
+                let (exitance, scale) = (one.exitance(&solution), Spectrum(std::array::from_fn(scale)));
+                lit.push(LitFluence { fluence: solution.fluence, exitance, scale });
             }
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
@@ -336,8 +339,24 @@ impl BodyField {
         self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
     }
 
+    /// Size of the cells at the surface, in m.
+    pub(crate) fn step_m(&self) -> f64 {
+        self.body.step_m()
+    }
+
+    /// The optics of the snow.
+    pub(crate) fn optics(&self) -> &SnowOptics {
+        &self.optics
+    }
+
+    /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
+    pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.scale)))
+    }
+
     /// The net flux outwards through the surface, in W m⁻² as a band density.
-    fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+    pub(crate) fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
         self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
     }
