@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, bake, write_glb, write_ply};
+use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::{Scene, SceneFile};
+use snowblue_render::{Scene, SceneDescription, SceneFile};
 
 use crate::input::scene_table;
 use crate::options::parse;
@@ -19,7 +20,7 @@ use crate::output::{Failure, Outcome, Progress, check_path};
 it is lit: one attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one for the sky and all light \
 by way of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
 irradiance by direct light. The file has K as a polynomial, and a line of GLSL. Fluxes are linear sRGB, in W/m2 as in \
-renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview.
+renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the exposure of a .png.
 
 The integrator of the scene does not matter: the light field is always solved for.
 
@@ -42,6 +43,9 @@ pub(crate) struct Bake {
     /// Write 31 wavelengths instead of red, green and blue, in W/(m² nm); needs a .ply
     #[arg(long)]
     spectrum: bool,
+    /// Exposure of the preview in a .glb in stops [-100–100], or 'auto', instead of the scene's
+    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
     /// Compressed table of snow, NetCDF [default: the embedded one]
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
@@ -61,7 +65,8 @@ impl Bake {
         let format = self.format()?;
         let table = scene_table(self.database.as_deref())?;
         let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
-        let integrator = &mut file.description.integrator;
+        let SceneDescription { film, integrator, .. } = &mut file.description;
+        film.exposure = self.exposure.unwrap_or(film.exposure);
         integrator.kind = IntegratorKind::Diffusion;
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         let scene = file.build(&table).map_err(Failure::input)?;

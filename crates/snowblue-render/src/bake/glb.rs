@@ -2,6 +2,7 @@
 //!
 //! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is.
 
+use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -75,7 +76,10 @@ impl Parts {
             of_file(baked, provenance).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect();
         let attribute = |(name, kind): &(String, &str)| json!({ "name": name, "kind": kind });
         extras.insert("attributes".to_owned(), names.iter().map(attribute).collect());
-        extras.insert("color_0_content".to_owned(), json!("exitance: J and the irradiance, mapped into sRGB"));
+        extras.insert(
+            "color_0_content".to_owned(),
+            json!("exitance: J and the irradiance by all light, at most 1, mapped into sRGB"),
+        );
         extras.insert("color_0_scale_w_m2".to_owned(), json!(preview.scale_w_m2));
         let document = json!({
             "asset": { "version": "2.0", "generator": generator(provenance) },
@@ -164,24 +168,22 @@ struct Accessors {
     indices: usize,
 }
 
-/// How `COLOR_0` shows an exitance.
+/// How `COLOR_0` shows an exitance: as the PNG of a rendering shows the radiance of a diffuse surface that sends it out.
 struct Preview {
     /// The exitance that is shown as 1, in W/m².
     scale_w_m2: f64,
 }
 
 impl Preview {
-    /// The greatest channel of all vertices becomes 1.
     fn of(baked: &BakedScene) -> Self {
         let exitances = baked.objects.iter().flat_map(|object| &object.exitance);
-        let channels = exitances.map(|exitance| exitance.into_gamut()).flat_map(|LinearRgb { r, g, b }| [r, g, b]);
-        let greatest = channels.fold(0.0, f64::max);
-        Self { scale_w_m2: if greatest > 0.0 { greatest } else { 1.0 } }
+        let radiances = exitances.map(|exitance| *exitance * FRAC_1_PI);
+        Self { scale_w_m2: PI / baked.exposure.display_factor(radiances) }
     }
 
     fn colour(&self, exitance: LinearRgb) -> [f32; 3] {
-        let LinearRgb { r, g, b } = exitance.into_gamut();
-        [r, g, b].map(|channel| narrow(channel / self.scale_w_m2).clamp(0.0, 1.0))
+        let LinearRgb { r, g, b } = (exitance * self.scale_w_m2.recip()).displayable();
+        [r, g, b].map(narrow)
     }
 }
 

@@ -20,11 +20,15 @@ mod subdivision;
 mod surface_mesh;
 mod vertices;
 
+#[cfg(test)]
+mod tests;
+
 use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
 
+use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
 use crate::geometry::ray::narrow;
 use crate::scene::Scene;
@@ -105,6 +109,8 @@ pub struct BakedScene {
     pub channels: Channels,
     /// All objects of snow.
     pub objects: Vec<BakedObject>,
+    /// Brightness of the preview.
+    pub exposure: Exposure,
     /// Wavelengths of the scene, in nm.
     wavelengths_nm: [f64; SAMPLES],
     is_false_color: bool,
@@ -206,6 +212,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: &dyn Fn(usize, usize)
         lamps,
         channels: options.channels,
         objects: finished.collect(),
+        exposure: scene.film.exposure,
         wavelengths_nm: *scene.sensor.wavelengths_nm(),
         is_false_color: !scene.sensor.is_standard_observer(),
     })
