@@ -15,12 +15,13 @@ use crate::output::{Failure, Outcome, Progress, check_path};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Each vertex has the net flux J of light outwards through the surface of the snow, negative where \
-it is lit: one attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one for the sky and all light \
-by way of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
-irradiance by direct light. The file has K as a polynomial, and a line of GLSL. Fluxes are linear sRGB, in W/m2 as in \
-renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the exposure of a .png.
+#[command(after_help = "\
+Each vertex has the net flux J of light outwards through the surface of the snow, negative where it is lit: one \
+attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one for the sky and all light by way \
+of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
+irradiance by direct light. The file has K as a polynomial, and a line of GLSL. Fluxes are linear sRGB, in W/m2 \
+as in renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the exposure of a \
+.png.
 
 The integrator of the scene does not matter: the light field is always solved for.
 
@@ -28,8 +29,7 @@ Examples:
   snowblue bake scenes/block_30cm.toml -o block.glb
   snowblue bake scenes/fig10_igloo.toml --step-mm 20 -o igloo.glb      vertices every 20 mm at most
   snowblue bake scenes/block_30cm.toml --spectrum -o block.ply        31 wavelengths, W/(m2 nm)
-  snowblue bake scenes/block_30cm.toml --max-bounces 0 -o direct.ply   no light by way of other surfaces"
-)]
+  snowblue bake scenes/block_30cm.toml --max-bounces 0 -o direct.ply   no light by way of other surfaces")]
 pub(crate) struct Bake {
     /// Scene file (TOML)
     scene: PathBuf,

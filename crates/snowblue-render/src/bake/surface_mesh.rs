@@ -10,7 +10,7 @@ use crate::geometry::shape::Shape;
 use crate::mesh_tools::topology::merged;
 
 /// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
-const ROUNDEST: f32 = 0.15;
+const ROUNDEST: f32 = 0.1;
 
 /// The surface of a solid in scene space.
 pub(super) struct SurfaceMesh {

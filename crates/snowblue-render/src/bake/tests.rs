@@ -53,7 +53,7 @@ fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
 #[test]
 fn the_net_flux_through_a_block_is_what_it_absorbs() {
     let scene = scene(&format!("{LAMP_BEHIND}{BLOCK}"));
-    let baked = baked(&scene, 0.01, Channels::Spectrum);
+    let baked = baked(&scene, 0.0025, Channels::Spectrum);
     let object = &baked.objects[0];
     let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
     for (wavelength, share) in [(0, 0.0..0.01), (10, 0.0..0.03), (20, 0.01..0.2), (30, 0.1..0.6)] {
@@ -73,9 +73,9 @@ fn the_net_flux_through_a_block_is_what_it_absorbs() {
             absorbed += f64::from(field.fluence(point).0[wavelength]) * cell.element_product();
         }
         absorbed *= field.optics().absorption_per_m[wavelength];
-        // The flux of edges is smoothed over a cell of 5 mm, and read every 10 mm.
+        // The flux falls off steeply at the edges of the lit face. Read every 10 mm, it misses the balance by 2.6 %.
         let error = (enters - leaves - absorbed) / enters;
-        assert!(error.abs() < 0.02, "{wavelength}: {enters} {leaves} {absorbed}");
+        assert!(error.abs() < 0.01, "{wavelength}: {enters} {leaves} {absorbed}");
         assert!(share.contains(&(absorbed / enters)), "{wavelength}: {enters} {absorbed}");
     }
 }
@@ -207,18 +207,18 @@ fn divided_surfaces_stay_closed() {
 fn triangles_of_meshes_are_turned_outwards() {
     let round = Shape::Ellipsoid(Ellipsoid::new(DAffine3::from_scale(DVec3::splat(0.4))).unwrap());
     let mut icosphere = SurfaceMesh::of(&round).unwrap();
-    assert!(subdivide(&mut icosphere, 0.2, MOST_VERTICES));
+    assert!(subdivide(&mut icosphere, 0.1, MOST_VERTICES));
     let corners = |facet: &surface_mesh::Facet| facet.vertices.map(|vertex| icosphere.positions[vertex as usize]);
     let triangles: Vec<[Vec3; 3]> = icosphere.facets.iter().map(corners).collect();
     let reversed = |(number, [a, b, c]): (usize, &[Vec3; 3])| if number % 2 == 0 { [*a, *c, *b] } else { [*a, *b, *c] };
     let mixed: Vec<[Vec3; 3]> = triangles.iter().enumerate().map(reversed).collect();
-    let transform = Transform::new(&DAffine3::from_scale(DVec3::new(-1.0, 2.0, 1.0))).unwrap();
+    let transform = Transform::new(&DAffine3::from_scale(DVec3::new(-1.0, 1.5, 1.0))).unwrap();
     let mesh = Arc::new(MeshBvh::new(TriangleMesh::from_triangles(&mixed)));
     let mut mesh = SurfaceMesh::of(&Shape::Mesh(Instance::new(mesh, transform))).unwrap();
     assert_eq!(mesh.positions.len(), icosphere.positions.len());
-    assert!(subdivide(&mut mesh, 0.1, MOST_VERTICES));
+    assert!(subdivide(&mut mesh, 0.07, MOST_VERTICES));
     let triangles = closed(&mesh);
-    assert!((volume_m3(&triangles) / (4.0 / 3.0 * PI * 0.4_f64.powi(3) * 2.0) - 1.0).abs() < 0.1);
+    assert!((volume_m3(&triangles) / (4.0 / 3.0 * PI * 0.4_f64.powi(3) * 1.5) - 1.0).abs() < 0.1);
     // The icosahedron's parts are smooth: a normal for each vertex, and it points outwards.
     let vertices = Vertices::of(&mesh);
     assert_eq!(vertices.positions.len(), mesh.positions.len());
