@@ -2,6 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
+use crate::commands::bake::Bake;
 use crate::commands::bsdf::Bsdf;
 use crate::commands::color::Color;
 use crate::commands::database::Database;
@@ -52,5 +53,6 @@ pub(crate) enum Command {
     Match(Box<Match>),
     Swatch(Box<Swatch>),
     Render(Render),
+    Bake(Bake),
     Figures(Figures),
 }

@@ -38,6 +38,7 @@ fn run() -> Outcome {
         Command::Match(command) => command.run(arguments.quiet),
         Command::Swatch(command) => command.run(),
         Command::Render(command) => command.run(arguments.quiet),
+        Command::Bake(command) => command.run(arguments.quiet),
         Command::Figures(command) => command.run(arguments.quiet),
     }
 }

@@ -82,6 +82,12 @@ impl SnowBody {
         &self.grid.surface
     }
 
+    /// Greatest size of a cell at the surface, in m.
+    #[must_use]
+    pub fn step_m(&self) -> f64 {
+        self.grid.lattice.step.max_element()
+    }
+
     /// Number of unknowns at each wavelength.
     #[must_use]
     pub fn node_count(&self) -> usize {

@@ -78,4 +78,12 @@ pub enum RenderError {
         /// The error of the encoder or the operating system.
         reason: String,
     },
+    /// A mesh cannot be written. There is no file under its name then.
+    #[error("cannot write {}: {source}", path.display())]
+    WriteMesh {
+        /// The mesh file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
 }

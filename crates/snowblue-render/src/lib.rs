@@ -52,6 +52,8 @@ mod integrators;
 
 pub mod render;
 
+pub mod bake;
+
 pub mod swatch;
 
 pub use error::RenderError;

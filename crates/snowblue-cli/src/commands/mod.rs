@@ -1,5 +1,6 @@
 //! The commands: each parses its options, calls the library and writes the result.
 
+pub(crate) mod bake;
 pub(crate) mod bsdf;
 pub(crate) mod color;
 pub(crate) mod database;

@@ -1,6 +1,8 @@
-//! Files that the command reads itself: settings in TOML and spectra in CSV.
+//! Files that the command reads itself: settings in TOML, spectra in CSV and tables for scenes.
 
+mod scene_table;
 mod settings_file;
 pub(crate) mod spectrum_file;
 
+pub(crate) use scene_table::scene_table;
 pub(crate) use settings_file::SettingsFile;

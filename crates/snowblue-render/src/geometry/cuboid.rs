@@ -46,6 +46,11 @@ impl Cuboid {
         Bounds { low: self.centre - half_extent, high: self.centre + half_extent }
     }
 
+    /// The corner on the sides of these signs.
+    pub(crate) fn corner(&self, signs: Vec3A) -> Vec3A {
+        self.centre + self.axes * (self.half_size * signs)
+    }
+
     /// Volume in m³.
     pub fn volume_m3(&self) -> f64 {
         let size = 2.0 * self.half_size.as_dvec3();

@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3, Vec3A};
 
 use crate::geometry::bounds::Bounds;
-use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow};
+use crate::geometry::ray::{Crossing, Ray, ShapeHit, SurfacePoint, narrow};
 use crate::geometry::texture_coordinates::TextureCoordinates;
 use crate::geometry::transform::stretch;
 
@@ -47,6 +47,17 @@ impl Ellipsoid {
     pub(crate) fn holds_deeply(&self, point: Vec3A, depth_m: f32) -> bool {
         let unit = self.to_unit.transform_point3(point.as_dvec3());
         (1.0 - unit.length()) * self.least_radius_m > f64::from(depth_m)
+    }
+
+    /// The surface point that is the image of a point of the unit sphere.
+    pub(crate) fn surface_point(&self, unit: DVec3) -> SurfacePoint {
+        let point = self.to_scene.transform_point3(unit).as_vec3a();
+        SurfacePoint { point, normal: self.normal(unit).as_vec3a().normalize() }
+    }
+
+    /// The surface point on the line from the centre through a point.
+    pub(crate) fn project(&self, point: Vec3A) -> SurfacePoint {
+        self.surface_point(self.to_unit.transform_point3(point.as_dvec3()).normalize())
     }
 
     /// Volume in m³.

@@ -10,8 +10,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use snowblue_database::CompressedTable;
-use snowblue_database::file::{self, AnyTable};
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::window::Window;
@@ -19,6 +17,7 @@ use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::material::pca_snow::PathMode;
 use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile, render};
 
+use crate::input::scene_table;
 use crate::options::parse;
 use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
 use job::RenderJob;
@@ -194,27 +193,11 @@ impl Render {
     }
 
     fn load(&self) -> Result<LoadedScene, Failure> {
-        let read;
-        let table: &CompressedTable = match &self.database {
-            None => snowblue_data::embedded(),
-            Some(path) => match file::read(path).map_err(Failure::input)? {
-                AnyTable::Compressed(table) => {
-                    read = table;
-                    &read
-                }
-                other => {
-                    return Err(Failure::Input(format!(
-                        "{}: is {}, but rendering needs a compressed table (database build --space log)",
-                        path.display(),
-                        other.kind()
-                    )));
-                }
-            },
-        };
+        let table = scene_table(self.database.as_deref())?;
         let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
         self.override_values(&mut file.description);
-        let scene = file.build(table).map_err(Failure::input)?;
-        let provenance = Provenance::of(&scene, table);
+        let scene = file.build(&table).map_err(Failure::input)?;
+        let provenance = Provenance::of(&scene, &table);
         Ok(LoadedScene { scene, provenance })
     }
 

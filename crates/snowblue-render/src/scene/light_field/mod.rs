@@ -13,7 +13,7 @@ mod near_light;
 mod solid;
 mod surface_light;
 
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
@@ -402,30 +402,19 @@ impl BodyField {
     /// reflection function reflects.
     pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let escape = self.escape(cos_exit) / PI;
-        let mut sum = Spectrum::ZERO;
-        for lit in &self.lit {
-            if let Some(flux) = self.body.flux(&lit.fluence, point, normal) {
-                sum += self.spectrum(flux, &lit.scale) * escape;
-            }
-            let diffuse = lit.diffuse.as_ref().and_then(|diffuse| self.body.surface_value(diffuse, point, normal));
-            if let Some(diffuse) = diffuse {
-                sum += self.spectrum(diffuse, &lit.scale) * FRAC_1_PI;
-            }
-        }
+        let flux = self.flux(surface.point, surface.normal) * (self.escape(cos_exit) * FRAC_1_PI);
+        let diffuse = self.sum(|lit| {
+            let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
+            Some(self.spectrum(groups, &lit.scale))
+        });
+        let mut sum = diffuse * FRAC_1_PI;
+        sum += flux;
         sum
     }
 
     /// Radiance that leaves a surface point, the same in all directions: the exitance over π.
     pub(crate) fn mean_radiance(&self, surface: &SurfacePoint) -> Spectrum {
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let mut sum = Spectrum::ZERO;
-        for lit in &self.lit {
-            if let Some(exitance) = self.body.surface_value(&lit.exitance, point, normal) {
-                sum += self.spectrum(exitance, &lit.scale) * FRAC_1_PI;
-            }
-        }
-        sum
+        self.exitance(surface.point, surface.normal) * FRAC_1_PI
     }
 
     /// The reflection function R₀, in 1/sr.
@@ -467,12 +456,35 @@ impl BodyField {
 
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
+        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
+    }
+
+    /// Size of the cells at the surface, in m.
+    pub(crate) fn step_m(&self) -> f64 {
+        self.body.step_m()
+    }
+
+    /// The optics of the snow.
+    pub(crate) fn optics(&self) -> &SnowOptics {
+        &self.optics
+    }
+
+    /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
+    pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.scale)))
+    }
+
+    /// The net flux outwards through the surface, in W m⁻² as a band density.
+    pub(crate) fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
+    }
+
+    /// The sum over the lights of all spectra.
+    fn sum(&self, term: impl Fn(&LitFluence) -> Option<Spectrum>) -> Spectrum {
         let mut sum = Spectrum::ZERO;
-        for lit in &self.lit {
-            if let Some(fluence) = self.body.fluence(&lit.fluence, point.as_dvec3()) {
-                sum += self.spectrum(fluence, &lit.scale);
-            }
-        }
+        self.lit.iter().filter_map(term).for_each(|spectrum| sum += spectrum);
         sum
     }
 

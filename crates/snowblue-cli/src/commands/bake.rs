@@ -1,0 +1,123 @@
+//! `snowblue bake`: the light field of a scene on its snow, for other renderers.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, bake, write_glb, write_ply};
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::provenance::Provenance;
+use snowblue_render::scene::IntegratorKind;
+use snowblue_render::{Scene, SceneDescription, SceneFile};
+
+use crate::input::scene_table;
+use crate::options::parse;
+use crate::output::{Failure, Outcome, Progress, check_path};
+
+/// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Each vertex has the net flux J of light outwards through the surface of the snow, negative where it is lit: one \
+attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one for the sky and all light by way \
+of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
+irradiance by direct light. The file has K as a polynomial, and a line of GLSL. Fluxes are linear sRGB, in W/m2 \
+as in renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the exposure of a \
+.png.
+
+The integrator of the scene does not matter: the light field is always solved for.
+
+Examples:
+  snowblue bake scenes/block_30cm.toml -o block.glb
+  snowblue bake scenes/fig10_igloo.toml --step-mm 20 -o igloo.glb      vertices every 20 mm at most
+  snowblue bake scenes/block_30cm.toml --spectrum -o block.ply        31 wavelengths, W/(m2 nm)
+  snowblue bake scenes/block_30cm.toml --max-bounces 0 -o direct.ply   no light by way of other surfaces")]
+pub(crate) struct Bake {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// File to write: .glb (binary glTF, y up) or .ply (binary, axes of the scene)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Greatest length of an edge in mm [0.01–100000; default: twice the cells of the light field at the surface];
+    /// there are at most 4194304 vertices
+    #[arg(long, value_name = "MM", value_parser = step_mm)]
+    step_mm: Option<f64>,
+    /// Write 31 wavelengths instead of red, green and blue, in W/(m² nm); needs a .ply
+    #[arg(long)]
+    spectrum: bool,
+    /// Exposure of the preview in a .glb in stops [-100–100], or 'auto', instead of the scene's
+    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
+    /// Compressed table of snow, NetCDF [default: the embedded one]
+    #[arg(long, value_name = "FILE")]
+    database: Option<PathBuf>,
+    /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
+    #[arg(long, value_name = "N")]
+    max_bounces: Option<u32>,
+}
+
+/// The format of the output.
+enum Format {
+    Glb,
+    Ply,
+}
+
+impl Bake {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        let format = self.format()?;
+        let table = scene_table(self.database.as_deref())?;
+        let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
+        let SceneDescription { film, integrator, .. } = &mut file.description;
+        film.exposure = self.exposure.unwrap_or(film.exposure);
+        integrator.kind = IntegratorKind::Diffusion;
+        integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
+        let scene = file.build(&table).map_err(Failure::input)?;
+        let provenance = Provenance::of(&scene, &table);
+        let baked = self.bake(&scene, quiet)?;
+        match format {
+            Format::Glb => write_glb(&baked, &provenance, &self.output),
+            Format::Ply => write_ply(&baked, &provenance, &self.output),
+        }
+        .map_err(Failure::work)
+    }
+
+    /// The format by the ending, if the options agree with it.
+    fn format(&self) -> Result<Format, Failure> {
+        let name = self.output.display();
+        let format = match self.output.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref()
+        {
+            Some("glb") if self.spectrum => {
+                return Err(Failure::Input(format!("{name}: --spectrum needs a .ply: a GLB holds colours only")));
+            }
+            Some("glb") => Format::Glb,
+            Some("ply") => Format::Ply,
+            _ => return Err(Failure::Input(format!("{name}: the baked snow must end in .glb or .ply"))),
+        };
+        check_path(&self.output)?;
+        Ok(format)
+    }
+
+    fn bake(&self, scene: &Scene, quiet: bool) -> Result<BakedScene, Failure> {
+        let options = BakeOptions {
+            step_m: self.step_mm.map(|step_mm| 1e-3 * step_mm),
+            channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
+        };
+        let bar = Progress::new("solutions", quiet);
+        let baked = bake(scene, options, &|done, all| bar.set(done as u64, all as u64));
+        bar.finish();
+        baked.map_err(|error| {
+            let reason = match error {
+                BakeError::TooManyVertices { .. } => format!("{error} (--step-mm)"),
+                _ => error.to_string(),
+            };
+            Failure::Input(format!("{}: {reason}", self.scene.display()))
+        })
+    }
+}
+
+fn step_mm(words: &str) -> Result<f64, String> {
+    let step_mm = parse::number(words)?;
+    if (0.01..=1e5).contains(&step_mm) {
+        Ok(step_mm)
+    } else {
+        Err(format!("the step is {step_mm} mm, but must lie in 0.01–100000 mm"))
+    }
+}

@@ -1,0 +1,50 @@
+//! `snowblue bake`: files that other renderers read, and errors.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod shell;
+
+use shell::{assert_names, assert_refused, shipped_scene, snowblue, stdout};
+
+#[test]
+fn a_scene_of_any_integrator_is_baked() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = shipped_scene("block_30cm.toml");
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (glb, ply) = (file("snow.glb"), file("snow.ply"));
+    let scene = scene.to_str().unwrap();
+    stdout(&["bake", scene, "--step-mm", "50", "-o", &glb]);
+    assert_eq!(std::fs::read(&glb).unwrap()[..4], *b"glTF");
+    stdout(&["bake", scene, "--step-mm", "50", "--spectrum", "--max-bounces", "0", "-o", &ply]);
+    let bytes = std::fs::read(&ply).unwrap();
+    let header = String::from_utf8_lossy(&bytes[..bytes.len().min(8000)]).into_owned();
+    let names = ["comment lamp_0: point", "max_bounces: 0", "property float lamp_0_400nm", "property float sky_700nm"];
+    assert_names(&header, &names);
+    // What was baked is snow again.
+    let text = std::fs::read_to_string(scene).unwrap();
+    let place = text.find("shape = \"box\"").unwrap();
+    let again = text[place..].replacen("shape = \"box\"", "mesh = \"snow.ply\"", 1);
+    let again = again.replacen("size = [0.6, 0.3, 0.6]\nposition = [0.0, 0.0, 0.3]\n", "", 1);
+    std::fs::write(file("again.toml"), format!("{}{again}", &text[..place])).unwrap();
+    let objects = stdout(&["render", &file("again.toml"), "--check", "--format", "csv"]);
+    assert_names(&objects, &[",snow.ply,yes,yes,"]);
+}
+
+#[test]
+fn what_cannot_be_baked_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let scene = shipped_scene("block_30cm.toml");
+    let scene = scene.to_str().unwrap();
+    assert_refused(&["bake", scene, "-o", &file("snow.obj")], &["snow.obj", ".glb or .ply"]);
+    assert_refused(&["bake", scene, "--spectrum", "-o", &file("snow.glb")], &["snow.glb", "--spectrum", ".ply"]);
+    assert_refused(&["bake", scene, "-o", &file("missing/snow.glb")], &["missing/snow.glb", "folder"]);
+    assert_refused(&["bake", scene, "--step-mm", "0", "-o", &file("a.glb")], &["0 mm", "0.01–100000 mm"]);
+    let many = ["4194304 vertices", "0.1 mm", "--step-mm"];
+    assert_refused(&["bake", scene, "--step-mm", "0.1", "-o", &file("a.glb")], &many);
+    let bare = "[camera]\nposition = [0, -9, 9]\nlook_at = [0, 0, 0]\n[environment]\nradiance_w_m2_sr = 1\n";
+    std::fs::write(file("bare.toml"), bare).unwrap();
+    assert_refused(&["bake", &file("bare.toml"), "-o", &file("a.glb")], &["bare.toml", "no snow"]);
+    assert!(!snowblue(&["bake", scene]).status.success());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing was written");
+}

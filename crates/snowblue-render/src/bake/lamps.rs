@@ -1,0 +1,52 @@
+//! The lamps of a scene, and the light of each of them alone.
+
+use crate::scene::Scene;
+use crate::scene::light::{Light, PointLight};
+use crate::scene::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField};
+
+/// A lamp whose light has an attribute of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lamp {
+    /// What it is: `point`, `spot`, `directional`, `sphere` or `rectangle`.
+    pub kind: &'static str,
+    /// Index among the lights of the scene.
+    pub(super) light: usize,
+}
+
+/// The lamps of a scene in its order: all lights but skies.
+pub(super) fn lamps(scene: &Scene) -> Vec<Lamp> {
+    let numbered = scene.lights.iter().enumerate();
+    numbered.filter_map(|(light, one)| kind(one).map(|kind| Lamp { kind, light })).collect()
+}
+
+/// What a lamp is called; none for a sky.
+fn kind(light: &Light) -> Option<&'static str> {
+    match light {
+        Light::Point(PointLight { cone: None, .. }) => Some("point"),
+        Light::Point(_) => Some("spot"),
+        Light::Directional(_) => Some("directional"),
+        Light::Sphere(_) => Some("sphere"),
+        Light::Rectangle(_) => Some("rectangle"),
+        Light::Sky(_) | Light::Image(..) => None,
+    }
+}
+
+/// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
+pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result<LightField, (usize, String)> {
+    let light = &scene.lights[lamp.light];
+    let position = light.central_sample().and_then(|sample| sample.origin.position());
+    let holds = |object: &usize, position| field.of_object(*object).is_some() && scene.objects.holds(*object, position);
+    let around = position.and_then(|position| (0..scene.objects.list().len()).find(|object| holds(object, position)));
+    let inside = around.zip(InnerLamp::new(light)).map(|(object, lamp)| LampInSnow { light: 0, object, lamp });
+    let alone = FieldScene {
+        objects: &scene.objects,
+        lights: std::slice::from_ref(light),
+        snow: &|object| field.of_object(object).map(BodyField::optics).cloned(),
+        walk_ends: &|_| None,
+        lamps_in_snow: inside.as_slice(),
+        reflectance: &|_| None,
+        max_bounces: 0,
+        settings: scene.description.light_field,
+    };
+    LightField::new(&alone)
+}

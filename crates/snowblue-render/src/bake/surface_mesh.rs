@@ -1,0 +1,174 @@
+//! The surface of a solid as triangles that face outwards and share their vertices.
+
+use glam::{DVec3, Vec3, Vec3A};
+
+use crate::geometry::coincident::merged;
+use crate::geometry::cuboid::Cuboid;
+use crate::geometry::ellipsoid::Ellipsoid;
+use crate::geometry::instance::Instance;
+use crate::geometry::ray::Ray;
+use crate::geometry::shape::Shape;
+
+/// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
+const ROUNDEST: f32 = 0.1;
+
+/// The surface of a solid in scene space.
+pub(super) struct SurfaceMesh {
+    /// Vertices, in m.
+    pub(super) positions: Vec<Vec3>,
+    pub(super) facets: Vec<Facet>,
+    /// The ellipsoid whose surface it is, on which further vertices lie.
+    pub(super) ellipsoid: Option<Ellipsoid>,
+}
+
+/// A triangle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facet {
+    /// Its vertices, counter-clockwise from outside.
+    pub(super) vertices: [u32; 3],
+    /// Outward unit normal of the face that it is part of; zero if that has no area.
+    pub(super) normal: Vec3,
+}
+
+impl SurfaceMesh {
+    /// The surface of a shape with as few triangles as it has; none of a plane.
+    pub(super) fn of(shape: &Shape) -> Option<Self> {
+        match shape {
+            Shape::Cuboid(cuboid) => Some(Self::of_cuboid(cuboid)),
+            Shape::Ellipsoid(ellipsoid) => Some(Self::of_ellipsoid(ellipsoid)),
+            Shape::Plane(_) => None,
+            Shape::Mesh(instance) => Some(Self::of_mesh(shape, instance)),
+        }
+    }
+
+    /// The longest edge that keeps the shape.
+    pub(super) fn longest_edge_m(&self) -> f32 {
+        self.ellipsoid.as_ref().map_or(f32::INFINITY, |ellipsoid| {
+            let bounds = ellipsoid.bounds();
+            ROUNDEST * (bounds.high - bounds.low).max_element()
+        })
+    }
+
+    /// Adds the vertex in the middle of an edge, on the surface.
+    ///
+    /// # Panics
+    ///
+    /// When there are 2³² vertices.
+    pub(super) fn add_midpoint(&mut self, ends: [Vec3; 2]) -> u32 {
+        let middle = 0.5 * (ends[0] + ends[1]);
+        self.positions
+            .push(self.ellipsoid.as_ref().map_or(middle, |ellipsoid| ellipsoid.project(middle.into()).point.into()));
+        u32::try_from(self.positions.len() - 1).expect("a mesh in memory has fewer than 2^32 vertices")
+    }
+
+    /// Two triangles for each side.
+    fn of_cuboid(cuboid: &Cuboid) -> Self {
+        const SIDES: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let sign = |bits: u32, axis: u32| if bits >> axis & 1 == 0 { -1.0 } else { 1.0 };
+        let corner = |bits: u32| cuboid.corner(Vec3A::new(sign(bits, 0), sign(bits, 1), sign(bits, 2))).into();
+        let triangles = SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let positions: Vec<Vec3> = (0..8).map(corner).collect();
+        let facets = triangles.map(|vertices| facet(vertices, &positions)).collect();
+        Self { positions, facets, ellipsoid: None }
+    }
+
+    /// An icosahedron.
+    fn of_ellipsoid(ellipsoid: &Ellipsoid) -> Self {
+        let golden = 0.5 * (1.0 + 5f64.sqrt());
+        let corner = |number: usize| {
+            let [one, other] = [1, 2].map(|bit| if number & bit == 0 { 1.0 } else { -1.0 });
+            let corner = [0.0, one, other * golden];
+            DVec3::from_array(std::array::from_fn(|axis| corner[(axis + number / 4) % 3]))
+        };
+        let directions: Vec<DVec3> = (0..12).map(|number| corner(number).normalize()).collect();
+        let positions: Vec<Vec3> = directions.iter().map(|unit| ellipsoid.surface_point(*unit).point.into()).collect();
+        // Its edges are the shortest distances between corners: 1.05 on the unit sphere, the next are 1.70.
+        let are_neighbours = |a: usize, b: usize| directions[a].distance(directions[b]) < 1.3;
+        let mut facets = Vec::with_capacity(20);
+        for a in 0..12 {
+            for b in a + 1..12 {
+                for c in b + 1..12 {
+                    if are_neighbours(a, b) && are_neighbours(b, c) && are_neighbours(c, a) {
+                        let outward =
+                            ellipsoid.surface_point((directions[a] + directions[b] + directions[c]).normalize());
+                        let vertices = [a, b, c].map(|vertex| u32::try_from(vertex).unwrap_or_default());
+                        let facet = facet(vertices, &positions);
+                        let faces_outwards = facet.normal.dot(outward.normal.into()) > 0.0;
+                        facets.push(if faces_outwards { facet } else { facet.reversed() });
+                    }
+                }
+            }
+        }
+        Self { positions, facets, ellipsoid: Some(*ellipsoid) }
+    }
+
+    /// The triangles of a mesh that have distinct corners, turned outwards.
+    fn of_mesh(shape: &Shape, instance: &Instance) -> Self {
+        let mesh = instance.mesh().triangles();
+        let first = merged(&mesh.positions);
+        let to_scene = |position: &Vec3| Vec3::from(instance.transform().point_to_scene((*position).into()));
+        let positions: Vec<Vec3> = mesh.positions.iter().map(to_scene).collect();
+        let reach_m = instance.bounds().greatest_coordinate();
+        let mut facets = Vec::with_capacity(mesh.indices.len());
+        for indices in &mesh.indices {
+            let [a, b, c] = indices.map(|index| first[index as usize]);
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let facet = facet([a, b, c], &positions);
+            let middle = [a, b, c].iter().map(|vertex| positions[*vertex as usize]).sum::<Vec3>() / 3.0;
+            facets.push(if faces_outwards(shape, middle, facet.normal, reach_m) { facet } else { facet.reversed() });
+        }
+        Self { positions, facets, ellipsoid: None }.without_unused_vertices()
+    }
+
+    /// The same without the vertices that no triangle has.
+    fn without_unused_vertices(mut self) -> Self {
+        const UNUSED: u32 = u32::MAX;
+        let mut number = vec![UNUSED; self.positions.len()];
+        let mut used = Vec::new();
+        for vertex in self.facets.iter_mut().flat_map(|facet| &mut facet.vertices) {
+            let index = *vertex as usize;
+            if number[index] == UNUSED {
+                number[index] = u32::try_from(used.len()).unwrap_or(UNUSED);
+                used.push(self.positions[index]);
+            }
+            *vertex = number[index];
+        }
+        self.positions = used;
+        self
+    }
+}
+
+impl Facet {
+    fn reversed(self) -> Self {
+        let [a, b, c] = self.vertices;
+        Self { vertices: [a, c, b], normal: -self.normal }
+    }
+}
+
+fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
+    let [a, b, c] = vertices.map(|vertex| positions[vertex as usize].as_dvec3());
+    Facet { vertices, normal: (b - a).cross(c - a).normalize_or_zero().as_vec3() }
+}
+
+/// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.
+/// True also if the line does not tell, as at an open mesh.
+fn faces_outwards(shape: &Shape, middle: Vec3, normal: Vec3, reach_m: f32) -> bool {
+    /// Greatest distance from the triangle at which the line crosses it, as a fraction of the greatest coordinate.
+    const ROUNDING: f32 = 1e-5;
+    let mut crossings = Vec::new();
+    if normal == Vec3::ZERO {
+        return true;
+    }
+    shape.crossings(&Ray { origin: middle.into(), direction: normal.into() }, &mut crossings);
+    let distances = || crossings.iter().map(|crossing| crossing.distance_m);
+    let own = distances().min_by(|one, other| one.abs().total_cmp(&other.abs()));
+    match own {
+        Some(own) if crossings.len() % 2 == 0 && own.abs() <= ROUNDING * reach_m => {
+            distances().filter(|distance_m| *distance_m > own).count() % 2 == 0
+        }
+        _ => true,
+    }
+}

@@ -1,0 +1,117 @@
+//! Vertices with normals: one for each smooth part of the surface that meets there.
+//!
+//! The normal is the mean of the faces around the vertex, weighted by their angles (Thürmer & Wüthrich 1998, "Computing
+//! vertex normals from polygonal facets", doi:10.1080/10867651.1998.10487487), of those that are inclined to each other
+//! by less than the crease angle. At a sharper edge the faces have vertices of their own.
+
+use glam::{Vec3, Vec3A};
+
+use crate::bake::surface_mesh::{Facet, SurfaceMesh};
+
+/// Cosine of the angle between faces from which on an edge is sharp, 40°.
+const COS_CREASE: f32 = 0.766;
+/// How far a point of the surface is moved from its vertex towards the middle of the faces around it, as a fraction of
+/// the distance. The field ends at edges, and rounding must not move the point beyond.
+const INSET: f32 = 0.02;
+
+/// Vertices and triangles of a surface.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    /// In m.
+    pub(super) positions: Vec<Vec3>,
+    /// Outward unit normals.
+    pub(super) normals: Vec<Vec3>,
+    /// Points of the surface near the vertices but within their smooth part, in m.
+    pub(super) inset: Vec<Vec3>,
+    /// Counter-clockwise from outside.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Vertices {
+    /// The vertices of a surface with normals.
+    ///
+    /// # Panics
+    ///
+    /// When there are 2³² vertices.
+    pub(super) fn of(mesh: &SurfaceMesh) -> Self {
+        let around = FacetsAround::new(mesh);
+        let mut vertices = Self { triangles: vec![[0; 3]; mesh.facets.len()], ..Self::default() };
+        for vertex in 0..mesh.positions.len() {
+            let first = vertices.positions.len();
+            for &(facet, corner) in around.of(vertex) {
+                let (normal, inset) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.of(vertex));
+                let known = (first..vertices.normals.len()).find(|known| same_bits(vertices.normals[*known], normal));
+                let number = known.unwrap_or_else(|| {
+                    vertices.positions.push(mesh.positions[vertex]);
+                    vertices.normals.push(normal);
+                    vertices.inset.push(inset);
+                    vertices.positions.len() - 1
+                });
+                let number = u32::try_from(number).expect("a mesh in memory has fewer than 2^32 vertices");
+                vertices.triangles[facet as usize][corner as usize] = number;
+            }
+        }
+        vertices
+    }
+}
+
+/// The facets around each vertex, with the corner of the facet that the vertex is.
+struct FacetsAround {
+    /// Those of vertex k are `facets[starts[k]..starts[k + 1]]`.
+    starts: Vec<u32>,
+    facets: Vec<(u32, u8)>,
+}
+
+impl FacetsAround {
+    fn new(mesh: &SurfaceMesh) -> Self {
+        let mut starts = vec![0; mesh.positions.len() + 1];
+        for vertex in mesh.facets.iter().flat_map(|facet| facet.vertices) {
+            starts[vertex as usize + 1] += 1;
+        }
+        for k in 1..starts.len() {
+            starts[k] += starts[k - 1];
+        }
+        let mut next = starts.clone();
+        let mut facets = vec![(0, 0); 3 * mesh.facets.len()];
+        for (number, facet) in (0..).zip(&mesh.facets) {
+            for (corner, vertex) in (0..).zip(facet.vertices) {
+                let place = &mut next[vertex as usize];
+                facets[*place as usize] = (number, corner);
+                *place += 1;
+            }
+        }
+        Self { starts, facets }
+    }
+
+    fn of(&self, vertex: usize) -> &[(u32, u8)] {
+        &self.facets[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
+    }
+}
+
+/// The normal of the smooth part around a vertex that a facet belongs to, and a point within that part.
+fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32, u8)]) -> (Vec3, Vec3) {
+    let position = mesh.positions[vertex];
+    let is_smooth = |other: &Facet| {
+        let cos = facet.normal.dot(other.normal);
+        mesh.ellipsoid.is_some() || cos > COS_CREASE || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
+    };
+    let (mut sum, mut middle, mut count) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    for &(other, corner) in around {
+        let other = &mesh.facets[other as usize];
+        if is_smooth(other) {
+            let [a, b] = [1, 2].map(|step| mesh.positions[other.vertices[(corner as usize + step) % 3] as usize]);
+            sum += other.normal * (a - position).angle_between(b - position).max(0.0);
+            middle += (a + b + position) / 3.0;
+            count += 1.0;
+        }
+    }
+    let inset = position + (middle / count - position) * INSET;
+    match &mesh.ellipsoid {
+        Some(ellipsoid) => (ellipsoid.project(Vec3A::from(position)).normal.into(), position),
+        None => (sum.try_normalize().or(facet.normal.try_normalize()).unwrap_or(Vec3::Z), inset),
+    }
+}
+
+fn same_bits(one: Vec3, other: Vec3) -> bool {
+    one.to_array().map(f32::to_bits) == other.to_array().map(f32::to_bits)
+}
