@@ -13,16 +13,16 @@ use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
-use crate::element::shape;
+use crate::element::{CORNERS, shape};
 use crate::grid::{Cell, Grid, NONE};
 
 /// Orientations: towards either end of each axis.
 const SIDES: usize = 6;
 
 /// Most steps of averaging over neighbouring cells.
-const MOST_STEPS: usize = 32;
+const MOST_STEPS: usize = 6;
 /// Steps that average the noise itself.
-const STEPS_OF_ERROR: usize = 8;
+const STEPS_OF_ERROR: usize = 2;
 
 /// Where the surface elements are, as weights of nodes and orientations.
 #[derive(Debug)]
@@ -94,16 +94,16 @@ impl SurfaceNodes {
     /// then over the cells around each node, adds ½ cell² to the variance of the position, to 1/6 cell² of the shape
     /// functions. After k times the mean is over 1 + 3k times the area, and the error smaller by its root.
     pub(crate) fn denoise(&self, grid: &Grid, values: &mut [f32x4], tolerance: f32) {
-        let areas: Vec<[f32; SIDES]> = self.area_m2.clone();
+        let areas = &self.area_m2;
         let sums = self.averaged(grid, values);
-        let means: Vec<[f32x4; SIDES]> = sums.iter().zip(&areas).map(|(sums, areas)| quotients(sums, areas)).collect();
+        let means: NodeFlux = sums.iter().zip(areas).map(|(sums, areas)| quotients(sums, areas)).collect();
         // Scatter of the elements around the means, of the sum over all wavelengths.
         let mut scatter = vec![[f32x4::ZERO; SIDES]; areas.len()];
         self.visit_elements(grid, &mut |index, place, side, weight| {
             let difference = (values[index] - means[place][side]).reduce_add() * weight;
             scatter[place][side] += f32x4::new([difference * difference, 0.0, 0.0, 0.0]);
         });
-        for ((scatter, means), areas) in scatter.iter_mut().zip(&means).zip(&areas) {
+        for ((scatter, means), areas) in scatter.iter_mut().zip(&means).zip(areas) {
             for side in 0..SIDES {
                 let area = areas[side];
                 let variance = if area > 0.0 { scatter[side].as_array()[0] / (area * area) } else { 0.0 };
@@ -112,8 +112,9 @@ impl SurfaceNodes {
         }
         // A node where no bright sample fell does not know that it misses one: its neighbours do.
         for _ in 0..STEPS_OF_ERROR {
-            scatter = self.spread(grid, &scatter);
+            scatter = self.spread(grid, &scatter, None);
         }
+        let guide: Vec<[f32; SIDES]> = scatter.iter().map(|sides| sides.map(|error| error.as_array()[1])).collect();
         let steps = |scatter: &[f32x4; SIDES]| {
             scatter.map(|error| {
                 let [variance, mean, ..] = error.to_array();
@@ -124,10 +125,13 @@ impl SurfaceNodes {
             })
         };
         let steps: Vec<[f32; SIDES]> = scatter.iter().map(steps).collect();
+        if steps.iter().flatten().all(|steps| *steps <= 0.0) {
+            return;
+        }
         let mut smooth = means.clone();
         let mut result = means;
         for step in 1..=MOST_STEPS {
-            smooth = self.spread(grid, &smooth);
+            smooth = self.spread(grid, &smooth, Some(&guide));
             for ((result, smooth), steps) in result.iter_mut().zip(&smooth).zip(&steps) {
                 for side in 0..SIDES {
                     // The last step counts in part.
@@ -138,11 +142,7 @@ impl SurfaceNodes {
                 }
             }
         }
-        let needs_none = steps.iter().flatten().all(|steps| *steps <= 0.0);
-        if needs_none {
-            return;
-        }
-        for (result, areas) in result.iter_mut().zip(&areas) {
+        for (result, areas) in result.iter_mut().zip(areas) {
             (0..SIDES).for_each(|side| result[side] *= areas[side]);
         }
         for (cell, elements) in grid.surface_cells() {
@@ -154,34 +154,37 @@ impl SurfaceNodes {
     }
 
     /// Averages means at the nodes over the corners of each cell, then over the cells around each node, weighted by
-    /// area and for each orientation apart.
-    fn spread(&self, grid: &Grid, means: &[[f32x4; SIDES]]) -> Vec<[f32x4; SIDES]> {
+    /// area and for each orientation apart. With a guide, nodes count less the more they differ in it: light does not
+    /// leak from a bright surface to a dark one beside it.
+    fn spread(&self, grid: &Grid, means: &NodeFlux, guide: Option<&[[f32; SIDES]]>) -> NodeFlux {
         let cells: Vec<&Cell> = grid.cells.iter().filter(|cell| cell.cut != NONE).collect();
         let of_cell = |cell: &&Cell| {
-            let (mut sums, mut areas) = ([f32x4::ZERO; SIDES], [0.0; SIDES]);
-            for corner in cell.corners {
-                let number = self.number[corner as usize] as usize;
-                for side in 0..SIDES {
-                    let area = self.area_m2[number][side];
-                    sums[side] += means[number][side] * area;
-                    areas[side] += area;
+            let numbers = cell.corners.map(|corner| self.number[corner as usize] as usize);
+            let mut corners = [([f32x4::ZERO; SIDES], [0.0; SIDES]); CORNERS];
+            for ((sums, areas), here) in corners.iter_mut().zip(numbers) {
+                for there in numbers {
+                    for side in 0..SIDES {
+                        let likeness = guide.map_or(1.0, |guide| likeness(guide[here][side], guide[there][side]));
+                        let area = self.area_m2[there][side] * likeness;
+                        sums[side] += means[there][side] * area;
+                        areas[side] += area;
+                    }
                 }
             }
-            (quotients(&sums, &areas), areas)
+            corners
         };
-        let of_cells: Vec<([f32x4; SIDES], [f32; SIDES])> = cells.par_iter().map(of_cell).collect();
-        let mut sums = vec![[f32x4::ZERO; SIDES]; means.len()];
-        let mut areas = vec![[0.0; SIDES]; means.len()];
-        for (cell, (cell_means, cell_areas)) in cells.iter().zip(&of_cells) {
-            for corner in cell.corners {
-                let number = self.number[corner as usize] as usize;
+        let of_cells: Vec<[([f32x4; SIDES], [f32; SIDES]); CORNERS]> = cells.par_iter().map(of_cell).collect();
+        let mut sums = vec![([f32x4::ZERO; SIDES], [0.0; SIDES]); means.len()];
+        for (cell, corners) in cells.iter().zip(&of_cells) {
+            for (corner, (cell_sums, cell_areas)) in cell.corners.iter().zip(corners) {
+                let (sums, areas) = &mut sums[self.number[*corner as usize] as usize];
                 for side in 0..SIDES {
-                    sums[number][side] += cell_means[side] * cell_areas[side];
-                    areas[number][side] += cell_areas[side];
+                    sums[side] += cell_sums[side];
+                    areas[side] += cell_areas[side];
                 }
             }
         }
-        sums.iter().zip(&areas).map(|(sums, areas)| quotients(sums, areas)).collect()
+        sums.iter().map(|(sums, areas)| quotients(sums, areas)).collect()
     }
 
     fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
@@ -210,6 +213,12 @@ impl SurfaceNodes {
 /// Sums over areas; 0 where there is no area.
 fn quotients(sums: &[f32x4; SIDES], areas: &[f32; SIDES]) -> [f32x4; SIDES] {
     std::array::from_fn(|side| if areas[side] > 0.0 { sums[side] / f32x4::splat(areas[side]) } else { f32x4::ZERO })
+}
+
+/// How much two surfaces count as one by their brightness: the square of the ratio of the darker to the brighter.
+fn likeness(one: f32, other: f32) -> f32 {
+    let (least, greatest) = if one < other { (one, other) } else { (other, one) };
+    if greatest > 0.0 { (least.max(0.0) / greatest).powi(2) } else { 1.0 }
 }
 
 /// The three orientations of a normal with their weights.

@@ -47,8 +47,9 @@ pub(crate) fn repeat_if_done(sums: &mut [i128], aovs: Aovs, count: u32, more: u3
     let Some(offset) = aovs.squares_offset().filter(|_| count >= FEWEST_SAMPLES) else { return false };
     let estimate = Estimate::new(sums, &sums[offset..offset + 3], count);
     let is_saturated = sums[offset..offset + 3].contains(&i128::MAX);
-    // A noise that is not a number is not below the target either.
-    if is_saturated || !(estimate.noise() <= target) {
+    // False for a noise that is not a number.
+    let is_low = estimate.noise() <= target;
+    if is_saturated || !is_low {
         return false;
     }
     let (before, after) = (i128::from(count), i128::from(count) + i128::from(more));

@@ -64,6 +64,8 @@ struct WalkLight {
 /// A walk between two scatterings.
 struct Walk<'v> {
     ray: Ray,
+    /// The way out along the first flight, where it is known.
+    way_out: Option<Flight>,
     stream: Stream,
     events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
     lengths: PathLengths,
@@ -112,7 +114,7 @@ impl<'scene> WalkTracer<'scene> {
         let end_depth = self.end_depth(surface, field.transport_length_m());
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], field, end_depth };
         let mut ray = *camera_ray;
-        let Some(mut way_out) = self.surroundings.enter(surface.object, &mut ray).map(Some) else {
+        let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
             // The ray grazes a rim: the surface has no other side.
             return field.mean_radiance(&surface.surface_point());
         };
@@ -122,6 +124,7 @@ impl<'scene> WalkTracer<'scene> {
         let events = events_from(snow.node.events(), stream.uniform());
         let mut walk = Walk {
             ray,
+            way_out: Some(way_out),
             stream,
             events,
             lengths: PathLengths::default(),
@@ -133,7 +136,7 @@ impl<'scene> WalkTracer<'scene> {
         let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
         let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
         loop {
-            let end = self.follow(&mut walk, snow, &mut way_out, near.as_ref(), tangent.as_mut());
+            let end = self.follow(&mut walk, snow, near.as_ref(), tangent.as_mut());
             if let Some(tangent) = tangent.take() {
                 walk.radiance += tangent.correction(surface.shading_normal);
             }
@@ -205,7 +208,6 @@ impl<'scene> WalkTracer<'scene> {
         &mut self,
         walk: &mut Walk,
         snow: Snow,
-        way_out: &mut Option<Flight>,
         near: Option<&NearLight>,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) -> BodyEnd {
@@ -218,7 +220,7 @@ impl<'scene> WalkTracer<'scene> {
                 tangent.fly(&walk.ray, flight_m);
             }
             if end.is_none() {
-                let flight = self.surroundings.fly(snow.object, &walk.ray, flight_m, way_out.take());
+                let flight = self.surroundings.fly(snow.object, &walk.ray, flight_m, walk.way_out.take());
                 walk.lengths.pores_m += f64::from(flight.length_m());
                 end = match flight {
                     Flight::Free(_) => None,

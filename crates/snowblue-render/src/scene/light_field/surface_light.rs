@@ -19,7 +19,7 @@ const MOST_SAMPLES_PER_ELEMENT: usize = 16;
 /// Most samples of a light with extent on a body, which bounds the time.
 const MOST_SAMPLES: usize = 8 << 20;
 /// Relative noise to which sampled light is smoothed.
-pub(super) const NOISE: f32 = 0.02;
+pub(super) const NOISE: f32 = 0.05;
 /// Elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
