@@ -11,6 +11,8 @@ pub(crate) const IGLOO: &str = include_str!("../scenes/fig10_igloo.toml");
 pub(crate) const IGLOO_OPAQUE: &str = include_str!("../scenes/fig10_opaque.toml");
 pub(crate) const DRAGON: &str = include_str!("../scenes/fig11_dragon.toml");
 pub(crate) const BALL: &str = include_str!("../scenes/truth_ball.toml");
+pub(crate) const CORNER: &str = include_str!("../scenes/truth_corner.toml");
+pub(crate) const FLOOR: &str = include_str!("../scenes/truth_floor.toml");
 
 /// Reads one of these scenes.
 pub(crate) fn read(text: &str) -> Result<SceneDescription, RenderError> {

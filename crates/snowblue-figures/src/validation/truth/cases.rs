@@ -1,11 +1,13 @@
-//! The scenes of the comparison: blocks of three thicknesses and a ball, in front of a far and a near lamp.
+//! The scenes of the comparison: blocks of three thicknesses and a ball, in front of a far and a near lamp; and further
+//! scenes, lit from all sides.
 
 use snowblue_render::files::FilesInMemory;
-use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::scene::{IntegratorKind, Scene};
+use snowblue_render::scene::Scene;
+use snowblue_render::scene::description::ShapeDescription;
 use snowblue_render::{RenderError, SceneDescription};
 
 use super::image::SIDE;
+use super::method::Method;
 use crate::scenes;
 
 /// A scene, with the name and the caption of its picture.
@@ -15,8 +17,17 @@ pub(super) struct Case {
     scene: SceneDescription,
     /// Samples per pixel of each reference rendering.
     pub(super) samples: u32,
+    pub(super) group: Group,
     /// Whether it is a block seen straight on.
     pub(super) is_front: bool,
+}
+
+/// Scenes that are judged together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Group {
+    Blocks,
+    Balls,
+    Further,
 }
 
 /// A view of the blocks, with the names of its pictures: far and near lamp, by thickness.
@@ -85,7 +96,7 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
                 let (lamp, view) = (lamp.label, view.label);
                 let caption = format!("A block of {label}, the lamp {lamp} behind its middle, seen {view}");
                 let samples = samples * sample_factor;
-                cases.push(Case { name, caption, scene, samples, is_front });
+                cases.push(Case { name, caption, scene, samples, group: Group::Blocks, is_front });
             }
         }
     }
@@ -93,26 +104,59 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
         let mut scene = scenes::read(scenes::BALL)?;
         scenes::set_lamp_position(&mut scene, position);
-        cases.push(Case { name, caption, scene, samples: 512 * sample_factor, is_front: false });
+        let samples = 512 * sample_factor;
+        cases.push(Case { name, caption, scene, samples, group: Group::Balls, is_front: false });
     }
+    cases.extend(further_cases(sample_factor)?);
     Ok(cases)
 }
 
+/// Scenes with light from the side and the front, small bodies, surfaces that see each other, and a lamp inside.
+fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
+    let case = |name, caption: &str, scene, samples: u32| {
+        let (caption, samples) = (caption.to_owned(), samples * sample_factor);
+        Case { name, caption, scene, samples, group: Group::Further, is_front: false }
+    };
+    let block = |position| {
+        let mut scene = scenes::read(scenes::BLOCK_OBLIQUE)?;
+        scenes::set_thickness(&mut scene, 0.1);
+        scenes::set_lamp_position(&mut scene, position);
+        Ok::<_, RenderError>(scene)
+    };
+    let ball = |radius_m: f64, position: [f64; 3]| {
+        let mut scene = scenes::read(scenes::BALL)?;
+        let scale = radius_m / 0.05;
+        if let Some(camera) = &mut scene.camera {
+            camera.position = camera.position.map(|coordinate| coordinate * scale);
+        }
+        if let ShapeDescription::Sphere(sphere) = &mut scene.objects[0].shape {
+            sphere.radius = radius_m;
+        }
+        scenes::set_lamp_position(&mut scene, position.map(|coordinate| coordinate * scale));
+        Ok::<_, RenderError>(scene)
+    };
+    let far = [0.5, 0.85, 0.2];
+    Ok(vec![
+        case("lit_front_10", "A block of 10 cm, lit from the front", block([0.4, -1.2, 0.5])?, 64),
+        case("lit_side_10", "A block of 10 cm, lit from the left", block([-1.0, 0.15, 0.4])?, 512),
+        case("ball_lit", "A ball 10 cm across, lit from the front", ball(0.05, [0.6, -0.7, 0.3])?, 256),
+        case("ball_2cm", "A ball of 2 cm radius, the lamp behind", ball(0.02, far)?, 512),
+        case("ball_1cm", "A ball of 1 cm radius, the lamp behind", ball(0.01, far)?, 512),
+        case("ball_half_cm", "A ball of .5 cm radius, the lamp behind", ball(0.005, far)?, 512),
+        case("lamp_inside", "A ball 10 cm across, a lamp 2 cm from its middle", ball(0.05, [0.0, 0.02, 0.0])?, 512),
+        case("corner", "A corner of two blocks on a floor, lit from the front", scenes::read(scenes::CORNER)?, 256),
+        case("floor_sky", "A block on a floor under a white sky", scenes::read(scenes::FLOOR)?, 256),
+    ])
+}
+
 impl Case {
-    /// The scene for path tracing.
-    pub(super) fn reference(&self) -> Result<Scene, RenderError> {
-        self.build(self.scene.clone(), IntegratorKind::Reference)
-    }
-
-    /// The scene for PCASnow with a path mode.
-    pub(super) fn pcasnow(&self, mode: PathMode) -> Result<Scene, RenderError> {
+    /// The scene for a way of rendering.
+    pub(super) fn scene(&self, method: Method) -> Result<Scene, RenderError> {
         let mut scene = self.scene.clone();
-        scene.set_path_mode(mode);
-        self.build(scene, IntegratorKind::PcaSnow)
-    }
-
-    fn build(&self, mut scene: SceneDescription, kind: IntegratorKind) -> Result<Scene, RenderError> {
-        scene.integrator.kind = kind;
+        if let Method::PcaSnow(mode) = method {
+            scene.set_path_mode(mode);
+        }
+        scene.integrator.kind = method.integrator();
         scene.integrator.samples_per_pixel = self.samples;
         (scene.film.width, scene.film.height) = (SIDE, SIDE);
         scene.build(snowblue_data::embedded(), &FilesInMemory::default())

@@ -1,4 +1,4 @@
-//! The reference of a scene with its noise, and how far a path mode of PCASnow is from it.
+//! The reference of a scene with its noise, and how far an image is from it.
 
 use snowblue_color::{ColorDifference, Lab, Xyz};
 use snowblue_render::film::exposure::Exposure;

@@ -1,40 +1,30 @@
-//! The four path modes of PCASnow against path-traced references: blocks and a ball in front of a lamp.
+//! PCASnow and the light field against path-traced references: blocks and balls in front of a lamp, and further scenes.
 //!
-//! The reference of a scene is the mean of a few renderings with different seeds; their scatter gives its noise. A mode
-//! is judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over all cells
+//! The reference of a scene is the mean of a few renderings with different seeds; their scatter gives its noise. A
+//! method is judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over all cells
 //! where L₀ exceeds a hundredth of its maximum. The mean square of the noise is subtracted.
 
 mod cases;
 mod comparison;
 mod image;
+mod method;
 mod sheet;
 
 use snowblue_render::RenderError;
-use snowblue_render::scene::Scene;
-use snowblue_render::scene::material::pca_snow::PathMode;
 
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, Rendering};
 use crate::shading::{daylight, wavelengths_nm};
 use crate::table::{Cell, DataTable};
-use cases::{Case, cases};
+use cases::{Case, Group, cases};
 use comparison::{Comparison, Reference, SEEDS};
-use image::{PARTS, TimedImage, render_timed};
-use sheet::ModeImage;
-
-/// Samples per pixel by PCASnow, whose only noise here is that of edges.
-const PCASNOW_SAMPLES: u32 = 256;
-
-const MODES: [(&str, PathMode); 4] = [
-    ("view", PathMode::View),
-    ("normal", PathMode::Normal),
-    ("light", PathMode::Light),
-    ("brightest", PathMode::Brightest),
-];
+use image::{PARTS, render_timed};
+use method::Method;
+use sheet::MethodImage;
 
 const COLUMNS: [&str; 15] = [
     "scene",
-    "path",
+    "method",
     "cells",
     "ratio_5_percent",
     "ratio_median",
@@ -47,36 +37,38 @@ const COLUMNS: [&str; 15] = [
     "noise_of_a_cell",
     "reference_samples",
     "reference_s",
-    "path_s",
+    "method_s",
 ];
 
 /// The figure, with `sample_factor` times the samples in its references.
 pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
     let (mut renderings, mut rows, mut part_rows) = (Vec::new(), Vec::new(), Vec::new());
-    let mut by_mode: Vec<Vec<Comparison>> = MODES.iter().map(|_| Vec::new()).collect();
+    let mut judged = Vec::new();
     let white = daylight(&wavelengths_nm(400, 700, 10))?.white();
     for case in cases(sample_factor)? {
-        let reference = Reference::render(&mut case.reference()?, white);
-        let images = MODES.iter().map(|(mode, path_mode)| {
-            let image = render_pcasnow(&mut case.pcasnow(*path_mode)?);
-            Ok(ModeImage { mode, image })
+        let reference = Reference::render(&mut case.scene(Method::Reference)?, white);
+        let images = Method::COMPARED.map(|method| {
+            let mut scene = case.scene(method)?;
+            scene.set_samples_per_pixel(method.samples());
+            scene.set_seed(SEEDS);
+            Ok(MethodImage { method, image: render_timed(&scene) })
         });
-        let images: Vec<ModeImage> = images.collect::<Result<_, RenderError>>()?;
+        let images: Vec<MethodImage> = images.into_iter().collect::<Result<_, RenderError>>()?;
         let png = sheet::png(&reference, &images)?;
         renderings.push(Rendering { name: case.name, caption: case.caption.clone(), png });
         if case.is_front {
             part_rows.extend(rows_of_parts(&case, &reference, &images));
         }
-        for (ModeImage { mode, image }, comparisons) in images.iter().zip(&mut by_mode) {
+        for MethodImage { method, image } in &images {
             let comparison = reference.compare(image);
-            rows.push(row(&case, mode, &reference, &comparison));
-            comparisons.push(comparison);
+            rows.push(row(&case, *method, &reference, &comparison));
+            judged.push(Judgement { group: case.group, method: *method, comparison });
         }
     }
     Ok(Figure {
-        title: "PCASnow against path tracing",
-        ours: "For each scene, above: the reference, then view, normal, light and brightest, all at the reference's \
-               exposure. Below: their luminance over that of the reference in cells of 4×4 pixels; the first shows two \
+        title: "PCASnow and the light field against path tracing",
+        ours: "For each scene, above: the reference, the path modes of PCASnow, diffusion and hybrid, all at the \
+               reference's exposure. Below: their luminance over that of the reference in cells of 4×4 pixels; the first shows two \
                standard errors of the reference on the same scale. Grains of 400 µm, facetness .3, 300 kg/m³, a point \
                light of D65."
             .to_owned(),
@@ -85,19 +77,19 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
             .to_owned(),
         drawing: Drawing::Renderings(renderings),
         numbers: DataTable::new(&COLUMNS, rows),
-        tables: vec![summary(&by_mode), parts_table(part_rows)],
+        tables: vec![summary(&judged), parts_table(part_rows)],
         warning: None,
     })
 }
 
-/// Renders a scene by PCASnow.
-fn render_pcasnow(scene: &mut Scene) -> TimedImage {
-    scene.set_samples_per_pixel(PCASNOW_SAMPLES);
-    scene.set_seed(SEEDS);
-    render_timed(scene)
+/// How a method renders a scene.
+struct Judgement {
+    group: Group,
+    method: Method,
+    comparison: Comparison,
 }
 
-fn row(case: &Case, mode: &str, reference: &Reference, comparison: &Comparison) -> Vec<Cell> {
+fn row(case: &Case, method: Method, reference: &Reference, comparison: &Comparison) -> Vec<Cell> {
     let [low, median, high] = comparison.ratios;
     let cells = reference.lit_cells.len() as f64;
     let noise_squares: f64 = reference.lit_cells.iter().map(|cell| reference.noise[*cell].powi(2)).sum();
@@ -106,7 +98,7 @@ fn row(case: &Case, mode: &str, reference: &Reference, comparison: &Comparison) 
         low,
         median,
         high,
-        comparison.mean_square_log.max(0.0).sqrt(),
+        signed_root(comparison.mean_square_log),
         comparison.energy,
         comparison.delta_e,
         reference.noise_delta_e,
@@ -116,42 +108,57 @@ fn row(case: &Case, mode: &str, reference: &Reference, comparison: &Comparison) 
         reference.mean.seconds,
         comparison.seconds,
     ];
-    [case.name, mode].map(Cell::word).into_iter().chain(values.map(Cell::Number)).collect()
+    [case.name, method.name()].map(Cell::word).into_iter().chain(values.map(Cell::Number)).collect()
 }
 
-/// Each mode over all scenes, with equal weights.
-fn summary(by_mode: &[Vec<Comparison>]) -> FigureTable {
-    let row = |(comparisons, (mode, _)): (&Vec<Comparison>, (&str, PathMode))| {
-        let mean =
-            |value: &dyn Fn(&Comparison) -> f64| comparisons.iter().map(value).sum::<f64>() / comparisons.len() as f64;
-        let worst = comparisons.iter().map(|one| one.energy.ln().abs()).fold(0.0, f64::max).exp();
+/// The root of a mean square, negative where noise made that negative.
+fn signed_root(square: f64) -> f64 {
+    square.abs().sqrt().copysign(square)
+}
+
+/// Each method over the scenes of each group, with equal weights.
+fn summary(judged: &[Judgement]) -> FigureTable {
+    let row = |method: Method| {
+        let chosen = |groups: &[Group]| -> Vec<&Comparison> {
+            let of_method = judged.iter().filter(|one| one.method == method && groups.contains(&one.group));
+            of_method.map(|one| &one.comparison).collect()
+        };
+        let mean = |chosen: &[&Comparison], value: &dyn Fn(&Comparison) -> f64| {
+            chosen.iter().map(|one| value(one)).sum::<f64>() / chosen.len() as f64
+        };
+        let rms = |groups: &[Group]| format!("{:.3}", signed_root(mean(&chosen(groups), &|one| one.mean_square_log)));
+        let all = chosen(&[Group::Blocks, Group::Balls, Group::Further]);
+        let worst = all.iter().map(|one| one.energy.ln().abs()).fold(0.0, f64::max).exp();
         vec![
-            mode.to_owned(),
-            format!("{:.3}", mean(&|one| one.mean_square_log).max(0.0).sqrt()),
-            format!("{:.2}", mean(&|one| one.delta_e)),
-            format!("{:.2}", mean(&|one| one.hue_delta_e)),
-            format!("{:.2}", mean(&|one| one.energy.ln()).exp()),
+            method.name().to_owned(),
+            rms(&[Group::Blocks]),
+            rms(&[Group::Balls]),
+            rms(&[Group::Further]),
+            format!("{:.2}", mean(&all, &|one| one.delta_e)),
+            format!("{:.2}", mean(&all, &|one| one.hue_delta_e)),
+            format!("{:.2}", mean(&all, &|one| one.energy.ln()).exp()),
             format!("{worst:.2}"),
         ]
     };
     let columns = [
-        "Path",
-        "RMS of ln ratio",
+        "Method",
+        "RMS of ln ratio, blocks",
+        "Balls",
+        "Further scenes",
         "Mean ΔE00",
         "ΔE00 of all light",
         "Energy ratio",
         "Worst energy ratio or its inverse",
     ];
-    let rows = by_mode.iter().zip(MODES).map(row).collect();
-    FigureTable::of_words("modes", "Path modes over all scenes", &columns, rows)
+    FigureTable::of_words("methods", "Methods over all scenes", &columns, Method::COMPARED.map(row).into())
 }
 
-/// Luminance of each mode over that of the reference in the parts of a block.
-fn rows_of_parts(case: &Case, reference: &Reference, images: &[ModeImage]) -> Vec<Vec<String>> {
+/// Luminance by each method over that of the reference in the parts of a block.
+fn rows_of_parts(case: &Case, reference: &Reference, images: &[MethodImage]) -> Vec<Vec<String>> {
     let rows = PARTS.iter().zip(&reference.parts).map(|(part, expected)| {
         let ratios = images
             .iter()
-            .map(|ModeImage { image, .. }| format!("{:.2}", part.luminance(&image.pixels) / expected.luminance));
+            .map(|MethodImage { image, .. }| format!("{:.2}", part.luminance(&image.pixels) / expected.luminance));
         let words = [case.name.to_owned(), part.name.to_owned(), format!("{:.2}", expected.relative_error)];
         words.into_iter().chain(ratios).collect()
     });
@@ -159,6 +166,7 @@ fn rows_of_parts(case: &Case, reference: &Reference, images: &[ModeImage]) -> Ve
 }
 
 fn parts_table(rows: Vec<Vec<String>>) -> FigureTable {
-    let columns = ["Block", "Part", "Noise of the reference", "view", "normal", "light", "brightest"];
+    let methods = Method::COMPARED.map(Method::name);
+    let columns: Vec<&str> = ["Block", "Part", "Noise of the reference"].into_iter().chain(methods).collect();
     FigureTable::of_words("parts", "Luminance over that of the reference, straight on", &columns, rows)
 }

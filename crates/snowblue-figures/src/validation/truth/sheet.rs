@@ -1,4 +1,4 @@
-//! A sheet that shows the reference and the path modes of a scene side by side.
+//! A sheet that shows the reference and the methods for a scene side by side.
 
 use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_render::RenderError;
@@ -9,16 +9,19 @@ use snowblue_render::swatch::lettering::{Lettering, TextOrigin};
 
 use super::comparison::Reference;
 use super::image::{SIDE, TimedImage, cell_of, cells, film};
+use super::method::Method;
 use crate::figure::SOFTWARE;
 
-/// An image by a path mode, with the mode's name.
-pub(super) struct ModeImage {
-    pub(super) mode: &'static str,
+/// An image by a method.
+pub(super) struct MethodImage {
+    pub(super) method: Method,
     pub(super) image: TimedImage,
 }
 
 /// Magnification of the images.
 const ZOOM: u32 = 9;
+/// Images on the sheet side by side: the reference, and each method.
+const COLUMNS: u32 = 1 + Method::COMPARED.len() as u32;
 /// Side of an image on the sheet, and the gap between images, in pixels.
 const SHOWN: u32 = SIDE * ZOOM;
 const GAP: u32 = 14;
@@ -36,9 +39,9 @@ const INK: Srgb8 = Srgb8 { r: 40, g: 44, b: 52 };
 const DARK: Srgb8 = Srgb8 { r: 120, g: 120, b: 120 };
 
 /// The images of a scene above, and their ratios to the reference below, as the bytes of a PNG file.
-pub(super) fn png(reference: &Reference, images: &[ModeImage]) -> Result<Vec<u8>, RenderError> {
+pub(super) fn png(reference: &Reference, images: &[MethodImage]) -> Result<Vec<u8>, RenderError> {
     let exposure = Exposure::Stops(film(&reference.mean.pixels).display_factor(Exposure::Auto).log2());
-    let (width, height) = (5 * (SHOWN + GAP) + SCALE, HEAD + 2 * SHOWN + GAP);
+    let (width, height) = (COLUMNS * (SHOWN + GAP) + SCALE, HEAD + 2 * SHOWN + GAP);
     let mut page = RasterImage::filled(width, height, PAPER);
     let mut column = |number: u32, title: &str, image: &TimedImage, below: &dyn Fn(usize) -> Srgb8| {
         let (left, lower) = (number * (SHOWN + GAP), HEAD + SHOWN + GAP);
@@ -57,12 +60,12 @@ pub(super) fn png(reference: &Reference, images: &[ModeImage]) -> Result<Vec<u8>
     // Noise on the same scale: two standard errors above equality.
     let noise: Vec<f64> = reference.noise.iter().map(|noise| 1.0 + 2.0 * noise).collect();
     column(0, "reference, noise", &reference.mean, &|pixel| shown(&noise, pixel));
-    for (number, ModeImage { mode, image }) in (1..).zip(images) {
+    for (number, MethodImage { method, image }) in (1..).zip(images) {
         let light = cells(&image.pixels);
         let ratios: Vec<f64> = light.iter().zip(&reference.cells).map(|(light, truth)| light.y / truth.y).collect();
-        column(number, mode, image, &|pixel| shown(&ratios, pixel));
+        column(number, method.name(), image, &|pixel| shown(&ratios, pixel));
     }
-    draw_scale(&mut page, (5 * (SHOWN + GAP), HEAD + SHOWN + GAP));
+    draw_scale(&mut page, (COLUMNS * (SHOWN + GAP), HEAD + SHOWN + GAP));
     image_file::png_bytes(&page, &[("Software", SOFTWARE)])
 }
 
