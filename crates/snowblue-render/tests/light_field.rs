@@ -18,6 +18,7 @@ use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::light::Light;
+use snowblue_stat::Moments;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
 use snowblue_transport::quadrature::Quadrature;
 use snowblue_transport::sample::SnowSample;
@@ -142,8 +143,8 @@ fn cells(film: &Film) -> [f64; 4] {
 
 #[test]
 fn light_depends_neither_on_the_size_of_the_cells_nor_on_their_orientation() {
-    let known = cells(&backlit("diffusion", 0.0, "step_mm = 12", 1));
-    for (turn_deg, settings) in [(0.0, "step_mm = 6"), (30.0, "step_mm = 12"), (77.0, "step_mm = 12")] {
+    let known = cells(&backlit("diffusion", 0.0, "step_mm = 6", 1));
+    for (turn_deg, settings) in [(0.0, "step_mm = 3"), (30.0, "step_mm = 6"), (77.0, "step_mm = 6")] {
         for (cell, known) in cells(&backlit("diffusion", turn_deg, settings, 1)).iter().zip(known) {
             assert!((cell / known - 1.0).abs() < 0.02, "{turn_deg}° {settings}: {cell} {known}");
         }
@@ -170,10 +171,10 @@ fn walks_have_little_noise_on_flat_faces() {
 #[test]
 fn lamp_and_camera_can_be_exchanged() {
     let directions = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.36, 0.48, 0.8)];
-    let total = |integrator: &str, to_lamp: Vec3A, to_camera: Vec3A| {
+    let total = |integrator: &str, seed: u32, to_lamp: Vec3A, to_camera: Vec3A| {
         let text = format!(
             "[camera]\nposition = {:?}\nlook_at = [0, 0, 0]\nvertical_fov_deg = 0.35\n\
-             [film]\nwidth = 24\nheight = 24\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\n\
+             [film]\nwidth = 24\nheight = 24\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\nseed = {seed}\n\
              type = \"{integrator}\"\n[[light]]\ntype = \"directional\"\ndirection = {:?}\nirradiance_w_m2 = 1\n\
              illuminant = \"E\"\n{SNOW}{}",
             (to_camera * 20.0).to_array(),
@@ -184,11 +185,18 @@ fn lamp_and_camera_can_be_exchanged() {
         let film = render(&file.build(&table()).unwrap(), &|_| {}).film;
         film.pixels().iter().map(|xyz| xyz.y).sum::<f64>()
     };
-    for (integrator, tolerance) in [("diffusion", 0.03), ("hybrid", 0.02)] {
-        let [there, back] =
-            [[0, 1], [1, 0]].map(|[lamp, camera]| total(integrator, directions[lamp], directions[camera]));
-        // Edges of pixels leave a noise of .3 %. What remains is the error of diffusion at the edges of the block.
-        assert!((there / back - 1.0).abs() < tolerance, "{integrator}: {there} {back}");
+    for (integrator, seeds) in [("diffusion", 4), ("hybrid", 6)] {
+        let [there, back] = [[0, 1], [1, 0]].map(|[lamp, camera]| {
+            let mut totals = Moments::default();
+            (1..=seeds).for_each(|seed| totals.push(total(integrator, seed, directions[lamp], directions[camera])));
+            totals
+        });
+        // Diffusion errs by 2 % at the edges of so small a block. The rest is noise: at edges, light that a grain
+        // scatters forwards is found rarely.
+        let error = there.standard_error().hypot(back.standard_error());
+        let difference = (there.mean() - back.mean()).abs();
+        assert!(difference < 0.02 * back.mean() + 3.0 * error, "{integrator}: {there:?} {back:?}");
+        assert!(error < 0.02 * back.mean(), "{integrator}: {error}");
     }
 }
 
