@@ -161,9 +161,10 @@ impl SnowBody {
         SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.smooth(&self.grid, values)).collect())
     }
 
-    /// Takes the noise off a quantity of the surface elements that was sampled at random, for each group of wavelengths:
-    /// averages it over as much of the surface around each element as brings its standard error below `tolerance` of
-    /// its mean, but not over more than some two cells in each direction, nor across an edge of light and shadow.
+    /// Takes the noise off a quantity of the surface elements that was sampled at random, for each group of
+    /// wavelengths: averages it over as much of the surface around each element as brings its standard error below
+    /// `tolerance` of its mean, but not over more than some two cells in each direction, nor across
+    /// an edge of light and shadow.
     pub fn denoise(&self, elements: &mut [Vec<f32x4>], tolerance: f32) {
         elements.par_iter_mut().for_each(|values| self.surface_nodes.denoise(&self.grid, values, tolerance));
     }

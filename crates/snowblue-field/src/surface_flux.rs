@@ -87,8 +87,8 @@ impl SurfaceNodes {
         if area_m2 > 0.0 { sum / f32x4::splat(area_m2) } else { f32x4::ZERO }
     }
 
-    /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many cells
-    /// around each as bring its standard error below `tolerance` of its mean.
+    /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many
+    /// cells around each as bring its standard error below `tolerance` of its mean.
     ///
     /// The error at a node follows from the scatter of the elements around it. Averaging over the corners of each cell,
     /// then over the cells around each node, adds ½ cell² to the variance of the position, to 1/6 cell² of the shape

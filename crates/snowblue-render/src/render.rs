@@ -17,7 +17,8 @@
 //!
 //! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the
 //! order of the samples. So an image has the same bits on any number of threads, in one run or several, from one file
-//! or from parts.
+//! or from parts. With a noise target, parts and runs that stop at other samples decide apart which pixels are done,
+//! and only the number of threads does not matter.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -139,12 +140,8 @@ pub fn render_missing(
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: start..end, ..target.clone() };
         let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
-        statistics = statistics.plus(render_pass(
-            RowRenderer { scene, tables: &tables, first_sample: target.samples.start },
-            &blocks,
-            accumulator,
-            control,
-        ));
+        statistics =
+            statistics.plus(render_pass(RowRenderer { scene, tables: &tables }, &blocks, accumulator, control));
         start = end;
     }
     statistics
@@ -181,6 +178,8 @@ fn render_pass(
     control: RenderControl,
 ) -> Statistics {
     let (window, aovs) = (accumulator.window().clone(), accumulator.aovs());
+    let counts = renderer.scene.integrator.noise_target.map_or(Vec::new(), |_| accumulator.sample_counts());
+    let width = window.size().width as usize;
     let finished: Vec<Option<Statistics>> = accumulator
         .par_rows_mut()
         .zip(window.rows.clone())
@@ -189,7 +188,10 @@ fn render_pass(
             if here.is_empty() || (control.stop)() {
                 return None;
             }
-            let statistics = renderer.render(row, &here, Row { aovs, first_column: window.columns.start, sums });
+            let start = (row - window.rows.start) as usize * width;
+            let counts = counts.get(start..start + width).unwrap_or_default();
+            let statistics =
+                renderer.render(row, &here, Row { aovs, first_column: window.columns.start, sums, counts });
             let count = here.iter().map(|block| block.count() / u64::from(block.rows.end - block.rows.start)).sum();
             (control.progress)(Progress { samples_done: count, samples: count });
             Some(statistics)
@@ -211,6 +213,8 @@ struct Row<'sums> {
     first_column: u32,
     /// The sums of all its pixels.
     sums: &'sums mut [i128],
+    /// The number of samples in the sums of each pixel, if there is a noise target.
+    counts: &'sums [u64],
 }
 
 /// Renders rows of an image.
@@ -218,14 +222,12 @@ struct Row<'sums> {
 struct RowRenderer<'scene> {
     scene: &'scene Scene,
     tables: &'scene LightTables,
-    /// Number of the first sample of all pixels.
-    first_sample: u32,
 }
 
 impl RowRenderer<'_> {
     /// Adds the samples of some blocks to a row.
     fn render(&self, row_number: u32, blocks: &[&SampleBlock], row: Row) -> Statistics {
-        let Row { aovs, first_column, sums } = row;
+        let Row { aovs, first_column, sums, counts } = row;
         let mut integrator = Integrator::new(self.scene, self.tables);
         // Its queries are not part of the light transport and do not count.
         let mut first_hits = aovs.need_first_hit().then(|| SceneQueries::new(&self.scene.objects));
@@ -236,8 +238,8 @@ impl RowRenderer<'_> {
             let start = (block.columns.start - first_column) as usize * sum_count;
             for (column, sums) in block.columns.clone().zip(sums[start..].chunks_exact_mut(sum_count)) {
                 if let Some(target) = self.scene.integrator.noise_target {
-                    let (count, more) = (block.samples.start - self.first_sample, range_length(&block.samples));
-                    if repeat_if_done(sums, aovs, count, more, target) {
+                    let count = counts[(column - first_column) as usize];
+                    if repeat_if_done(sums, aovs, [count, range_length(&block.samples).into()], target) {
                         continue;
                     }
                 }

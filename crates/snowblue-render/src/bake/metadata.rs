@@ -66,7 +66,7 @@ fn glsl(object: &BakedObject, attributes: &[(String, &'static str)]) -> String {
     let names: Vec<&str> = attributes.iter().map(|(name, _)| name.as_str()).collect();
     format!(
         "vec3 radiance = (irradiance + ({k0:.6} + mu * ({k1:.6} + mu * ({k2:.6} + mu * ({k3:.6})))) * ({})) / \
-         3.14159265; // mu: cosine between normal and direction to the eye; irradiance: direct light on the surface",
+         3.14159265; // mu: cosine between normal and direction to the eye; irradiance: of all light on the surface",
         names.join(" + ")
     )
 }

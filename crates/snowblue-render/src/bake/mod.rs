@@ -244,6 +244,9 @@ fn surfaces(
             return Err(too_many);
         }
         let Vertices { positions, normals, inset, triangles } = Vertices::of(&mesh);
+        if positions.is_empty() {
+            continue;
+        }
         count += positions.len();
         if count > most_vertices {
             return Err(too_many);

@@ -14,7 +14,8 @@ use crate::bake::surface_mesh::{Facet, SurfaceMesh};
 /// `most_vertices`.
 pub(super) fn subdivide(mesh: &mut SurfaceMesh, step_m: f32, most_vertices: usize) -> bool {
     loop {
-        if mesh.positions.len() > most_vertices {
+        // A closed surface has twice as many facets as vertices; a hostile one may repeat them.
+        if mesh.positions.len() > most_vertices || mesh.facets.len() > 4 * most_vertices {
             return false;
         }
         let before = mesh.positions.len();
@@ -44,7 +45,9 @@ impl Midpoints {
     /// The vertex in the middle of an edge; none if the edge is short enough.
     fn of(&mut self, [a, b]: [u32; 2], mesh: &mut SurfaceMesh) -> Option<u32> {
         let ends = [a.min(b), a.max(b)].map(|vertex| mesh.positions[vertex as usize]);
-        if ends[0].distance(ends[1]) <= self.step_m {
+        let middle = ends[0].midpoint(ends[1]);
+        // Far from the origin an edge may have no point between its ends.
+        if ends[0].distance(ends[1]) <= self.step_m || middle == ends[0] || middle == ends[1] {
             return None;
         }
         Some(*self.of_edge.entry([a.min(b), a.max(b)]).or_insert_with(|| mesh.add_midpoint(ends)))

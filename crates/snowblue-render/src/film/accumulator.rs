@@ -109,7 +109,7 @@ impl FilmAccumulator {
     }
 
     /// Number of samples of each pixel of the window, row by row.
-    fn sample_counts(&self) -> Vec<u64> {
+    pub(crate) fn sample_counts(&self) -> Vec<u64> {
         let size = self.window.size();
         let width = size.width as usize;
         let mut counts = vec![0; size.pixel_count()];

@@ -1,7 +1,7 @@
 //! Single scattering in snow, exact where the half-space is not: at edges and rims.
 //!
-//! The reflection function R₀ holds for a flat, evenly lit half-space. Most of what it misses near an edge is light that
-//! scatters once. Along a ray that enters at X, with the scattering at Y and the lights' irradiance E⊥,
+//! The reflection function R₀ holds for a flat, evenly lit half-space. Most of what it misses near an edge is light
+//! that scatters once. Along a ray that enters at X, with the scattering at Y and the lights' irradiance E⊥,
 //!
 //! ```text
 //! ∫ κ e^{−κs} P(Y) E⊥(Y) e^{−κ d(Y)} ds,      half-space: d = s μ/μ₀, P and E⊥ of X.

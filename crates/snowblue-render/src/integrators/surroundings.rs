@@ -65,16 +65,17 @@ impl<'scene> Surroundings<'scene> {
             body.is_none() || list.iter().position(|other| other.body == *body) == Some(index)
         };
         let bodies = (0..list.len()).filter(|&index| is_snow(&list[index]) && is_first(index));
+        let are_near = |index: usize, solid: usize| match (list[index].shape.bounds(), list[solid].shape.bounds()) {
+            (Some(one), Some(other)) => {
+                (one.low - TOUCH_DISTANCE_M).cmple(other.high).all()
+                    && (other.low - TOUCH_DISTANCE_M).cmple(one.high).all()
+            }
+            _ => true,
+        };
+        // Flights cross all objects of a body.
         let near = |index: usize| {
-            let bounds = list[index].shape.bounds();
-            let near = |solid: &usize| match (bounds, list[*solid].shape.bounds()) {
-                (Some(one), Some(other)) => {
-                    (one.low - TOUCH_DISTANCE_M).cmple(other.high).all()
-                        && (other.low - TOUCH_DISTANCE_M).cmple(one.high).all()
-                }
-                _ => true,
-            };
-            if is_snow(&list[index]) { solids.iter().copied().filter(near).collect() } else { Vec::new() }
+            let is_near = |solid: &usize| scene.objects.body_of(index).iter().any(|member| are_near(*member, *solid));
+            if is_snow(&list[index]) { solids.iter().copied().filter(is_near).collect() } else { Vec::new() }
         };
         Self {
             scene,

@@ -77,8 +77,8 @@ pub(crate) struct Render {
     /// Samples per pixel [1–16777216], instead of the scene's
     #[arg(long, value_name = "N")]
     spp: Option<u32>,
-    /// Standard error of a pixel relative to its luminance [0.0001–1] below which it gets no further samples, instead of
-    /// the scene's; --spp is then the greatest number
+    /// Standard error of a pixel relative to its luminance [0.0001–1] below which it gets no further samples, instead
+    /// of the scene's; --spp is then the greatest number
     #[arg(long, value_name = "FRACTION")]
     noise_target: Option<f64>,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'

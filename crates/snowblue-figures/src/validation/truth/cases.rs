@@ -3,7 +3,7 @@
 
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::description::ShapeDescription;
+use snowblue_render::scene::description::{LightSource, ShapeDescription, SphereLightDescription};
 use snowblue_render::{RenderError, SceneDescription};
 
 use super::image::SIDE;
@@ -135,6 +135,14 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         scenes::set_lamp_position(&mut scene, position.map(|coordinate| coordinate * scale));
         Ok::<_, RenderError>(scene)
     };
+    // Random walks find no lamp that is a point inside snow.
+    let mut lamp_inside = ball(0.05, [0.0; 3])?;
+    lamp_inside.lights[0].source = LightSource::Sphere(SphereLightDescription {
+        position: [0.0, 0.02, 0.0],
+        radius: 0.008,
+        radiance_w_m2_sr: 1000.0,
+        visible: true,
+    });
     let far = [0.5, 0.85, 0.2];
     Ok(vec![
         case("lit_front_10", "A block of 10 cm, lit from the front", block([0.4, -1.2, 0.5])?, 64),
@@ -143,7 +151,7 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         case("ball_2cm", "A ball of 2 cm radius, the lamp behind", ball(0.02, far)?, 512),
         case("ball_1cm", "A ball of 1 cm radius, the lamp behind", ball(0.01, far)?, 512),
         case("ball_half_cm", "A ball of .5 cm radius, the lamp behind", ball(0.005, far)?, 512),
-        case("lamp_inside", "A ball 10 cm across, a lamp 2 cm from its middle", ball(0.05, [0.0, 0.02, 0.0])?, 512),
+        case("lamp_inside", "A ball 10 cm across, a lamp of 8 mm radius 2 cm from its middle", lamp_inside, 512),
         case("corner", "A corner of two blocks on a floor, lit from the front", scenes::read(scenes::CORNER)?, 256),
         case("floor_sky", "A block on a floor under a white sky", scenes::read(scenes::FLOOR)?, 256),
     ])

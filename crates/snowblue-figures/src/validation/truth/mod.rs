@@ -1,8 +1,8 @@
 //! PCASnow and the light field against path-traced references: blocks and balls in front of a lamp, and further scenes.
 //!
 //! The reference of a scene is the mean of a few renderings with different seeds; their scatter gives its noise. A
-//! method is judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over all cells
-//! where L₀ exceeds a hundredth of its maximum. The mean square of the noise is subtracted.
+//! method is judged by ln(L/L₀), where L is its luminance in a cell of 4×4 pixels and L₀ that of the reference, over
+//! all cells where L₀ exceeds a hundredth of its maximum. The mean square of the noise is subtracted.
 
 mod cases;
 mod comparison;
@@ -68,9 +68,9 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
     Ok(Figure {
         title: "PCASnow and the light field against path tracing",
         ours: "For each scene, above: the reference, the path modes of PCASnow, diffusion and hybrid, all at the \
-               reference's exposure. Below: their luminance over that of the reference in cells of 4×4 pixels; the first shows two \
-               standard errors of the reference on the same scale. Grains of 400 µm, facetness .3, 300 kg/m³, a point \
-               light of D65."
+               reference's exposure. Below: their luminance over that of the reference in cells of 4×4 pixels; the \
+               first shows two standard errors of the reference on the same scale. Grains of 400 µm, facetness .3, \
+               300 kg/m³, a point light of D65."
             .to_owned(),
         paper: "Judges its pictures by eye, and its curves against its light transport model; it has no path-traced \
                 picture of a block."

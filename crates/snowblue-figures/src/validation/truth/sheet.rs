@@ -21,6 +21,7 @@ pub(super) struct MethodImage {
 /// Magnification of the images.
 const ZOOM: u32 = 9;
 /// Images on the sheet side by side: the reference, and each method.
+#[expect(clippy::cast_possible_truncation, reason = "a few")]
 const COLUMNS: u32 = 1 + Method::COMPARED.len() as u32;
 /// Side of an image on the sheet, and the gap between images, in pixels.
 const SHOWN: u32 = SIDE * ZOOM;

@@ -190,7 +190,9 @@ impl<'scene> PathIntegrator<'scene> {
                     light += self.reflected::<C>(vertex, index, &sample, incident);
                 }
                 if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
-                    let factor = singles.correction(point, &sample, incident.as_ref());
+                    // The half-space that the ray enters is that of the geometric normal.
+                    let on_plane = incident.and_then(|_| sample.incident_at(&vertex.surface.surface_point()));
+                    let factor = singles.correction(point, &sample, on_plane.as_ref());
                     radiance += source.power(&sample.origin) * factor;
                 }
             }
@@ -225,7 +227,7 @@ impl<'scene> PathIntegrator<'scene> {
                 }
             }
         };
-        let has_field = self.scene.light_field.is_some();
+        let has_field = matches!(shading, Shading::Field(_));
         Vertex { surface, normal: if has_field { surface.shading_normal } else { surface.normal }, shading }
     }
 

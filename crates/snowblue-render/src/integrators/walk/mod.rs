@@ -144,7 +144,9 @@ impl<'scene> WalkTracer<'scene> {
                 BodyEnd::Inside => return walk.radiance,
                 BodyEnd::Outside(surface) => {
                     let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths);
-                    let irradiance = near.as_ref().map_or(Spectrum::ZERO, |near| near.diffuse_irradiance(&surface));
+                    let irradiance = near
+                        .as_ref()
+                        .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
                     walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
                     return walk.radiance;
                 }
@@ -280,8 +282,8 @@ impl<'scene> WalkTracer<'scene> {
         let point = walk.ray.origin;
         for index in 0..self.lights.len() {
             let WalkLight { sample, power } = self.lights[index];
-            // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep inside,
-            // there is nothing to compute.
+            // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep
+            // inside, there is nothing to compute.
             let chance = walk.stream.uniform();
             let seen_m = narrow(-chance.ln() / snow.node.extinction_per_m());
             if let Some(tangent) = &mut tangent {
@@ -324,8 +326,8 @@ impl<'scene> WalkTracer<'scene> {
     }
 }
 
-/// Depth below the entry of the point that the light of the half-space is matched to, in transport mean free paths: near
-/// the ends of walks.
+/// Depth below the entry of the point that the light of the half-space is matched to, in transport mean free paths:
+/// near the ends of walks.
 fn match_depth_lengths(end_depth: EndDepth) -> f32 {
     end_depth.lengths() + 1.0
 }

@@ -1,7 +1,7 @@
 //! The half-space of snow that is tangent to a body at the entry of a walk, as a control variate.
 //!
-//! With the irradiances F by lights that shine on the entry, the diffuse irradiance H, and a fluence rate that is linear
-//! inside, the half-space without absorption sends out exactly
+//! With the irradiances F by lights that shine on the entry, the diffuse irradiance H, and a fluence rate that is
+//! linear inside, the half-space without absorption sends out exactly
 //!
 //! ```text
 //! L = Σ R₀ F + H/π + K J/π + ℓ* C ∇φ·t/4π,   J = (φ_s − 4E)/3q,   E = Σ K F + H,

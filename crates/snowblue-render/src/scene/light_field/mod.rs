@@ -401,15 +401,19 @@ impl BodyField {
     /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
     /// reflection function reflects.
     pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
         let flux = self.flux(surface.point, surface.normal) * (self.escape(cos_exit) * FRAC_1_PI);
-        let diffuse = self.sum(|lit| {
-            let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
-            Some(self.spectrum(groups, &lit.scale))
-        });
-        let mut sum = diffuse * FRAC_1_PI;
+        let mut sum = self.diffuse_irradiance(surface) * FRAC_1_PI;
         sum += flux;
         sum
+    }
+
+    /// The irradiance H by uniform skies and other surfaces, in W m⁻² as a band density.
+    pub(crate) fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        self.sum(|lit| {
+            let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
+            Some(self.spectrum(groups, &lit.scale))
+        })
     }
 
     /// Radiance that leaves a surface point, the same in all directions: the exitance over π.

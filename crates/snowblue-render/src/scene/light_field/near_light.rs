@@ -107,7 +107,7 @@ impl<'f> NearFluence<'f> {
         let spectrum = if is_positive { field.spectrum(fluence.iter().copied(), &lit.scale) } else { lit.scale };
         let reciprocal = |index: usize| {
             let value = spectrum.0[index];
-            if value > 0.0 { value.recip() } else { 0.0 }
+            if value >= f32::MIN_POSITIVE { value.recip() } else { 0.0 }
         };
         let reciprocals = field.nodes.gather(reciprocal).collect();
         Some(Self { lit, spectrum, reciprocals, fluence, gradient, diffuse })
