@@ -6,7 +6,7 @@ use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
-use crate::grid::{Cell, Grid};
+use crate::grid::{Cell, Grid, INWARD};
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
@@ -163,8 +163,8 @@ impl SnowBody {
 
     /// Takes the noise off a quantity of the surface elements that was sampled at random, for each group of
     /// wavelengths: averages it over as much of the surface around each element as brings its standard error below
-    /// `tolerance` of its mean, but not over more than some two cells in each direction, nor across
-    /// an edge of light and shadow.
+    /// `tolerance` of its mean, but not over more than some two cells in each direction, nor across an edge of light
+    /// and shadow.
     pub fn denoise(&self, elements: &mut [Vec<f32x4>], tolerance: f32) {
         elements.par_iter_mut().for_each(|values| self.surface_nodes.denoise(&self.grid, values, tolerance));
     }
@@ -223,8 +223,6 @@ impl SnowBody {
     /// The cell at a point of the surface.
     #[inline]
     fn find(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
-        /// Steps inward, in cells, until one meets a cell: the surface of a mesh may be just outside of all.
-        const INWARD: [f64; 4] = [1e-6, 0.1, 0.5, 1.0];
         let step = self.grid.lattice.step;
         INWARD.iter().find_map(|inward| self.grid.find(point - normal * step * *inward))
     }

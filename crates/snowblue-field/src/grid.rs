@@ -16,6 +16,10 @@ use crate::scan::{Coverage, SurfaceElement, coverage, surface};
 /// Marks the absence of a cell or node.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// How far inwards from the surface, in cells, its cell is looked for: the surface may lie on the face of a cell, just
+/// outside of all, or where the body fills so little of a cell that its sampled volume is zero. Light cannot enter by a
+/// cell without volume.
+pub(crate) const INWARD: [f64; 4] = [1e-6, 0.1, 0.5, 1.0];
 /// Cells of the same level around a block of eight that may become one larger cell.
 const RING: usize = 3;
 /// Most levels of coarsening.
@@ -72,7 +76,6 @@ impl Grid {
     /// Divides a body into cells of at most `step_m` at its surface.
     pub(crate) fn new(body: &dyn Body, step_m: f64, shift: DVec3) -> Self {
         let lattice = Lattice::around(body, step_m, shift);
-        let (surface, elements_of) = sorted_by_cell(surface(body, &lattice), &lattice);
         let mut inside = vec![None; lattice.cell_count()];
         let mut state = vec![Finest::Empty; lattice.cell_count()];
         for (column, cells) in coverage(body, &lattice).into_iter().enumerate() {
@@ -87,6 +90,8 @@ impl Grid {
                 };
             }
         }
+        let is_empty = |cell: usize| state[cell] == Finest::Empty;
+        let (surface, elements_of) = sorted_by_cell(surface(body, &lattice), &lattice, &is_empty);
         let mut is_whole: Vec<bool> = state.iter().map(|state| *state == Finest::Whole).collect();
         for &(index, _) in &elements_of {
             // A cell that the surface only touches may be inside or outside.
@@ -188,12 +193,15 @@ enum Finest {
 }
 
 /// Sorts surface elements by the finest cell that holds them, and gives the range of each cell that has any.
-fn sorted_by_cell(elements: Vec<SurfaceElement>, lattice: &Lattice) -> (Vec<SurfaceElement>, Vec<(usize, [u32; 2])>) {
-    // A point on the face of a cell belongs to the cell inside.
-    const INWARD: f64 = 1e-6;
+fn sorted_by_cell(
+    elements: Vec<SurfaceElement>,
+    lattice: &Lattice,
+    is_empty: &dyn Fn(usize) -> bool,
+) -> (Vec<SurfaceElement>, Vec<(usize, [u32; 2])>) {
     let cell = |element: &SurfaceElement| {
-        let inward = element.normal.as_dvec3() * lattice.step * INWARD;
-        lattice.index(lattice.cell_at(element.point.as_dvec3() - inward))
+        let inward = element.normal.as_dvec3() * lattice.step;
+        let cells = INWARD.map(|steps| lattice.index(lattice.cell_at(element.point.as_dvec3() - inward * steps)));
+        cells.into_iter().find(|cell| !is_empty(*cell)).unwrap_or(cells[0])
     };
     let mut keyed: Vec<(usize, SurfaceElement)> =
         elements.into_iter().map(|element| (cell(&element), element)).collect();

@@ -9,11 +9,12 @@
 //! 1: the flux of a lit face does not leak around the edge to a dark one. The average is sharpened once by averaging
 //! what it misses (Tukey's twicing), so that it keeps functions that are quadratic along the surface.
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
-use crate::element::{CORNERS, shape};
+use crate::element::shape;
 use crate::grid::{Cell, Grid, NONE};
 
 /// Orientations: towards either end of each axis.
@@ -32,6 +33,10 @@ pub(crate) struct SurfaceNodes {
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,
 }
+
+/// Numbers of the nodes around a node, itself included, with how many cells they share. Cells at the surface are all of
+/// the same size.
+type Neighbours = ArrayVec<(u32, f32), 27>;
 
 /// The net flux of a group of wavelengths, times the area, at each node near the surface.
 pub(crate) type NodeFlux = Vec<[f32x4; SIDES]>;
@@ -84,7 +89,7 @@ impl SurfaceNodes {
                 area_m2 += self.area_m2[number][side] * (shape * weight);
             }
         }
-        if area_m2 > 0.0 { sum / f32x4::splat(area_m2) } else { f32x4::ZERO }
+        quotient(sum, area_m2)
     }
 
     /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many
@@ -110,9 +115,10 @@ impl SurfaceNodes {
                 scatter[side] = f32x4::new([variance, means[side].reduce_add(), 0.0, 0.0]);
             }
         }
+        let neighbours = self.neighbours(grid);
         // A node where no bright sample fell does not know that it misses one: its neighbours do.
         for _ in 0..STEPS_OF_ERROR {
-            scatter = self.spread(grid, &scatter, None);
+            scatter = self.spread(&neighbours, &scatter, None);
         }
         let guide: Vec<[f32; SIDES]> = scatter.iter().map(|sides| sides.map(|error| error.as_array()[1])).collect();
         let steps = |scatter: &[f32x4; SIDES]| {
@@ -131,7 +137,7 @@ impl SurfaceNodes {
         let mut smooth = means.clone();
         let mut result = means;
         for step in 1..=MOST_STEPS {
-            smooth = self.spread(grid, &smooth, Some(&guide));
+            smooth = self.spread(&neighbours, &smooth, Some(&guide));
             for ((result, smooth), steps) in result.iter_mut().zip(&smooth).zip(&steps) {
                 for side in 0..SIDES {
                     // The last step counts in part.
@@ -153,38 +159,42 @@ impl SurfaceNodes {
         }
     }
 
-    /// Averages means at the nodes over the corners of each cell, then over the cells around each node, weighted by
-    /// area and for each orientation apart. With a guide, nodes count less the more they differ in it: light does not
-    /// leak from a bright surface to a dark one beside it.
-    fn spread(&self, grid: &Grid, means: &NodeFlux, guide: Option<&[[f32; SIDES]]>) -> NodeFlux {
-        let cells: Vec<&Cell> = grid.cells.iter().filter(|cell| cell.cut != NONE).collect();
-        let of_cell = |cell: &&Cell| {
-            let numbers = cell.corners.map(|corner| self.number[corner as usize] as usize);
-            let mut corners = [([f32x4::ZERO; SIDES], [0.0; SIDES]); CORNERS];
-            for ((sums, areas), here) in corners.iter_mut().zip(numbers) {
-                for there in numbers {
-                    for side in 0..SIDES {
-                        let likeness = guide.map_or(1.0, |guide| likeness(guide[here][side], guide[there][side]));
-                        let area = self.area_m2[there][side] * likeness;
-                        sums[side] += means[there][side] * area;
-                        areas[side] += area;
-                    }
-                }
-            }
-            corners
-        };
-        let of_cells: Vec<[([f32x4; SIDES], [f32; SIDES]); CORNERS]> = cells.par_iter().map(of_cell).collect();
-        let mut sums = vec![([f32x4::ZERO; SIDES], [0.0; SIDES]); means.len()];
-        for (cell, corners) in cells.iter().zip(&of_cells) {
-            for (corner, (cell_sums, cell_areas)) in cell.corners.iter().zip(corners) {
-                let (sums, areas) = &mut sums[self.number[*corner as usize] as usize];
-                for side in 0..SIDES {
-                    sums[side] += cell_sums[side];
-                    areas[side] += cell_areas[side];
+    /// For each node, the nodes of the cells at the surface around it, with how many cells they share.
+    fn neighbours(&self, grid: &Grid) -> Vec<Neighbours> {
+        let mut neighbours = vec![Neighbours::new(); self.area_m2.len()];
+        for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
+            let numbers = cell.corners.map(|corner| self.number[corner as usize]);
+            for (here, there) in numbers.iter().flat_map(|here| numbers.map(|there| (*here, there))) {
+                let around = &mut neighbours[here as usize];
+                match around.iter_mut().find(|(number, _)| *number == there) {
+                    Some((_, cells)) => *cells += 1.0,
+                    None => around.push((there, 1.0)),
                 }
             }
         }
-        sums.iter().map(|(sums, areas)| quotients(sums, areas)).collect()
+        neighbours
+    }
+
+    /// Averages means at the nodes over the corners of each cell, then over the cells around each node, weighted by
+    /// area and for each orientation apart. With a guide, nodes count less the more they differ in it: light does not
+    /// leak from a bright surface to a dark one beside it.
+    fn spread(&self, neighbours: &[Neighbours], means: &NodeFlux, guide: Option<&[[f32; SIDES]]>) -> NodeFlux {
+        let mean = |here: usize, side: usize| {
+            // It has no weight.
+            if self.area_m2[here][side] <= 0.0 {
+                return f32x4::ZERO;
+            }
+            let (mut sum, mut area_m2) = (f32x4::ZERO, 0.0);
+            for (there, cells) in &neighbours[here] {
+                let there = *there as usize;
+                let likeness = guide.map_or(1.0, |guide| likeness(guide[here][side], guide[there][side]));
+                let weight = self.area_m2[there][side] * likeness * cells;
+                sum += means[there][side] * weight;
+                area_m2 += weight;
+            }
+            quotient(sum, area_m2)
+        };
+        (0..means.len()).into_par_iter().map(|here| std::array::from_fn(|side| mean(here, side))).collect()
     }
 
     fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
@@ -210,9 +220,14 @@ impl SurfaceNodes {
     }
 }
 
-/// Sums over areas; 0 where there is no area.
+/// Sums over areas.
 fn quotients(sums: &[f32x4; SIDES], areas: &[f32; SIDES]) -> [f32x4; SIDES] {
-    std::array::from_fn(|side| if areas[side] > 0.0 { sums[side] / f32x4::splat(areas[side]) } else { f32x4::ZERO })
+    std::array::from_fn(|side| quotient(sums[side], areas[side]))
+}
+
+/// A sum over an area; 0 where there is no area.
+fn quotient(sum: f32x4, area_m2: f32) -> f32x4 {
+    if area_m2 > 0.0 { sum / f32x4::splat(area_m2) } else { f32x4::ZERO }
 }
 
 /// How much two surfaces count as one by their brightness: the square of the ratio of the darker to the brighter.

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, radiance, scene};
+use snow::{SNOW, analytic_table, radiance, scene_by};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
 use snowblue_render::Film;
@@ -34,7 +34,7 @@ fn table() -> CompressedTable {
 }
 
 fn field_scene(integrator: &str, text: &str) -> Scene {
-    scene(&format!("type = \"{integrator}\"\n{SNOW}{text}"), &table(), &[])
+    scene_by(integrator, &format!("{SNOW}{text}"), &table(), &[])
 }
 
 fn shape(shape: &str, keys: &str) -> String {
@@ -330,7 +330,7 @@ fn lamps_of_different_spectra_add_up() {
 fn what_the_field_cannot_do_is_named() {
     let table = table();
     let error = |text: &str| {
-        let file = SceneFile::parse(format!("{}type = \"hybrid\"\n{SNOW}{text}", snow::CAMERA), "scene.toml").unwrap();
+        let file = SceneFile::parse(format!("{}{SNOW}{text}", snow::camera_of("hybrid")), "scene.toml").unwrap();
         file.build(&table).unwrap_err().to_string()
     };
     let lamp = "[[light]]\ntype = \"spot\"\nposition = [0, 0, 0]\nlook_at = [0, 0, 1]\nradiant_intensity_w_sr = 1\n";

@@ -416,22 +416,22 @@ fn invalid_materials_are_errors_with_their_line() {
     let grains = "grain_size_um = [100, 500]\n";
     let (plane, mesh) = ("shape = \"plane\"\n", "mesh = \"block.ply\"\n");
     for (message, expected) in [
-        (paint("texture = \"gone.png\"", plane), ["scene.toml:12: material.paint.texture", "gone.png does not exist"]),
+        (paint("texture = \"gone.png\"", plane), ["scene.toml:13: material.paint.texture", "gone.png does not exist"]),
         (paint("texture = \"block.ply\"", plane), ["block.ply: not a readable PNG", ""]),
         (paint("texture = \"four.png\"", mesh), ["object[0].material is \"paint\"", "texture coordinates"]),
         (paint("reflectance_spectrum = \"bright.csv\"", plane), ["bright.csv:2: value is 1.5", "must lie in 0–1"]),
         (
             paint("reflectance_rgb = [0, 2, 0]", plane),
-            ["scene.toml:12: ", "reflectance_rgb is 2, but must lie in 0 to 1"],
+            ["scene.toml:13: ", "reflectance_rgb is 2, but must lie in 0 to 1"],
         ),
-        (paint("reflectance_rgb = \"#12345\"", plane), ["scene.toml:12: ", "`#12345`"]),
-        (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:13: ", "`reflectance`"]),
-        (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:13: ", "`texture`"]),
-        (paint("", plane), ["scene.toml:10: ", "material.paint needs one of reflectance, "]),
-        (mask(grains, SLAB), ["scene.toml:14: material.snow.grain_size_um", "`mask`"]),
+        (paint("reflectance_rgb = \"#12345\"", plane), ["scene.toml:13: ", "`#12345`"]),
+        (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:14: ", "`reflectance`"]),
+        (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:14: ", "`texture`"]),
+        (paint("", plane), ["scene.toml:11: ", "material.paint needs one of reflectance, "]),
+        (mask(grains, SLAB), ["scene.toml:15: material.snow.grain_size_um", "`mask`"]),
         (
             mask("grain_size_um = 100\nmask = { attribute = \"age\" }", mesh),
-            ["scene.toml:15: ", "needs a key with two"],
+            ["scene.toml:16: ", "needs a key with two"],
         ),
         (mask(&format!("{grains}mask = {{ attribute = \"wet\" }}"), mesh), ["attribute \"wet\"", "object are: age"]),
         (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), SLAB), ["attribute \"age\"", "object are: none"]),
@@ -439,7 +439,7 @@ fn invalid_materials_are_errors_with_their_line() {
         (mask(&format!("{grains}mask = {{ texture = \"four.png\" }}"), mesh), ["scene.toml:", "texture coordinates"]),
         (
             mask("grain_size_um = [100, 600]\nmask = { texture = \"four.png\" }", SLAB),
-            ["scene.toml:14: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],
+            ["scene.toml:15: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],
         ),
     ] {
         assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");

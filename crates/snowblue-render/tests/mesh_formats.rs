@@ -124,7 +124,7 @@ impl Folder {
 
     fn load(&self, text: &str) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
-        std::fs::write(&path, text).unwrap();
+        std::fs::write(&path, format!("{text}\n[integrator]\ntype = \"pcasnow\"\n")).unwrap();
         Scene::load(&path, &analytic_table()).map_err(|error| error.to_string())
     }
 }

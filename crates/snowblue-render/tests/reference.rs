@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Mutex;
 
 use glam::Vec3A;
-use snow::{Estimate, SNOW, analytic_table, estimate, radiance, scene};
+use snow::{Estimate, SNOW, analytic_table, estimate, radiance, scene_by};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
 use snowblue_render::images::raster::ImageSize;
@@ -36,7 +36,7 @@ fn table() -> CompressedTable {
 
 /// A scene for the reference integrator, with an image of one pixel.
 fn reference_scene(text: &str) -> Scene {
-    scene(&format!("type = \"reference\"\n{SNOW}{text}"), &table(), &[])
+    scene_by("reference", &format!("{SNOW}{text}"), &table(), &[])
 }
 
 /// Radiometry of an infinite slab, for a box that is wide enough.
@@ -252,7 +252,7 @@ fn one_thread_and_many_give_the_same_image() {
 #[test]
 fn settings_that_the_reference_cannot_use_are_errors() {
     let refused = |text: &str, table: &CompressedTable| {
-        let text = format!("{}type = \"reference\"\n{text}", snow::CAMERA);
+        let text = format!("{}{text}", snow::camera_of("reference"));
         SceneFile::parse(text, "scene.toml").unwrap().build(table).unwrap_err().to_string()
     };
     let with = |more: &str| format!("{SNOW}{more}{SKY}");

@@ -40,6 +40,8 @@ material = "drift"
 [[object]]
 mesh = "gone.ply"
 material = "floor"
+[integrator]
+type = "pcasnow"
 "#;
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -248,14 +250,14 @@ fn open_meshes_of_snow_are_refused_where_a_light_field_needs_closed_ones() {
     let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
     let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
     let of = |integrator: &str, material: &str, mesh: &str| {
-        let keys = format!("[light_field]\nstep_mm = 90\n[integrator]\ntype = \"{integrator}\"\n[material.drift]\n");
-        let scene = SCENE.replacen("[material.drift]\n", &keys, 1);
+        let scene = SCENE.replacen("[material.drift]\n", "[light_field]\nstep_mm = 90\n[material.drift]\n", 1);
+        let scene = scene.replacen("\"pcasnow\"", &format!("\"{integrator}\""), 1);
         let scene = scene.replacen("material = \"floor\"", &format!("material = \"{material}\""), 1);
         load_with(&scene, Some(mesh), &table)
     };
     for integrator in ["diffusion", "hybrid"] {
         let message = of(integrator, "drift", &tetrahedron(3)).unwrap_err();
-        assert!(message.contains("scene.toml:28: object[1].mesh is \"gone.ply\": it has 3 open edges"), "{message}");
+        assert!(message.contains("scene.toml:26: object[1].mesh is \"gone.ply\": it has 3 open edges"), "{message}");
         assert!(message.contains("repair-mesh") && !message.contains('\n'), "{message}");
     }
     assert!(of("diffusion", "floor", &tetrahedron(3)).is_ok(), "paint may be open");
@@ -267,7 +269,8 @@ fn open_meshes_of_snow_are_refused_where_a_light_field_needs_closed_ones() {
 fn lamps_with_mistakes_are_named() {
     let light = |keys: &str| {
         let (before, after) = (SCENE.split("[[light]]").next().unwrap(), SCENE.split("[[object]]").nth(1).unwrap());
-        load(&format!("{before}{keys}[[object]]{after}"), Some(PLY)).unwrap_err()
+        let integrator = "[integrator]\ntype = \"pcasnow\"\n";
+        load(&format!("{before}{keys}[[object]]{after}{integrator}"), Some(PLY)).unwrap_err()
     };
     assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment]"));
     for (keys, expected) in [

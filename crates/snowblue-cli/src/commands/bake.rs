@@ -19,9 +19,9 @@ use crate::output::{Failure, Outcome, Progress, check_path};
 Each vertex has the net flux J of light outwards through the surface of the snow, negative where it is lit: one \
 attribute for each lamp (_LAMP_0, lamp_0_r, ...), which may be scaled, and one for the sky and all light by way \
 of other surfaces (_SKY, sky_r, ...). Snow then sends out the radiance L(mu) = R0 F + K(mu) J/pi, where F is the \
-irradiance by direct light. The file has K as a polynomial, and a line of GLSL. Fluxes are linear sRGB, in W/m2 \
-as in renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the exposure of a \
-.png.
+irradiance by all light on the surface. The file has K as a polynomial, and a line of GLSL. Fluxes are linear \
+sRGB, in W/m2 as in renderings, so that pi L of an .exr agrees with them. COLOR_0 of a GLB is a preview with the \
+exposure of a .png.
 
 The integrator of the scene does not matter: the light field is always solved for.
 

@@ -2,7 +2,7 @@
 
 use crate::scene::Scene;
 use crate::scene::light::{Light, PointLight};
-use crate::scene::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField};
+use crate::scene::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,10 +34,7 @@ fn kind(light: &Light) -> Option<&'static str> {
 /// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
 pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result<LightField, (usize, String)> {
     let light = &scene.lights[lamp.light];
-    let position = light.central_sample().and_then(|sample| sample.origin.position());
-    let holds = |object: &usize, position| field.of_object(*object).is_some() && scene.objects.holds(*object, position);
-    let around = position.and_then(|position| (0..scene.objects.list().len()).find(|object| holds(object, position)));
-    let inside = around.zip(InnerLamp::new(light)).map(|(object, lamp)| LampInSnow { light: 0, object, lamp });
+    let inside = field.lamp_inside(lamp.light).map(|lamp| LampInSnow { light: 0, ..lamp.clone() });
     let alone = FieldScene {
         objects: &scene.objects,
         lights: std::slice::from_ref(light),

@@ -4,7 +4,7 @@
 //! Snow sends out L(μ) = Σ R₀ F + K(μ) J/π (see [the light field](crate::scene::IntegratorKind::Diffusion)). J contains
 //! all that light does inside the snow, and it is linear in the light: each lamp has an attribute of its own, which may
 //! be scaled. The rest is one attribute: the sky, and all light by way of other surfaces. It is the total less the
-//! lamps. Another renderer then needs J, the polynomial of K, and the light F that falls on the surface directly.
+//! lamps. Another renderer then needs J, the polynomial of K, and the irradiance F of all light on the surface.
 //!
 //! J is negative where more light enters than leaves: on lit faces.
 //!

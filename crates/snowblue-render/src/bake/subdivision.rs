@@ -50,7 +50,7 @@ impl Midpoints {
         if ends[0].distance(ends[1]) <= self.step_m || middle == ends[0] || middle == ends[1] {
             return None;
         }
-        Some(*self.of_edge.entry([a.min(b), a.max(b)]).or_insert_with(|| mesh.add_midpoint(ends)))
+        Some(*self.of_edge.entry([a.min(b), a.max(b)]).or_insert_with(|| mesh.add_midpoint(middle)))
     }
 }
 

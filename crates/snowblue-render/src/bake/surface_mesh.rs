@@ -8,6 +8,7 @@ use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
 use crate::geometry::ray::Ray;
 use crate::geometry::shape::Shape;
+use crate::geometry::vertex_normals::face_normal;
 
 /// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
 const ROUNDEST: f32 = 0.1;
@@ -49,13 +50,12 @@ impl SurfaceMesh {
         })
     }
 
-    /// Adds the vertex in the middle of an edge, on the surface.
+    /// Adds the vertex of the surface at the middle of an edge.
     ///
     /// # Panics
     ///
     /// When there are 2³² vertices.
-    pub(super) fn add_midpoint(&mut self, ends: [Vec3; 2]) -> u32 {
-        let middle = 0.5 * (ends[0] + ends[1]);
+    pub(super) fn add_midpoint(&mut self, middle: Vec3) -> u32 {
         self.positions
             .push(self.ellipsoid.as_ref().map_or(middle, |ellipsoid| ellipsoid.project(middle.into()).point.into()));
         u32::try_from(self.positions.len() - 1).expect("a mesh in memory has fewer than 2^32 vertices")
@@ -149,8 +149,7 @@ impl Facet {
 }
 
 fn facet(vertices: [u32; 3], positions: &[Vec3]) -> Facet {
-    let [a, b, c] = vertices.map(|vertex| positions[vertex as usize].as_dvec3());
-    Facet { vertices, normal: (b - a).cross(c - a).normalize_or_zero().as_vec3() }
+    Facet { vertices, normal: face_normal(vertices.map(|vertex| positions[vertex as usize])) }
 }
 
 /// Whether a triangle's normal points out of the solid: beyond it, a line crosses the surface an even number of times.

@@ -7,9 +7,9 @@
 use glam::{Vec3, Vec3A};
 
 use crate::bake::surface_mesh::{Facet, SurfaceMesh};
+use crate::geometry::grouped::Grouped;
+use crate::geometry::vertex_normals::CREASE_DEG;
 
-/// Cosine of the angle between faces from which on an edge is sharp, 40°.
-const COS_CREASE: f32 = 0.766;
 /// How far a point of the surface is moved from its vertex towards the middle of the faces around it, as a fraction of
 /// the distance. The field ends at edges, and rounding must not move the point beyond.
 const INSET: f32 = 0.02;
@@ -34,12 +34,17 @@ impl Vertices {
     ///
     /// When there are 2³² vertices.
     pub(super) fn of(mesh: &SurfaceMesh) -> Self {
-        let around = FacetsAround::new(mesh);
+        // The facets around each vertex, with the corner of the facet that the vertex is.
+        let corners = (0..).zip(&mesh.facets).flat_map(|(number, facet)| {
+            let [a, b, c] = facet.vertices;
+            [(a, (number, 0)), (b, (number, 1)), (c, (number, 2))]
+        });
+        let around: Grouped<(u32, u8)> = Grouped::new(mesh.positions.len(), corners);
         let mut vertices = Self { triangles: vec![[0; 3]; mesh.facets.len()], ..Self::default() };
         for vertex in 0..mesh.positions.len() {
             let first = vertices.positions.len();
-            for &(facet, corner) in around.of(vertex) {
-                let (normal, inset) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.of(vertex));
+            for &(facet, corner) in around.group(vertex) {
+                let (normal, inset) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.group(vertex));
                 let known = (first..vertices.normals.len()).find(|known| same_bits(vertices.normals[*known], normal));
                 let number = known.unwrap_or_else(|| {
                     vertices.positions.push(mesh.positions[vertex]);
@@ -55,45 +60,13 @@ impl Vertices {
     }
 }
 
-/// The facets around each vertex, with the corner of the facet that the vertex is.
-struct FacetsAround {
-    /// Those of vertex k are `facets[starts[k]..starts[k + 1]]`.
-    starts: Vec<u32>,
-    facets: Vec<(u32, u8)>,
-}
-
-impl FacetsAround {
-    fn new(mesh: &SurfaceMesh) -> Self {
-        let mut starts = vec![0; mesh.positions.len() + 1];
-        for vertex in mesh.facets.iter().flat_map(|facet| facet.vertices) {
-            starts[vertex as usize + 1] += 1;
-        }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
-        }
-        let mut next = starts.clone();
-        let mut facets = vec![(0, 0); 3 * mesh.facets.len()];
-        for (number, facet) in (0..).zip(&mesh.facets) {
-            for (corner, vertex) in (0..).zip(facet.vertices) {
-                let place = &mut next[vertex as usize];
-                facets[*place as usize] = (number, corner);
-                *place += 1;
-            }
-        }
-        Self { starts, facets }
-    }
-
-    fn of(&self, vertex: usize) -> &[(u32, u8)] {
-        &self.facets[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
-    }
-}
-
 /// The normal of the smooth part around a vertex that a facet belongs to, and a point within that part.
 fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32, u8)]) -> (Vec3, Vec3) {
     let position = mesh.positions[vertex];
+    let crease_cos = CREASE_DEG.to_radians().cos();
     let is_smooth = |other: &Facet| {
         let cos = facet.normal.dot(other.normal);
-        mesh.ellipsoid.is_some() || cos > COS_CREASE || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
+        mesh.ellipsoid.is_some() || cos > crease_cos || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
     };
     let (mut sum, mut middle, mut count) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for &(other, corner) in around {

@@ -209,15 +209,32 @@ impl FilmAccumulator {
         let Some(offset) = self.aovs.squares_offset() else { return Default::default() };
         let mut variances = [(); 3].map(|()| Vec::new());
         for (sums, count) in self.sums.chunks_exact(self.aovs.sum_count()).zip(self.sample_counts()) {
-            let LinearRgb { r, g, b } = LinearRgb::from_xyz(mean_xyz(sums, count));
-            for (channel, mean) in [r, g, b].into_iter().enumerate() {
-                let (squares, count) = (sums[offset + channel], count as f64);
-                let spread = (squares as f64 / SQUARE_UNITS / count - mean * mean).max(0.0);
-                let is_known = squares < i128::MAX && count > 1.5;
-                variances[channel].push(if is_known { narrow(spread / (count - 1.0)) } else { f32::INFINITY });
+            let squares = &sums[offset..offset + 3];
+            let estimate = Estimate::new(sums, squares, count);
+            for channel in 0..3 {
+                let is_known = squares[channel] < i128::MAX && count > 1;
+                variances[channel].push(if is_known { narrow(estimate.variance[channel]) } else { f32::INFINITY });
             }
         }
         variances
+    }
+}
+
+/// The mean of a pixel and its variance.
+pub(crate) struct Estimate {
+    /// Linear red, green and blue.
+    pub(crate) mean: [f64; 3],
+    /// Of the mean.
+    pub(crate) variance: [f64; 3],
+}
+
+impl Estimate {
+    /// The estimate of `count` samples, at least two, by their sums and sums of squares.
+    pub(crate) fn new(sums: &[i128], squares: &[i128], count: u64) -> Self {
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(mean_xyz(sums, count));
+        let (mean, count) = ([r, g, b], count as f64);
+        let variance = |k: usize| (squares[k] as f64 / SQUARE_UNITS / count - mean[k] * mean[k]).max(0.0);
+        Self { mean, variance: [0, 1, 2].map(|k| variance(k) / (count - 1.0)) }
     }
 }
 

@@ -4,40 +4,19 @@
 //! the sums of squares grow so that the variance of the mean stays what it was. So an image with a noise target can be
 //! merged and resumed as any other, and the choice depends on the pixel's own samples alone.
 
-use snowblue_color::{LinearRgb, Xyz};
+use snowblue_color::LinearRgb;
 
-use crate::film::accumulator::{SQUARE_UNITS, UNITS};
+use crate::film::accumulator::{Estimate, SQUARE_UNITS};
 use crate::film::aov::Aovs;
 
 /// Samples before which no pixel is done: with fewer, a rare bright path may be missing.
 const FEWEST_SAMPLES: u64 = 32;
-/// Weights of red, green and blue in the luminance (IEC 61966-2-1).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-
-/// The mean of a pixel and its variance.
-struct Estimate {
-    /// Linear red, green and blue.
-    mean: [f64; 3],
-    /// Of the mean.
-    variance: [f64; 3],
-}
 
 impl Estimate {
-    /// The estimate of `count` samples, at least two, by their sums and sums of squares.
-    fn new(sums: &[i128], squares: &[i128], count: u64) -> Self {
-        let count = count as f64;
-        let [x, y, z] = [0, 1, 2].map(|k| sums[k] as f64 / UNITS / count);
-        let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x, y, z });
-        let mean = [r, g, b];
-        let variance = |k: usize| (squares[k] as f64 / SQUARE_UNITS / count - mean[k] * mean[k]).max(0.0);
-        Self { mean, variance: [0, 1, 2].map(|k| variance(k) / (count - 1.0)) }
-    }
-
     /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
     fn noise(&self) -> f64 {
-        let weighted = |values: &[f64; 3]| -> f64 { values.iter().zip(LUMINANCE).map(|(value, w)| value * w).sum() };
-        let error = weighted(&self.variance).sqrt();
-        error / weighted(&self.mean).max(0.0)
+        let luminance = |[r, g, b]: [f64; 3]| LinearRgb { r, g, b }.luminance();
+        luminance(self.variance).sqrt() / luminance(self.mean).max(0.0)
     }
 }
 

@@ -200,7 +200,7 @@ impl Face {
 }
 
 /// The unit normal of a triangle by the order of its corners; zero if it has no area.
-fn face_normal(corners: [Vec3; 3]) -> Vec3 {
+pub(crate) fn face_normal(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
     (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::ZERO).as_vec3()
 }

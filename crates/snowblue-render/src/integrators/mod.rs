@@ -7,6 +7,8 @@ mod single_scattering;
 mod surroundings;
 mod walk;
 
+use snowblue_transport::monte_carlo::{PathLengths, Volume};
+
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::Ray;
 use crate::integrators::path::PathIntegrator;
@@ -24,6 +26,13 @@ const SAFE_BOUNCES: u32 = 4;
 /// Probability with which a path of some throughput survives a bounce.
 fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
     if bounce < SAFE_BOUNCES { 1.0 } else { throughput.maximum().min(1.0) }
+}
+
+/// Attenuation of each wavelength by absorption along a path, less the optical depth `accounted`.
+fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectrum {
+    let mut attenuation = Spectrum::ZERO;
+    volume.attenuation(lengths, accounted, &mut attenuation.0);
+    attenuation
 }
 
 /// The integrator of a scene, with the state of one thread.

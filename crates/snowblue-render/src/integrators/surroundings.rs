@@ -3,7 +3,6 @@
 use glam::Vec3A;
 
 use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
-use crate::geometry::bounds::Bounds;
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
@@ -21,8 +20,6 @@ pub(super) struct Surroundings<'scene> {
     bodies: Vec<SnowBody>,
     /// Objects that are not snow.
     solids: Vec<usize>,
-    /// The box around each object, if it has bounds.
-    bounds: Vec<Option<Bounds>>,
     /// For each object of snow, the solids that may lie in it or touch it.
     neighbours: Vec<Vec<usize>>,
     crossings: Vec<Crossing>,
@@ -65,7 +62,7 @@ impl<'scene> Surroundings<'scene> {
             body.is_none() || list.iter().position(|other| other.body == *body) == Some(index)
         };
         let bodies = (0..list.len()).filter(|&index| is_snow(&list[index]) && is_first(index));
-        let are_near = |index: usize, solid: usize| match (list[index].shape.bounds(), list[solid].shape.bounds()) {
+        let are_near = |index: usize, solid: usize| match (scene.objects.bounds(index), scene.objects.bounds(solid)) {
             (Some(one), Some(other)) => {
                 (one.low - TOUCH_DISTANCE_M).cmple(other.high).all()
                     && (other.low - TOUCH_DISTANCE_M).cmple(one.high).all()
@@ -80,7 +77,6 @@ impl<'scene> Surroundings<'scene> {
         Self {
             scene,
             bodies: bodies.map(|object| SnowBody { object, material: list[object].material }).collect(),
-            bounds: list.iter().map(|object| object.shape.bounds()).collect(),
             neighbours: (0..list.len()).map(near).collect(),
             solids,
             crossings: Vec::with_capacity(16),
@@ -150,7 +146,7 @@ impl<'scene> Surroundings<'scene> {
         if one.body.is_none() {
             return match one.shape.first_hit(ray, flight_m) {
                 // From a point on the very surface, a ray may miss it by rounding.
-                None if self.bounds[object].is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
+                None if self.objects().bounds(object).is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
                     Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction }
                 }
                 None => Flight::Free(flight_m),

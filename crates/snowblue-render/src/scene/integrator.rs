@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IntegratorKind {
     /// PCASnow: the curves of a slab, looked up for one straight line.
-    #[default]
     PcaSnow,
     /// The light field inside the snow by diffusion, read at its surface.
     Diffusion,
     /// Random walks that end in the light field inside the snow.
+    #[default]
     Hybrid,
     /// A volumetric path tracer, the ground truth for PCASnow: slow, and unbiased for any shape.
     Reference,

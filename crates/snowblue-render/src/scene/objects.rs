@@ -142,6 +142,12 @@ impl Objects {
         &self.objects
     }
 
+    /// The box around an object; none if it has no end.
+    #[inline]
+    pub(crate) fn bounds(&self, object: usize) -> Option<Bounds> {
+        self.bounds[object]
+    }
+
     /// Largest coordinate of an object in m, which bounds the rounding of its surface points; 0 for an infinite plane,
     /// whose points are as exact as their own coordinates.
     pub fn reach_m(&self, object: usize) -> f32 {

@@ -11,11 +11,11 @@ use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
 use snowblue_render::images::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
-use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 use snowblue_render::scene::description::{LightSource, SceneDescription};
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::light::{Light, PointLight};
+use snowblue_render::scene::{IntegratorKind, Scene};
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_stat::{Moments, t_p_value};
 
@@ -26,9 +26,9 @@ pub(crate) const SAMPLE: TableSample = TableSample::new(400.0, 0.3, 300.0);
 pub(crate) const SNOW: &str =
     "[material.snow]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
 
-/// Camera, film and integrator of an image of one pixel.
+/// Camera, film and integrator of an image of one pixel by PCASnow.
 pub(crate) const CAMERA: &str = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
-    [integrator]\nsamples_per_pixel = 1\nmax_bounces = 0\n";
+    [integrator]\nsamples_per_pixel = 1\nmax_bounces = 0\ntype = \"pcasnow\"\n";
 
 /// Extinction of [`analytic_table`] at a wavelength, in 1/cm.
 pub(crate) fn extinction_per_cm(wavelength: usize) -> f64 {
@@ -93,9 +93,20 @@ pub(crate) fn computed_table() -> CompressedTable {
     CompressedTable::new(&table, Space::Log, 3).unwrap()
 }
 
-/// Reads a scene from text; `files` are written beside it.
+/// [`CAMERA`] with another integrator.
+pub(crate) fn camera_of(integrator: &str) -> String {
+    CAMERA.replace("pcasnow", integrator)
+}
+
+/// Reads a scene from text for PCASnow; `files` are written beside it.
 pub(crate) fn scene(text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
-    let file = SceneFile::parse(format!("{CAMERA}{text}"), "scene.toml").unwrap_or_else(|error| panic!("{error}"));
+    scene_by("pcasnow", text, table, files)
+}
+
+/// The same for an integrator.
+pub(crate) fn scene_by(integrator: &str, text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+    let text = format!("{}{text}", camera_of(integrator));
+    let file = SceneFile::parse(text, "scene.toml").unwrap_or_else(|error| panic!("{error}"));
     built(&file.description, table, files)
 }
 
@@ -108,9 +119,11 @@ fn built(description: &SceneDescription, table: &CompressedTable, files: &[(&str
     description.build(table, &files).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Reads a scene file.
+/// Reads a scene file whose snow is rendered by PCASnow.
 pub(crate) fn load(path: &Path, table: &CompressedTable) -> Scene {
-    Scene::load(path, table).unwrap_or_else(|error| panic!("{error}"))
+    let mut file = SceneFile::open(path).unwrap_or_else(|error| panic!("{error}"));
+    file.description.integrator.kind = IntegratorKind::PcaSnow;
+    file.build(table).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The radiance from `target` to a camera at `eye`, with a field of view of 1e-5 degrees.

@@ -18,6 +18,9 @@
 //!
 //! tabulated from the same events in bins of equal width in sin Θ/2, which are narrow in the forward direction.
 
+use std::iter::{Cycle, Skip};
+use std::slice::Iter;
+
 use rayon::prelude::*;
 
 use super::spectral::trace_nodes;
@@ -191,11 +194,11 @@ impl VolumeNode {
         &self.weights
     }
 
-    /// Random scattering events. Events with the same index at different nodes have the same random numbers.
-    #[inline]
-    #[must_use]
-    pub fn events(&self) -> &[ScatteringEvent] {
-        &self.events
+    /// Random scattering events without end: the list of the node from a random position on, cyclically, by a random
+    /// number in [0, 1). Events at the same position of different nodes have the same random numbers.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
+    pub fn events_from(&self, number: f64) -> Skip<Cycle<Iter<'_, ScatteringEvent>>> {
+        self.events.iter().cycle().skip((number * self.events.len() as f64) as usize)
     }
 
     /// The phase function at each wavelength, in 1/sr, for the cosine of a scattering angle: P(Θ; λ), with ∫ P dΩ = ω.

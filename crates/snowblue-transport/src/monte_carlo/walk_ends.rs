@@ -81,6 +81,7 @@ impl WalkEnds {
 fn end(node: &VolumeNode, mut stream: Stream, cos: f64, mean_flight: f64, depth: f64) -> Option<[f64; 2]> {
     // Components along the displacement, along the surface across it, and downwards.
     let mut direction = [(1.0 - cos * cos).sqrt(), 0.0, cos];
+    let mut events = node.events_from(stream.uniform());
     let (mut displacement, mut down) = (0.0, 0.0);
     loop {
         let flight = -stream.uniform().ln() * mean_flight;
@@ -89,10 +90,8 @@ fn end(node: &VolumeNode, mut stream: Stream, cos: f64, mean_flight: f64, depth:
         if down < 0.0 {
             return None;
         }
-        let events = node.events();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the number of events")]
-        let event = events[(stream.uniform() * events.len() as f64) as usize];
-        direction = turned(direction, event.cos_scattering.into(), TAU * stream.uniform());
+        let cos_scattering = events.next()?.cos_scattering;
+        direction = turned(direction, cos_scattering.into(), TAU * stream.uniform());
         if down > depth {
             return Some([down + direction[2], displacement + direction[0]]);
         }

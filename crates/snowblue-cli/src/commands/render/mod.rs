@@ -64,9 +64,9 @@ pub(crate) struct Render {
     /// (volumetric path tracer, the ground truth, slow)
     #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
     integrator: Option<IntegratorKind>,
-    /// Path mode of all snow, instead of the scene's: brightest (the brighter of the next two), normal (along the
+    /// Path mode of all snow by the integrator pcasnow: brightest (the brighter of the next two), normal (along the
     /// inward normal), light (towards the light) or view (along the viewing ray, as in the paper)
-    #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
+    #[arg(long, value_name = "MODE", value_parser = parse_path_mode, conflicts_with = "integrator")]
     path: Option<PathMode>,
     /// Width in pixels [1–16384], instead of the scene's
     #[arg(long, value_name = "N")]
@@ -208,7 +208,8 @@ impl Render {
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
         film.false_color = self.false_color.or(film.false_color);
-        integrator.kind = self.integrator.unwrap_or(integrator.kind);
+        let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);
+        integrator.kind = self.integrator.or(with_path_mode).unwrap_or(integrator.kind);
         if self.check {
             // Open meshes are to be reported, and no light is needed.
             integrator.kind = IntegratorKind::PcaSnow;

@@ -2,7 +2,8 @@
 //!
 //! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
 //! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902;
-//! notation of Pharr, Jakob & Humphreys 2023, chapter 13). Long paths end by Russian roulette.
+//! notation of Pharr, Jakob & Humphreys 2023, chapter 13). With a light field, half of the directions are sampled
+//! towards bright snow. Long paths end by Russian roulette.
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
@@ -151,10 +152,16 @@ impl<'scene> PathIntegrator<'scene> {
 
     /// Samples the next ray of a path at a surface and updates its throughput; none if the path ends.
     fn bounce(&self, vertex: &Vertex, bounce: u32, throughput: &mut Spectrum, sampler: &mut Sampler) -> Option<Ray> {
-        let [u, v, chance, _] = sampler.next_four();
+        let [u, v, chance, choice] = sampler.next_four();
         let surface = vertex.surface.surface_point();
-        let direction = cosine_direction(surface.normal, u, v);
-        *throughput *= vertex.reflectance(direction);
+        // The last ray finds lights only.
+        let (direction, factor) = match &self.scene.light_field {
+            Some(field) if bounce < self.scene.integrator.max_bounces => {
+                field.sample_reflection(&surface, [u, v, choice])
+            }
+            _ => (cosine_direction(surface.normal, u, v), 1.0),
+        };
+        *throughput *= vertex.reflectance(direction) * factor;
         let survival = survival_probability(bounce, throughput);
         if chance >= survival || throughput.maximum() <= 0.0 {
             return None;
@@ -227,8 +234,8 @@ impl<'scene> PathIntegrator<'scene> {
                 }
             }
         };
-        let has_field = matches!(shading, Shading::Field(_));
-        Vertex { surface, normal: if has_field { surface.shading_normal } else { surface.normal }, shading }
+        let is_smooth = matches!(shading, Shading::Field(_));
+        Vertex { surface, normal: if is_smooth { surface.shading_normal } else { surface.normal }, shading }
     }
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.

@@ -26,12 +26,12 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
-use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
+use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::surroundings::{Flight, Surroundings};
-use crate::integrators::survival_probability;
+use crate::integrators::{attenuation, survival_probability};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightHit, LightSample};
@@ -39,7 +39,7 @@ use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
-use crate::spectrum::{SAMPLES, Spectrum};
+use crate::spectrum::Spectrum;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
@@ -209,7 +209,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
         let mut lengths = PathLengths::default();
         // Optical depth of absorption, at the least absorbed wavelength, at which the path ends.
         let absorption_limit = -path.stream.uniform().ln();
-        let mut events = events_from(node.events(), path.stream.uniform());
+        let mut events = node.events_from(path.stream.uniform());
         // The way out along the first flight, where it is known.
         let mut known_exit = None;
         if entering {
@@ -320,17 +320,4 @@ impl Path {
 #[inline]
 fn renormalized(vector: Vec3A) -> Vec3A {
     vector * (1.5 - 0.5 * vector.length_squared())
-}
-
-/// The events of a list from a random position, cyclically.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
-fn events_from(events: &[ScatteringEvent], chance: f64) -> impl Iterator<Item = &ScatteringEvent> {
-    events.iter().cycle().skip((chance * events.len() as f64) as usize)
-}
-
-/// Attenuation of each wavelength by absorption along a path, less the optical depth `accounted`.
-fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectrum {
-    let mut attenuation = Spectrum([0.0; SAMPLES]);
-    volume.attenuation(lengths, accounted, &mut attenuation.0);
-    attenuation
 }

@@ -29,6 +29,7 @@ use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, Volu
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use crate::integrators::attenuation;
 use crate::integrators::surroundings::{Flight, Surroundings};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
@@ -37,13 +38,15 @@ use crate::scene::light_field::{BodyField, EndDepth, NearLight};
 use crate::scene::material::Material;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
-use crate::spectrum::{SAMPLES, Spectrum};
+use crate::spectrum::Spectrum;
 
 use tangent_half_space::TangentHalfSpace;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
 /// flat, and its radius.
 const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+/// Throughput below which a walk ends that is reflected between solids.
+const LEAST_THROUGHPUT: f32 = 1e-4;
 
 /// Follows walks into snow.
 #[derive(Debug)]
@@ -121,7 +124,7 @@ impl<'scene> WalkTracer<'scene> {
         self.sample_lights(&surface.surface_point(), sampler);
         let [pixel, sample] = sampler.address();
         let mut stream = Stream::new(pixel.into(), sample.into());
-        let events = events_from(snow.node.events(), stream.uniform());
+        let events = snow.node.events_from(stream.uniform());
         let mut walk = Walk {
             ray,
             way_out: Some(way_out),
@@ -143,7 +146,7 @@ impl<'scene> WalkTracer<'scene> {
             match end {
                 BodyEnd::Inside => return walk.radiance,
                 BodyEnd::Outside(surface) => {
-                    let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths);
+                    let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                     let irradiance = near
                         .as_ref()
                         .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
@@ -175,7 +178,7 @@ impl<'scene> WalkTracer<'scene> {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
             if light.has_extent() {
-                let is_inside = self.scene.light_field.as_ref().is_some_and(|field| field.is_lamp_inside(index));
+                let is_inside = self.scene.light_field.as_ref().is_some_and(|field| field.lamp_inside(index).is_some());
                 if !light.is_diffuse() && !is_inside {
                     light.samples_at(entry, sampler).into_iter().for_each(add);
                 }
@@ -232,12 +235,7 @@ impl<'scene> WalkTracer<'scene> {
                     Flight::Solid(surface, _) => Some(BodyEnd::Solid(surface)),
                 };
             }
-            let is_over = |end: &Option<BodyEnd>, tangent: &Option<&mut TangentHalfSpace>| {
-                end.is_some() && tangent.as_ref().is_none_or(|tangent| tangent.has_ended())
-            };
-            if is_over(&end, &tangent)
-                && let Some(end) = end
-            {
+            if let Some(end) = finished(&mut end, tangent.as_deref()) {
                 return end;
             }
             walk.ray.origin = walk.ray.at(flight_m);
@@ -253,7 +251,7 @@ impl<'scene> WalkTracer<'scene> {
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
             if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
                 let fluence = near.map_or_else(|| snow.field.fluence(ahead), |near| near.fluence(ahead));
-                let through = walk.throughput * attenuation(snow.volume, &walk.lengths);
+                let through = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                 walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
                 end = Some(BodyEnd::Inside);
             }
@@ -262,9 +260,7 @@ impl<'scene> WalkTracer<'scene> {
             {
                 tangent.end_below(x, ahead);
             }
-            if is_over(&end, &tangent)
-                && let Some(end) = end
-            {
+            if let Some(end) = finished(&mut end, tangent.as_deref()) {
                 return end;
             }
         }
@@ -296,7 +292,7 @@ impl<'scene> WalkTracer<'scene> {
             let normal = sample.origin.direction_from(point).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
             let phase = snow.node.phase_per_sr(f64::from(walk.ray.direction.dot(normal)));
-            let mut scattered = walk.throughput * attenuation(snow.volume, &walk.lengths) * transmitted;
+            let mut scattered = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0) * transmitted;
             scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
             walk.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
         }
@@ -305,7 +301,8 @@ impl<'scene> WalkTracer<'scene> {
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
     fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
         let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] else { return false };
-        walk.throughput *= diffuse.reflectance(&self.scene.objects, surface) * attenuation(snow.volume, &walk.lengths);
+        walk.throughput *=
+            diffuse.reflectance(&self.scene.objects, surface) * attenuation(snow.volume, &walk.lengths, 0.0);
         walk.lengths = PathLengths::default();
         if walk.throughput.maximum() < LEAST_THROUGHPUT {
             return false;
@@ -332,8 +329,10 @@ fn match_depth_lengths(end_depth: EndDepth) -> f32 {
     end_depth.lengths() + 1.0
 }
 
-/// Throughput below which a walk ends that is reflected between solids.
-const LEAST_THROUGHPUT: f32 = 1e-4;
+/// The end of a walk, once both that in the body and that in the half-space have ended.
+fn finished(end: &mut Option<BodyEnd>, tangent: Option<&TangentHalfSpace>) -> Option<BodyEnd> {
+    end.take_if(|_| tangent.is_none_or(TangentHalfSpace::has_ended))
+}
 
 impl Walk<'_> {
     /// Turns the ray by a scattering angle, at a random azimuth.
@@ -346,17 +345,4 @@ impl Walk<'_> {
         let aside = side * cos_azimuth + up * sin_azimuth;
         self.ray.direction = (ahead * cos_scattering + aside * sin_scattering).normalize();
     }
-}
-
-/// The events of a list from a random position, cyclically.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and below the length")]
-fn events_from(events: &[ScatteringEvent], chance: f64) -> Skip<Cycle<Iter<'_, ScatteringEvent>>> {
-    events.iter().cycle().skip((chance * events.len() as f64) as usize)
-}
-
-/// Attenuation of each wavelength by absorption along a path.
-fn attenuation(volume: &Volume, lengths: &PathLengths) -> Spectrum {
-    let mut attenuation = Spectrum([0.0; SAMPLES]);
-    volume.attenuation(lengths, 0.0, &mut attenuation.0);
-    attenuation
 }

@@ -78,9 +78,13 @@ fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) 
         ("emission", snow.emission != Emission::Transmitted),
     ];
     if let Some((key, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(path.key(key).error("applies to the integrator pcasnow only").into());
+        return Err(path
+            .key(key)
+            .error("applies to the integrator pcasnow only: set type = \"pcasnow\" in [integrator]")
+            .into());
     }
-    let ice = fill::ice_from_metadata(&sources.table.metadata).map_err(|error| no_snow(path, &error))?;
+    let ice = fill::ice_from_metadata(&sources.table.metadata)
+        .map_err(|_| no_snow(path, &"the table does not name its ice (ice_constants): only pcasnow can render it"))?;
     sample_at(snow, 0.0).snow(ice).map_err(|error| no_snow(path, &error))
 }
 

@@ -5,8 +5,8 @@
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops,
 //!                          # false_color = { red_nm, green_nm, blue_nm }
-//! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "pcasnow" |
-//!                          # "diffusion" | "hybrid" | "reference"
+//! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "hybrid" |
+//!                          # "diffusion" | "pcasnow" | "reference"
 //! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface,
 //!                          #   else as its snow needs)
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,

@@ -22,7 +22,7 @@ use crate::spectrum::Spectrum;
 /// Most groups of spectral nodes.
 pub(super) const MOST_GROUPS: usize = 4;
 /// Most rays of a body, which bounds memory and time.
-const MOST_RAYS: usize = 4 << 20;
+const MOST_RAYS: usize = 2 << 20;
 /// Most rays of a surface element.
 const MOST_RAYS_PER_ELEMENT: usize = 16;
 
@@ -41,7 +41,7 @@ pub(super) struct GatheredPaths {
     ends: Vec<SnowEnd>,
     /// Transmittance of paths by way of diffuse surfaces, for each group: a range for each such path.
     throughputs: Vec<f32x4>,
-    rays_per_element: usize,
+    rays_per_element: u32,
 }
 
 /// A path that ends at snow.
@@ -75,7 +75,7 @@ impl GatheredPaths {
     pub(super) fn new(solid: &Solid, body: &SnowBody, nodes: &SpectralNodes, around: &Surroundings) -> Self {
         let elements = body.surface();
         let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
-        let rays_of_element = u32::try_from(rays_per_element).unwrap_or(1);
+        let rays_per_element = u32::try_from(rays_per_element).unwrap_or(1);
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
             let mut found = Task::default();
@@ -84,8 +84,7 @@ impl GatheredPaths {
                 let mut steady = Spectrum::ZERO;
                 for ray in 0..rays_per_element {
                     // One sequence for all elements, so that the rays of neighbours are well distributed together.
-                    let ray = u32::try_from(ray).unwrap_or(u32::MAX);
-                    let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_of_element).wrapping_add(ray));
+                    let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_per_element).wrapping_add(ray));
                     let start = surface_point(element);
                     let (light, end) = trace(&mut queries, solid.object, start, sampler, around);
                     steady += light;

@@ -11,7 +11,7 @@ use crate::spectrum::Spectrum;
 const SAME_SPECTRUM: f32 = 1e-3;
 
 /// A lamp inside snow.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct LampInSnow {
     /// Index of the light in the scene.
     pub(crate) light: usize,

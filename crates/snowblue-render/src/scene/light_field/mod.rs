@@ -6,6 +6,7 @@
 //!
 //! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
 
+mod bright_snow;
 mod gather;
 mod illumination;
 mod inner_lamp;
@@ -31,6 +32,7 @@ use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::{SAMPLES, Spectrum};
 
+use bright_snow::BrightSnow;
 use gather::{Exitance, GatheredPaths, MOST_GROUPS, Surroundings};
 pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
@@ -71,8 +73,8 @@ pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 const MOST_GATHER_ROUNDS: usize = 8;
 /// Relative change of the light at the surface that ends gathering.
 const GATHER_TOLERANCE: f64 = 0.01;
-/// Relative residual of the solutions before the last.
-const GATHER_RESIDUAL: f64 = 1e-4;
+/// Relative residual of all solutions but the last.
+const GATHER_RESIDUAL: f64 = 1e-3;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
 /// Most spectral nodes.
@@ -84,8 +86,8 @@ pub(crate) struct LightField {
     bodies: Vec<BodyField>,
     /// The body of each object.
     body_of: Vec<Option<usize>>,
-    /// Indices of the lights that are inside snow.
-    lamps_in_snow: Vec<usize>,
+    lamps_in_snow: Vec<LampInSnow>,
+    bright_snow: BrightSnow,
 }
 
 /// The light in a body of snow.
@@ -172,7 +174,7 @@ impl LightField {
             let Some(optics) = (scene.snow)(object) else { continue };
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
             let solid = Solid::new(scene.objects, object)
-                .ok_or_else(|| (object, "is infinite, but snow must be a solid for this integrator".to_owned()))?;
+                .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
             solids.push((solid, optics, survey));
         }
@@ -196,11 +198,14 @@ impl LightField {
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
         for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
             let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(&illumination, &body_of)).collect();
-            let mut solutions: Vec<Solution> =
-                prepared.iter().zip(&lightings).map(|(one, lighting)| one.solve_direct(lighting)).collect();
-            if scene.max_bounces > 0 {
-                let lights = (&illumination, lightings.as_slice());
-                gather_light(scene, lights, &prepared, &mut solutions, &body_of);
+            let paths = gathered_paths(scene, &illumination, &prepared);
+            let tolerance = if paths.is_empty() { SolveOptions::default().tolerance } else { GATHER_RESIDUAL };
+            let direct = |(one, lighting): (&PreparedBody, &Lighting)| {
+                one.solve(lighting, None, SolveOptions { tolerance, ..lighting.options() })
+            };
+            let mut solutions: Vec<Solution> = prepared.iter().zip(&lightings).map(direct).collect();
+            if !paths.is_empty() {
+                gather_light(&paths, &lightings, &prepared, &mut solutions, &body_of);
             }
             let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
             let lit_bodies = lit.iter_mut().zip(&prepared).zip(&lightings).zip(solutions);
@@ -217,13 +222,20 @@ impl LightField {
             let extinction_per_m = (transport_length_m * reduced).recip();
             BodyField { body, lit, nodes, optics, transport_length_m, extinction_per_m, walk_ends }
         });
-        let lamps_in_snow = scene.lamps_in_snow.iter().map(|lamp| lamp.light).collect();
-        Ok(Self { bodies: bodies.collect(), body_of, lamps_in_snow })
+        let bodies: Vec<BodyField> = bodies.collect();
+        let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
+        Ok(Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow })
     }
 
-    /// Whether a light is a lamp inside snow.
-    pub(crate) fn is_lamp_inside(&self, light: usize) -> bool {
-        self.lamps_in_snow.contains(&light)
+    /// A light of the scene as a lamp inside snow, if it is one.
+    pub(crate) fn lamp_inside(&self, light: usize) -> Option<&LampInSnow> {
+        self.lamps_in_snow.iter().find(|lamp| lamp.light == light)
+    }
+
+    /// Samples the direction of a path that goes on from a diffuse surface, from three numbers in [0, 1): half of the
+    /// paths go towards bright snow. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
+    pub(crate) fn sample_reflection(&self, surface: &SurfacePoint, numbers: [f32; 3]) -> (Vec3A, f32) {
+        self.bright_snow.sample(surface, numbers)
     }
 
     /// The light in the body that an object of snow belongs to.
@@ -240,25 +252,30 @@ fn mean_spectrum(lightings: &[Lighting]) -> Spectrum {
     if sum.maximum() > 0.0 { sum } else { Spectrum::ONE }
 }
 
-/// Adds the light that comes to snow by other surfaces, round by round, until it changes by less than
-/// [`GATHER_TOLERANCE`].
-fn gather_light(
-    scene: &FieldScene,
-    (illumination, lightings): (&Illumination, &[Lighting]),
-    prepared: &[PreparedBody],
-    solutions: &mut [Solution],
-    body_of: &[Option<usize>],
-) {
+/// The paths from all bodies to other surfaces; none if no light comes that way.
+fn gathered_paths(scene: &FieldScene, illumination: &Illumination, prepared: &[PreparedBody]) -> Vec<GatheredPaths> {
+    if scene.max_bounces == 0 {
+        return Vec::new();
+    }
     let around = Surroundings {
         lights: &illumination.lights,
         reflectance: scene.reflectance,
         most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),
     };
-    let paths: Vec<GatheredPaths> =
-        prepared.iter().map(|one| GatheredPaths::new(&one.solid, &one.body, &one.nodes, &around)).collect();
-    if paths.iter().all(GatheredPaths::is_empty) {
-        return;
-    }
+    let paths = prepared.iter().map(|one| GatheredPaths::new(&one.solid, &one.body, &one.nodes, &around));
+    let paths: Vec<GatheredPaths> = paths.collect();
+    if paths.iter().all(GatheredPaths::is_empty) { Vec::new() } else { paths }
+}
+
+/// Adds the light that comes to snow by other surfaces, round by round, until it changes by less than
+/// [`GATHER_TOLERANCE`].
+fn gather_light(
+    paths: &[GatheredPaths],
+    lightings: &[Lighting],
+    prepared: &[PreparedBody],
+    solutions: &mut [Solution],
+    body_of: &[Option<usize>],
+) {
     let mut before = 0.0;
     for round in 0..MOST_GATHER_ROUNDS {
         let exitances: Vec<SurfaceValues> =
@@ -270,18 +287,16 @@ fn gather_light(
         };
         let mut total = 0.0;
         let mut gathered: Vec<Vec<Vec<f32x4>>> = paths.iter().map(|paths| paths.irradiance(&exitance)).collect();
-        for (gathered, one) in gathered.iter_mut().zip(prepared) {
-            one.body.denoise(gathered, NOISE);
-        }
-        let bodies = prepared.iter().zip(lightings).zip(&gathered);
-        for (((one, lighting), gathered), solution) in bodies.clone().zip(solutions.iter_mut()) {
+        let bodies = || prepared.iter().zip(lightings);
+        for (((one, lighting), gathered), solution) in bodies().zip(&gathered).zip(solutions.iter_mut()) {
             let options =
                 SolveOptions { start: Some(&solution.fluence), tolerance: GATHER_RESIDUAL, ..lighting.options() };
             *solution = one.solve(lighting, Some(gathered), options);
             total += one.total(&solution.irradiance);
         }
         if (total - before).abs() < GATHER_TOLERANCE * total || round + 1 == MOST_GATHER_ROUNDS {
-            for (((one, lighting), gathered), solution) in bodies.zip(solutions.iter_mut()) {
+            for (((one, lighting), gathered), solution) in bodies().zip(&mut gathered).zip(solutions.iter_mut()) {
+                one.body.denoise(gathered, NOISE);
                 let options = SolveOptions { start: Some(&solution.fluence), ..lighting.options() };
                 *solution = one.solve(lighting, Some(gathered), options);
             }
@@ -332,11 +347,6 @@ impl<'a> PreparedBody<'a> {
             direct: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.optics.half_space),
             sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
         }
-    }
-
-    /// The solution for lamps and skies alone.
-    fn solve_direct(&self, lighting: &Lighting) -> Solution {
-        self.solve(lighting, None, lighting.options())
     }
 
     /// The solution with the irradiance by other surfaces, for each group and element.
@@ -477,6 +487,13 @@ impl BodyField {
     pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
         self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.scale)))
+    }
+
+    /// What leaves the surface, as a sum over the spectral nodes.
+    fn brightness(&self, surface: &SurfacePoint) -> f32 {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        let values = self.lit.iter().filter_map(|lit| self.body.surface_value(&lit.exitance, point, normal));
+        values.flatten().map(f32x4::reduce_add).sum()
     }
 
     /// The net flux outwards through the surface, in W m⁻² as a band density.

@@ -17,7 +17,7 @@ use crate::spectrum::Spectrum;
 /// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
 const MOST_SAMPLES_PER_ELEMENT: usize = 16;
 /// Most samples of a light with extent on a body, which bounds the time.
-const MOST_SAMPLES: usize = 8 << 20;
+const MOST_SAMPLES: usize = 4 << 20;
 /// Relative noise to which sampled light is smoothed.
 pub(super) const NOISE: f32 = 0.05;
 /// Elements of a task.
