@@ -36,7 +36,7 @@ pub enum Drawing {
 #[derive(Debug, Clone)]
 pub struct Rendering {
     /// Suffix of its file name.
-    pub name: &'static str,
+    pub name: String,
     /// The line below it.
     pub caption: String,
     /// The bytes of a PNG file.

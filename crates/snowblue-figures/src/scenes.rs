@@ -33,6 +33,13 @@ pub(crate) fn set_lamp_position(scene: &mut SceneDescription, position: [f64; 3]
     }
 }
 
+/// Multiplies the radiance of the first light of a scene, a sphere.
+pub(crate) fn scale_lamp(scene: &mut SceneDescription, factor: f64) {
+    if let LightSource::Sphere(lamp) = &mut scene.lights[0].source {
+        lamp.radiance_w_m2_sr *= factor;
+    }
+}
+
 /// Sets the grain size of all snow, in µm.
 pub(crate) fn set_grain_size(scene: &mut SceneDescription, grain_size_um: f64) {
     for material in scene.materials.values_mut() {

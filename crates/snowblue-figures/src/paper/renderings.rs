@@ -1,4 +1,4 @@
-//! The paper's pictures, rendered from the scenes in `scenes/`: Figs. 1, 9, 10 and 11.
+//! The paper's pictures, rendered from the scenes in `scenes/` by PCASnow and by the light field: Figs. 1, 9, 10, 11.
 
 use std::path::Path;
 
@@ -6,6 +6,7 @@ use snowblue_render::files::FilesIn;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
 use snowblue_render::images::raster::ImageSize;
+use snowblue_render::scene::IntegratorKind;
 use snowblue_render::{SceneDescription, render};
 
 use crate::error::FigureError;
@@ -16,9 +17,13 @@ use crate::table::{Cell, DataTable};
 /// The dragon's mesh, relative to the working directory.
 const DRAGON_MESH: &str = "models/dragon.ply";
 
+/// How much stronger the lamp under snow is for PCASnow, which lacks most of its light.
+const LAMP_FACTOR: f64 = 100.0;
+
 /// A picture to render.
+#[derive(Clone)]
 struct Shot {
-    name: &'static str,
+    name: String,
     caption: String,
     scene: SceneDescription,
     size: ImageSize,
@@ -36,75 +41,67 @@ pub(crate) fn fig1() -> Result<Figure, FigureError> {
         title: "A garden lamp under snow",
         ours: "A scene of our own after the photograph: a lamp of 6600 K (LED-B5), 6 cm in radius, under a mound of \
                snow with grains of 500 µm, 200 kg/m³. Light is pale where the snow is thin and blue where it comes \
-               from deep inside.",
+               from deep inside. For PCASnow the lamp is 100 times as strong: the light that spreads in a mound is \
+               not on its straight line.",
         paper: "Shows two photographs: an igloo's wall in daylight, and a garden lamp covered by snow at dusk.",
     };
     let shot = Shot {
-        name: "lamp",
+        name: "lamp".to_owned(),
         caption: "A lamp in a mound of snow, at dusk".to_owned(),
         scene: scenes::read(scenes::LAMP)?,
         size: ImageSize { width: 640, height: 480 },
     };
-    rendered(&captions, &[shot])
+    let mut shots = both_ways(&[shot]);
+    scenes::scale_lamp(&mut shots[0].scene, LAMP_FACTOR);
+    rendered(&captions, &shots)
 }
 
 /// A thickness of a block of Fig. 9, and the exposure of its backlit pictures.
 struct Thickness {
-    label: &'static str,
+    /// In cm.
+    name: &'static str,
     size_m: f64,
     exposure_stops: f64,
 }
 
 const THICKNESSES: [Thickness; 4] = [
-    Thickness { label: "5 cm", size_m: 0.05, exposure_stops: -0.7 },
-    Thickness { label: "10 cm", size_m: 0.1, exposure_stops: 0.3 },
-    Thickness { label: "15 cm", size_m: 0.15, exposure_stops: 0.8 },
-    Thickness { label: "30 cm", size_m: 0.3, exposure_stops: 1.6 },
+    Thickness { name: "5", size_m: 0.05, exposure_stops: -0.7 },
+    Thickness { name: "10", size_m: 0.1, exposure_stops: 0.3 },
+    Thickness { name: "15", size_m: 0.15, exposure_stops: 0.8 },
+    Thickness { name: "30", size_m: 0.3, exposure_stops: 1.6 },
 ];
 
-/// A view of the blocks of Fig. 9, with the names of its pictures by thickness.
+/// A view of the blocks of Fig. 9.
 struct View {
     scene: &'static str,
-    names: [&'static str; 4],
+    name: &'static str,
     label: &'static str,
     backlit: bool,
 }
 
 const VIEWS: [View; 3] = [
-    View {
-        scene: scenes::BLOCK_FRONT,
-        names: ["front_5", "front_10", "front_15", "front_30"],
-        label: "opaque, lit from the front",
-        backlit: false,
-    },
-    View {
-        scene: scenes::BLOCK_BACK,
-        names: ["back_5", "back_10", "back_15", "back_30"],
-        label: "lit from behind",
-        backlit: true,
-    },
-    View {
-        scene: scenes::BLOCK_OBLIQUE,
-        names: ["oblique_5", "oblique_10", "oblique_15", "oblique_30"],
-        label: "lit from behind, seen from the side",
-        backlit: true,
-    },
+    View { scene: scenes::BLOCK_FRONT, name: "front", label: "opaque, lit from the front", backlit: false },
+    View { scene: scenes::BLOCK_BACK, name: "back", label: "lit from behind", backlit: true },
+    View { scene: scenes::BLOCK_OBLIQUE, name: "oblique", label: "lit from behind, seen from the side", backlit: true },
 ];
 
 pub(crate) fn fig9() -> Result<Figure, FigureError> {
     let mut shots = Vec::new();
     for view in &VIEWS {
-        for (name, thickness) in view.names.into_iter().zip(&THICKNESSES) {
+        let mut row = Vec::new();
+        for thickness in &THICKNESSES {
             let mut scene = scenes::read(view.scene)?;
             scenes::set_thickness(&mut scene, thickness.size_m);
-            let mut caption = format!("{}, {}", thickness.label, view.label);
+            let mut caption = format!("{} cm, {}", thickness.name, view.label);
             if view.backlit {
                 let stops = thickness.exposure_stops;
                 scene.film.exposure = Exposure::Stops(stops);
                 caption = format!("{caption}; {:+.1} stops", stops - THICKNESSES[0].exposure_stops);
             }
-            shots.push(Shot { name, caption, scene, size: ImageSize { width: 270, height: 270 } });
+            let size = ImageSize { width: 270, height: 270 };
+            row.push(Shot { name: format!("{}_{}", view.name, thickness.name), caption, scene, size });
         }
+        shots.extend(if view.backlit { both_ways(&row) } else { row });
     }
     let captions = Captions {
         title: "Blocks of snow, 5 to 30 cm thick",
@@ -118,9 +115,9 @@ pub(crate) fn fig9() -> Result<Figure, FigureError> {
 }
 
 pub(crate) fn fig10() -> Result<Figure, FigureError> {
-    let shot = |name, caption: &str, scene: &str| -> Result<Shot, FigureError> {
+    let shot = |name: &str, caption: &str, scene: &str| -> Result<Shot, FigureError> {
         let size = ImageSize { width: 400, height: 300 };
-        Ok(Shot { name, caption: caption.to_owned(), scene: scenes::read(scene)?, size })
+        Ok(Shot { name: name.to_owned(), caption: caption.to_owned(), scene: scenes::read(scene)?, size })
     };
     let captions = Captions {
         title: "Inside an igloo",
@@ -130,10 +127,8 @@ pub(crate) fn fig10() -> Result<Figure, FigureError> {
         paper: "Blocks about 15 cm thick in a directionally uniform light of D55; light bleeds through the seams. \
                 Inset: opaque blocks, lit from within. It does not specify the snow.",
     };
-    let shots = [
-        shot("snow", "Lit by the sky, through the wall", scenes::IGLOO)?,
-        shot("opaque", "Opaque blocks, a lamp inside", scenes::IGLOO_OPAQUE)?,
-    ];
+    let mut shots = both_ways(&[shot("snow", "Lit by the sky, through the wall", scenes::IGLOO)?]);
+    shots.push(shot("opaque", "Opaque blocks, a lamp inside", scenes::IGLOO_OPAQUE)?);
     rendered(&captions, &shots)
 }
 
@@ -156,12 +151,25 @@ pub(crate) fn fig11() -> Result<Figure, FigureError> {
         let mut scene = dragon.clone();
         scenes::set_grain_size(&mut scene, grain_size_um);
         let size = ImageSize { width: 480, height: 360 };
-        Shot { name, caption: format!("Grains of {grain_size_um} µm"), scene, size }
+        Shot { name: name.to_owned(), caption: format!("Grains of {grain_size_um} µm"), scene, size }
     });
     let ours = "Facetness .3, 300 kg/m³, a point of D65 behind, one exposure for all. At this scale the dragon is 80 \
                 cm thick at most, where body and front legs add up, and 30 cm in the median of its silhouette. Larger \
                 grains let more light through. Mesh: Stanford Computer Graphics Laboratory.";
-    rendered(&Captions { title, ours, paper }, &shots)
+    rendered(&Captions { title, ours, paper }, &both_ways(&shots))
+}
+
+/// Shots of snow in two rows: by PCASnow, as in the paper, and by random walks that end in the light field.
+fn both_ways(shots: &[Shot]) -> Vec<Shot> {
+    let way = |kind: IntegratorKind, suffix: &str, label: &str| {
+        let with_kind = |shot: &Shot| {
+            let mut shot = shot.clone();
+            shot.scene.integrator.kind = kind;
+            Shot { name: format!("{}{suffix}", shot.name), caption: format!("{}, {label}", shot.caption), ..shot }
+        };
+        shots.iter().map(with_kind).collect::<Vec<_>>()
+    };
+    [way(IntegratorKind::PcaSnow, "", "PCASnow"), way(IntegratorKind::Hybrid, "_ours", "ours")].concat()
 }
 
 /// A figure of rendered pictures, with the settings of each.
@@ -175,17 +183,25 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
         let rendering = render::render(&scene, &|_| {});
         let stops = rendering.film.display_factor(scene.film().exposure).log2();
         let counts = [width, height, scene.integrator().samples_per_pixel, scene.integrator().max_bounces];
-        let mut row = vec![Cell::word(shot.name)];
+        let mut row = vec![Cell::word(&shot.name), Cell::word(scene.integrator().kind.name())];
         row.extend(counts.map(|count| Cell::Number(count.into())));
         row.push(Cell::Number(stops));
         row.push(Cell::Number(rendering.statistics.odd_depth_lines as f64));
         rows.push(row);
         let picture = image_file::to_raster(&rendering.film, scene.film().exposure);
         let png = image_file::png_bytes(&picture, &[("Software", SOFTWARE)])?;
-        renderings.push(Rendering { name: shot.name, caption: shot.caption.clone(), png });
+        renderings.push(Rendering { name: shot.name.clone(), caption: shot.caption.clone(), png });
     }
-    let columns =
-        ["picture", "width", "height", "samples_per_pixel", "max_bounces", "exposure_stops", "odd_depth_lines"];
+    let columns = [
+        "picture",
+        "integrator",
+        "width",
+        "height",
+        "samples_per_pixel",
+        "max_bounces",
+        "exposure_stops",
+        "odd_depth_lines",
+    ];
     Ok(Figure {
         title: captions.title,
         ours: captions.ours.to_owned(),

@@ -1,20 +1,33 @@
 //! The scenes of the comparison: blocks of three thicknesses and a ball, in front of a far and a near lamp; and further
 //! scenes, lit from all sides.
 
+use std::borrow::Cow;
+
+use snowblue_database::fill::{FillOptions, fill};
+use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Space};
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::description::{LightSource, ShapeDescription, SphereLightDescription};
+use snowblue_render::scene::description::{LightSource, MaterialDescription, ShapeDescription, SphereLightDescription};
 use snowblue_render::{RenderError, SceneDescription};
+use snowblue_transport::Substance;
 
 use super::image::SIDE;
 use super::method::Method;
+use crate::error::FigureError;
 use crate::scenes;
+
+/// Melting snow with soot: the fraction of the pores that is full of water, and black carbon.
+const WATER_SATURATION: f64 = 0.1;
+const SOOT_NG_G: f64 = 100.0;
+/// Rays of the tally for the table of that snow.
+const TALLY_RAYS: u32 = 1 << 18;
 
 /// A scene, with the name and the caption of its picture.
 pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) caption: String,
     scene: SceneDescription,
+    table: Cow<'static, CompressedTable>,
     /// Samples per pixel of each reference rendering.
     pub(super) samples: u32,
     pub(super) group: Group,
@@ -80,7 +93,7 @@ const BLOCK_LAMPS: [Lamp; 2] =
     [Lamp { position: [0.0, 1.2, 0.2], label: "120 cm" }, Lamp { position: [0.0, 0.45, 0.2], label: "45 cm" }];
 
 /// All scenes, with `sample_factor` times the samples.
-pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
+pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
     let mut cases = Vec::new();
     for view in &VIEWS {
         let is_front = view.is_front;
@@ -96,7 +109,8 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
                 let (lamp, view) = (lamp.label, view.label);
                 let caption = format!("A block of {label}, the lamp {lamp} behind its middle, seen {view}");
                 let samples = samples * sample_factor;
-                cases.push(Case { name, caption, scene, samples, group: Group::Blocks, is_front });
+                let (table, group) = (embedded_table(), Group::Blocks);
+                cases.push(Case { name, caption, scene, table, samples, group, is_front });
             }
         }
     }
@@ -104,18 +118,60 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
         let mut scene = scenes::read(scenes::BALL)?;
         scenes::set_lamp_position(&mut scene, position);
-        let samples = 512 * sample_factor;
-        cases.push(Case { name, caption, scene, samples, group: Group::Balls, is_front: false });
+        let (table, samples) = (embedded_table(), 512 * sample_factor);
+        cases.push(Case { name, caption, scene, table, samples, group: Group::Balls, is_front: false });
     }
     cases.extend(further_cases(sample_factor)?);
     Ok(cases)
 }
 
+fn embedded_table() -> Cow<'static, CompressedTable> {
+    Cow::Borrowed(snowblue_data::embedded())
+}
+
+/// A block of 10 cm of wet and sooty snow with the lamp behind it, and the table of that snow.
+fn wet_and_sooty() -> Result<(SceneDescription, CompressedTable), FigureError> {
+    let mut scene = scenes::read(scenes::BLOCK_BACK)?;
+    scenes::set_thickness(&mut scene, 0.1);
+    let mut axes = Axes::with_thin_and_thick_knots();
+    for material in scene.materials.values_mut() {
+        let MaterialDescription::PcaSnow(snow) = material else { continue };
+        snow.water_saturation = Some(WATER_SATURATION.into());
+        snow.impurities_ng_g.insert("black-carbon".to_owned(), SOOT_NG_G.into());
+        axes.grain_sizes_um = vec![snow.grain_size_um.at(0.0)];
+        axes.facetness = vec![snow.facetness.at(0.0)];
+        axes.densities_kg_m3 = vec![snow.density_kg_m3.at(0.0)];
+    }
+    axes.properties = vec![
+        PropertyAxis { property: Property::WaterSaturation, values: vec![WATER_SATURATION] },
+        PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![SOOT_NG_G] },
+    ];
+    let table = fill(&axes, &FillOptions::by_ordinates(TALLY_RAYS), &|_| ())?;
+    Ok((scene, CompressedTable::new(&table, Space::Log, Space::Log.default_components())?))
+}
+
+/// A part of the wall of a small igloo from outside, a lamp inside.
+fn igloo_piece() -> Result<SceneDescription, RenderError> {
+    let mut scene = scenes::read(scenes::IGLOO)?;
+    if let ShapeDescription::Igloo(igloo) = &mut scene.objects[0].shape {
+        (igloo.inner_radius, igloo.wall, igloo.block_width) = (0.6, 0.08, 0.3);
+        (igloo.seam_depth, igloo.seam_width) = (Some(0.025), 0.05);
+    }
+    scene.objects.truncate(1);
+    (scene.environment, scene.lights) = (None, scenes::read(scenes::BLOCK_BACK)?.lights);
+    scenes::set_lamp_position(&mut scene, [0.0, 0.0, 0.2]);
+    if let Some(camera) = &mut scene.camera {
+        (camera.position, camera.look_at, camera.vertical_fov_deg) = ([0.0, -3.0, 0.5], [0.0, -0.65, 0.25], 10.0);
+    }
+    scene.integrator.max_bounces = 0;
+    Ok(scene)
+}
+
 /// Scenes with light from the side and the front, small bodies, surfaces that see each other, and a lamp inside.
-fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
+fn further_cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
     let case = |name, caption: &str, scene, samples: u32| {
         let (caption, samples) = (caption.to_owned(), samples * sample_factor);
-        Case { name, caption, scene, samples, group: Group::Further, is_front: false }
+        Case { name, caption, scene, table: embedded_table(), samples, group: Group::Further, is_front: false }
     };
     let block = |position| {
         let mut scene = scenes::read(scenes::BLOCK_OBLIQUE)?;
@@ -143,6 +199,9 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         radiance_w_m2_sr: 1000.0,
         visible: true,
     });
+    let (wet_scene, wet_table) = wet_and_sooty()?;
+    let wet =
+        case("wet_sooty_10", "A block of 10 cm, a tenth of its pores full of water, 100 ng/g of soot", wet_scene, 256);
     let far = [0.5, 0.85, 0.2];
     Ok(vec![
         case("lit_front_10", "A block of 10 cm, lit from the front", block([0.4, -1.2, 0.5])?, 64),
@@ -154,6 +213,8 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, RenderError> {
         case("lamp_inside", "A ball 10 cm across, a lamp of 8 mm radius 2 cm from its middle", lamp_inside, 512),
         case("corner", "A corner of two blocks on a floor, lit from the front", scenes::read(scenes::CORNER)?, 256),
         case("floor_sky", "A block on a floor under a white sky", scenes::read(scenes::FLOOR)?, 256),
+        Case { table: Cow::Owned(wet_table), ..wet },
+        case("igloo_piece", "The wall of an igloo, 8 cm thick, a lamp inside", igloo_piece()?, 16),
     ])
 }
 
@@ -167,6 +228,6 @@ impl Case {
         scene.integrator.kind = method.integrator();
         scene.integrator.samples_per_pixel = self.samples;
         (scene.film.width, scene.film.height) = (SIDE, SIDE);
-        scene.build(snowblue_data::embedded(), &FilesInMemory::default())
+        scene.build(&self.table, &FilesInMemory::default())
     }
 }

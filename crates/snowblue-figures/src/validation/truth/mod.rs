@@ -55,7 +55,7 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
         });
         let images: Vec<MethodImage> = images.into_iter().collect::<Result<_, RenderError>>()?;
         let png = sheet::png(&reference, &images)?;
-        renderings.push(Rendering { name: case.name, caption: case.caption.clone(), png });
+        renderings.push(Rendering { name: case.name.to_owned(), caption: case.caption.clone(), png });
         if case.is_front {
             part_rows.extend(rows_of_parts(&case, &reference, &images));
         }
