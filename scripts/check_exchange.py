@@ -104,9 +104,11 @@ def openexr_reads_images(folder):
     assert corners == [[(4, 6), (29, 19)], [(0, 0), (31, 23)]], corners
     spectrum = np.array([values[f"S0.{nm},000000nm"] for nm in range(400, 701, 10)])
     assert spectrum.shape == (31, 14, 26) and spectrum.max() > 0
-    # Sums are 128-bit fixed-point numbers in four words, with 64 fractional bits.
+    # Sums are 128-bit fixed-point numbers in four words, with 64 fractional bits: the highest word has the sign, as
+    # single samples of hybrid may be negative.
     words = [[values[f"sums.{name}.{word}"] for word in range(4)] for name in "XYZ"]
-    xyz = np.array([sum(value * 2.0 ** (32 * k - 64) for k, value in enumerate(four)) for four in words])
+    signed = [[*low, high.astype(np.int32)] for *low, high in words]
+    xyz = np.array([sum(value * 2.0 ** (32 * k - 64) for k, value in enumerate(four)) for four in signed])
     # sRGB primaries and white (IEC 61966-2-1).
     primaries = np.array([[0.64, 0.3, 0.15], [0.33, 0.6, 0.06], [0.03, 0.1, 0.79]])
     white = np.array([0.3127 / 0.3290, 1, (1 - 0.3127 - 0.3290) / 0.3290])
