@@ -4,7 +4,7 @@
     pip install tartes xarray scipy
     python3 table.py tartes.nc
     snowblue database import tartes.nc --space log --components 3 -o tartes_snow.nc
-    snowblue render scenes/block_30cm.toml --database tartes_snow.nc -o tartes.png
+    snowblue render scenes/block_30cm.toml --integrator pcasnow --database tartes_snow.nc -o tartes.png
 
 TARTES has no facetness; the grain shape is its default (B = n squared, g after Robledano et al. 2023). The facetness
 axis has the single value 0.3, which the scenes use.

@@ -76,7 +76,7 @@ fn bad_layers_are_refused_with_file_and_line() {
         ("[100, 200]", "true", 4, &["number"]),
         ("facetness = 0.6", "facetness = 1.6", 5, &["facetness", "1.6", "0–1"]),
         ("sphericity = [0.6, 0.9, 0.7, 0.1]", "sphericity = 0.3", 10, &["sphericity", "0.3"]),
-        ("ssa_m2_kg = 12", "ssa_m2_kg = 12\ngrain_size_um = 300", 9, &["ssa_m2_kg", "grain_size_um"]),
+        ("ssa_m2_kg = 12", "ssa_m2_kg = 12\ngrain_size_um = 300", 9, &["specific surface area", "grain size"]),
         ("thickness_cm = 8.5", "thickness_cm = -1", 8, &["thickness", "-1 cm"]),
         ("thickness_cm = 8.5", "", 7, &["thickness_cm"]),
         ("picard2016", "hale1973", 1, &["hale1973", "picard2016"]),

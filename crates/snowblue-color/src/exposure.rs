@@ -33,6 +33,9 @@ pub struct AutoExposure {
 }
 
 impl AutoExposure {
+    /// Brings the brightest of a few colours close to white.
+    pub const OF_COLORS: Self = Self { fraction: 1.0, level: 0.9 };
+
     /// Exposure factor for some pixels; 1 if there are none or the quantile is black.
     pub fn factor(self, pixels: impl IntoIterator<Item = LinearRgb>) -> f64 {
         let mut brightest: Vec<f64> = pixels.into_iter().map(brightest_channel).collect();

@@ -214,6 +214,24 @@ impl Axes {
         self.diffuse.then_some(Incidence::Diffuse).into_iter().chain(beams).collect()
     }
 
+    /// Replaces the lights, in any order.
+    pub fn set_incidences(&mut self, incidences: &[Incidence]) {
+        self.diffuse = incidences.contains(&Incidence::Diffuse);
+        let angle_deg = |incidence: &Incidence| match incidence {
+            Incidence::Beam { angle_deg } => Some(*angle_deg),
+            Incidence::Diffuse => None,
+        };
+        self.angles_deg = incidences.iter().filter_map(angle_deg).collect();
+    }
+
+    /// Adds or replaces the axis of a further property.
+    pub fn set_property(&mut self, axis: PropertyAxis) {
+        match self.properties.iter_mut().find(|other| other.property == axis.property) {
+            Some(other) => *other = axis,
+            None => self.properties.push(axis),
+        }
+    }
+
     /// Sample number `number` with the given ice constants, not checked.
     ///
     /// # Errors

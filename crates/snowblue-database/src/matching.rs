@@ -99,6 +99,33 @@ pub struct Match {
     pub difference: ColorDifference,
 }
 
+/// The parameters that are given and not searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Given {
+    /// The thickness, or the range to search, in cm.
+    pub thickness_cm: Option<Interval>,
+    /// Whether the grain size is given.
+    pub grain_size: bool,
+    /// Whether the density is given.
+    pub density: bool,
+}
+
+impl Problem {
+    /// Searches first for the thickness, then for the grain size, then for the density, unless they are given.
+    #[must_use]
+    pub fn new(sample: SnowSample, incidence: Incidence, given: Given) -> Self {
+        let range = given.thickness_cm.unwrap_or(THICKNESSES_CM);
+        let free = [
+            (range.low < range.high, Parameter::Thickness, range),
+            (!given.grain_size, Parameter::GrainSize, GRAIN_SIZES_UM),
+            (!given.density, Parameter::Density, DENSITIES_KG_M3),
+        ];
+        let free = free.into_iter().filter(|(is_free, ..)| *is_free);
+        let free = free.map(|(_, parameter, range)| FreeParameter { parameter, range }).collect();
+        Self { sample, thickness_cm: range.high, incidence, free }
+    }
+}
+
 impl Match {
     /// Whether the difference is imperceptible with both colours at L* = 50.
     #[must_use]

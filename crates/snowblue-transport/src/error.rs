@@ -61,6 +61,24 @@ pub enum TransportError {
         /// Known names.
         known: String,
     },
+    /// A quantity with too few or too many numbers.
+    #[error("{quantity} has {count} numbers, but must be {expected}")]
+    Count {
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// How many numbers are given.
+        count: usize,
+        /// What the numbers may be.
+        expected: &'static str,
+    },
+    /// A quantity that has no meaning beside or without another.
+    #[error("{quantity} {rule}")]
+    Combination {
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// What it needs or excludes.
+        rule: &'static str,
+    },
     /// Wavelengths that do not cover a band.
     #[error(
         "the {band} band needs wavelengths from {first_nm} to {last_nm} nm, no more than {step_nm} nm apart, \
@@ -94,6 +112,20 @@ pub enum TransportError {
         /// Name of the missing quantity.
         quantity: &'static str,
     },
+}
+
+/// Finds a value of an enumeration by its name.
+pub(crate) fn find_by_name<T: Copy>(
+    quantity: &'static str,
+    name: &str,
+    all: &[T],
+    name_of: fn(T) -> &'static str,
+) -> Result<T, TransportError> {
+    all.iter().copied().find(|one| name_of(*one) == name).ok_or_else(|| TransportError::Unknown {
+        quantity,
+        name: name.to_owned(),
+        known: all.iter().map(|one| name_of(*one)).collect::<Vec<_>>().join(", "),
+    })
 }
 
 /// A unit as it follows a number: `10 µm`, `45°`, `0.5`.

@@ -66,9 +66,6 @@ pub(crate) struct Color {
     output: OutputOptions,
 }
 
-/// Brightest channel of all rows under automatic exposure.
-const AUTO_LEVEL: f64 = 0.9;
-
 /// A spectrum, with the cells of its slab: thickness and angle.
 struct Curve {
     slab: Vec<Cell>,
@@ -108,9 +105,7 @@ impl Color {
     fn exposed(&self, rows: Vec<ColorRow>) -> Vec<Vec<Cell>> {
         let factor = match self.exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => {
-                AutoExposure { fraction: 1.0, level: AUTO_LEVEL }.factor(rows.iter().map(|row| row.colour))
-            }
+            Exposure::Auto => AutoExposure::OF_COLORS.factor(rows.iter().map(|row| row.colour)),
         };
         rows.into_iter().map(|row| row.exposed(factor)).collect()
     }

@@ -4,8 +4,7 @@ use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{
-    self, DENSITIES_KG_M3, Deviation, FreeParameter, GRAIN_SIZES_UM, Match as Found, Parameter, Problem,
-    THICKNESSES_CM, Target,
+    self, Deviation, Given, Match as Found, Problem, Target,
 };
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable, display_hex};
@@ -101,18 +100,12 @@ impl Match {
 
     /// The snow, and its free parameters.
     fn snow(&self) -> Result<Problem, Failure> {
-        let range = self.thickness.map_or(THICKNESSES_CM, |span| Interval { low: span.min, high: span.max });
-        let mut free = Vec::new();
-        if range.low < range.high {
-            free.push(FreeParameter { parameter: Parameter::Thickness, range });
-        }
-        if !self.sample.sets_grain_size() {
-            free.push(FreeParameter { parameter: Parameter::GrainSize, range: GRAIN_SIZES_UM });
-        }
-        if !self.sample.sets_density() {
-            free.push(FreeParameter { parameter: Parameter::Density, range: DENSITIES_KG_M3 });
-        }
-        Ok(Problem { sample: self.sample.sample()?, thickness_cm: range.high, incidence: self.angle, free })
+        let given = Given {
+            thickness_cm: self.thickness.map(|span| Interval { low: span.min, high: span.max }),
+            grain_size: self.sample.sets_grain_size(),
+            density: self.sample.sets_density(),
+        };
+        Ok(Problem::new(self.sample.sample()?, self.angle, given))
     }
 
     fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {

@@ -15,5 +15,5 @@ pub(crate) use engine::OrdinatesArguments;
 pub(crate) use given::GivenOptions;
 pub(crate) use slab::SlabOptions;
 pub(crate) use snow::{
-    IceArgument, SizeMeasureArgument, SnowOptions, describe_distribution, describe_measure, describe_range,
+    SnowOptions, describe_distribution, describe_measure, describe_range,
 };

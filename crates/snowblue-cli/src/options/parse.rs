@@ -8,10 +8,9 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::{Aovs, FalseColor};
-use snowblue_transport::optics::Substance;
+use snowblue_transport::optics::{IceTable, Substance};
 use snowblue_transport::ordinates::Streams;
-use snowblue_transport::sample::SnowType;
-use snowblue_transport::sample::TruncatedNormal;
+use snowblue_transport::sample::{SizeMeasure, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
 
 /// A grain size in µm. Its measure is another option.
@@ -21,6 +20,16 @@ pub(crate) enum GrainSizeArgument {
     Mean(f64),
     /// `350:450`: a range.
     Range { min_um: f64, max_um: f64 },
+}
+
+impl GrainSizeArgument {
+    /// The mean or the ends of the range, in µm.
+    pub(crate) fn numbers_um(self) -> Vec<f64> {
+        match self {
+            Self::Mean(mean_um) => vec![mean_um],
+            Self::Range { min_um, max_um } => vec![min_um, max_um],
+        }
+    }
 }
 
 /// `black-carbon=10`: an impurity and its mass fraction in ng/g.
@@ -73,40 +82,27 @@ fn numbers(words: &str) -> Result<Vec<f64>, String> {
 }
 
 pub(crate) fn grain_size(words: &str) -> Result<GrainSizeArgument, String> {
-    grain_size_of(&numbers(words)?)
-}
-
-pub(crate) fn grain_size_of(numbers: &[f64]) -> Result<GrainSizeArgument, String> {
-    match *numbers {
-        [mean] => Ok(GrainSizeArgument::Mean(mean)),
+    match numbers(words)?[..] {
+        [mean_um] => Ok(GrainSizeArgument::Mean(mean_um)),
         [min_um, max_um] => Ok(GrainSizeArgument::Range { min_um, max_um }),
         _ => Err("give a mean (400) or a range (350:450), in µm".to_owned()),
     }
 }
 
 pub(crate) fn facetness(words: &str) -> Result<TruncatedNormal, String> {
-    facetness_of(&numbers(words)?)
-}
-
-pub(crate) fn facetness_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
-    match *numbers {
-        [mean] if (0.0..=1.0).contains(&mean) => Ok(TruncatedNormal::facetness_around(mean)),
-        [mean] => Err(format!("facetness is {mean}, but must lie in 0–1")),
-        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
-        _ => Err("give a mean (0.3) or MIN:MAX:MEAN:SD (0.2:0.4:0.3:0.075)".to_owned()),
-    }
+    TruncatedNormal::facetness(&numbers(words)?).map_err(|error| error.to_string())
 }
 
 pub(crate) fn sphericity(words: &str) -> Result<TruncatedNormal, String> {
-    sphericity_of(&numbers(words)?)
+    TruncatedNormal::sphericity(&numbers(words)?).map_err(|error| error.to_string())
 }
 
-pub(crate) fn sphericity_of(numbers: &[f64]) -> Result<TruncatedNormal, String> {
-    match *numbers {
-        [value] => Ok(TruncatedNormal::exactly(value)),
-        [min, max, mean, standard_deviation] => Ok(TruncatedNormal { min, max, mean, standard_deviation }),
-        _ => Err("give one value (0.8) or MIN:MAX:MEAN:SD (0.7:0.9:0.8:0.1)".to_owned()),
-    }
+pub(crate) fn size_measure(word: &str) -> Result<SizeMeasure, String> {
+    word.parse::<SizeMeasure>().map_err(|error| error.to_string())
+}
+
+pub(crate) fn ice(word: &str) -> Result<IceTable, String> {
+    word.parse::<IceTable>().map_err(|error| error.to_string())
 }
 
 pub(crate) fn snow_type(word: &str) -> Result<SnowType, String> {

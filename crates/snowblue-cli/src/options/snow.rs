@@ -1,23 +1,15 @@
 //! What the snow is made of.
 
-use clap::{Args, ValueEnum};
-use serde::Deserialize;
+use clap::Args;
 use snowblue_figures::{Metadata, format_number};
-use snowblue_transport::TransportError;
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::optics::Impurities;
-use snowblue_transport::sample::SnowType;
-use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowDescription, SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 
 use super::SlabOptions;
 use super::parse::{self, GrainSizeArgument, ImpurityAmount, Wavelengths};
 use crate::output::Failure;
-
-/// Mean grain size without any option, in µm.
-const DEFAULT_GRAIN_SIZE_UM: f64 = 400.0;
-/// Density without any option, in kg/m³.
-const DEFAULT_DENSITY_KG_M3: f64 = 300.0;
 
 /// What the snow is made of.
 #[derive(Debug, Args)]
@@ -34,9 +26,13 @@ pub(crate) struct SnowOptions {
     /// Specific surface area in m²/kg, instead of a grain size [1.4–300]
     #[arg(long, value_name = "AREA", value_parser = parse::number)]
     ssa: Option<f64>,
-    /// Diameter that the grain size means
-    #[arg(long, value_name = "MEASURE", value_enum, default_value = "greatest-extension", conflicts_with = "ssa")]
-    size_measure: SizeMeasureArgument,
+    /// Diameter that the grain size means: greatest-extension (the longest distance across a grain), volume-diameter
+    /// (of the sphere of equal volume) or optical-diameter (of equal volume per surface area)
+    #[arg(
+        long, value_name = "MEASURE", default_value = "greatest-extension", value_parser = parse::size_measure,
+        conflicts_with = "ssa"
+    )]
+    size_measure: SizeMeasure,
     /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
     #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
     facetness: TruncatedNormal,
@@ -56,82 +52,16 @@ pub(crate) struct SnowOptions {
     /// Temperature in °C; changes the density of ice only [-60–0]
     #[arg(long, value_name = "T", default_value = "-5", value_parser = parse::number, allow_negative_numbers = true)]
     temperature: f64,
-    /// Table of the absorption of ice; the two differ in the blue
-    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008")]
-    ice: IceArgument,
-}
-
-/// A measure of grain size, as options and files name it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum SizeMeasureArgument {
-    /// Longest distance across the grain
-    GreatestExtension,
-    /// Diameter of the sphere of equal volume
-    VolumeDiameter,
-    /// Diameter of the sphere of equal volume per surface area
-    OpticalDiameter,
-}
-
-/// A table of the constants of ice, as options and files name it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum IceArgument {
-    /// Warren & Brandt 2008
-    Warren2008,
-    /// Picard, Libois & Arnaud 2016
-    Picard2016,
-}
-
-impl GrainSizeArgument {
-    /// The grain sizes in a measure.
-    pub(crate) fn measured_by(self, measure: SizeMeasureArgument) -> Result<GrainSize, TransportError> {
-        let measure = match measure {
-            SizeMeasureArgument::GreatestExtension => SizeMeasure::GreatestExtension,
-            SizeMeasureArgument::VolumeDiameter => SizeMeasure::VolumeDiameter,
-            SizeMeasureArgument::OpticalDiameter => SizeMeasure::OpticalDiameter,
-        };
-        match self {
-            Self::Mean(mean_um) => GrainSize::around(mean_um).map(|size| GrainSize { measure, ..size }),
-            Self::Range { min_um, max_um } => Ok(GrainSize { min_um, max_um, measure }),
-        }
-    }
-}
-
-impl IceArgument {
-    pub(crate) fn table(self) -> IceTable {
-        match self {
-            Self::Warren2008 => IceTable::WarrenBrandt2008,
-            Self::Picard2016 => IceTable::Picard2016,
-        }
-    }
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Warren2008 => "warren2008",
-            Self::Picard2016 => "picard2016",
-        }
-    }
+    /// Table of the absorption of ice: warren2008 (Warren & Brandt 2008) or picard2016 (Picard, Libois & Arnaud 2016);
+    /// the two differ in the blue
+    #[arg(long, value_name = "TABLE", default_value = "warren2008", value_parser = parse::ice)]
+    ice: IceTable,
 }
 
 impl SnowOptions {
-    fn sample_grain_size(&self) -> Result<GrainSize, Failure> {
-        let area_m2_kg = self.ssa.or(self.snow.map(SnowType::surface_area_m2_kg));
-        let default_measure = self.size_measure == SizeMeasureArgument::GreatestExtension;
-        if self.snow.is_some() && self.grain_size.is_none() && !default_measure {
-            return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
-        }
-        let size = match (self.grain_size, area_m2_kg) {
-            (Some(size), _) => return self.grain_size(size),
-            (None, Some(area_m2_kg)) => GrainSize::from_specific_surface_area(area_m2_kg, self.temperature),
-            (None, None) => return self.grain_size(GrainSizeArgument::Mean(DEFAULT_GRAIN_SIZE_UM)),
-        };
-        size.map_err(Failure::input)
-    }
-
     /// Grain sizes in the measure of the options.
     pub(crate) fn grain_size(&self, size: GrainSizeArgument) -> Result<GrainSize, Failure> {
-        size.measured_by(self.size_measure).map_err(Failure::input)
+        GrainSize::from_numbers(&size.numbers_um(), self.size_measure).map_err(Failure::input)
     }
 
     fn impurities(&self) -> Result<Impurities, Failure> {
@@ -147,17 +77,24 @@ impl SnowOptions {
 
     /// The snow. Only its grain size is checked.
     pub(crate) fn sample(&self) -> Result<SnowSample, Failure> {
-        let kind_density = self.snow.map(SnowType::density_kg_m3);
-        Ok(SnowSample {
-            grain_size: self.sample_grain_size()?,
-            sphericity: self.sphericity,
-            facetness: self.facetness,
-            density_kg_m3: self.density.or(kind_density).unwrap_or(DEFAULT_DENSITY_KG_M3),
-            water_saturation: self.water_saturation,
+        let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
+        if self.snow.is_some() && self.grain_size.is_none() && measure.is_some() {
+            return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
+        }
+        let described = SnowDescription {
+            snow_type: self.snow,
+            grain_size_um: self.grain_size.map(GrainSizeArgument::numbers_um),
+            size_measure: measure,
+            surface_area_m2_kg: self.ssa,
+            sphericity: Some(self.sphericity),
+            facetness: Some(self.facetness),
+            density_kg_m3: self.density,
+            water_saturation: Some(self.water_saturation),
             impurities: self.impurities()?,
-            temperature_c: self.temperature,
-            ice: self.ice.table(),
-        })
+            temperature_c: Some(self.temperature),
+            ice: Some(self.ice),
+        };
+        described.sample().map_err(Failure::input)
     }
 
     /// A slab of this snow, checked.

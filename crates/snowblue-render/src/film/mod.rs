@@ -7,6 +7,7 @@
 
 pub mod accumulator;
 pub mod aov;
+pub mod channels;
 pub mod exposure;
 pub mod image_file;
 pub(crate) mod noise;

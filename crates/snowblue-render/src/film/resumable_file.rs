@@ -1,9 +1,6 @@
 //! OpenEXR files of images, with the exact sums that merging and resuming need.
 //!
-//! Every file has the channels `R`, `G` and `B`, and those of its AOVs under names that other programs know. The
-//! spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of Computer
-//! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on in W m⁻² sr⁻¹ nm⁻¹, the unit in the attribute
-//! `emissiveUnits`.
+//! Every file has the [`channels`] of its means. The unit of the spectrum is in the attribute `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
 //! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
@@ -18,17 +15,16 @@ use exr::meta::header::Header;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Vec2, WritableImage, read,
 };
-use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
 use crate::film::accumulator::FilmAccumulator;
-use crate::film::aov::{Aov, Aovs};
+use crate::film::aov::Aovs;
+use crate::film::channels::{Channel, channels};
 use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, write_file};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
-use crate::geometry::ray::narrow;
 use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
@@ -61,7 +57,10 @@ pub fn write(
     metadata: &Metadata,
     path: &Path,
 ) -> Result<(), RenderError> {
-    let mut channels = float_channels(accumulator);
+    let mut channels: Vec<AnyChannel<FlatSamples>> = channels(accumulator)
+        .into_iter()
+        .map(|Channel { name, values }| AnyChannel::new(&*name, FlatSamples::F32(values)))
+        .collect();
     let mut attributes = attributes(metadata);
     let window = accumulator.window();
     attributes.layer_position = Vec2(window.columns.start.cast_signed(), window.rows.start.cast_signed());
@@ -99,40 +98,6 @@ pub fn write(
 
 fn exr_size(size: ImageSize) -> Vec2<usize> {
     Vec2(size.width as usize, size.height as usize)
-}
-
-/// The means, as channels for other programs.
-fn float_channels(accumulator: &FilmAccumulator) -> Vec<AnyChannel<FlatSamples>> {
-    let channel = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
-    let film = accumulator.film();
-    let rgb = film.pixels().iter().map(|xyz| LinearRgb::from_xyz(*xyz));
-    let mut channels = vec![
-        channel("R", rgb.clone().map(|colour| narrow(colour.r)).collect()),
-        channel("G", rgb.clone().map(|colour| narrow(colour.g)).collect()),
-        channel("B", rgb.map(|colour| narrow(colour.b)).collect()),
-    ];
-    let aovs = accumulator.aovs();
-    if aovs.spectrum {
-        let wavelengths_nm = accumulator.wavelengths_nm();
-        // A band density is a spectral radiance times the width of all bands.
-        let band_nm = (wavelengths_nm[SAMPLES - 1] - wavelengths_nm[0]) / (SAMPLES - 1) as f64;
-        let per_nm = narrow((SAMPLES as f64 * band_nm).recip());
-        for (index, nm) in wavelengths_nm.iter().enumerate() {
-            let values = accumulator.radiance(index).into_iter().map(|density| density * per_nm).collect();
-            channels.push(channel(&format!("S0.{}nm", format!("{nm:.6}").replace('.', ",")), values));
-        }
-    }
-    if aovs.variance {
-        for (name, values) in ["variance.R", "variance.G", "variance.B"].into_iter().zip(accumulator.variance()) {
-            channels.push(channel(name, values));
-        }
-    }
-    for aov in Aov::ALL.into_iter().filter(|aov| aovs.contains(*aov)) {
-        for (value, name) in aov.channel_names().iter().enumerate() {
-            channels.push(channel(name, accumulator.aov(aov, value)));
-        }
-    }
-    channels
 }
 
 /// The sums, as channels of 32-bit words.

@@ -5,10 +5,13 @@
 //! doi:10.1364/OE.15.009755).
 
 use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::str::FromStr;
 
 use glam::DVec3;
 
 use super::microsurface::renormalized;
+use crate::error::{TransportError, find_by_name};
 use crate::rng::{Stream, unit_circle};
 
 /// The quantity that a grain size measures.
@@ -21,6 +24,36 @@ pub enum SizeMeasure {
     VolumeDiameter,
     /// Diameter of the sphere of equal volume per surface, 6 V/S.
     OpticalDiameter,
+}
+
+impl SizeMeasure {
+    /// Every measure.
+    pub const ALL: [Self; 3] = [Self::GreatestExtension, Self::VolumeDiameter, Self::OpticalDiameter];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::GreatestExtension => "greatest-extension",
+            Self::VolumeDiameter => "volume-diameter",
+            Self::OpticalDiameter => "optical-diameter",
+        }
+    }
+}
+
+/// Formats the name.
+impl fmt::Display for SizeMeasure {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+impl FromStr for SizeMeasure {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        find_by_name("size measure", name, &Self::ALL, Self::name)
+    }
 }
 
 /// A prolate spheroid about the z axis.

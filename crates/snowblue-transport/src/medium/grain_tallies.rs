@@ -1,10 +1,13 @@
 //! The medium of a sample, mixed from tallies of grains in air and in water, particles, and absorption in the pores.
 
+use std::sync::Arc;
+
 use super::constituents::{Constituents, Grains};
 use super::grain_optics::GrainOptics;
 use super::population::Population;
 use super::scattering::{HenyeyGreenstein, Medium, Scattering};
-use super::tally::{Tally, TallyPlan};
+use super::tally::{Tally, TallyPlan, TallyRequest};
+use super::tally_cache;
 use crate::optics::ice::{Ice, IceTable};
 use crate::sample::{GrainSize, SnowSample};
 
@@ -24,8 +27,8 @@ pub struct Demand<'w> {
 /// Tallies of the grains of one population, in air and, for wet snow, in water.
 #[derive(Debug, Clone)]
 pub struct GrainTallies {
-    in_air: Tally,
-    in_water: Option<Tally>,
+    in_air: Arc<Tally>,
+    in_water: Option<Arc<Tally>>,
 }
 
 impl Demand<'_> {
@@ -48,7 +51,8 @@ impl Demand<'_> {
 }
 
 impl GrainTallies {
-    /// Traces rays through grains of `population`.
+    /// Traces rays through grains of `population`. The process keeps its last few tallies, so that the same grains are
+    /// not traced again.
     #[must_use]
     pub fn new(population: &Population, demand: &Demand, plan: &TallyPlan) -> Self {
         let saturation = if demand.wet { 0.5 } else { 0.0 };
@@ -59,7 +63,7 @@ impl GrainTallies {
             let indices = || constituents.iter().map(|one| grains(one).relative_index);
             let range = indices().fold(f64::INFINITY, f64::min)..=indices().fold(f64::NEG_INFINITY, f64::max);
             let strongest = constituents.iter().map(|one| grains(one).absorption_per_m).fold(0.0, f64::max);
-            Tally::new(population, range, strongest * demand.largest_um * 1e-6, plan)
+            tally_cache::tally(TallyRequest::new(population, range, strongest * demand.largest_um * 1e-6, plan))
         };
         Self { in_air: tally(&|one| one.in_air), in_water: demand.wet.then(|| tally(&|one| one.in_water)) }
     }

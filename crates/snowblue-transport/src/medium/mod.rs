@@ -9,6 +9,7 @@ mod phase_function;
 mod population;
 mod scattering;
 mod tally;
+mod tally_cache;
 
 pub(crate) use angle_bins::AngleBins;
 pub(crate) use constituents::Constituents;

@@ -8,9 +8,18 @@ use crate::sample::{GrainSize, Quantiles, SizeMeasure, SnowSample, TruncatedNorm
 /// drawn separately.
 #[derive(Debug, Clone)]
 pub struct Population {
+    /// The distributions by number.
+    given: [TruncatedNormal; 2],
     sphericity: Quantiles,
     facetness: Quantiles,
     measure: SizeMeasure,
+}
+
+/// Populations of the same distributions are equal.
+impl PartialEq for Population {
+    fn eq(&self, other: &Self) -> bool {
+        (self.given, self.measure) == (other.given, other.measure)
+    }
 }
 
 impl Population {
@@ -24,6 +33,7 @@ impl Population {
     #[must_use]
     pub fn new(sphericity: &TruncatedNormal, facetness: &TruncatedNormal, measure: SizeMeasure) -> Self {
         Self {
+            given: [*sphericity, *facetness],
             sphericity: sphericity.weighted(|psi| Spheroid::of_unit_size(psi, measure).surface()),
             facetness: facetness.weighted(|_| 1.0),
             measure,

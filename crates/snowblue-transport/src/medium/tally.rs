@@ -59,8 +59,17 @@ struct Moments {
     weight: f64,
 }
 
-impl Tally {
-    /// Traces rays through grains of `population` for every relative index in `indices` and every x = γs up to
+/// What a tally is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TallyRequest {
+    population: Population,
+    index_nodes: IndexNodes,
+    absorptions: Vec<f64>,
+    plan: TallyPlan,
+}
+
+impl TallyRequest {
+    /// A tally of grains of `population` for every relative index in `indices` and every x = γs up to
     /// `most_absorption`.
     pub(crate) fn new(
         population: &Population,
@@ -68,19 +77,30 @@ impl Tally {
         most_absorption: f64,
         plan: &TallyPlan,
     ) -> Self {
-        let index_nodes = IndexNodes::between(*indices.start(), *indices.end());
-        let absorptions = absorption_grid(most_absorption);
+        Self {
+            population: population.clone(),
+            index_nodes: IndexNodes::between(*indices.start(), *indices.end()),
+            absorptions: absorption_grid(most_absorption),
+            plan: *plan,
+        }
+    }
+
+    /// Traces the rays.
+    pub(crate) fn tally(&self) -> Tally {
+        let Self { population, index_nodes, absorptions, plan } = self;
         let jobs: Vec<(f64, usize)> =
             index_nodes.nodes().iter().flat_map(|n| (0..BATCHES).map(move |batch| (*n, batch))).collect();
         let mut moments: Vec<Moments> =
-            jobs.into_par_iter().map(|(n, batch)| run_batch(population, n, batch, &absorptions, plan)).collect();
+            jobs.into_par_iter().map(|(n, batch)| run_batch(population, n, batch, absorptions, plan)).collect();
         let mut sums = Vec::with_capacity(index_nodes.nodes().len());
         for _ in index_nodes.nodes() {
             sums.push(moments.drain(..BATCHES).collect());
         }
-        Self { index_nodes, absorptions, sums }
+        Tally { index_nodes: index_nodes.clone(), absorptions: absorptions.clone(), sums }
     }
+}
 
+impl Tally {
     /// The highest degree l of the moments.
     pub(crate) fn degree(&self) -> usize {
         self.sums[0][0].scattered.len() - 1

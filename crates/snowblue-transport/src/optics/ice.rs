@@ -6,10 +6,12 @@
 //! profiles). The hue of light behind 20 cm of snow depends on which is right. Both are inferred, so the user chooses.
 
 use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 use super::spectral_table::SpectralTable;
-use crate::TransportError;
+use crate::error::{TransportError, find_by_name};
 use crate::range::WavelengthRange;
 
 /// Wavelengths of the model: beyond 2500 nm ice absorbs too strongly for geometric optics.
@@ -30,12 +32,39 @@ pub enum IceTable {
 }
 
 impl IceTable {
+    /// Every table.
+    pub const ALL: [Self; 2] = [Self::WarrenBrandt2008, Self::Picard2016];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WarrenBrandt2008 => "warren2008",
+            Self::Picard2016 => "picard2016",
+        }
+    }
+
     /// The other table.
     pub(crate) fn other(self) -> Self {
         match self {
             Self::WarrenBrandt2008 => Self::Picard2016,
             Self::Picard2016 => Self::WarrenBrandt2008,
         }
+    }
+}
+
+/// Formats the name.
+impl fmt::Display for IceTable {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+impl FromStr for IceTable {
+    type Err = TransportError;
+
+    fn from_str(name: &str) -> Result<Self, TransportError> {
+        find_by_name("ice table", name, &Self::ALL, Self::name)
     }
 }
 

@@ -13,7 +13,7 @@ use std::str::FromStr;
 use std::sync::LazyLock;
 
 use super::spectral_table::SpectralTable;
-use crate::TransportError;
+use crate::error::{TransportError, find_by_name};
 use crate::range::{ParameterRange, WavelengthRange};
 
 /// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.
@@ -122,12 +122,7 @@ impl FromStr for Substance {
     type Err = TransportError;
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        let substance = Self::ALL.into_iter().find(|substance| substance.name() == name);
-        substance.ok_or_else(|| TransportError::Unknown {
-            quantity: "impurity",
-            name: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
+        find_by_name("impurity", name, &Self::ALL, Self::name)
     }
 }
 

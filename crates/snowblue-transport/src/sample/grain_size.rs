@@ -46,6 +46,22 @@ impl GrainSize {
     }
 
     /// ⟨s²⟩ in µm².
+    /// The sizes that numbers in µm state: a mean, as in [`around`](Self::around), or the ends of a range.
+    ///
+    /// # Errors
+    /// For another count of numbers, and as [`around`](Self::around).
+    pub fn from_numbers(numbers_um: &[f64], measure: SizeMeasure) -> Result<Self, TransportError> {
+        match *numbers_um {
+            [mean_um] => Ok(Self { measure, ..Self::around(mean_um)? }),
+            [min_um, max_um] => Ok(Self { min_um, max_um, measure }),
+            _ => Err(TransportError::Count {
+                quantity: "grain size",
+                count: numbers_um.len(),
+                expected: "a mean (400) or a range (350, 450), in µm",
+            }),
+        }
+    }
+
     pub(crate) fn mean_square_um2(&self) -> f64 {
         let (a, b) = (self.min_um, self.max_um);
         (a * a + a * b + b * b) / 3.0

@@ -1,9 +1,10 @@
-//! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, and alternative
-//! readings of a sample.
+//! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, a sample from what
+//! is known of a snow, and alternative readings of a sample.
 
 mod alternatives;
 mod grain_size;
 mod ranges;
+mod snow_description;
 mod snow_sample;
 mod snow_type;
 mod truncated_normal;
@@ -15,6 +16,7 @@ pub use ranges::{
     DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SURFACE_AREA_RANGE,
     TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
 };
+pub use snow_description::SnowDescription;
 pub use snow_sample::SnowSample;
 pub use snow_type::SnowType;
 pub(crate) use truncated_normal::Quantiles;

@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 use super::grain_size::GrainSize;
 use super::snow_sample::SnowSample;
-use crate::TransportError;
+use crate::error::{TransportError, find_by_name};
 
 /// A kind of snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,11 +127,7 @@ impl FromStr for SnowType {
     type Err = TransportError;
 
     fn from_str(name: &str) -> Result<Self, TransportError> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| TransportError::Unknown {
-            quantity: "snow",
-            name: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
+        find_by_name("snow", name, &Self::ALL, Self::name)
     }
 }
 

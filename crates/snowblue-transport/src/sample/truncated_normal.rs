@@ -41,6 +41,43 @@ impl TruncatedNormal {
         }
     }
 
+    /// The facetness that numbers state: a mean, as in [`facetness_around`](Self::facetness_around), or least and
+    /// greatest value, mean and standard deviation.
+    ///
+    /// # Errors
+    /// For another count of numbers, and for a mean outside 0–1.
+    pub fn facetness(numbers: &[f64]) -> Result<Self, TransportError> {
+        if let [mean] = *numbers {
+            FACETNESS_RANGE.check(mean)?;
+            return Ok(Self::facetness_around(mean));
+        }
+        Self::of_four(numbers).ok_or(TransportError::Count {
+            quantity: "facetness",
+            count: numbers.len(),
+            expected: "a mean (0.3), or min, max, mean and standard deviation (0.2, 0.4, 0.3, 0.075)",
+        })
+    }
+
+    /// The sphericity that numbers state: one value, or least and greatest value, mean and standard deviation.
+    ///
+    /// # Errors
+    /// For another count of numbers.
+    pub fn sphericity(numbers: &[f64]) -> Result<Self, TransportError> {
+        if let [value] = *numbers {
+            return Ok(Self::exactly(value));
+        }
+        Self::of_four(numbers).ok_or(TransportError::Count {
+            quantity: "sphericity",
+            count: numbers.len(),
+            expected: "one value (0.8), or min, max, mean and standard deviation (0.7, 0.9, 0.8, 0.1)",
+        })
+    }
+
+    fn of_four(numbers: &[f64]) -> Option<Self> {
+        let [min, max, mean, standard_deviation] = *numbers else { return None };
+        Some(Self { min, max, mean, standard_deviation })
+    }
+
     /// Quantiles of the distribution weighted by `weight`.
     pub(crate) fn weighted(&self, weight: impl Fn(f64) -> f64) -> Quantiles {
         let (low, high) = self.support();

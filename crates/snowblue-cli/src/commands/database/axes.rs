@@ -137,7 +137,9 @@ impl AxesOptions {
         replace(&mut axes.densities_kg_m3, given(&self.density));
         replace(&mut axes.thicknesses_cm, given(&self.thickness));
         replace(&mut axes.wavelengths_nm, self.wavelengths.as_ref().map(|wavelengths| wavelengths.0.clone()));
-        set_incidences(&mut axes, &self.angle);
+        if !self.angle.is_empty() {
+            axes.set_incidences(&self.angle);
+        }
         set_property(&mut axes, Property::WaterSaturation, given(&self.water_saturation));
         set_property(&mut axes, Property::Temperature, given(&self.temperature));
         for ImpurityAxis { substance, ng_g } in &self.impurity {
@@ -165,7 +167,9 @@ fn read(path: &Path, ice: IceTable) -> Result<Axes, Failure> {
             Angle::Word(name) => parse::incidence(name).map_err(|error| source.failure(&word.span(), error))?,
         });
     }
-    set_incidences(&mut axes, &incidences);
+    if !incidences.is_empty() {
+        axes.set_incidences(&incidences);
+    }
     if let Some(words) = file.wavelength_nm {
         let span = words.span();
         axes.wavelengths_nm = match words.into_inner() {
@@ -189,24 +193,9 @@ fn replace(axis: &mut Vec<f64>, values: Option<Vec<f64>>) {
     }
 }
 
-/// Replaces the incidences, if any are given.
-fn set_incidences(axes: &mut Axes, incidences: &[Incidence]) {
-    if incidences.is_empty() {
-        return;
-    }
-    axes.diffuse = incidences.contains(&Incidence::Diffuse);
-    let angle_deg = |incidence: &Incidence| match incidence {
-        Incidence::Beam { angle_deg } => Some(*angle_deg),
-        Incidence::Diffuse => None,
-    };
-    axes.angles_deg = incidences.iter().filter_map(angle_deg).collect();
-}
-
-/// Adds or replaces the axis of a further property.
+/// Sets the axis of a further property, if it is given.
 fn set_property(axes: &mut Axes, property: Property, values: Option<Vec<f64>>) {
-    let Some(values) = values else { return };
-    match axes.properties.iter_mut().find(|axis| axis.property == property) {
-        Some(axis) => axis.values = values,
-        None => axes.properties.push(PropertyAxis { property, values }),
+    if let Some(values) = values {
+        axes.set_property(PropertyAxis { property, values });
     }
 }

@@ -7,9 +7,10 @@ use clap::{Args, ValueEnum};
 use snowblue_database::fill::{self, Engine, FillOptions, FillProgress, FillStage};
 use snowblue_database::{Axes, DatabaseError, Table};
 use snowblue_transport::monte_carlo;
+use snowblue_transport::optics::IceTable;
 
 use super::axes::AxesOptions;
-use crate::options::{IceArgument, OrdinatesArguments, parse};
+use crate::options::{OrdinatesArguments, parse};
 use crate::output::{Failure, Progress};
 
 /// How to fill a table
@@ -18,9 +19,11 @@ use crate::output::{Failure, Progress};
 pub(super) struct Filling {
     #[command(flatten)]
     axes: AxesOptions,
-    /// Table of the absorption of ice; the two differ in the blue
-    #[arg(long, value_name = "TABLE", value_enum, default_value = "warren2008", help_heading = "Engine")]
-    ice: IceArgument,
+    /// Table of the absorption of ice: warren2008 or picard2016; the two differ in the blue
+    #[arg(
+        long, value_name = "TABLE", default_value = "warren2008", value_parser = parse::ice, help_heading = "Engine"
+    )]
+    ice: IceTable,
     /// Method of solution
     #[arg(long, value_name = "ENGINE", value_enum, default_value = "ordinates", help_heading = "Engine")]
     engine: EngineArgument,
@@ -63,7 +66,7 @@ impl Filling {
             }
             EngineArgument::Montecarlo => Engine::MonteCarlo { rays: self.rays },
         };
-        FillOptions { engine, seed: self.ordinates.seed, ice: self.ice.table() }
+        FillOptions { engine, seed: self.ordinates.seed, ice: self.ice }
     }
 
     /// Fills a table or a shard by `fill`.
@@ -72,7 +75,7 @@ impl Filling {
         quiet: bool,
         fill: impl Fn(&Axes, &FillOptions, &(dyn Fn(FillProgress) + Sync)) -> Result<T, DatabaseError>,
     ) -> Result<Filled<T>, Failure> {
-        let axes = self.axes.axes(self.ice.table())?;
+        let axes = self.axes.axes(self.ice)?;
         let bar = Progress::new("steps", quiet);
         let (start, tallied) = (Instant::now(), OnceLock::<Duration>::new());
         let filled = fill(&axes, &self.options(), &|progress| {

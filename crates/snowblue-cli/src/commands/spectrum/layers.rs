@@ -25,16 +25,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Deserialize;
 use snowblue_figures::{Cell, Metadata};
-use snowblue_transport::optics::Substance;
+use snowblue_transport::TransportError;
+use snowblue_transport::optics::{IceTable, Substance};
 use snowblue_transport::range::WavelengthRange;
-use snowblue_transport::sample::SnowType;
-use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::{SnowDescription, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 use toml::Spanned;
 
 use crate::input::SettingsFile;
-use crate::options::{IceArgument, SizeMeasureArgument, parse};
+use crate::options::parse;
 use crate::output::Failure;
 
 /// Layers, ground and depths.
@@ -132,7 +132,7 @@ pub(super) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LayerFile {
-    ice: Option<IceArgument>,
+    ice: Option<Spanned<String>>,
     #[serde(default)]
     layer: Vec<Spanned<LayerTable>>,
 }
@@ -142,7 +142,7 @@ struct LayerFile {
 struct LayerTable {
     thickness_cm: Spanned<f64>,
     grain_size_um: Option<Spanned<Numbers>>,
-    size_measure: Option<Spanned<SizeMeasureArgument>>,
+    size_measure: Option<Spanned<String>>,
     ssa_m2_kg: Option<Spanned<f64>>,
     facetness: Option<Spanned<Numbers>>,
     sphericity: Option<Spanned<Numbers>>,
@@ -164,7 +164,7 @@ enum Numbers {
 /// Layers of a file, and the table of ice that all of them use.
 struct Layers {
     layers: Vec<Layer>,
-    ice: IceArgument,
+    ice: IceTable,
 }
 
 impl Numbers {
@@ -185,99 +185,68 @@ fn read(path: &Path) -> Result<Layers, Failure> {
     if file.layer.is_empty() {
         return Err(Failure::Input(format!("{name}: holds no [[layer]]")));
     }
-    let ice = file.ice.unwrap_or(IceArgument::Warren2008);
+    let ice = file.ice.as_ref().map(|ice| parsed(source, ice, |name| name.parse())).transpose()?.unwrap_or_default();
     let layers: Result<_, _> = file.layer.iter().map(|table| read_layer(source, table.get_ref(), ice)).collect();
     Ok(Layers { layers: layers?, ice })
 }
 
 /// Builds a layer key by key, and checks it after each key to report the line of an error.
-fn read_layer(source: SettingsFile, table: &LayerTable, ice: IceArgument) -> Result<Layer, Failure> {
-    let sample = SnowSample { ice: ice.table(), ..SnowSample::default() };
-    let mut layer = Layer { sample, thickness_cm: *table.thickness_cm.get_ref() };
-    let check = |layer: &Layer, span: &Range<usize>| layer.check().map_err(|error| source.failure(span, error));
-    check(&layer, &table.thickness_cm.span())?;
-    if let Some(name) = &table.snow {
-        let of_kind = kind_of(source, name)?.sample().map_err(|error| source.failure(&name.span(), error))?;
-        layer.sample = SnowSample { ice: sample.ice, ..of_kind };
+fn read_layer(source: SettingsFile, table: &LayerTable, ice: IceTable) -> Result<Layer, Failure> {
+    let mut snow = SnowDescription { ice: Some(ice), ..SnowDescription::default() };
+    let check = |snow: &SnowDescription, span: Range<usize>| {
+        let layer = snow.sample().map(|sample| Layer { sample, thickness_cm: *table.thickness_cm.get_ref() });
+        layer.and_then(|layer| layer.check().map(|()| layer)).map_err(|error| source.failure(&span, error))
+    };
+    let mut layer = check(&snow, table.thickness_cm.span())?;
+    if let Some(kind) = &table.snow {
+        snow.snow_type = Some(parsed(source, kind, |name| name.parse())?);
+        layer = check(&snow, kind.span())?;
     }
     if let Some(water_saturation) = &table.water_saturation {
-        layer.sample.water_saturation = *water_saturation.get_ref();
-        check(&layer, &water_saturation.span())?;
+        snow.water_saturation = Some(*water_saturation.get_ref());
+        layer = check(&snow, water_saturation.span())?;
     }
     for (name, mass_fraction_ng_g) in &table.impurities_ng_g {
-        let substance = name.get_ref().parse().map_err(|error| source.failure(&name.span(), error))?;
-        layer.sample.impurities = layer.sample.impurities.with(substance, *mass_fraction_ng_g.get_ref());
-        check(&layer, &mass_fraction_ng_g.span())?;
+        let substance = parsed(source, name, |name| name.parse())?;
+        snow.impurities = snow.impurities.with(substance, *mass_fraction_ng_g.get_ref());
+        layer = check(&snow, mass_fraction_ng_g.span())?;
     }
     if let Some(density_kg_m3) = &table.density_kg_m3 {
-        layer.sample.density_kg_m3 = *density_kg_m3.get_ref();
-        check(&layer, &density_kg_m3.span())?;
+        snow.density_kg_m3 = Some(*density_kg_m3.get_ref());
+        layer = check(&snow, density_kg_m3.span())?;
     }
     if let Some(temperature_c) = &table.temperature_c {
-        layer.sample.temperature_c = *temperature_c.get_ref();
-        check(&layer, &temperature_c.span())?;
+        snow.temperature_c = Some(*temperature_c.get_ref());
+        layer = check(&snow, temperature_c.span())?;
     }
     if let Some(facetness) = &table.facetness {
-        layer.sample.facetness = read_distribution(source, facetness, parse::facetness_of)?;
-        check(&layer, &facetness.span())?;
+        snow.facetness = Some(parsed(source, facetness, |numbers| TruncatedNormal::facetness(numbers.as_slice()))?);
+        layer = check(&snow, facetness.span())?;
     }
     if let Some(sphericity) = &table.sphericity {
-        layer.sample.sphericity = read_distribution(source, sphericity, parse::sphericity_of)?;
-        check(&layer, &sphericity.span())?;
+        snow.sphericity = Some(parsed(source, sphericity, |numbers| TruncatedNormal::sphericity(numbers.as_slice()))?);
+        layer = check(&snow, sphericity.span())?;
     }
-    if let Some(SpannedSize { size, span }) = read_size(source, table, layer.sample.temperature_c)? {
-        layer.sample.grain_size = size;
-        check(&layer, &span)?;
+    if let Some(grain_size_um) = &table.grain_size_um {
+        snow.grain_size_um = Some(grain_size_um.get_ref().as_slice().to_vec());
+        layer = check(&snow, grain_size_um.span())?;
+    }
+    if let Some(measure) = &table.size_measure {
+        snow.size_measure = Some(parsed(source, measure, |name| name.parse())?);
+        layer = check(&snow, measure.span())?;
+    }
+    if let Some(area_m2_kg) = &table.ssa_m2_kg {
+        snow.surface_area_m2_kg = Some(*area_m2_kg.get_ref());
+        layer = check(&snow, area_m2_kg.span())?;
     }
     Ok(layer)
 }
 
-fn kind_of(source: SettingsFile, name: &Spanned<String>) -> Result<SnowType, Failure> {
-    parse::snow_type(name.get_ref()).map_err(|error| source.failure(&name.span(), error))
-}
-
-fn read_distribution(
+/// The value of a key, or an error on its line.
+fn parsed<K, V>(
     source: SettingsFile,
-    numbers: &Spanned<Numbers>,
-    parse: fn(&[f64]) -> Result<TruncatedNormal, String>,
-) -> Result<TruncatedNormal, Failure> {
-    parse(numbers.get_ref().as_slice()).map_err(|error| source.failure(&numbers.span(), error))
-}
-
-/// A grain size, and the bytes of the key that sets it.
-struct SpannedSize {
-    size: GrainSize,
-    span: Range<usize>,
-}
-
-/// The grain size that the keys of a layer set, if any does.
-fn read_size(source: SettingsFile, table: &LayerTable, temperature_c: f64) -> Result<Option<SpannedSize>, Failure> {
-    let measure = table.size_measure.as_ref();
-    if let Some(area_m2_kg) = &table.ssa_m2_kg {
-        let span = area_m2_kg.span();
-        if table.grain_size_um.is_some() || measure.is_some() {
-            return Err(source.failure(&span, "ssa_m2_kg cannot be used with grain_size_um or size_measure"));
-        }
-        let size = GrainSize::from_specific_surface_area(*area_m2_kg.get_ref(), temperature_c);
-        let size = size.map_err(|error| source.failure(&span, error))?;
-        return Ok(Some(SpannedSize { size, span }));
-    }
-    let Some(numbers) = &table.grain_size_um else {
-        // The diameter that belongs to a kind's surface area depends on the temperature of the ice.
-        if let (Some(name), None) = (&table.snow, measure) {
-            let area_m2_kg = kind_of(source, name)?.surface_area_m2_kg();
-            let size = GrainSize::from_specific_surface_area(area_m2_kg, temperature_c);
-            let size = size.map_err(|error| source.failure(&name.span(), error))?;
-            return Ok(Some(SpannedSize { size, span: name.span() }));
-        }
-        return match measure {
-            None => Ok(None),
-            Some(measure) => Err(source.failure(&measure.span(), "size_measure needs grain_size_um")),
-        };
-    };
-    let span = numbers.span();
-    let size = parse::grain_size_of(numbers.get_ref().as_slice()).map_err(|error| source.failure(&span, error))?;
-    let measure = measure.map_or(SizeMeasureArgument::GreatestExtension, |measure| *measure.get_ref());
-    let size = size.measured_by(measure).map_err(|error| source.failure(&span, error))?;
-    Ok(Some(SpannedSize { size, span }))
+    key: &Spanned<K>,
+    parse: impl Fn(&K) -> Result<V, TransportError>,
+) -> Result<V, Failure> {
+    parse(key.get_ref()).map_err(|error| source.failure(&key.span(), error))
 }

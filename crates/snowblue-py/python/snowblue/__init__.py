@@ -1,0 +1,35 @@
+"""The blue of light through snow.
+
+>>> import snowblue
+>>> snow = snowblue.spectrum(grain_size_um=400, density_kg_m3=300, thickness_cm=[5, 15, 30])
+>>> snow.transmittance.plot(hue="thickness")  # doctest: +SKIP
+
+Quantities carry their unit in the name of the argument. Results are `xarray.Dataset`s whose coordinates have units; a
+list or an array as an argument makes an axis of the result, a tuple is one value (the range of a grain size, the
+distribution of a facetness). Work that takes long shows a bar if tqdm is installed, and stops at Ctrl-C. All functions
+use all cores; the environment variable RAYON_NUM_THREADS limits them. The same arguments give the same numbers.
+"""
+
+from snowblue._native import __version__, illuminants
+from snowblue._color import color, match, swatch
+from snowblue._database import Database
+from snowblue._inversion import invert
+from snowblue._scene import Bake, BakedObject, Scene
+from snowblue._spectra import bsdf, layers, single_scattering, spectrum
+
+__all__ = [
+    "Bake",
+    "BakedObject",
+    "Database",
+    "Scene",
+    "__version__",
+    "bsdf",
+    "color",
+    "illuminants",
+    "invert",
+    "layers",
+    "match",
+    "single_scattering",
+    "spectrum",
+    "swatch",
+]

@@ -1,0 +1,197 @@
+"""Keyword arguments: what they are called, their units, and the axes that arrays among them make."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypedDict
+
+import numpy as np
+
+from snowblue import _native
+
+VISIBLE_NM = np.arange(400.0, 701.0, 10.0)
+DIFFUSE_DEG = -1.0
+
+
+class Snow(TypedDict, total=False):
+    """What is known of a snow. Quantities that are missing have defaults."""
+
+    snow: Any
+    """Kind: fresh, rounded, faceted, wind-packed, melt-forms or firn; sets surface area and density by default."""
+    grain_size_um: Any
+    """A mean, for the range mean ± 50 (70 to 4950), or a tuple of both ends (20 to 5000). Default: 400."""
+    size_measure: Any
+    """What a grain size measures: greatest-extension, volume-diameter or optical-diameter."""
+    ssa_m2_kg: Any
+    """Specific surface area instead of a grain size (1.4 to 300)."""
+    facetness: Any
+    """Roughness: a mean (0 to 1), or a tuple of min, max, mean and standard deviation. Default: 0.3."""
+    sphericity: Any
+    """Riley sphericity: one value (0.5 to 1), or a tuple as for facetness. Default: (0.7, 0.9, 0.8, 0.1)."""
+    density_kg_m3: Any
+    """Density of the dry snow (10 to 900). Default: 300."""
+    water_saturation: Any
+    """Fraction of the pore volume that is water (0 to 1); for 300 to 1400 nm. Default: 0."""
+    impurities_ng_g: Mapping[str, Any]
+    """Mass fractions of black-carbon, brown-carbon, saharan-dust, colorado-dust and snow-algae; for 305 to 1495 nm."""
+    temperature_c: Any
+    """Temperature (-60 to 0); changes the density of ice only. Default: -5."""
+    ice: Any
+    """Absorption of ice: warren2008 (default) or picard2016."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The coordinate of an argument."""
+
+    name: str
+    unit: str | None = None
+    long_name: str | None = None
+
+    def attributes(self) -> dict[str, str]:
+        attributes = {"long_name": self.long_name or self.name.replace("_", " ")}
+        if self.unit is not None:
+            attributes["units"] = self.unit
+        return attributes
+
+
+SNOW = {
+    "snow": Quantity("snow", long_name="kind of snow"),
+    "grain_size_um": Quantity("grain_size", "um"),
+    "size_measure": Quantity("size_measure"),
+    "ssa_m2_kg": Quantity("specific_surface_area", "m2 kg-1"),
+    "facetness": Quantity("facetness", "1"),
+    "sphericity": Quantity("sphericity", "1"),
+    "density_kg_m3": Quantity("density", "kg m-3"),
+    "water_saturation": Quantity("water_saturation", "1"),
+    "temperature_c": Quantity("temperature", "degC"),
+    "ice": Quantity("ice", long_name="table of ice"),
+}
+
+THICKNESS = Quantity("thickness", "cm")
+ANGLE = Quantity("angle", "degree", "angle of incidence")
+WAVELENGTH = Quantity("wavelength", "nm")
+DEPTH = Quantity("depth", "cm")
+
+
+@dataclass
+class Snows:
+    """Snow for each combination of the values along some axes."""
+
+    dims: list[str] = field(default_factory=list)
+    shape: list[int] = field(default_factory=list)
+    coords: dict[str, Any] = field(default_factory=dict)
+    snows: list[dict[str, Any]] = field(default_factory=list)
+    attrs: dict[str, Any] = field(default_factory=dict)
+
+
+def is_several(value: Any) -> bool:
+    """Whether a value makes an axis: lists and arrays do; numbers, words and tuples are one value."""
+    return not isinstance(value, (str, tuple)) and np.ndim(value) > 0
+
+
+def check_names(known: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    """Raises TypeError for an argument that is unknown."""
+    for name in given:
+        if name not in known:
+            raise TypeError(f"'{name}' is not known; there are {', '.join(known)}")
+
+
+def snows(given: Mapping[str, Any]) -> Snows:
+    """All combinations of the values of the arguments of snow."""
+    check_names(Snow.__annotations__, given)
+    impurities = given.get("impurities_ng_g") or {}
+    arguments = [(name, SNOW[name], value) for name, value in given.items() if name in SNOW and value is not None]
+    arguments += [((name,), Quantity(name.replace("-", "_"), "ng g-1"), value) for name, value in impurities.items()]
+    result = Snows()
+    fixed: list[tuple[Any, Any]] = []
+    varying: list[tuple[Any, tuple[str, ...], np.ndarray]] = []
+    for name, quantity, value in arguments:
+        if not is_several(value):
+            fixed.append((name, value))
+            continue
+        array = np.asarray(value)
+        dims = tuple(getattr(value, "dims", (quantity.name,)))
+        if len(dims) != array.ndim:
+            raise ValueError(
+                f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
+            )
+        for dim, size in zip(dims, array.shape):
+            if dim not in result.dims:
+                result.dims.append(dim)
+                result.shape.append(size)
+            elif result.shape[result.dims.index(dim)] != size:
+                other = result.shape[result.dims.index(dim)]
+                raise ValueError(f"the axis '{dim}' has {size} values in {quantity.name}, but {other} elsewhere")
+        result.coords.update(getattr(value, "coords", {}))
+        result.coords[quantity.name] = (dims, array, quantity.attributes())
+        varying.append((name, dims, array))
+    for place in itertools.product(*map(range, result.shape)):
+        at = dict(zip(result.dims, place))
+        own = [(name, array[tuple(at[dim] for dim in dims)].item()) for name, dims, array in varying]
+        result.snows.append(_snow(fixed + own))
+    # The axes say what differs between the snows, the attributes what all have in common.
+    resolved = [_native.resolved(snow) for snow in result.snows]
+    common = resolved[0].items()
+    result.attrs = {name: value for name, value in common if all(one.get(name) == value for one in resolved)}
+    return result
+
+
+def one_snow(given: Mapping[str, Any]) -> Snows:
+    """A single snow."""
+    result = snows(given)
+    if result.dims:
+        raise ValueError(f"{result.dims[0]} has several values, but must have one")
+    return result
+
+
+def _snow(properties: list[tuple[Any, Any]]) -> dict[str, Any]:
+    snow = {name: _plain(value) for name, value in properties if isinstance(name, str)}
+    impurities = {name[0]: float(value) for name, value in properties if not isinstance(name, str)}
+    return {**snow, "impurities_ng_g": impurities} if impurities else snow
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str):
+        return value
+    return [float(one) for one in value] if isinstance(value, tuple) else float(value)
+
+
+def numbers(quantity: Quantity, value: Any) -> list[float]:
+    """The values of a one-dimensional axis."""
+    array = np.atleast_1d(np.asarray(value, dtype=float))
+    if array.ndim != 1:
+        raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
+    return array.tolist()
+
+
+def angles(value: Any) -> list[Any]:
+    """Angles in degrees, and the word diffuse; -1 is diffuse too, as in the angles of a result."""
+    several = value if is_several(value) else [value]
+    plain = [one.item() if hasattr(one, "item") else one for one in several]
+    return [one if isinstance(one, str) else "diffuse" if one == DIFFUSE_DEG else float(one) for one in plain]
+
+
+def angle_coordinate(given: list[Any]) -> tuple[str, list[float], dict[str, Any]]:
+    """The coordinate of angles: numbers, where -1 flags diffuse light."""
+    attributes: dict[str, Any] = ANGLE.attributes()
+    if "diffuse" in given:
+        attributes |= {"flag_values": DIFFUSE_DEG, "flag_meanings": "diffuse"}
+    return ANGLE.name, [DIFFUSE_DEG if one == "diffuse" else one for one in given], attributes
+
+
+def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float], dict[str, str]]:
+    """The coordinate of wavelengths."""
+    return WAVELENGTH.name, wavelengths_nm, WAVELENGTH.attributes() | {"standard_name": "radiation_wavelength"}
+
+
+def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:
+    """Options of the discrete ordinates."""
+    return {"streams": streams, "seed": seed}
+
+
+def attributes(**made: Any) -> dict[str, Any]:
+    """Provenance that NetCDF can store."""
+    return {"Conventions": "CF-1.8", "source": f"snowblue {_native.__version__}", **made}

@@ -1,0 +1,276 @@
+"""Colours of light through snow, snow of a colour, and sheets of swatches."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import SNOW, VISIBLE_NM, Snow, angles, attributes, is_several, one_snow, ordinates
+from snowblue._spectra import spectrum
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from typing_extensions import Unpack
+
+LABELS = {
+    "thickness_cm": ("Thickness", "cm"),
+    "angle_deg": ("Angle of incidence", "°"),
+    "illuminant": ("Illuminant", ""),
+    "grain_size_um": ("Grain size", "µm"),
+    "ssa_m2_kg": ("Specific surface area", "m²/kg"),
+    "density_kg_m3": ("Density", "kg/m³"),
+    "facetness": ("Facetness", ""),
+    "sphericity": ("Sphericity", ""),
+    "water_saturation": ("Water saturation", ""),
+    "temperature_c": ("Temperature", "°C"),
+    "snow": ("Snow", ""),
+    "ice": ("Ice", ""),
+    "size_measure": ("Size measure", ""),
+}
+
+
+def color(
+    spectrum: xr.DataArray | None = None,
+    *,
+    illuminant: Any = "D65",
+    observer: str = "1931",
+    exposure_stops: float | None = 0.0,
+    reflected: bool = False,
+    **slab_and_snow: Any,
+) -> xr.Dataset:
+    """Colours of the light that snow transmits or reflects.
+
+    Parameters
+    ----------
+    spectrum : xarray.DataArray, optional
+        Transmittance or reflectance on a dimension `wavelength` (nm), as in the result of :func:`snowblue.spectrum`.
+        Without it, that of the snow and slab that further arguments describe.
+    illuminant : str or list
+        CIE illuminant, one of :func:`snowblue.illuminants`.
+    observer : "1931" or "1964"
+    exposure_stops : float, optional
+        Exposure of `hex` only. None brings the brightest channel of all to 0.9.
+    reflected : bool
+        The reflected light instead of the transmitted light.
+    **slab_and_snow
+        Arguments of :func:`snowblue.spectrum`.
+
+    Returns
+    -------
+    xarray.Dataset
+        X, Y, Z, L, a, b, r_linear, g_linear, b_linear (linear sRGB) and hex, on the axes of the spectra but wavelength.
+        The light without snow has Y = 1 and is the white of CIELAB; there is no chromatic adaptation.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> deep = snowblue.color(thickness_cm=30, exposure_stops=None)
+    >>> bool(deep.b_linear > 2 * deep.r_linear)
+    True
+    """
+    import xarray as xr
+
+    curves = spectrum if spectrum is not None else _curves(reflected, slab_and_snow)
+    if spectrum is not None and slab_and_snow:
+        raise TypeError(f"{next(iter(slab_and_snow))} has no effect on a given spectrum")
+    if "wavelength" not in curves.dims:
+        raise ValueError("the spectrum has no dimension 'wavelength'")
+    curves = curves.transpose(..., "wavelength")
+    values = np.ascontiguousarray(curves.values, dtype=float).reshape(-1)
+    several = is_several(illuminant)
+    results = [
+        _native.colors(
+            values, curves.wavelength.values.tolist(), {"illuminant": str(one), "observer": observer}, exposure_stops
+        )
+        for one in (illuminant if several else [illuminant])
+    ]
+    dims = [*(["illuminant"] if several else []), *curves.dims[:-1]]
+    shape = [*([len(results)] if several else []), *curves.shape[:-1]]
+    variables: dict[str, Any] = {}
+    for group, names in (("xyz", "XYZ"), ("lab", "Lab"), ("rgb_linear", ("r_linear", "g_linear", "b_linear"))):
+        triples = np.concatenate([one[group] for one in results]).reshape(*shape, 3)
+        for number, name in enumerate(names):
+            variables[name] = (dims, triples[..., number])
+    words = [word for one in results for word in one["hex"]]
+    variables["hex"] = (dims, np.array(words, dtype=str).reshape(shape))
+    coords = {name: coord for name, coord in curves.coords.items() if "wavelength" not in coord.dims}
+    if several:
+        coords["illuminant"] = ("illuminant", [str(one) for one in illuminant])
+    made = {name: value for name, value in curves.attrs.items() if name not in ("units", "long_name")}
+    light = {} if several else {"illuminant": str(illuminant)}
+    exposure = "auto" if exposure_stops is None else f"{exposure_stops} stops"
+    made |= light | {"observer": f"CIE {observer}", "exposure_of_hex": exposure}
+    return xr.Dataset(variables, coords, attributes(**made))
+
+
+def _curves(reflected: bool, slab_and_snow: Mapping[str, Any]) -> xr.DataArray:
+    solved = spectrum(**{"standard_errors": False, **slab_and_snow})
+    curves = solved.reflectance if reflected else solved.transmittance
+    made = {name: value for name, value in solved.attrs.items() if name not in ("Conventions", "source")}
+    return curves.assign_attrs(made | {"light": "reflected" if reflected else "transmitted"})
+
+
+def match(
+    target: str,
+    *,
+    thickness_cm: float | tuple[float, float] | None = None,
+    angle_deg: Any = 0.0,
+    illuminant: str = "D65",
+    streams: int | str = "auto",
+    seed: int = 1,
+    **snow: Unpack[Snow],
+) -> xr.Dataset:
+    """Snow whose transmitted light comes closest to a colour.
+
+    Hue and chroma are matched, not the luminance. Quantities that are not given are searched for: first the thickness;
+    if that is given or cannot reach the target, the grain size (100 to 2000 µm), then the density (100 to 450 kg/m³).
+
+    Parameters
+    ----------
+    target : str
+        An sRGB colour, "#9fc5f8".
+    thickness_cm : float or tuple, optional
+        The thickness, or the ends of the range to search.
+    angle_deg : float or "diffuse"
+    illuminant : str
+    streams, seed
+        As in :func:`snowblue.spectrum`.
+    **snow
+        Arguments of :class:`Snow`, one value each.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimension `candidate`: the first is closest to the default snow, the others let more or less light
+        through. `delta_e` is the CIELAB 1976 difference, both colours at L* = 50; up to 2.3 it is not noticeable. If
+        that cannot be reached, there is a warning.
+    """
+    import xarray as xr
+
+    given = one_snow(snow)
+    ends = None
+    if thickness_cm is not None:
+        ends = thickness_cm if isinstance(thickness_cm, tuple) else (thickness_cm, thickness_cm)
+        if len(ends) != 2 or not 0 < ends[0] <= ends[1]:
+            raise ValueError(f"thickness_cm is {thickness_cm}, but must be one thickness or an ascending pair above 0")
+    fixed = {
+        "thickness_cm": ends,
+        "grain_size": any(name in snow for name in ("grain_size_um", "ssa_m2_kg", "snow")),
+        "density": any(name in snow for name in ("density_kg_m3", "snow")),
+    }
+    [angle] = angles(angle_deg)
+    light = {"illuminant": illuminant, "observer": "1931"}
+    rows, missed = _native.match_color(target, given.snows[0], angle, fixed, light, ordinates(streams, seed))
+    if missed:
+        warnings.warn(f"{target}: {missed}", stacklevel=2)
+    variables = {name: ("candidate", [row[name] for row in rows]) for name in rows[0]}
+    made = {**given.attrs, "target": target, "angle_deg": angle, "illuminant": illuminant, "seed": seed}
+    return xr.Dataset(variables, attrs=attributes(**made))
+
+
+def swatch(
+    *,
+    columns: Mapping[str, Any],
+    rows: Mapping[str, Any] | None = None,
+    illuminant: str = "D65",
+    observer: str = "1931",
+    exposure_stops: float | None = None,
+    reflected: bool = False,
+    size_px: int = 160,
+    texture: bool = True,
+    title: str | None = None,
+    seed: int = 1,
+    output: str | PathLike[str] | None = None,
+    **slab_and_snow: Any,
+) -> np.ndarray:
+    """Draws swatches of the light through snow over any two parameters.
+
+    Parameters
+    ----------
+    columns, rows : mapping
+        The name of an argument of :func:`snowblue.color`, and the values that it takes: `{"thickness_cm": [5, 15]}`.
+    illuminant, observer, reflected
+        As in :func:`snowblue.color`.
+    exposure_stops : float, optional
+        Exposure of all swatches; None brings the greatest channel to 0.8 of white.
+    size_px : int, 16 to 2048
+        Height of a swatch.
+    texture : bool
+        The grey texture of snow on the colours.
+    title : str, optional
+    seed : int
+    output : path, optional
+        A PNG file to write.
+    **slab_and_snow
+        Arguments of :func:`snowblue.spectrum`, one value each.
+
+    Returns
+    -------
+    numpy.ndarray
+        8-bit sRGB of shape (height, width, 3).
+    """
+    if not 16 <= size_px <= 2048:
+        raise ValueError(f"size_px is {size_px}, but must lie in 16–2048")
+    across, down = (_axis(axis) for axis in (columns, rows or {}))
+    if across and down and across[0] == down[0]:
+        raise ValueError(f"{across[0]} varies along rows and columns")
+    for axis in (across, down):
+        if axis and axis[0] in slab_and_snow:
+            raise ValueError(f"{axis[0]} varies along rows or columns, but is also given")
+    triples = []
+    for below in down[1] if down else [None]:
+        for beside in across[1] if across else [None]:
+            own = {axis[0]: value for axis, value in ((down, below), (across, beside)) if axis}
+            light = {"illuminant": illuminant, "observer": observer, "reflected": reflected, "seed": seed}
+            one = color(**{**light, **slab_and_snow, **own})
+            if one.sizes.get("thickness") != 1 or one.hex.size != 1:
+                raise ValueError("an argument has several values: give these as rows or columns")
+            triples.append([one[name].item() for name in ("r_linear", "g_linear", "b_linear")])
+    fixed = ", ".join(_label(name, value) for name, value in slab_and_snow.items() if name in LABELS)
+    made = [f"snowblue {_native.__version__}", f"CIE {observer}", f"discrete ordinates, seed {seed}"]
+    if "illuminant" not in {axis[0] for axis in (across, down) if axis}:
+        made.insert(1, illuminant)
+    light_of = "Light reflected by snow" if reflected else "Light through snow"
+    sheet = {
+        "title": title if title is not None else f"{light_of}: {fixed}" if fixed else light_of,
+        "footer": " · ".join(made),
+        "rows": _names(down),
+        "columns": _names(across),
+        "size_px": size_px,
+        "texture": seed if texture else None,
+        "exposure": exposure_stops,
+        "output": None if output is None else fspath(output),
+    }
+    pixels, width, height, _ = _native.draw_swatches(np.array(triples, dtype=float).reshape(-1), sheet)
+    return pixels.reshape(height, width, 3)
+
+
+def _axis(axis: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
+    if not axis:
+        return None
+    if len(axis) != 1:
+        raise ValueError(f"an axis of swatches has one parameter, not {len(axis)}")
+    [(name, values)] = axis.items()
+    if name not in LABELS and name not in SNOW:
+        raise ValueError(f"'{name}' is not a parameter of swatches; there are {', '.join(LABELS)}")
+    return name, [value.item() if hasattr(value, "item") else value for value in values]
+
+
+def _names(axis: tuple[str, list[Any]] | None) -> tuple[str, list[str]]:
+    if axis is None:
+        return "", [""]
+    name, values = axis
+    return LABELS[name][0], [_label(name, value, bare=True) for value in values]
+
+
+def _label(name: str, value: Any, bare: bool = False) -> str:
+    quantity, unit = LABELS[name]
+    words = "–".join(f"{one:g}" for one in value[:2]) if isinstance(value, tuple) else str(value)
+    words = f"{value:g}" if isinstance(value, (int, float)) else words
+    words += unit if unit == "°" else f" {unit}" if unit else ""
+    return words if bare else f"{quantity.lower()} {words}"

@@ -1,0 +1,231 @@
+"""Tables of curves: the embedded one, files, and tables of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import (
+    ANGLE,
+    THICKNESS,
+    WAVELENGTH,
+    Quantity,
+    angles,
+    attributes,
+    numbers,
+    ordinates,
+    wavelength_coordinate,
+)
+from snowblue._progress import Progress, reporting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PRESETS = Literal["paper", "default", "fine", "infrared"]
+MOST_TALLY_RAYS = 1 << 20
+
+
+class Database:
+    """Curves of transmittance and reflectance on axes of snow, angle and thickness, full or compressed."""
+
+    def __init__(self, table: _native.Table) -> None:
+        self._table = table
+
+    @classmethod
+    def open(cls, path: str | PathLike[str]) -> Database:
+        """Reads a table from a NetCDF file."""
+        return cls(_native.Table.open(_existing(path)))
+
+    @classmethod
+    def embedded(cls) -> Database:
+        """The compressed table of the package."""
+        return cls(_native.Table.embedded())
+
+    @classmethod
+    def build(
+        cls,
+        *,
+        preset: PRESETS = "paper",
+        grain_size_um: Any = None,
+        facetness: Any = None,
+        density_kg_m3: Any = None,
+        thickness_cm: Any = None,
+        angle_deg: Any = None,
+        wavelength_nm: Any = None,
+        water_saturation: Any = None,
+        temperature_c: Any = None,
+        impurities_ng_g: Mapping[str, Any] | None = None,
+        engine: Literal["ordinates", "montecarlo"] = "ordinates",
+        streams: int | str = "auto",
+        tally_rays: int = MOST_TALLY_RAYS,
+        rays: int = 100_000,
+        seed: int = 1,
+        ice: str = "warren2008",
+        progress: Progress = None,
+    ) -> Database:
+        """Computes a full table. Axes that are not given are those of the preset, by default the paper's."""
+        if engine not in ("ordinates", "montecarlo"):
+            raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
+        properties: dict[str, Any] = {"water_saturation": water_saturation, "temperature": temperature_c}
+        properties |= {name.replace("-", "_"): values for name, values in (impurities_ng_g or {}).items()}
+        axes = {
+            "preset": preset,
+            "grain_size_um": _axis("grain_size", grain_size_um),
+            "facetness": _axis("facetness", facetness),
+            "density_kg_m3": _axis("density", density_kg_m3),
+            "thickness_cm": _axis("thickness", thickness_cm),
+            "angle_deg": None if angle_deg is None else angles(angle_deg),
+            "wavelength_nm": _axis("wavelength", wavelength_nm),
+            "properties": [(name, _axis(name, values)) for name, values in properties.items() if values is not None],
+        }
+        filling = {
+            "ordinates": ordinates(streams, seed),
+            "tally_rays": tally_rays,
+            "rays": rays if engine == "montecarlo" else None,
+            "ice": ice,
+        }
+        with reporting(progress, "steps") as report:
+            return cls(_native.Table.build(axes, filling, report))
+
+    @classmethod
+    def import_curves(cls, path: str | PathLike[str], **fixed: float) -> Database:
+        """Reads curves of another model or an instrument, CSV or NetCDF; `fixed` has values of axes that it lacks."""
+        return cls(_native.Table.import_curves(_existing(path), {name: float(value) for name, value in fixed.items()}))
+
+    @property
+    def kind(self) -> str:
+        """What it is, in words."""
+        return self._table.kind
+
+    @property
+    def components(self) -> int | None:
+        """Number of principal components; None for a full table."""
+        return self._table.components
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The values of each axis. An angle of -1 is diffuse light."""
+        return {name: np.array(values) for name, _, values in self._table.axis_values}
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """Provenance."""
+        return dict(sorted(self._table.metadata.items()))
+
+    def __len__(self) -> int:
+        return self._table.curves
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name}: {len(values)}" for name, values in self.axes.items())
+        return f"<snowblue.Database: {self.kind} of {len(self)} curves ({axes})>"
+
+    def compress(
+        self,
+        *,
+        space: Literal["log", "linear"] = "log",
+        components: int | None = None,
+        max_delta_e: float | None = None,
+        max_rmse: float | None = None,
+        illuminants: tuple[str, ...] = ("D65",),
+    ) -> Database:
+        """The full table in terms of principal components: their number, or as many as the greatest errors need."""
+        if components is None and max_delta_e is None and max_rmse is None:
+            raise TypeError("give components, max_delta_e or max_rmse")
+        wanted = {"space": space, "components": components, "max_delta_e": max_delta_e, "max_rmse": max_rmse}
+        return Database(self._table.compress({**wanted, "illuminants": list(illuminants)}))
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Writes the table as NetCDF, which :func:`xarray.open_dataset` reads."""
+        self._table.write(fspath(path))
+
+    def look_up(
+        self,
+        *,
+        thickness_cm: Any,
+        angle_deg: Any = 0.0,
+        grain_size_um: Any = 400.0,
+        facetness: Any = 0.3,
+        density_kg_m3: Any = 300.0,
+        **properties: Any,
+    ) -> xr.Dataset:
+        """Interpolates the curves of a compressed table.
+
+        Lists and arrays make axes of the result. Further properties are axes of the table: `water_saturation`,
+        `temperature`, `black_carbon` and so on. Values are single precision, as in a rendering.
+        """
+        import itertools
+
+        import xarray as xr
+
+        given = {"grain_size": grain_size_um, "facetness": facetness, "density": density_kg_m3, **properties}
+        axes = {name: numbers(Quantity(name), value) for name, value in given.items()}
+        dims = [name for name, value in given.items() if np.ndim(value) > 0]
+        samples = []
+        for values in itertools.product(*axes.values()):
+            grain_size, facet, density, *others = values
+            own = dict(zip(properties, others))
+            sample = {"grain_size_um": grain_size, "facetness": facet, "density_kg_m3": density, "properties": own}
+            samples.append(sample)
+        thicknesses_cm, angles_deg = numbers(THICKNESS, thickness_cm), numbers(ANGLE, angle_deg)
+        arrays = self._table.look_up(samples, thicknesses_cm, angles_deg)
+        wavelengths_nm = self.axes["wavelength"].tolist()
+        shape = [len(axes[name]) for name in dims] + [len(thicknesses_cm), len(angles_deg), len(wavelengths_nm)]
+        units = {name: unit for name, unit, _ in self._table.axis_values}
+        coords: dict[str, Any] = {
+            name: (name, axes[name], Quantity(name, units.get(name)).attributes()) for name in dims
+        }
+        coords["thickness"] = ("thickness", thicknesses_cm, THICKNESS.attributes())
+        coords["angle"] = ("angle", angles_deg, ANGLE.attributes())
+        coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+        variables = {
+            name: ([*dims, "thickness", "angle", "wavelength"], array.reshape(shape), {"units": "1", "long_name": name})
+            for name, array in arrays.items()
+        }
+        fixed = {name: axes[name][0] for name in given if name not in dims}
+        return xr.Dataset(variables, coords, attributes(**fixed, table=self.kind))
+
+    def fidelity(
+        self, *, space: Literal["log", "linear"] = "log", components: int = 4, illuminant: str = "D65"
+    ) -> xr.Dataset:
+        """The errors of 1 to `components` principal components over all curves of a full table."""
+        import xarray as xr
+
+        rows = self._table.fidelity(space, components, illuminant)
+        names = [name for name in rows[0] if name not in ("quantity", "components")]
+        values = {name: np.array([row[name] for row in rows]).reshape(2, components) for name in names}
+        coords = {"quantity": ["transmittance", "reflectance"], "components": np.arange(1, components + 1)}
+        variables = {name: (("quantity", "components"), array) for name, array in values.items()}
+        return xr.Dataset(variables, coords, attributes(space=space, illuminant=illuminant))
+
+    def to_xarray(self) -> xr.Dataset:
+        """All curves; those of a compressed table are rebuilt."""
+        import xarray as xr
+
+        axes = self._table.axis_values
+        dims, shape = [name for name, _, _ in axes], [len(values) for _, _, values in axes]
+        coords: dict[str, Any] = {
+            name: (name, values, Quantity(name, unit).attributes()) for name, unit, values in axes
+        }
+        coords["wavelength"] = wavelength_coordinate(list(self.axes["wavelength"]))
+        if -1.0 in self.axes.get("angle", ()):
+            coords["angle"][2].update(flag_values=-1.0, flag_meanings="diffuse")
+        variables = {
+            name: (dims, array.reshape(shape), {"units": "1", "long_name": name.replace("_se", " standard error")})
+            for name, array in self._table.values().items()
+        }
+        return xr.Dataset(variables, coords, attributes(**self.metadata))
+
+
+def _axis(name: str, values: Any) -> list[float] | None:
+    return None if values is None else numbers(Quantity(name), values)
+
+
+def _existing(path: str | PathLike[str]) -> str:
+    if not Path(path).exists():
+        raise FileNotFoundError(f"{fspath(path)}: there is no such file")
+    return fspath(path)

@@ -1,0 +1,103 @@
+"""Snow from a measured albedo."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import WAVELENGTH, Snow, attributes, numbers, one_snow, ordinates, wavelength_coordinate
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from typing_extensions import Unpack
+
+
+def invert(
+    albedo: Any,
+    wavelength_nm: Any = None,
+    *,
+    standard_deviation: Any = 0.01,
+    thickness_cm: float = 100.0,
+    ground_albedo: float = 0.0,
+    free_scale: bool = False,
+    streams: int | str = "auto",
+    seed: int = 1,
+    **snow: Unpack[Snow],
+) -> xr.Dataset:
+    """The specific surface area and the black carbon of the snow that fits a measured albedo best.
+
+    The light is that of an overcast sky. In the infrared the albedo depends on the surface area, in the visible on
+    impurities.
+
+    Parameters
+    ----------
+    albedo : array
+        Albedo at each wavelength; an `xarray.DataArray` with a dimension `wavelength` (nm) needs no `wavelength_nm`.
+    wavelength_nm : array, 305 to 1495
+    standard_deviation : float or array
+        Standard deviation of the albedo.
+    thickness_cm, ground_albedo : float
+        The thickness of the snow, and the albedo of the ground below.
+    free_scale : bool
+        Whether the albedo may have a common unknown factor, which is fitted too.
+    streams, seed
+        As in :func:`snowblue.spectrum`.
+    **snow
+        Arguments of :class:`Snow`; grain size and black carbon are ignored.
+
+    Returns
+    -------
+    xarray.Dataset
+        `ssa` (m²/kg), `black_carbon` (ng/g) and `scale` with two standard errors: `_se` for errors that are independent
+        at all wavelengths, `_block_se` for errors that correlate over 10 neighbouring wavelengths; the measured and
+        the fitted albedo; chi² per degree of freedom, and the correlation of surface area and black carbon.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import snowblue
+    >>> wavelength_nm = np.arange(400, 1401, 50)
+    >>> measured = snowblue.spectrum(ssa_m2_kg=20, thickness_cm=100, angle_deg="diffuse", wavelength_nm=wavelength_nm)
+    >>> fit = snowblue.invert(measured.reflectance.squeeze(drop=True))
+    >>> abs(fit.ssa.item() - 20) < 0.5
+    True
+    """
+    import xarray as xr
+
+    if wavelength_nm is None:
+        if "wavelength" not in getattr(albedo, "dims", ()):
+            raise TypeError("wavelength_nm is missing, and the albedo has no dimension 'wavelength'")
+        wavelength_nm = albedo.wavelength.values
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    values = np.asarray(albedo, dtype=float)
+    if values.shape != (len(wavelengths_nm),):
+        raise ValueError(f"the albedo has the shape {values.shape}, but there are {len(wavelengths_nm)} wavelengths")
+    deviations = np.broadcast_to(np.asarray(standard_deviation, dtype=float), values.shape)
+    if not (np.isfinite(values).all() and (deviations > 0).all() and np.isfinite(deviations).all()):
+        raise ValueError("the albedo must be finite, and its standard deviation finite and above 0")
+    given = one_snow(snow)
+    measured = {
+        "wavelength_nm": wavelengths_nm,
+        "albedo": values.tolist(),
+        "standard_deviation": deviations.tolist(),
+    }
+    pack = {
+        "snow": given.snows[0],
+        "thickness_cm": float(thickness_cm),
+        "ground_albedo": float(ground_albedo),
+        "free_scale": free_scale,
+    }
+    fit = _native.invert(measured, pack, ordinates(streams, seed))
+    units = {"ssa": "m2 kg-1", "black_carbon": "ng g-1"}
+    variables: dict[str, Any] = {
+        "albedo": ("wavelength", values, {"units": "1", "long_name": "measured albedo"}),
+        "albedo_fit": ("wavelength", fit.pop("albedo"), {"units": "1", "long_name": "albedo of the fitted snow"}),
+    }
+    for name, value in fit.items():
+        plain = name.removesuffix("_se").removesuffix("_block")
+        variables[name] = ((), value, {"units": units.get(plain, "1")})
+    coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
+    made = {"thickness_cm": float(thickness_cm), "ground_albedo": float(ground_albedo), "seed": seed}
+    return xr.Dataset(variables, coords, attributes(**given.attrs, **made))

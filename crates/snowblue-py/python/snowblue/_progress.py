@@ -1,0 +1,35 @@
+"""Bars for work that takes long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Progress = bool | Callable[[int, int], object] | None
+"""False for none, a function of what is done and of all, or None for a bar by tqdm if that is installed."""
+
+DELAY_S = 1.0
+
+
+@contextmanager
+def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object] | None]:
+    """A function that shows the progress of some work."""
+    if progress is False:
+        yield None
+        return
+    if callable(progress):
+        yield progress
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        yield None
+        return
+    # Without a terminal or notebook tqdm shows nothing: disable=None.
+    with tqdm(unit=f" {unit}", delay=DELAY_S, unit_scale=True, disable=None, leave=False) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield show

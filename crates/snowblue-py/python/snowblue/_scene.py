@@ -1,0 +1,330 @@
+"""Scenes, their pictures, and the light field on their snow."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import attributes, wavelength_coordinate
+from snowblue._database import Database
+from snowblue._progress import Progress, reporting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Integrator = Literal["hybrid", "diffusion", "pcasnow", "reference"]
+Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle"]
+AXES = {"R": "r", "G": "g", "B": "b", "X": "x", "Y": "y", "Z": "z"}
+
+
+class Scene:
+    """A scene with snow in it, in metres and degrees, z upwards.
+
+    The keywords are the tables of a scene file, and have its keys: see the chapter on rendering. A mesh is the name of
+    a file or a pair of NumPy arrays, vertices (n, 3) in m and triangles (m, 3), counter-clockwise from outside.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> scene = snowblue.Scene(
+    ...     camera={"position": [1, -1, 0.6], "look_at": [0, 0, 0.15], "vertical_fov_deg": 30},
+    ...     film={"width": 32, "height": 24, "exposure": -1.0},
+    ...     material={"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}},
+    ...     light=[{"type": "point", "position": [-0.5, 1, 0.5], "illuminant": "D65", "radiant_intensity_w_sr": 10}],
+    ...     object=[{"shape": "box", "size": [0.3, 0.1, 0.3], "position": [0, 0, 0.15], "material": "snow"}],
+    ... )
+    >>> picture = scene.render(samples_per_pixel=4, integrator="diffusion")
+    >>> dict(picture.rgb.sizes)
+    {'y': 24, 'x': 32, 'channel': 3}
+    """
+
+    def __init__(
+        self,
+        *,
+        camera: Mapping[str, Any] | None = None,
+        film: Mapping[str, Any] | None = None,
+        integrator: Mapping[str, Any] | None = None,
+        light_field: Mapping[str, Any] | None = None,
+        material: Mapping[str, Mapping[str, Any]] | None = None,
+        light: Iterable[Mapping[str, Any]] = (),
+        environment: Mapping[str, Any] | None = None,
+        object: Iterable[Mapping[str, Any]] = (),
+        gltf: str | None = None,
+        folder: str | PathLike[str] = ".",
+    ) -> None:
+        tables = {
+            "gltf": gltf,
+            "camera": camera,
+            "film": film,
+            "integrator": integrator,
+            "light_field": light_field,
+            "material": material,
+            "environment": environment,
+        }
+        document: dict[str, Any] = {name: table for name, table in tables.items() if table is not None}
+        files: dict[str, bytes] = {}
+        document["light"] = [dict(one) for one in light]
+        document["object"] = [_with_file(dict(one), files) for one in object]
+        self._scene = _native.Scene.from_json(_json(document), files, fspath(folder))
+
+    @classmethod
+    def open(cls, path: str | PathLike[str]) -> Scene:
+        """Reads a scene file (TOML)."""
+        scene = cls.__new__(cls)
+        if not Path(path).exists():
+            raise FileNotFoundError(f"{fspath(path)}: there is no such file")
+        scene._scene = _native.Scene.open(fspath(path))
+        return scene
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The tables of the scene, with all defaults. A copy."""
+        return json.loads(self._scene.to_json())
+
+    def to_toml(self) -> str:
+        """The text of a scene file. Meshes from arrays have names without files."""
+        return self._scene.to_toml()
+
+    def __repr__(self) -> str:
+        tables = self.description
+        names = ", ".join(tables.get("material", {}))
+        lights, objects = len(tables.get("light", [])), len(tables.get("object", []))
+        return f"<snowblue.Scene: objects: {objects}, lights: {lights}, materials: {names}>"
+
+    def render(
+        self,
+        *,
+        integrator: Integrator | None = None,
+        width: int | None = None,
+        height: int | None = None,
+        samples_per_pixel: int | None = None,
+        noise_target: float | None = None,
+        max_bounces: int | None = None,
+        seed: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        aovs: Sequence[Aov] = (),
+        database: Database | None = None,
+        output: str | PathLike[str] | None = None,
+        progress: Progress = None,
+    ) -> xr.Dataset:
+        """Renders the scene.
+
+        Parameters
+        ----------
+        integrator : "hybrid", "diffusion", "pcasnow" or "reference", optional
+        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure : optional
+            Instead of those of the scene.
+        aovs : sequence
+            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle.
+        database : Database, optional
+            A compressed table of snow instead of the embedded one.
+        output : path, optional
+            A .png or .exr file to write too.
+        progress : bool or callable, optional
+
+        Returns
+        -------
+        xarray.Dataset
+            `rgb`: linear sRGB, where luminance 1 is that of 1 W/(m² sr) of equal-energy light over 400 to 700 nm;
+            `display`: 8-bit sRGB at the exposure, for `picture.display.plot.imshow()`; and the AOVs. The pixel at the
+            upper left is the first; y grows upwards.
+        """
+        changed = self._changed(
+            film={"width": width, "height": height, "exposure": exposure},
+            integrator={
+                "type": integrator,
+                "samples_per_pixel": samples_per_pixel,
+                "noise_target": noise_target,
+                "max_bounces": max_bounces,
+                "seed": seed,
+            },
+        )
+        target = None if output is None else fspath(output)
+        with reporting(progress, "samples") as report:
+            rendered = changed.render(_table(database), ",".join(["rgb", *aovs]), target, report)
+        return _picture(rendered)
+
+    def bake(
+        self,
+        *,
+        step_mm: float | None = None,
+        spectrum: bool = False,
+        max_bounces: int | None = None,
+        database: Database | None = None,
+        output: str | PathLike[str] | None = None,
+        progress: Progress = None,
+    ) -> Bake:
+        """Solves for the light field and gives the net flux J outwards at the vertices of the snow.
+
+        Snow then sends out the radiance L(mu) = R0 F + K(mu) J / pi, where F is the irradiance of all light on the
+        surface, R0 is nearly 1/pi, and K is :meth:`BakedObject.escape`.
+
+        Parameters
+        ----------
+        step_mm : float, optional
+            Greatest length of an edge; by default twice the cells of the light field.
+        spectrum : bool
+            31 wavelengths in W/(m² nm) instead of linear sRGB in W/m².
+        max_bounces : int, optional
+        database : Database, optional
+        output : path, optional
+            A .glb or .ply file to write too.
+        progress : bool or callable, optional
+        """
+        target = None if output is None else fspath(output)
+        if target is not None and Path(target).suffix.lower() not in (".glb", ".ply"):
+            raise ValueError(f"{target}: the baked snow must end in .glb or .ply")
+        if target is not None and spectrum and Path(target).suffix.lower() == ".glb":
+            raise ValueError(f"{target}: spectra need a .ply: a GLB holds colours only")
+        changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
+        with reporting(progress, "solutions") as report:
+            of_all, *objects = changed.bake(_table(database), step_mm, spectrum, target, report)
+        return Bake([_baked(one, of_all["lamps"]) for one in objects], of_all["lamps"], of_all["provenance"])
+
+    def _changed(self, **tables: Mapping[str, Any]) -> _native.Scene:
+        changes = {
+            name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()
+        }
+        if not any(changes.values()):
+            return self._scene
+        document = self.description
+        for name, table in changes.items():
+            document.setdefault(name, {}).update(table)
+        return self._scene.with_json(_json(document))
+
+
+@dataclass(frozen=True)
+class BakedObject:
+    """The light field on an object of snow."""
+
+    name: str
+    positions: np.ndarray
+    """Vertices in m, (n, 3)."""
+    normals: np.ndarray
+    """Outward unit normals, (n, 3)."""
+    triangles: np.ndarray
+    """Vertices of each triangle, counter-clockwise from outside, (m, 3)."""
+    flux: np.ndarray
+    """Net flux J outwards by each lamp, and last by the sky and all light by way of other surfaces: (lamps + 1, n, 3)
+    in W/m² as linear sRGB, or (lamps + 1, n, 31) in W/(m² nm)."""
+    exitance: np.ndarray
+    """All that leaves the surface, (n, 3), in W/m² as linear sRGB."""
+    escape_polynomial: np.ndarray
+    """The coefficients of K(mu) by ascending powers of mu."""
+    extrapolation_length: float
+    """In transport mean free paths."""
+    transport_length_m: float
+    """Transport mean free path at the middle wavelength."""
+
+    def escape(self, mu: Any) -> np.ndarray:
+        """K at cosines of the angle from the normal: the angular distribution of light from inside the snow."""
+        return np.polynomial.polynomial.polyval(mu, self.escape_polynomial)
+
+
+@dataclass(frozen=True)
+class Bake:
+    """The light field on the snow of a scene."""
+
+    objects: list[BakedObject]
+    lamps: list[str]
+    """What each lamp is: point, spot, directional, sphere or rectangle."""
+    provenance: str
+
+
+def _table(database: Database | None) -> _native.Table:
+    return (database or Database.embedded())._table
+
+
+def _picture(rendered: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
+    width, height = rendered.pop("width"), rendered.pop("height")
+    display, wavelengths_nm = rendered.pop("display"), rendered.pop("wavelengths")
+    made = {"exposure_stops": rendered.pop("exposure_stops"), "provenance": rendered.pop("provenance")}
+    groups: dict[str, list[str]] = {}
+    for name in rendered:
+        group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]
+        groups.setdefault(group, []).append(name)
+    last = {"rgb": "channel", "variance": "channel", "albedo": "channel", "normal": "axis", "spectrum": "wavelength"}
+    units = {"rgb": "W m-2 sr-1", "spectrum": "W m-2 sr-1 nm-1", "thickness": "m", "angle": "degree"}
+    coords: dict[str, Any] = {
+        "y": ("y", np.arange(height)[::-1], {"long_name": "rows from the bottom"}),
+        "x": ("x", np.arange(width), {"long_name": "columns from the left"}),
+        "channel": ["r", "g", "b"],
+    }
+    variables: dict[str, Any] = {"display": (("y", "x", "channel"), display.reshape(height, width, 3))}
+    for group, names in groups.items():
+        stacked = np.stack([rendered[name].reshape(height, width) for name in names], axis=-1)
+        description = {"units": units.get(group, "1"), "long_name": group}
+        if group not in last:
+            variables[group] = (("y", "x"), stacked[..., 0], description)
+            continue
+        variables[group] = (("y", "x", last[group]), stacked, description)
+        if group == "spectrum":
+            coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+        elif group == "normal":
+            coords["axis"] = [AXES[name.split(".")[1]] for name in names]
+    return xr.Dataset(variables, coords, attributes(**made))
+
+
+def _baked(one: dict[str, Any], lamps: list[str]) -> BakedObject:
+    count = one["positions"].size // 3
+    return BakedObject(
+        name=one["name"],
+        positions=one["positions"].reshape(count, 3),
+        normals=one["normals"].reshape(count, 3),
+        triangles=one["triangles"].reshape(-1, 3),
+        flux=np.stack(one["flux"]).reshape(len(lamps) + 1, count, one["channels"]),
+        exitance=one["exitance"].reshape(count, 3),
+        escape_polynomial=np.array(one["escape_polynomial"]),
+        extrapolation_length=one["extrapolation"],
+        transport_length_m=one["transport_length_m"],
+    )
+
+
+def _with_file(table: dict[str, Any], files: dict[str, bytes]) -> dict[str, Any]:
+    """An object whose mesh, if that is a pair of arrays, is the name of a file in memory."""
+    mesh = table.get("mesh")
+    if mesh is None or isinstance(mesh, (str, PathLike)):
+        return {**table, "mesh": fspath(mesh)} if mesh is not None else table
+    vertices, triangles = mesh
+    name = f"array-{len(files)}.ply"
+    files[name] = _ply(np.asarray(vertices, dtype="<f4"), np.asarray(triangles))
+    return {"up": "z", **table, "mesh": name}
+
+
+def _ply(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
+    """A mesh as a binary PLY file."""
+    for name, array in (("vertices", vertices), ("triangles", triangles)):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"the {name} of a mesh have the shape {array.shape}, but must have (n, 3)")
+    if not np.issubdtype(triangles.dtype, np.integer):
+        raise ValueError(f"the triangles of a mesh are {triangles.dtype}, but must be whole numbers")
+    if triangles.size and not (0 <= triangles.min() and triangles.max() < len(vertices)):
+        raise ValueError(f"the triangles of a mesh name vertices outside 0–{len(vertices) - 1}")
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, triangles
+    return header.encode() + vertices.tobytes() + faces.tobytes()
+
+
+def _json(document: Mapping[str, Any]) -> str:
+    def plain(value: Any) -> Any:
+        if isinstance(value, (np.ndarray, np.generic)):
+            return value.tolist()
+        if isinstance(value, PathLike):
+            return fspath(value)
+        raise TypeError(f"a scene cannot have a {type(value).__name__}")
+
+    return json.dumps(document, default=plain, allow_nan=False)

@@ -1,0 +1,332 @@
+"""Spectra of slabs and of layers, and distributions over directions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import (
+    DEPTH,
+    THICKNESS,
+    VISIBLE_NM,
+    WAVELENGTH,
+    Snow,
+    angle_coordinate,
+    angles,
+    attributes,
+    check_names,
+    numbers,
+    one_snow,
+    ordinates,
+    snows,
+    wavelength_coordinate,
+)
+from snowblue._progress import Progress, reporting
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from typing_extensions import Unpack
+
+LONG_NAMES = {
+    "reflectance": "reflectance",
+    "transmittance": "transmittance, direct and diffuse",
+    "absorptance": "absorptance",
+    "direct": "direct transmittance",
+    "down": "downward flux per incident flux",
+    "up": "upward flux per incident flux",
+    "net": "net downward flux per incident flux",
+    "e_folding_depth": "e-folding depth of the net flux",
+    "extinction": "extinction coefficient",
+    "coalbedo": "single-scattering co-albedo",
+    "asymmetry": "asymmetry parameter",
+    "moments": "Legendre moments of the phase function",
+    "brdf": "bidirectional reflectance distribution function",
+    "btdf": "bidirectional transmittance distribution function",
+}
+UNITS = {"e_folding_depth": "cm", "extinction": "m-1", "brdf": "sr-1", "btdf": "sr-1"}
+DEFAULT_RAYS = 100_000
+
+
+def spectrum(
+    *,
+    thickness_cm: Any = 15.0,
+    angle_deg: Any = 0.0,
+    wavelength_nm: Any = VISIBLE_NM,
+    engine: Literal["ordinates", "montecarlo"] = "ordinates",
+    streams: int | str = "auto",
+    rays: int = DEFAULT_RAYS,
+    per_wavelength: bool = False,
+    seed: int = 1,
+    standard_errors: bool = True,
+    progress: Progress = None,
+    **snow: Unpack[Snow],
+) -> xr.Dataset:
+    """Reflectance, transmittance and absorptance of slabs of snow.
+
+    Parameters
+    ----------
+    thickness_cm : float or array, 0 to 100000
+    angle_deg : float, "diffuse" or array
+        Angle of a beam from the normal (0 to 89.99), or Lambertian light. In the result diffuse light is -1.
+    wavelength_nm : float or array, 300 to 2500
+    engine : "ordinates" or "montecarlo"
+        Discrete ordinates, or random walks from grain to grain.
+    streams : even int or "auto"
+        Directions of the discrete ordinates in both hemispheres.
+    rays : int
+        Random walks for each angle and index node, shared by wavelengths and thicknesses.
+    per_wavelength : bool
+        Separate random walks for each wavelength and thickness, as in the paper.
+    seed : int
+        Seed of all randomness.
+    standard_errors : bool
+        Standard errors by the jackknife: variables that end in `_se`. Without them, known grains take a tenth of the
+        time. Random walks always have them.
+    progress : bool or callable, optional
+    **snow
+        `grain_size_um`, `density_kg_m3` and the other arguments of :class:`Snow`. A list or an array makes an axis.
+
+    Returns
+    -------
+    xarray.Dataset
+        Fractions of the incident flux, on the axes of the snow, then thickness, angle and wavelength.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> thick = snowblue.spectrum(thickness_cm=[1, 30], wavelength_nm=[450, 650]).transmittance
+    >>> bool(thick.sel(thickness=30, wavelength=450) > 5 * thick.sel(thickness=30, wavelength=650))
+    True
+    """
+    given = snows(snow)
+    cases = _cases(thickness_cm, angle_deg, wavelength_nm)
+    with reporting(progress, "rays" if engine == "montecarlo" else "snows") as report:
+        arrays = _native.spectrum(
+            given.snows, cases, _engine(engine, streams, rays, per_wavelength, seed, standard_errors), report
+        )
+    dims = [*given.dims, "thickness", "angle", "wavelength"]
+    shape = [*given.shape, *(len(values) for values in cases.values())]
+    coords = {
+        **given.coords,
+        "thickness": ("thickness", cases["thickness_cm"], THICKNESS.attributes()),
+        "angle": angle_coordinate(cases["angle_deg"]),
+        "wavelength": wavelength_coordinate(cases["wavelength_nm"]),
+    }
+    made = _made(engine, streams, rays, per_wavelength, seed)
+    return _dataset({name: (dims, array.reshape(shape)) for name, array in arrays.items()}, coords, given.attrs | made)
+
+
+def layers(
+    layers: Iterable[Mapping[str, Any]],
+    *,
+    ground_albedo: float = 0.0,
+    depth_cm: Any = (),
+    angle_deg: Any = 0.0,
+    wavelength_nm: Any = VISIBLE_NM,
+    engine: Literal["ordinates", "montecarlo"] = "ordinates",
+    streams: int | str = "auto",
+    rays: int = DEFAULT_RAYS,
+    seed: int = 1,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Fluxes of layers of snow on a ground, and at depths.
+
+    Parameters
+    ----------
+    layers : mappings, top first
+        Each has `thickness_cm`, and arguments of :class:`Snow`.
+    ground_albedo : float, 0 to 1
+    depth_cm : array
+        Depths at which the fluxes `down`, `up` and `net` and the e-folding depth of `net` are computed; by discrete
+        ordinates only.
+    angle_deg, wavelength_nm, engine, streams, rays, seed, progress
+        As in :func:`spectrum`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth. Absorptance includes
+        what the ground absorbs.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> fresh_on_firn = [dict(thickness_cm=3, snow="fresh"), dict(thickness_cm=50, snow="firn")]
+    >>> pack = snowblue.layers(fresh_on_firn, wavelength_nm=[850, 1030])
+    >>> float(pack.reflectance.sel(wavelength=850).item()) > 0.8
+    True
+    """
+    packed = []
+    for layer in layers:
+        check_names({"thickness_cm": None, **Snow.__annotations__}, layer)
+        if "thickness_cm" not in layer:
+            raise TypeError("a layer has no thickness_cm")
+        snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
+        packed.append((snow.snows[0], float(layer["thickness_cm"])))
+    depths_cm = numbers(DEPTH, depth_cm)
+    if engine == "montecarlo" and depths_cm:
+        raise ValueError("depth_cm needs the engine 'ordinates'")
+    cases = _cases([], angle_deg, wavelength_nm)
+    ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
+    with reporting(progress, "rays") as report:
+        arrays = _native.stack(ground, cases, _engine(engine, streams, rays, False, seed, True), report)
+    dims = ["angle", "wavelength"]
+    shape = [len(cases["angle_deg"]), len(cases["wavelength_nm"])]
+    variables = {}
+    for name, array in arrays.items():
+        if array.size == np.prod(shape) and name.removesuffix("_se") in ("reflectance", "transmittance", "absorptance"):
+            variables[name] = (dims, array.reshape(shape))
+        else:
+            variables[name] = ([*dims, "depth"], array.reshape(*shape, len(depths_cm)))
+    coords: dict[str, Any] = {
+        "angle": angle_coordinate(cases["angle_deg"]),
+        "wavelength": wavelength_coordinate(cases["wavelength_nm"]),
+    }
+    if depths_cm:
+        coords["depth"] = ("depth", depths_cm, DEPTH.attributes())
+    described = "; ".join(
+        ", ".join([f"{thickness_cm:g} cm", *(f"{name}={value}" for name, value in snow.items())])
+        for snow, thickness_cm in packed
+    )
+    made = {"layers": described, "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
+    return _dataset(variables, coords, made)
+
+
+def bsdf(
+    *,
+    thickness_cm: float = 15.0,
+    angle_deg: Any = 0.0,
+    wavelength_nm: Any = (450.0, 550.0, 650.0),
+    rays: int = DEFAULT_RAYS,
+    rings: int = 10,
+    sectors: int | None = None,
+    seed: int = 1,
+    progress: Progress = None,
+    **snow: Unpack[Snow],
+) -> xr.Dataset:
+    """BRDF and BTDF of a slab of snow, by random walks.
+
+    Parameters
+    ----------
+    thickness_cm : float, 0 to 100000
+    angle_deg : float or "diffuse"
+    wavelength_nm : float or array, 300 to 2500
+    rays : int
+        Random walks for each wavelength, 2 or more.
+    rings, sectors : int
+        Patches of a hemisphere, of equal integrals of cos(theta) over solid angle; by default 10 rings of 12 sectors,
+        or of 1 where the azimuth does not matter.
+    seed : int
+    progress : bool or callable, optional
+    **snow
+        Arguments of :class:`Snow`, one value each.
+
+    Returns
+    -------
+    xarray.Dataset
+        `brdf` and `btdf` in 1/sr on wavelength, theta (degrees from the normal) and phi (degrees from the direction in
+        which the beam travels), with standard errors. Light that is not scattered is in `direct` only.
+    """
+    given = one_snow(snow)
+    if len(angles(angle_deg)) != 1:
+        raise ValueError("angle_deg has several values, but must have one")
+    [angle] = angles(angle_deg)
+    wavelengths_nm = numbers(WAVELENGTH, list(wavelength_nm) if isinstance(wavelength_nm, tuple) else wavelength_nm)
+    sectors = sectors if sectors is not None else 1 if angle in (0.0, "diffuse") else 12
+    with reporting(progress, "rays") as report:
+        arrays = _native.bsdf(
+            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), (rays, seed), (rings, sectors), report
+        )
+    patches = {name: arrays.pop(name).reshape(rings, sectors) for name in ("theta", "phi", "solid_angle")}
+    variables: dict[str, Any] = {}
+    for name, array in arrays.items():
+        if name.startswith(("brdf", "btdf")):
+            variables[name] = (["wavelength", "theta", "phi"], array.reshape(len(wavelengths_nm), rings, sectors))
+        else:
+            variables[name] = (["wavelength"], array)
+    variables["solid_angle"] = (["theta", "phi"], patches["solid_angle"])
+    coords = {
+        "wavelength": wavelength_coordinate(wavelengths_nm),
+        "theta": ("theta", patches["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
+        "phi": ("phi", patches["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
+    }
+    made = {"thickness_cm": float(thickness_cm), "angle_deg": angle, "rays": rays, "seed": seed}
+    result = _dataset(variables, coords, given.attrs | made)
+    result["solid_angle"].attrs.update(units="sr", long_name="solid angle of the patch and its mirror image")
+    return result
+
+
+def single_scattering(
+    *, wavelength_nm: Any = VISIBLE_NM, degree: int = 32, seed: int = 1, **snow: Unpack[Snow]
+) -> xr.Dataset:
+    """Single scattering in snow, for other solvers of radiative transfer.
+
+    Parameters
+    ----------
+    wavelength_nm : float or array, 300 to 2500
+    degree : int, 1 to 256
+        Greatest degree of the moments.
+    seed : int
+        Seed of the rays through grains.
+    **snow
+        Arguments of :class:`Snow`, one value each.
+
+    Returns
+    -------
+    xarray.Dataset
+        `extinction` in 1/m; `coalbedo`, 1 less the single-scattering albedo, which in snow is too small for the albedo
+        itself to be exact; `asymmetry`; and `moments`, the means of the Legendre polynomials of the cosine of the
+        scattering angle.
+    """
+    given = one_snow(snow)
+    if not 1 <= degree <= 256:
+        raise ValueError(f"degree is {degree}, but must lie in 1–256")
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    arrays = _native.single_scattering(given.snows[0], wavelengths_nm, degree, seed)
+    moments = arrays.pop("moments").reshape(len(wavelengths_nm), degree + 1)
+    variables: dict[str, Any] = {name: (["wavelength"], array) for name, array in arrays.items()}
+    variables["moments"] = (["wavelength", "degree"], moments)
+    coords = {"wavelength": wavelength_coordinate(wavelengths_nm), "degree": np.arange(degree + 1)}
+    return _dataset(variables, coords, given.attrs | {"seed": seed})
+
+
+def _cases(thickness_cm: Any, angle_deg: Any, wavelength_nm: Any) -> dict[str, list[Any]]:
+    return {
+        "thickness_cm": numbers(THICKNESS, thickness_cm),
+        "angle_deg": angles(angle_deg),
+        "wavelength_nm": numbers(WAVELENGTH, wavelength_nm),
+    }
+
+
+def _engine(
+    engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int, standard_errors: bool
+) -> dict[str, Any]:
+    if engine not in ("ordinates", "montecarlo"):
+        raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
+    return {
+        "ordinates": ordinates(streams, seed),
+        "rays": rays if engine == "montecarlo" else None,
+        "per_wavelength": per_wavelength,
+        "standard_errors": standard_errors,
+    }
+
+
+def _made(engine: str, streams: int | str, rays: int, per_wavelength: bool, seed: int) -> dict[str, Any]:
+    if engine == "montecarlo":
+        shared = "each wavelength" if per_wavelength else "each angle and index node"
+        return {"engine": f"Monte Carlo, {rays} rays for {shared}", "seed": seed}
+    return {"engine": f"discrete ordinates, {streams} streams", "seed": seed}
+
+
+def _dataset(variables: dict[str, Any], coords: dict[str, Any], made: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
+    for name, (dims, values) in variables.items():
+        plain = name.removesuffix("_se")
+        long_name = LONG_NAMES.get(plain, plain.replace("_", " "))
+        long_name = f"standard error of {long_name}" if name.endswith("_se") else long_name
+        variables[name] = (dims, values, {"units": UNITS.get(plain, "1"), "long_name": long_name})
+    return xr.Dataset(variables, coords, attributes(**made))

@@ -1,0 +1,168 @@
+//! Colours of spectra, snow of a colour, and sheets of swatches.
+
+use std::path::PathBuf;
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use snowblue_color::exposure::{AutoExposure, factor};
+use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
+use snowblue_database::Interval;
+use snowblue_database::matching::{self, Deviation, Given, Match, Problem, Target};
+use snowblue_render::film::image_file::write_raster_png;
+use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
+
+use crate::arguments::{Angle, Light, Ordinates, Snow};
+use crate::work::{failure, input, run};
+
+/// Names of all illuminants.
+#[pyfunction]
+pub(crate) fn illuminants() -> Vec<&'static str> {
+    Illuminant::all().map(Illuminant::name).collect()
+}
+
+/// XYZ, CIELAB, linear sRGB and hex of spectra, one after the other in `values`. Without an exposure in stops the
+/// greatest channel of all becomes 0.9 in hex.
+#[pyfunction]
+#[pyo3(signature = (values, wavelengths_nm, light, exposure))]
+pub(crate) fn colors<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray1<'py, f64>,
+    wavelengths_nm: Vec<f64>,
+    light: Light,
+    exposure: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let colorimeter = light.colorimeter(&wavelengths_nm)?;
+    let xyz: Vec<_> =
+        values.as_slice()?.chunks_exact(wavelengths_nm.len()).map(|spectrum| colorimeter.xyz(spectrum)).collect();
+    let lab: Vec<_> = xyz.iter().map(|xyz| Lab::from_xyz(*xyz, colorimeter.white())).collect();
+    let rgb: Vec<_> = xyz.iter().map(|xyz| LinearRgb::from_xyz(*xyz)).collect();
+    let exposed = match exposure {
+        Some(stops) => factor(stops),
+        None => AutoExposure::OF_COLORS.factor(rgb.iter().copied()),
+    };
+    let dict = PyDict::new(py);
+    let add = |name: &str, values: Vec<[f64; 3]>| dict.set_item(name, PyArray1::from_vec(py, values.concat()));
+    add("xyz", xyz.iter().map(|xyz| [xyz.x, xyz.y, xyz.z]).collect())?;
+    add("lab", lab.iter().map(|lab| [lab.l, lab.a, lab.b]).collect())?;
+    add("rgb_linear", rgb.iter().map(|rgb| [rgb.r, rgb.g, rgb.b]).collect())?;
+    let hex = |rgb: &LinearRgb| Srgb8::encode((*rgb * exposed).displayable()).to_string();
+    dict.set_item("hex", rgb.iter().map(hex).collect::<Vec<_>>())?;
+    Ok(dict)
+}
+
+/// What `match_color` may not change.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Fixed {
+    thickness_cm: Option<(f64, f64)>,
+    grain_size: bool,
+    density: bool,
+}
+
+/// Snow whose transmitted light has the hue and chroma of an sRGB colour: a list of candidates, and how the colour
+/// differs from the first if it is out of reach.
+#[pyfunction]
+#[pyo3(signature = (target, snow, angle, fixed, light, ordinates))]
+#[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
+pub(crate) fn match_color<'py>(
+    py: Python<'py>,
+    target: &str,
+    snow: Snow,
+    angle: Angle,
+    fixed: Fixed,
+    light: Light,
+    ordinates: Ordinates,
+) -> PyResult<(Vec<Bound<'py, PyDict>>, Option<String>)> {
+    let hex: Srgb8 = target.parse().map_err(input)?;
+    let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+    let colorimeter = light.colorimeter(&wavelengths_nm)?;
+    let given = Given {
+        thickness_cm: fixed.thickness_cm.map(|(low, high)| Interval { low, high }),
+        grain_size: fixed.grain_size,
+        density: fixed.density,
+    };
+    let problem = Problem::new(snow.sample()?, angle.incidence()?, given);
+    let options = ordinates.options()?;
+    let color = hex.decode().xyz();
+    let (found, missed) = run(py, None, move |_| {
+        let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
+        let target = Target { color, white, colorimeter: &colorimeter };
+        let found = matching::closest(&target, &problem, &options).map_err(input)?;
+        let missed = found.first().filter(|nearest| !nearest.within_reach()).map(|nearest| missed(nearest, &target));
+        Ok((found, missed))
+    })?;
+    let row = |one: &Match| {
+        let dict = PyDict::new(py);
+        let size = one.sample.grain_size;
+        let shown = |xyz| Srgb8::encode(LinearRgb::from_xyz(xyz).displayable()).to_string();
+        dict.set_item("grain_size_um", 0.5 * (size.min_um + size.max_um))?;
+        dict.set_item("density_kg_m3", one.sample.density_kg_m3)?;
+        dict.set_item("thickness_cm", one.thickness_cm)?;
+        dict.set_item("delta_e", one.difference.at_middle_grey)?;
+        dict.set_item("delta_e_2000", one.difference.at_middle_grey_2000)?;
+        dict.set_item("within_reach", one.within_reach())?;
+        dict.set_item("Y", one.light.y)?;
+        dict.set_item("exposure_stops", (color.y / one.light.y).log2())?;
+        dict.set_item("hex", shown(one.light.with_luminance(color.y)))?;
+        dict.set_item("hex_transmitted", shown(one.light))?;
+        Ok(dict)
+    };
+    Ok((found.iter().map(row).collect::<PyResult<_>>()?, missed))
+}
+
+fn missed(nearest: &Match, target: &Target) -> String {
+    let Deviation { word, delta_a, delta_b } = nearest.deviation(target);
+    format!(
+        "the colour is out of reach: it is {word} than the closest light, at a distance of ΔE*ab {:.1} at L* = 50 \
+         (a* {delta_a:+.1}, b* {delta_b:+.1})",
+        nearest.difference.at_middle_grey
+    )
+}
+
+/// The texts and looks of a sheet of swatches.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Sheet {
+    title: String,
+    footer: String,
+    rows: (String, Vec<String>),
+    columns: (String, Vec<String>),
+    size_px: u32,
+    texture: Option<u64>,
+    exposure: Option<f64>,
+    output: Option<PathBuf>,
+}
+
+/// Draws linear sRGB colours, row by row, as a sheet: its bytes, width and height, and the factor of the exposure.
+#[pyfunction]
+pub(crate) fn draw_swatches<'py>(
+    py: Python<'py>,
+    colors: PyReadonlyArray1<'py, f64>,
+    sheet: Sheet,
+) -> PyResult<(Bound<'py, PyArray1<u8>>, u32, u32, f64)> {
+    let colours: Vec<LinearRgb> =
+        colors.as_slice()?.as_chunks().0.iter().map(|&[r, g, b]| LinearRgb { r, g, b }).collect();
+    let exposure = sheet.exposure.map_or_else(|| automatic_exposure(&colours), factor);
+    let axis = |(name, labels): (String, Vec<String>)| SheetAxis { name, labels };
+    let (rows, columns) = (axis(sheet.rows), axis(sheet.columns));
+    let drawn = SwatchSheet {
+        title: sheet.title,
+        footer: sheet.footer,
+        colours: colours
+            .chunks(columns.labels.len().max(1))
+            .map(|row| row.iter().map(|colour| *colour * exposure).collect())
+            .collect(),
+        rows,
+        columns,
+        size_px: sheet.size_px,
+        texture: sheet.texture,
+    }
+    .draw();
+    if let Some(path) = sheet.output {
+        let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
+        write_raster_png(&drawn, &[("Software", software)], &path).map_err(failure)?;
+    }
+    let bytes = drawn.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
+    Ok((PyArray1::from_vec(py, bytes), drawn.width(), drawn.height(), exposure))
+}

@@ -1,0 +1,42 @@
+//! The native part of the Python package `snowblue`: it converts arguments and results, and calls the crates below.
+//!
+//! Arrays are flat; the Python part gives them dimensions, names and units. Long work runs on a thread of its own, so
+//! that Python handles signals and shows progress meanwhile ([`work`]). Bad input raises `ValueError` with the words of
+//! the command.
+
+mod work;
+
+mod arguments;
+
+mod snow;
+
+mod spectra;
+
+mod color;
+
+mod database;
+
+mod inversion;
+
+mod scene;
+
+/// The native part of `snowblue`.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::color::{colors, draw_swatches, illuminants, match_color};
+    #[pymodule_export]
+    use super::database::Table;
+    #[pymodule_export]
+    use super::inversion::invert;
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::snow::{resolved, single_scattering};
+    #[pymodule_export]
+    use super::spectra::{bsdf, spectrum, stack};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "a Python name")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,223 @@
+//! Scenes, their pictures and baked light fields.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use snowblue_database::CompressedTable;
+use snowblue_render::bake::{BakeError, BakeOptions, BakedObject, BakedScene, Channels, bake, write_glb, write_ply};
+use snowblue_render::files::{FilesIn, SceneFiles};
+use snowblue_render::film::channels::channels;
+use snowblue_render::film::exposure::Exposure;
+use snowblue_render::film::image_file::{to_raster, write_png};
+use snowblue_render::film::provenance::Provenance;
+use snowblue_render::film::resumable_file;
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
+use snowblue_render::scene::queries::Statistics;
+use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
+
+use crate::database::Table;
+use crate::work::{failure, input, run};
+
+/// A scene: its description, and the files that it names.
+#[pyclass(frozen, module = "snowblue._native")]
+pub(crate) struct Scene {
+    description: SceneDescription,
+    files: Arc<GivenFiles>,
+}
+
+/// Files in memory, and beside them those of a folder.
+struct GivenFiles {
+    in_memory: HashMap<String, Vec<u8>>,
+    folder: FilesIn,
+}
+
+/// A built scene and what its pictures state of themselves.
+struct Built {
+    scene: snowblue_render::Scene,
+    provenance: Provenance,
+}
+
+impl SceneFiles for GivenFiles {
+    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+        self.in_memory.get(name).map_or_else(|| self.folder.read(name), |bytes| Ok(bytes.clone()))
+    }
+
+    fn display_name(&self, name: &str) -> PathBuf {
+        if self.in_memory.contains_key(name) { name.into() } else { self.folder.display_name(name) }
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a scene file.
+    #[staticmethod]
+    fn open(path: PathBuf) -> PyResult<Self> {
+        let file = SceneFile::open(&path).map_err(input)?;
+        let files = GivenFiles { in_memory: HashMap::new(), folder: FilesIn::beside(&path) };
+        Ok(Self { description: file.description, files: Arc::new(files) })
+    }
+
+    /// A scene from a JSON document with the keys of a scene file. Files are those in memory by their names, and else
+    /// those in a folder.
+    #[staticmethod]
+    fn from_json(text: &str, in_memory: HashMap<String, Vec<u8>>, folder: PathBuf) -> PyResult<Self> {
+        let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
+        description.check().map_err(input)?;
+        Ok(Self { description, files: Arc::new(GivenFiles { in_memory, folder: FilesIn::new(folder) }) })
+    }
+
+    /// The scene with another description; its files are the same.
+    fn with_json(&self, text: &str) -> PyResult<Self> {
+        let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
+        description.check().map_err(input)?;
+        Ok(Self { description, files: Arc::clone(&self.files) })
+    }
+
+    /// The description as a JSON document.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.description).map_err(failure)
+    }
+
+    /// The description as the text of a scene file.
+    fn to_toml(&self) -> String {
+        self.description.to_toml()
+    }
+
+    /// Renders the scene: its channels, width and height, and the factor of its exposure. Writes them to `output` too,
+    /// a PNG or an OpenEXR file.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        table: &Table,
+        aovs: &str,
+        output: Option<PathBuf>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let aovs: Aovs = aovs.parse().map_err(input)?;
+        let is_png = output.as_deref().map(is_png).transpose()?;
+        let build = self.builder(table)?;
+        let exposure = self.description.film.exposure;
+        let (sums, provenance) = run(py, progress.as_ref(), move |control| {
+            let Built { scene, provenance } = build()?;
+            let target = all_samples(&scene);
+            let mut sums = accumulator(&scene, aovs, &target.window());
+            let progress = |at: snowblue_render::Progress| control.set(at.samples_done, at.samples);
+            let render_control = RenderControl { progress: &progress, stop: &|| control.is_stopped() };
+            let Statistics { unusable_samples, .. } = render_missing(&scene, &target, &mut sums, render_control);
+            if unusable_samples > 0 {
+                let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
+                return Err(failure(format!("{unusable_samples} {reason}")));
+            }
+            Ok((sums, provenance))
+        })?;
+        if let (Some(path), Some(is_png)) = (output, is_png) {
+            save(&sums, exposure, is_png, &path).map_err(failure)?;
+        }
+        let dict = PyDict::new(py);
+        for channel in channels(&sums) {
+            dict.set_item(channel.name, PyArray1::from_vec(py, channel.values))?;
+        }
+        let film = sums.film();
+        let raster = to_raster(&film, exposure);
+        let bytes: Vec<u8> = raster.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
+        dict.set_item("display", PyArray1::from_vec(py, bytes))?;
+        dict.set_item("width", film.size().width)?;
+        dict.set_item("height", film.size().height)?;
+        dict.set_item("exposure_stops", film.display_factor(exposure).log2())?;
+        dict.set_item("wavelengths", sums.wavelengths_nm().to_vec())?;
+        dict.set_item("provenance", provenance.to_string())?;
+        Ok(dict)
+    }
+
+    /// Bakes the light field on the snow: a dictionary for each object, after one for all. Writes a GLB or PLY file to
+    /// `output` too.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
+    fn bake<'py>(
+        &self,
+        py: Python<'py>,
+        table: &Table,
+        step_mm: Option<f64>,
+        spectrum: bool,
+        output: Option<PathBuf>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let options = BakeOptions {
+            step_m: step_mm.map(|step_mm| 1e-3 * step_mm),
+            channels: if spectrum { Channels::Spectrum } else { Channels::Rgb },
+        };
+        let build = self.builder(table)?;
+        let (baked, provenance) = run(py, progress.as_ref(), move |control| {
+            let Built { scene, provenance } = build()?;
+            let baked = bake(&scene, options, &|done, all| control.set(done as u64, all as u64));
+            baked.map(|baked| (baked, provenance)).map_err(|error: BakeError| input(error))
+        })?;
+        if let Some(path) = output {
+            let is_glb = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
+            let write = if is_glb { write_glb } else { write_ply };
+            write(&baked, &provenance, &path).map_err(failure)?;
+        }
+        let of_all = PyDict::new(py);
+        of_all.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
+        of_all.set_item("lights", baked.lamps.iter().map(|lamp| lamp.light).collect::<Vec<_>>())?;
+        of_all.set_item("provenance", provenance.to_string())?;
+        let objects = baked.objects.iter().map(|object| baked_object(py, &baked, object));
+        std::iter::once(Ok(of_all)).chain(objects).collect()
+    }
+}
+
+impl Scene {
+    /// What builds the scene on another thread.
+    fn builder(&self, table: &Table) -> PyResult<impl FnOnce() -> PyResult<Built> + Send + use<>> {
+        let (description, files, table) = (self.description.clone(), Arc::clone(&self.files), table.compressed()?);
+        Ok(move || {
+            let table: &CompressedTable = &table;
+            let scene = description.build(table, &*files).map_err(input)?;
+            let provenance = Provenance::of(&scene, table);
+            Ok(Built { scene, provenance })
+        })
+    }
+}
+
+fn baked_object<'py>(py: Python<'py>, baked: &BakedScene, object: &BakedObject) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let vectors =
+        |vectors: &[glam::Vec3]| PyArray1::from_vec(py, vectors.iter().flat_map(|vector| vector.to_array()).collect());
+    dict.set_item("name", &object.name)?;
+    dict.set_item("positions", vectors(&object.positions))?;
+    dict.set_item("normals", vectors(&object.normals))?;
+    dict.set_item("triangles", PyArray1::from_vec(py, object.triangles.concat()))?;
+    let flux: Vec<_> = object.flux.iter().map(|flux| PyArray1::from_slice(py, flux)).collect();
+    dict.set_item("flux", flux)?;
+    let exitance = object.exitance.iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
+    dict.set_item("exitance", PyArray1::from_vec(py, exitance))?;
+    dict.set_item("channels", baked.channels.count())?;
+    dict.set_item("escape_polynomial", object.snow.escape.coefficients.to_vec())?;
+    dict.set_item("extrapolation", object.snow.extrapolation)?;
+    dict.set_item("transport_length_m", object.snow.transport_length_m)?;
+    Ok(dict)
+}
+
+/// Whether a picture is a PNG; otherwise it is an OpenEXR file.
+fn is_png(path: &Path) -> PyResult<bool> {
+    match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
+        Some("png") => Ok(true),
+        Some("exr") => Ok(false),
+        _ => Err(input(format!("{}: a picture must end in .png or .exr", path.display()))),
+    }
+}
+
+fn save(sums: &FilmAccumulator, exposure: Exposure, is_png: bool, path: &Path) -> Result<(), RenderError> {
+    let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
+    let metadata = [("Software", software)];
+    if is_png {
+        write_png(&sums.film(), exposure, &metadata, path)
+    } else {
+        resumable_file::write(sums, None, &metadata, path)
+    }
+}

@@ -1,0 +1,98 @@
+//! Long work: signals, progress and errors.
+
+use std::fmt::Display;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+/// Time between two looks at signals and progress.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// What passes between work and the thread that waits for it.
+#[derive(Debug, Default)]
+pub(crate) struct Control {
+    done: AtomicU64,
+    total: AtomicU64,
+    stop: AtomicBool,
+}
+
+/// The payload of an unwinding that ends work nobody waits for.
+struct Stopped;
+
+impl Control {
+    /// Sets the progress. It does not return if the work is to stop.
+    pub(crate) fn set(&self, done: u64, total: u64) {
+        self.done.store(done, Ordering::Relaxed);
+        self.total.store(total, Ordering::Relaxed);
+        self.check();
+    }
+
+    /// Whether the work is to stop.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Returns unless the work is to stop.
+    pub(crate) fn check(&self) {
+        if self.is_stopped() {
+            resume_unwind(Box::new(Stopped));
+        }
+    }
+}
+
+/// Runs work on another thread without the interpreter's lock. Meanwhile this thread handles signals and calls
+/// `progress(done, total)`; an exception in either stops the work and is raised.
+pub(crate) fn run<T: Send + 'static>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Control) -> PyResult<T> + Send + 'static,
+) -> PyResult<T> {
+    let control = Arc::new(Control::default());
+    let (sender, receiver) = channel();
+    // The lock makes the receiver shareable; nobody else takes it.
+    let receiver = Mutex::new(receiver);
+    let seen_by_work = Arc::clone(&control);
+    let thread = std::thread::spawn(move || {
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(&seen_by_work)));
+        // Nobody waits any more after an exception.
+        drop(sender.send(outcome));
+    });
+    loop {
+        match py.detach(|| receiver.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(INTERVAL)) {
+            Ok(Ok(result)) => return result,
+            Ok(Err(panic)) => resume_unwind(panic),
+            Err(RecvTimeoutError::Disconnected) => return Err(PyRuntimeError::new_err("the work has ended early")),
+            Err(RecvTimeoutError::Timeout) => {
+                let reported = py.check_signals().and_then(|()| report(progress, &control));
+                if let Err(exception) = reported {
+                    control.stop.store(true, Ordering::Relaxed);
+                    drop(thread);
+                    return Err(exception);
+                }
+            }
+        }
+    }
+}
+
+fn report(progress: Option<&Bound<'_, PyAny>>, control: &Control) -> PyResult<()> {
+    let total = control.total.load(Ordering::Relaxed);
+    match progress {
+        Some(progress) if total > 0 => progress.call1((control.done.load(Ordering::Relaxed), total)).map(drop),
+        _ => Ok(()),
+    }
+}
+
+/// Bad input as a `ValueError`.
+pub(crate) fn input(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A failure at work as a `RuntimeError`.
+pub(crate) fn failure(error: impl Display) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}

@@ -1,0 +1,32 @@
+"""The command, whose figures the package must give too."""
+
+import csv
+import os
+import subprocess
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+matplotlib.use("Agg")
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="session")
+def repository():
+    return REPOSITORY
+
+
+@pytest.fixture(scope="session")
+def command():
+    """Runs the command that the environment variable SNOWBLUE names, and gives what it prints as rows of a CSV."""
+    program = os.environ["SNOWBLUE"]
+
+    def run(*arguments):
+        words = [program, *map(str, arguments), "--quiet", "--format", "csv"]
+        done = subprocess.run(words, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return list(csv.DictReader(done.stdout.splitlines()))
+
+    return run

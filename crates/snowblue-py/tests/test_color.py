@@ -1,0 +1,61 @@
+"""Colours, matches and swatches."""
+
+import numpy as np
+import pytest
+
+import snowblue
+
+
+def test_colours_are_those_of_the_command(command):
+    rows = command("color", "--thickness", "5,15,30", "--illuminant", "LED-B5", "--exposure", "auto")
+    ours = snowblue.color(thickness_cm=[5, 15, 30], illuminant="LED-B5", exposure_stops=None)
+    for name in ("X", "Y", "Z", "L", "a", "b", "r_linear", "g_linear", "b_linear"):
+        np.testing.assert_allclose(ours[name].values.ravel(), [float(row[name]) for row in rows], rtol=1e-6)
+    assert ours.hex.values.ravel().tolist() == [row["hex"] for row in rows]
+
+
+def test_colours_of_a_given_spectrum_have_its_axes():
+    curves = snowblue.spectrum(thickness_cm=[5, 30], density_kg_m3=[200, 400], standard_errors=False)
+    seen = snowblue.color(curves.transmittance, illuminant=["D65", "A"])
+    assert seen.Y.dims == ("illuminant", "density", "thickness", "angle")
+    assert (seen.Y.diff("thickness") < 0).all()
+    # Tungsten light is redder.
+    assert (seen.sel(illuminant="A").r_linear / seen.sel(illuminant="A").b_linear
+            > seen.sel(illuminant="D65").r_linear / seen.sel(illuminant="D65").b_linear).all()
+    with pytest.raises(ValueError, match="'wavelength'"):
+        snowblue.color(curves.transmittance.isel(wavelength=0))
+    with pytest.raises(TypeError, match="thickness_cm has no effect"):
+        snowblue.color(curves.transmittance, thickness_cm=5)
+    with pytest.raises(ValueError, match="illuminant"):
+        snowblue.color(illuminant="D99")
+    assert "D65" in snowblue.illuminants()
+
+
+def test_matches_are_those_of_the_command(command):
+    rows = command("match", "--target", "#7bcdec")
+    found = snowblue.match("#7bcdec")
+    for name in ("grain_size_um", "density_kg_m3", "thickness_cm", "delta_e", "Y"):
+        np.testing.assert_allclose(found[name], [float(row[name]) for row in rows], rtol=1e-6)
+    assert found.within_reach.all()
+    with pytest.warns(UserWarning, match="out of reach"):
+        snowblue.match("#ff0000", thickness_cm=(1, 30))
+    with pytest.raises(ValueError, match="thickness_cm"):
+        snowblue.match("#7bcdec", thickness_cm=(30, 1))
+    with pytest.raises(ValueError, match="blue"):
+        snowblue.match("blue")
+
+
+def test_swatches_are_bluer_the_thicker_the_snow(tmp_path):
+    sheet = snowblue.swatch(
+        columns={"thickness_cm": [5, 30]}, texture=False, size_px=64, output=tmp_path / "sheet.png")
+    assert sheet.dtype == np.uint8 and sheet.shape[2] == 3
+    assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
+    # The two flat colours are the most common ones beside the paper.
+    colours, counts = np.unique(sheet.reshape(-1, 3), axis=0, return_counts=True)
+    common = colours[np.argsort(counts)[::-1]][1:3].astype(float)
+    thin, thick = sorted(common, key=lambda rgb: -rgb.sum())
+    assert thick[2] / thick[0] > thin[2] / thin[0]
+    with pytest.raises(ValueError, match="'depth' is not a parameter"):
+        snowblue.swatch(columns={"depth": [1]})
+    with pytest.raises(ValueError, match="also given"):
+        snowblue.swatch(columns={"thickness_cm": [1]}, thickness_cm=2)

@@ -1,0 +1,124 @@
+"""Scenes: pictures and baked light fields."""
+
+import os
+import subprocess
+
+import numpy as np
+import OpenEXR
+import pytest
+
+import snowblue
+
+CAMERA = {"position": [0.6, -0.9, 0.5], "look_at": [0, 0, 0.1], "vertical_fov_deg": 30}
+SNOW = {"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
+LAMP = {"type": "point", "position": [-0.3, 0.8, 0.4], "illuminant": "D65", "radiant_intensity_w_sr": 10}
+FILM = {"width": 24, "height": 18, "exposure": -1.0}
+
+CORNERS = 0.1 * np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) + [0, 0, 0.1]
+SIDES = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+TRIANGLES = np.array([corners for a, b, c, d in SIDES for corners in ((a, b, c), (a, c, d))])
+
+
+def block(**other):
+    return snowblue.Scene(
+        camera=CAMERA, film=FILM, material=SNOW, light=[LAMP],
+        object=[{"shape": "box", "size": [0.2, 0.2, 0.2], "position": [0, 0, 0.1], "material": "snow"}], **other)
+
+
+def test_a_scene_file_renders_as_by_the_command(repository, tmp_path):
+    path = repository / "scenes" / "block_30cm.toml"
+    ours = snowblue.Scene.open(path).render(
+        width=32, height=24, samples_per_pixel=4, integrator="hybrid", output=tmp_path / "ours.exr")
+    theirs = tmp_path / "theirs.exr"
+    subprocess.run([os.environ["SNOWBLUE"], "render", str(path), "--width", "32", "--height", "24", "--spp", "4",
+                    "--quiet", "-o", str(theirs)], check=True)
+    with OpenEXR.File(str(theirs), separate_channels=True) as image:
+        rgb = np.stack([image.channels()[name].pixels for name in "RGB"], axis=-1)
+    np.testing.assert_array_equal(ours.rgb.values, rgb)
+    with OpenEXR.File(str(tmp_path / "ours.exr"), separate_channels=True) as image:
+        np.testing.assert_array_equal(np.stack([image.channels()[name].pixels for name in "RGB"], axis=-1), rgb)
+
+
+def test_a_mesh_of_arrays_is_a_box():
+    mesh = snowblue.Scene(camera=CAMERA, film=FILM, material=SNOW, light=[LAMP],
+                          object=[{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}])
+    box = block()
+    for integrator in ("pcasnow", "diffusion"):
+        ours, theirs = (one.render(integrator=integrator, samples_per_pixel=16).rgb for one in (mesh, box))
+        assert ours.sum().item() == pytest.approx(theirs.sum().item(), rel=0.01), integrator
+
+
+def test_pictures_have_their_aovs_and_a_display(tmp_path):
+    picture = block().render(
+        integrator="hybrid", samples_per_pixel=4, aovs=["spectrum", "variance", "normal", "thickness"],
+        output=tmp_path / "block.png")
+    assert picture.display.dtype == np.uint8 and picture.display.shape == (18, 24, 3)
+    assert picture.spectrum.dims == ("y", "x", "wavelength") and picture.normal.axis.values.tolist() == ["x", "y", "z"]
+    # The face towards the camera, in the middle of the picture.
+    middle = picture.normal.isel(y=9, x=12)
+    assert middle.sel(axis="y") < -0.9 or middle.sel(axis="x") > 0.9
+    assert 0 < picture.thickness.max() < 0.35
+    assert picture.y[0] > picture.y[-1], "the first row is the upper one"
+    assert (tmp_path / "block.png").read_bytes().startswith(b"\x89PNG")
+    picture.display.plot.imshow()
+
+
+def test_baked_snow_conserves_light_and_lamps_add_up():
+    baked = block().bake(max_bounces=0, step_mm=20)
+    [snow] = baked.objects
+    assert baked.lamps == ["point"] and snow.flux.shape == (2, len(snow.positions), 3)
+    assert snow.triangles.max() < len(snow.positions)
+    # No sky, no bounces: all light is the lamp's.
+    assert np.abs(snow.flux[1]).max() < 0.02 * np.abs(snow.flux[0]).max()
+    corners = snow.positions[snow.triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    assert areas.sum() == pytest.approx(6 * 0.2**2, rel=1e-4)
+    # Blue light is hardly absorbed in 20 cm, and red light a little: what enters leaves. Vertices 20 mm apart give the
+    # sums to 2 %.
+    flux = (areas[:, None] * snow.flux[0][snow.triangles].mean(axis=1)).sum(axis=0)
+    entered = (areas[:, None] * np.minimum(snow.flux[0], 0)[snow.triangles].mean(axis=1)).sum(axis=0)
+    assert abs(flux[2] / entered[2]) < 0.02 and 0.01 < flux[0] / entered[0] < 0.2
+    # The half-space sends out what it contains: 2 ∫ K μ dμ = 1.
+    mu = (np.arange(200) + 0.5) / 200
+    assert 2 * np.mean(snow.escape(mu) * mu) == pytest.approx(1, rel=1e-3)
+
+
+def test_descriptions_are_plain_data():
+    scene = block(integrator={"samples_per_pixel": 2})
+    assert scene.description["integrator"]["type"] == "hybrid"
+    assert scene.description["object"][0]["size"] == [0.2, 0.2, 0.2]
+    assert "objects: 1" in repr(scene) and "[[object]]" in scene.to_toml()
+
+
+def test_bad_scenes_are_named(tmp_path, repository):
+    with pytest.raises(FileNotFoundError, match="missing.toml"):
+        snowblue.Scene.open(tmp_path / "missing.toml")
+    broken = tmp_path / "broken.toml"
+    broken.write_text("[camera]\nposition = [0, 0, 0]\nlook_at = [0, 1, 0]\nzoom = 2\n")
+    with pytest.raises(ValueError, match=r"broken.toml:4: .*zoom"):
+        snowblue.Scene.open(broken)
+    with pytest.raises(ValueError, match="vertical_fov_deg"):
+        snowblue.Scene(camera={**CAMERA, "vertical_fov_deg": 400})
+    with pytest.raises(ValueError, match="samples"):
+        block().render(samples_per_pixel=0)
+    with pytest.raises(ValueError, match="'depth' is none of"):
+        block().render(aovs=["depth"])
+    with pytest.raises(ValueError, match="must end in .png or .exr"):
+        block().render(output=tmp_path / "picture.jpg")
+    with pytest.raises(ValueError, match="must end in .glb or .ply"):
+        block().bake(output=tmp_path / "snow.obj")
+    opened = snowblue.Scene(camera=CAMERA, material=SNOW, light=[LAMP],
+                            object=[{"mesh": (CORNERS, TRIANGLES[:-1]), "material": "snow"}])
+    with pytest.raises(ValueError, match="open"):
+        opened.render(integrator="hybrid")
+    with pytest.raises(ValueError, match="outside 0–7"):
+        snowblue.Scene(camera=CAMERA, object=[{"mesh": (CORNERS, TRIANGLES + 1), "material": "snow"}])
+    with pytest.raises(ValueError, match="missing.ply does not exist"):
+        snowblue.Scene(camera=CAMERA, material=SNOW, light=[LAMP], folder=tmp_path,
+                       object=[{"mesh": "missing.ply", "material": "snow"}]).render()
+    with pytest.raises(ValueError, match="no snow"):
+        snowblue.Scene(camera=CAMERA, light=[LAMP], object=[]).bake()
+    with pytest.raises(ValueError, match="full table|compressed table"):
+        full = snowblue.Database.build(grain_size_um=[400], facetness=[0.3], density_kg_m3=[300], thickness_cm=[1, 5],
+                                       angle_deg=[0], tally_rays=1024)
+        block().render(database=full)
