@@ -20,6 +20,8 @@ use snowblue_render::render::{RenderControl, accumulator, all_samples, render_mi
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
 
+use snowblue_transport::ordinates::HalfSpace;
+
 use crate::database::Table;
 use crate::work::{failure, input, run};
 
@@ -29,6 +31,22 @@ pub(crate) struct Scene {
     description: SceneDescription,
     files: Arc<GivenFiles>,
 }
+
+/// What a bake holds.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Content {
+    /// 31 wavelengths instead of colours.
+    spectrum: bool,
+    /// All light together instead of each lamp.
+    is_total: bool,
+    /// The table of the reflection function.
+    reflection: bool,
+}
+
+/// Steps of the square roots of the cosines, and of the azimuth, in the table of the reflection function.
+const COSINE_STEPS: u32 = 32;
+const AZIMUTH_STEPS: u32 = 32;
 
 /// Files in memory, and beside them those of a folder.
 struct GivenFiles {
@@ -143,13 +161,14 @@ impl Scene {
         py: Python<'py>,
         table: &Table,
         step_mm: Option<f64>,
-        spectrum: bool,
+        content: Content,
         output: Option<PathBuf>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let options = BakeOptions {
             step_m: step_mm.map(|step_mm| 1e-3 * step_mm),
-            channels: if spectrum { Channels::Spectrum } else { Channels::Rgb },
+            channels: if content.spectrum { Channels::Spectrum } else { Channels::Rgb },
+            is_total: content.is_total,
         };
         let build = self.builder(table)?;
         let (baked, provenance) = run(py, progress.as_ref(), move |control| {
@@ -166,7 +185,13 @@ impl Scene {
         of_all.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
         of_all.set_item("lights", baked.lamps.iter().map(|lamp| lamp.light).collect::<Vec<_>>())?;
         of_all.set_item("provenance", provenance.to_string())?;
-        let objects = baked.objects.iter().map(|object| baked_object(py, &baked, object));
+        let objects = baked.objects.iter().map(|object| {
+            let dict = baked_object(py, &baked, object)?;
+            if content.reflection {
+                dict.set_item("reflection", PyArray1::from_vec(py, reflection_table(&object.half_space)))?;
+            }
+            Ok(dict)
+        });
         std::iter::once(Ok(of_all)).chain(objects).collect()
     }
 }
@@ -201,6 +226,24 @@ fn baked_object<'py>(py: Python<'py>, baked: &BakedScene, object: &BakedObject) 
     dict.set_item("extrapolation", object.snow.extrapolation)?;
     dict.set_item("transport_length_m", object.snow.transport_length_m)?;
     Ok(dict)
+}
+
+/// (μ + μ₀) R₀ in 1/sr at equal steps of √μ, of √μ₀ and, fastest, of the sine of half the azimuth.
+fn reflection_table(half_space: &HalfSpace) -> Vec<f32> {
+    let cosines = || (0..=COSINE_STEPS).map(|step| (f64::from(step) / f64::from(COSINE_STEPS)).powi(2));
+    let azimuths = || (0..=AZIMUTH_STEPS).map(|step| 1.0 - 2.0 * (f64::from(step) / f64::from(AZIMUTH_STEPS)).powi(2));
+    let mut table = Vec::new();
+    for exit in cosines() {
+        for incidence in cosines() {
+            // At grazing angles on both sides the product has a limit, which this offset approaches.
+            let [exit, incidence] = [exit, incidence].map(|cos| cos.max(1e-4));
+            #[expect(clippy::cast_possible_truncation, reason = "a table of single precision")]
+            table.extend(
+                azimuths().map(|azimuth| ((exit + incidence) * half_space.reflection(exit, incidence, azimuth)) as f32),
+            );
+        }
+    }
+    table
 }
 
 /// Whether a picture is a PNG; otherwise it is an OpenEXR file.

@@ -8,6 +8,15 @@ import numpy as np
 import snowblue
 
 
+def test_the_page_for_mitsuba_runs(repository, monkeypatch, tmp_path):
+    [block] = re.findall(r"```python\n(.*?)```", (repository / "docs" / "src" / "mitsuba.md").read_text(), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "mitsuba.md", "exec"), {})
+    # Blue light comes through the block.
+    red, green, blue = plt.imread(tmp_path / "block.png")[140:200, 100:160].mean(axis=(0, 1))
+    assert blue > green > red > 0
+
+
 def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "src" / "python.md").read_text(), re.DOTALL)
     assert len(blocks) >= 7

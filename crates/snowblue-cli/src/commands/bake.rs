@@ -99,6 +99,7 @@ impl Bake {
         let options = BakeOptions {
             step_m: self.step_mm.map(|step_mm| 1e-3 * step_mm),
             channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
+            is_total: false,
         };
         let bar = Progress::new("solutions", quiet);
         let baked = bake(scene, options, &|done, all| bar.set(done as u64, all as u64));

@@ -3,9 +3,7 @@
 use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
-use snowblue_database::matching::{
-    self, Deviation, Given, Match as Found, Problem, Target,
-};
+use snowblue_database::matching::{self, Deviation, Given, Match as Found, Problem, Target};
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable, display_hex};
 use snowblue_transport::slab::Incidence;

@@ -14,6 +14,4 @@ pub(crate) use compression::Compression;
 pub(crate) use engine::OrdinatesArguments;
 pub(crate) use given::GivenOptions;
 pub(crate) use slab::SlabOptions;
-pub(crate) use snow::{
-    SnowOptions, describe_distribution, describe_measure, describe_range,
-};
+pub(crate) use snow::{SnowOptions, describe_distribution, describe_measure, describe_range};

@@ -185,7 +185,8 @@ class Scene:
             raise ValueError(f"{target}: spectra need a .ply: a GLB holds colours only")
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
         with reporting(progress, "solutions") as report:
-            of_all, *objects = changed.bake(_table(database), step_mm, spectrum, target, report)
+            content = {"spectrum": spectrum, "is_total": False, "reflection": False}
+            of_all, *objects = changed.bake(_table(database), step_mm, content, target, report)
         return Bake([_baked(one, of_all["lamps"]) for one in objects], of_all["lamps"], of_all["provenance"])
 
     def _changed(self, **tables: Mapping[str, Any]) -> _native.Scene:

@@ -27,6 +27,7 @@ use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
+use snowblue_transport::ordinates::HalfSpace;
 
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
@@ -71,6 +72,8 @@ pub struct BakeOptions {
     pub step_m: Option<f64>,
     /// What the attributes hold.
     pub channels: Channels,
+    /// One attribute for all light, instead of one for each lamp and one for the rest.
+    pub is_total: bool,
 }
 
 /// Why a light field cannot be baked.
@@ -134,6 +137,8 @@ pub struct BakedObject {
     pub exitance: Vec<LinearRgb>,
     /// What the snow is.
     pub snow: SnowSurface,
+    /// Its reflection and escape functions.
+    pub half_space: HalfSpace,
 }
 
 /// The functions and lengths of the surface of snow.
@@ -183,7 +188,7 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
 /// When there is no snow, the scene has no light field, or there would be too many vertices.
 pub fn bake(scene: &Scene, options: BakeOptions, progress: &dyn Fn(usize, usize)) -> Result<BakedScene, BakeError> {
     let field = scene.light_field.as_ref().ok_or(BakeError::NoField)?;
-    let lamps = lamps(scene);
+    let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     progress(1, lamps.len() + 1);
     let numbers = options.channels.count() * (lamps.len() + 1);
     let mut surfaces = surfaces(scene, field, options, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
@@ -259,7 +264,8 @@ fn surfaces(
             step_m,
         };
         let (flux, exitance) = (Vec::new(), Vec::new());
-        let baked = BakedObject { name: object.name.clone(), positions, normals, triangles, flux, exitance, snow };
+        let (name, half_space) = (object.name.clone(), half_space.clone());
+        let baked = BakedObject { name, positions, normals, triangles, flux, exitance, snow, half_space };
         surfaces.push(Surface { object: number, points: inset, baked });
     }
     if surfaces.is_empty() { Err(BakeError::NoSnow) } else { Ok(surfaces) }

@@ -1,0 +1,525 @@
+"""Snow in Mitsuba 3.
+
+>>> import mitsuba as mi
+>>> mi.set_variant("llvm_ad_rgb")
+>>> import snowblue.mitsuba
+>>> scene = mi.load_dict({
+...     "type": "scene",
+...     "integrator": {"type": "snow", "max_depth": 8},
+...     "block": {"type": "cube", "bsdf": {"type": "snow_surface"}, "emitter": {"type": "snow_light"}},
+...     "lamp": {"type": "point", "position": [0, 3, 1], "intensity": 10.0},
+... })
+
+Importing this module registers three plug-ins:
+
+- the BSDF `snow_surface`: what the surface of snow reflects, by the reflection function R0 of deep snow. Its parameters
+  are `grain_size_um` (400), `facetness` (0.3), `density_kg_m3` (300) and `body`: shapes of snow with the same word
+  there are one solid;
+- the emitter `snow_light`, on the same shape: the light that comes from inside the snow, K(mu) J / pi, where J is the
+  net flux through the surface;
+- the integrator `snow`: it solves for the light inside all snow, then renders with another integrator, `path` by
+  default or the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, `step_mm` the
+  distance of the points on the surface where J is known, `field_step_mm` the size of the cells in the snow, and
+  `gather_depth` (8) the number of surfaces over which light is followed before it enters the snow.
+
+Snow must be a closed mesh. It is lit by the emitters point, spot, directional, constant, and area on spheres and
+rectangles. The light is solved for once; a change of the scene is noticed, and solved for again, in the next rendering.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import VISIBLE_NM
+from snowblue._scene import _baked, _json, _ply, _table
+
+BAND_WIDTH_NM = 310.0
+"""31 wavelengths, 10 nm apart."""
+COMPONENTS = 6
+REFLECTION_STEPS = 33
+SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
+
+# In RGB variants, coloured light is three bands that overlap by 40 nm; their sum is 1.
+BAND_EDGES_NM = (490.0, 580.0)
+BAND_OVERLAP_NM = 40.0
+
+
+def _register() -> None:
+    """Registers the plug-ins in the present variant."""
+    if mi.variant() is None:
+        return
+    mi.register_bsdf("snow_surface", _bsdf_class())
+    mi.register_emitter("snow_light", _emitter_class())
+    mi.register_integrator("snow", _integrator_class())
+
+
+def _unsolved() -> float:
+    """The light of snow before it is solved for. Compiled variants evaluate the plug-ins of all scenes that exist, so
+    that an exception here would concern scenes that are not rendered."""
+    warnings.warn(
+        "some snow has no light: only the integrator 'snow' renders it; with another its pixels are NaN", stacklevel=2
+    )
+    return float("nan")
+
+
+def _bsdf_class() -> type:
+    class SnowSurface(mi.BSDF):
+        """What the surface of snow reflects."""
+
+        def __init__(self, props: mi.Properties) -> None:
+            mi.BSDF.__init__(self, props)
+            self.parameters = {name: float(props.get(name, value)) for name, value in SNOW_PARAMETERS.items()}
+            self.body = props.get("body", "")
+            self.reflection = None
+            self.m_flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
+            self.m_components = [self.m_flags]
+
+        def set_reflection(self, table: np.ndarray) -> None:
+            """The table of (mu + mu0) R0."""
+            volume = np.ascontiguousarray(table.reshape((REFLECTION_STEPS,) * 3 + (1,)))
+            self.reflection = mi.Texture3f(mi.TensorXf(volume), wrap_mode=dr.WrapMode.Clamp)
+
+        def value(self, wi: mi.Vector3f, wo: mi.Vector3f) -> mi.Float:
+            """R0 cos(theta_o)."""
+            if self.reflection is None:
+                return _unsolved() * wo.z
+            per_sines = dr.rsqrt(dr.maximum((1 - wi.z * wi.z) * (1 - wo.z * wo.z), 1e-12))
+            # The sine of half the azimuth between both directions of propagation.
+            azimuth = dr.sqrt(dr.clip(0.5 + 0.5 * (wi.x * wo.x + wi.y * wo.y) * per_sines, 0, 1))
+
+            def place(unit: mi.Float) -> mi.Float:
+                return (unit * (REFLECTION_STEPS - 1) + 0.5) / REFLECTION_STEPS
+
+            exit, incidence = dr.sqrt(dr.maximum(wi.z, 0)), dr.sqrt(dr.maximum(wo.z, 0))
+            [table] = self.reflection.eval(mi.Point3f(place(azimuth), place(incidence), place(exit)))
+            return table / dr.maximum(wi.z + wo.z, 1e-4) * wo.z
+
+        def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            wo = mi.warp.square_to_cosine_hemisphere(sample2)
+            sampled = mi.BSDFSample3f()
+            sampled.wo = wo
+            sampled.pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
+            sampled.eta = 1.0
+            sampled.sampled_type = +mi.BSDFFlags.GlossyReflection
+            sampled.sampled_component = 0
+            weight = self.value(si.wi, wo) / dr.maximum(sampled.pdf, 1e-8)
+            return sampled, mi.Spectrum(dr.select(active & (si.wi.z > 0) & (sampled.pdf > 0), weight, 0))
+
+        def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return mi.Spectrum(dr.select(active & (si.wi.z > 0) & (wo.z > 0), self.value(si.wi, wo), 0))
+
+        def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
+            return dr.select(active & (si.wi.z > 0) & (wo.z > 0), pdf, 0)
+
+        def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
+
+        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+            return mi.Spectrum(1.0)
+
+        def traverse(self, callback: Any) -> None:
+            pass
+
+        def to_string(self) -> str:
+            return f"SnowSurface[{', '.join(f'{name} = {value:g}' for name, value in self.parameters.items())}]"
+
+    return SnowSurface
+
+
+def _emitter_class() -> type:
+    class SnowLight(mi.Emitter):
+        """Light from inside snow. Rays find it; it is not sampled."""
+
+        def __init__(self, props: mi.Properties) -> None:
+            mi.Emitter.__init__(self, props)
+            self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
+            self.escape: list[float] | None = None
+            self.basis: list[Any] = []
+
+        def set_light(self, escape: np.ndarray, basis: np.ndarray | None) -> None:
+            """The polynomial K and, for spectra, the wavelength functions of the attributes."""
+            self.escape = escape.tolist()
+            rows = [] if basis is None else np.ascontiguousarray(basis.astype(np.float32)[..., None])
+            self.basis = [mi.Texture1f(mi.TensorXf(row), wrap_mode=dr.WrapMode.Clamp) for row in rows]
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            if self.escape is None:
+                return mi.Spectrum(_unsolved())
+            mu = si.wi.z
+            k0, k1, k2, k3 = self.escape
+            escape = (k0 + mu * (k1 + mu * (k2 + mu * k3))) * dr.inv_pi
+            flux = si.shape.eval_attribute_3("vertex_snow_0", si, active)
+            if self.basis:
+                coefficients = [*flux, *si.shape.eval_attribute_3("vertex_snow_1", si, active)]
+                flux = mi.Spectrum(0.0)
+                for lane in range(len(flux)):
+                    unit = (si.wavelengths[lane] - VISIBLE_NM[0]) / (VISIBLE_NM[-1] - VISIBLE_NM[0])
+                    place = mi.Point1f((unit * (len(VISIBLE_NM) - 1) + 0.5) / len(VISIBLE_NM))
+                    for coefficient, function in zip(coefficients, self.basis):
+                        flux[lane] += coefficient * function.eval(place)[0]
+            return dr.select(active & (mu > 0), mi.Spectrum(flux) * escape, 0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            if not mi.variant().startswith("scalar"):
+                return dr.zeros(mi.DirectionSample3f), mi.Spectrum(0.0)
+            ds = mi.DirectionSample3f()
+            ds.pdf = 0.0
+            return ds, mi.Spectrum(0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Float(0.0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Spectrum(0.0)
+
+        def sampling_weight(self) -> float:
+            return 0.0
+
+        def traverse(self, callback: Any) -> None:
+            pass
+
+        def to_string(self) -> str:
+            return "SnowLight[]"
+
+    return SnowLight
+
+
+def _integrator_class() -> type:
+    class SnowIntegrator(mi.SamplingIntegrator):
+        """Solves for the light in snow, then renders with another integrator."""
+
+        def __init__(self, props: mi.Properties) -> None:
+            mi.SamplingIntegrator.__init__(self, props)
+            nested = [props[name] for name in props.keys() if isinstance(props[name], mi.Integrator)]
+            depths = {name: props[name] for name in ("max_depth", "rr_depth") if name in props}
+            self.inner = nested[0] if nested else mi.load_dict({"type": "path", **depths})
+            self.field = _Field(
+                unit_m=float(props.get("unit_m", 1.0)),
+                step_mm=props.get("step_mm", None),
+                field_step_mm=props.get("field_step_mm", None),
+                gather_depth=int(props.get("gather_depth", 8)),
+            )
+
+        def render(self, scene: Any, *arguments: Any, **keywords: Any) -> Any:
+            self.field.prepare(scene)
+            return self.inner.render(scene, *arguments, **keywords)
+
+        def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
+            return self.inner.sample(scene, sampler, ray, medium, active)
+
+        def aov_names(self) -> list[str]:
+            return self.inner.aov_names()
+
+        def traverse(self, callback: Any) -> None:
+            pass
+
+        def to_string(self) -> str:
+            return f"SnowIntegrator[{self.inner}]"
+
+    return SnowIntegrator
+
+
+class _Field:
+    """The light on the snow of a scene."""
+
+    def __init__(self, unit_m: float, step_mm: Any, field_step_mm: Any, gather_depth: int) -> None:
+        if not unit_m > 0:
+            raise ValueError(f"unit_m is {unit_m}, but must be above 0")
+        self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
+        self.gather_depth = gather_depth
+        # By shape: the mesh of the user, and the mesh that was set in its place.
+        self.meshes: dict[str, tuple[tuple[np.ndarray, np.ndarray], np.ndarray]] = {}
+        self.solved = ""
+
+    def prepare(self, scene: Any) -> None:
+        """Solves for the light, unless the scene is the one that was solved for."""
+        parameters = mi.traverse(scene)
+        snow = [shape for shape in scene.shapes() if type(shape.bsdf()).__name__ == "SnowSurface"]
+        if not snow:
+            return
+        for shape in snow:
+            self._check(shape, parameters)
+        document, files = self._description(scene, snow)
+        text = _json(document)
+        digest = hashlib.sha256(text.encode())
+        for name in sorted(files):
+            digest.update(files[name])
+        if digest.hexdigest() == self.solved:
+            return
+        objects = self._solve(text, files, [shape.id() for shape in scene.shapes()], document)
+        for shape, baked in zip(snow, objects):
+            self._put(shape, baked, parameters)
+        parameters.update()
+        self.solved = digest.hexdigest()
+
+    def _check(self, shape: Any, parameters: Any) -> None:
+        name = shape.id()
+        if "vertex_positions" not in mi.traverse(shape):
+            raise ValueError(f"shape '{name}' is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
+        if type(shape.emitter()).__name__ != "SnowLight":
+            raise ValueError(f"shape '{name}' has the bsdf 'snow_surface', but not the emitter 'snow_light'")
+        if f"{name}.vertex_positions" not in parameters:
+            raise ValueError(f"a shape of snow has the id '{name}', which its scene does not know: give it an id")
+
+    def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
+        parameters = mi.traverse(shape)
+        vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
+        triangles = np.array(parameters["faces"]).reshape(-1, 3)
+        given, put = self.meshes.get(shape.id(), (None, None))
+        return given if put is not None and np.array_equal(put, vertices) else (vertices, triangles)
+
+    def _description(self, scene: Any, snow: list[Any]) -> tuple[dict[str, Any], dict[str, bytes]]:
+        files: dict[str, bytes] = {}
+        materials: dict[str, Any] = {}
+        # Snow comes first, so that its numbers are those of the baked objects.
+        objects = []
+        for shape in [*snow, *(one for one in scene.shapes() if one not in snow)]:
+            lamp = shape.emitter()
+            if lamp is not None and type(lamp).__name__ != "SnowLight":
+                continue
+            one = self._object(shape, files)
+            if one is None:
+                continue
+            bsdf = shape.bsdf()
+            if type(bsdf).__name__ == "SnowSurface":
+                one["material"] = json.dumps(bsdf.parameters, sort_keys=True)
+                materials[one["material"]] = {"type": "pca_snow", **bsdf.parameters}
+                one |= {"body": bsdf.body} if bsdf.body else {}
+            else:
+                one["material"] = f"bsdf of {shape.id()}"
+                materials[one["material"]] = _diffuse(bsdf, one["material"], files)
+            objects.append(one)
+        document: dict[str, Any] = {
+            "camera": {"position": [0, -1, 0], "look_at": [0, 0, 0]},
+            "integrator": {"type": "diffusion", "max_bounces": self.gather_depth},
+            "material": materials,
+            "object": objects,
+            "light": [],
+        }
+        if self.field_step_mm is not None:
+            document["light_field"] = {"step_mm": float(self.field_step_mm)}
+        for emitter in scene.emitters():
+            if type(emitter).__name__ != "SnowLight":
+                self._light(emitter, document, files)
+        if not document["light"] and "environment" not in document:
+            raise ValueError("the scene has snow but no emitter to light it")
+        return document, files
+
+    def _object(self, shape: Any, files: dict[str, bytes]) -> dict[str, Any] | None:
+        name, parameters = shape.id(), mi.traverse(shape)
+        if "vertex_positions" in parameters:
+            vertices, triangles = self._mesh(shape)
+        elif shape.class_name() == "Rectangle":
+            to_world = _matrix(parameters["to_world"])
+            corners = np.array([[-1, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]]) @ to_world.T
+            vertices, triangles = corners[:, :3], np.array([[0, 1, 2], [0, 2, 3]])
+        elif shape.class_name() == "Sphere":
+            center, radius = _sphere(_matrix(parameters["to_world"]))
+            return {"shape": "sphere", "radius": radius * self.unit_m, "position": (center * self.unit_m).tolist()}
+        else:
+            kind = shape.class_name()
+            warnings.warn(f"shape '{name}' is a {kind}: it casts no shadow on snow and gives it no light", stacklevel=2)
+            return None
+        file = f"{name}.ply"
+        files[file] = _ply(np.asarray(vertices * self.unit_m, dtype="<f4"), triangles.astype(np.int64))
+        return {"mesh": file, "up": "z"}
+
+    def _light(self, emitter: Any, document: dict[str, Any], files: dict[str, bytes]) -> None:
+        kind = emitter.class_name()
+        shape = emitter.get_shape() if kind == "AreaLight" else None
+        owner = emitter if shape is None else shape
+        name, parameters = owner.id(), mi.traverse(owner)
+        file = f"light {len(files)}.csv"
+
+        def spectrum(values: np.ndarray) -> tuple[dict[str, Any], float]:
+            rows = "".join(f"{nm:g},{max(value, 0.0):.9g}\n" for nm, value in zip(VISIBLE_NM, values))
+            files[file] = ("wavelength_nm,value\n" + rows).encode()
+            return {"spectrum": file}, float(np.maximum(values, 0.0).mean()) * BAND_WIDTH_NM
+
+        light: dict[str, Any]
+        if kind in ("PointLight", "SpotLight"):
+            if kind == "PointLight":
+                position, axis = np.array(parameters["position"]).ravel(), np.array([0.0, 0.0, 1.0])
+                light = {"type": "point"}
+            else:
+                to_world = _matrix(parameters["to_world"])
+                position, axis = to_world[:3, 3], _unit(to_world[:3, 2])
+                angles = {"inner_cone_deg": "beam_width", "outer_cone_deg": "cutoff_angle"}
+                light = {key: float(np.ravel(parameters[theirs])[0]) for key, theirs in angles.items()}
+                light["type"] = "spot"
+                light["look_at"] = ((position + axis) * self.unit_m).tolist()
+            files_of, power = spectrum(_incident(emitter, position + axis))
+            light |= files_of | {"position": (position * self.unit_m).tolist()}
+            light["radiant_intensity_w_sr"] = power * self.unit_m**2
+        elif kind == "DirectionalEmitter":
+            to_world = _matrix(parameters["to_world"])
+            files_of, power = spectrum(_incident(emitter, np.zeros(3)))
+            light = {"type": "directional", "direction": to_world[:3, 2].tolist(), "irradiance_w_m2": power, **files_of}
+        elif kind == "ConstantBackgroundEmitter":
+            files_of, power = spectrum(_emitted(emitter))
+            document["environment"] = {"radiance_w_m2_sr": power, **files_of}
+            return
+        elif kind == "AreaLight" and shape.class_name() in ("Sphere", "Rectangle"):
+            to_world = _matrix(parameters["to_world"])
+            files_of, power = spectrum(_emitted(emitter))
+            light = {"radiance_w_m2_sr": power, **files_of}
+            if shape.class_name() == "Sphere":
+                center, radius = _sphere(to_world)
+                light |= {"type": "sphere", "radius": radius * self.unit_m}
+                light["position"] = (center * self.unit_m).tolist()
+            else:
+                center, sides = to_world[:3, 3], to_world[:3, :2]
+                normal = np.cross(sides[:, 0], sides[:, 1])
+                light |= {"type": "rectangle", "size": (2 * self.unit_m * np.linalg.norm(sides, axis=0)).tolist()}
+                light |= {"position": (center * self.unit_m).tolist(), "up": sides[:, 1].tolist()}
+                light["look_at"] = (center * self.unit_m + _unit(normal)).tolist()
+        else:
+            on = f" on a {shape.class_name()}" if shape is not None else ""
+            raise ValueError(
+                f"emitter '{name}' is a {kind}{on}, which cannot light snow; there are point, spot, directional, "
+                "constant, and area on a sphere or rectangle"
+            )
+        if power > 0:
+            document["light"].append(light)
+
+    def _solve(
+        self, text: str, files: dict[str, bytes], names: list[str], document: dict[str, Any]
+    ) -> list[dict[str, Any]]:
+        content = {"spectrum": True, "is_total": True, "reflection": True}
+        try:
+            scene = _native.Scene.from_json(text, files, ".")
+            return scene.bake(_table(None), self.step_mm, content, None, None)[1:]
+        except ValueError as error:
+            reason = str(error)
+            for number, one in enumerate(document["object"]):
+                shape = one.get("mesh", "").removesuffix(".ply")
+                reason = reason.replace(f"object[{number}]", f"shape '{shape}'")
+            raise ValueError(reason) from None
+
+    def _put(self, shape: Any, one: dict[str, Any], parameters: Any) -> None:
+        """Replaces a mesh by the one whose vertices know the light."""
+        name, baked = shape.id(), _baked(one, [])
+        given = self._mesh(shape)
+        positions = (baked.positions / self.unit_m).astype(np.float32)
+        values = {
+            "vertex_positions": positions,
+            "faces": baked.triangles.astype(np.uint32),
+            "vertex_normals": baked.normals.astype(np.float32),
+            "vertex_texcoords": np.zeros((len(positions), 2), dtype=np.float32),
+        }
+        for key, array in values.items():
+            here = f"{name}.{key}"
+            # Meshes may lack normals and texture coordinates.
+            if here in parameters and len(parameters[here]) > 0:
+                kind = type(parameters[here])
+                # A parameter is compared with its new value, which scalar variants cannot do with other sizes than 1.
+                parameters[here] = kind(array.ravel()[:1])
+                parameters[here] = kind(array.ravel())
+        parameters.update()
+        flux = baked.flux[0].astype(float)
+        for number in (0, 1):
+            attribute = f"vertex_snow_{number}"
+            if name in self.meshes and (number == 0 or _is_spectral()):
+                shape.remove_attribute(attribute)
+        if _is_spectral():
+            _, _, rows = np.linalg.svd(flux, full_matrices=False)
+            basis = rows[:COMPONENTS]
+            coefficients = (flux @ basis.T).astype(np.float32)
+            shape.add_attribute("vertex_snow_0", 3, np.ascontiguousarray(coefficients[:, :3]).ravel())
+            shape.add_attribute("vertex_snow_1", 3, np.ascontiguousarray(coefficients[:, 3:]).ravel())
+        else:
+            basis = None
+            shape.add_attribute("vertex_snow_0", 3, _rgb(flux).astype(np.float32).ravel())
+        shape.emitter().set_light(baked.escape_polynomial, basis)
+        shape.bsdf().set_reflection(one["reflection"])
+        self.meshes[name] = (given, np.array(parameters[f"{name}.vertex_positions"]).reshape(-1, 3))
+
+
+def _is_spectral() -> bool:
+    return "spectral" in mi.variant()
+
+
+def _rgb(spectra: np.ndarray) -> np.ndarray:
+    """Linear sRGB of light relative to D65, which is white, as in the RGB variants."""
+    light = {"illuminant": "D65", "observer": "1931"}
+    values = np.ascontiguousarray(spectra, dtype=float).reshape(-1)
+    return _native.colors(values, VISIBLE_NM.tolist(), light, 0.0)["rgb_linear"].reshape(-1, 3)
+
+
+def _spectrum(values: Any) -> np.ndarray:
+    """Light at 31 wavelengths: in RGB variants relative to D65, by bands."""
+    array = np.array(values, dtype=float)
+    if _is_spectral():
+        return array.reshape(-1)[: len(VISIBLE_NM)]
+    red, green, blue = np.broadcast_to(array.reshape(-1), 3) if array.size == 1 else array.reshape(3, -1)[:, 0]
+    low, high = (np.clip((VISIBLE_NM - edge) / BAND_OVERLAP_NM + 0.5, 0.0, 1.0) for edge in BAND_EDGES_NM)
+    return blue * (1 - low) + green * (low - high) + red * high
+
+
+def _with_wavelengths(interaction: Any) -> Any:
+    if _is_spectral():
+        lanes = mi.Float(VISIBLE_NM.astype(np.float32))
+        interaction.wavelengths = mi.Spectrum(*[lanes] * 4)
+    return interaction
+
+
+def _first(values: Any) -> Any:
+    """The first of the four wavelengths of each lane, or the colour."""
+    return values[0] if _is_spectral() else values
+
+
+def _incident(emitter: Any, point: np.ndarray) -> np.ndarray:
+    """The irradiance on a surface that faces a lamp without extent."""
+    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
+    interaction.p = mi.Point3f(*point.tolist())
+    _, weight = emitter.sample_direction(interaction, mi.Point2f(0.5, 0.5))
+    return _spectrum(_first(weight))
+
+
+def _emitted(emitter: Any) -> np.ndarray:
+    """The radiance of a lamp with extent or of the sky."""
+    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
+    interaction.wi = mi.Vector3f(0, 0, 1)
+    interaction.uv = mi.Point2f(0.5, 0.5)
+    return _spectrum(_first(emitter.eval(interaction)))
+
+
+def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
+    """The diffuse reflectance of a surface that is not snow."""
+    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
+    interaction.wi = mi.Vector3f(0, 0, 1)
+    interaction.uv = mi.Point2f(0.5, 0.5)
+    values = np.clip(np.array(_first(bsdf.eval_diffuse_reflectance(interaction)), dtype=float), 0.0, 1.0)
+    if _is_spectral():
+        file = f"{name}.csv"
+        rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values.reshape(-1)))
+        files[file] = ("wavelength_nm,value\n" + rows).encode()
+        return {"type": "diffuse", "reflectance_spectrum": file}
+    return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist()}
+
+
+def _matrix(transform: Any) -> np.ndarray:
+    return np.array(transform.matrix, dtype=float).reshape(4, 4)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+def _sphere(to_world: np.ndarray) -> tuple[np.ndarray, float]:
+    return to_world[:3, 3], float(np.linalg.norm(to_world[:3, 0]))
+
+
+if mi.variant() is None:
+    raise ImportError("choose a variant before importing snowblue.mitsuba: mitsuba.set_variant('llvm_ad_rgb')")
+mi.detail.add_variant_callback(lambda old, new: _register())
+_register()

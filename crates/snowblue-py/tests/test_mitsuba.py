@@ -1,0 +1,241 @@
+"""Snow in Mitsuba 3, beside our own pictures of the same scenes."""
+
+import re
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+mi.set_variant("llvm_ad_rgb")
+
+import snowblue  # noqa: E402
+import snowblue.mitsuba  # noqa: E402, F401
+
+SIZE = 48
+CAMERA = dict(position=[0.5, -0.7, 0.35], look_at=[0, 0, 0.1], vertical_fov_deg=22)
+SNOW = {"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def scene(shapes, lights, **integrator):
+    transform = mi.ScalarTransform4f()
+    film = {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}}
+    to_world = transform.look_at(CAMERA["position"], CAMERA["look_at"], [0, 0, 1])
+    sensor = {"type": "perspective", "fov": CAMERA["vertical_fov_deg"], "fov_axis": "y", "to_world": to_world,
+              "film": film}
+    return mi.load_dict({
+        "type": "scene", "integrator": {"type": "snow", **integrator}, "sensor": sensor, **shapes, **lights})
+
+
+def block(**other):
+    transform = mi.ScalarTransform4f()
+    return {"block": {"type": "cube", "to_world": transform.translate([0, 0, 0.1]).scale([0.1, 0.05, 0.1]),
+                      "bsdf": {"type": "snow_surface", **other}, "emitter": {"type": "snow_light"}}}
+
+
+def ours(objects, light, bounces=0, samples=256):
+    """Our picture and its standard errors, in units in which white light of D65 is 1."""
+    made = snowblue.Scene(
+        camera=CAMERA, film={"width": SIZE, "height": SIZE}, integrator={"max_bounces": bounces},
+        material={**SNOW, "floor": {"type": "diffuse", "reflectance": 0.5}}, light=[light], object=objects)
+    picture = made.render(integrator="diffusion", samples_per_pixel=samples, aovs=["variance"])
+    white = snowblue.Scene(
+        camera=dict(position=[0, 0, 1], look_at=[0, 0, 0], up=[0, 1, 0]), film={"width": 1, "height": 1},
+        integrator={"max_bounces": 0}, material={"white": {"type": "diffuse", "reflectance": 1.0}},
+        light=[{"type": "directional", "direction": [0, 0, -1], "illuminant": "D65", "irradiance_w_m2": np.pi}],
+        object=[{"shape": "box", "size": [1, 1, 0.1], "position": [0, 0, -0.05], "material": "white"}],
+    ).render(integrator="pcasnow", samples_per_pixel=1).rgb.values[0, 0]
+    return picture.rgb.values / white, np.sqrt(picture.variance.values) / white
+
+
+def theirs(made, batches=8, samples=32):
+    """Mitsuba's picture and its standard errors."""
+    pictures = np.stack([np.array(mi.render(made, spp=samples, seed=seed))[..., :3] for seed in range(batches)])
+    return pictures.mean(axis=0), pictures.std(axis=0, ddof=1) / np.sqrt(batches)
+
+
+def inside(picture):
+    """The pixels all of whose neighbours are lit: no outlines."""
+    lit = picture @ LUMINANCE > 0
+    inner = lit.copy()
+    for axis in (0, 1):
+        for shift in (-1, 1):
+            inner &= np.roll(lit, shift, axis=axis)
+    return inner
+
+
+def assert_agree(there, here, mean=0.01, pixel=0.02, allowed=0.02):
+    """Means over pixels within 1 %; single pixels within 2 % and 4 standard errors, but for some at edges, where the
+    surface is read at vertices and our own picture has single scattering."""
+    (a, a_se), (b, b_se) = there, here
+    mask = inside(a) & inside(b)
+    assert mask.sum() > 200
+    np.testing.assert_allclose(a[mask].mean(axis=0), b[mask].mean(axis=0), rtol=mean)
+    a, b, se = (x[mask] @ LUMINANCE for x in (a, b, np.hypot(a_se, b_se)))
+    beyond = np.abs(a - b) > pixel * b + 4 * se
+    assert beyond.mean() <= allowed, f"{beyond.mean():.1%} of the pixels differ"
+
+
+BOX = {"shape": "box", "size": [0.2, 0.1, 0.2], "position": [0, 0, 0.1], "material": "snow"}
+
+
+def lamp(position, watts=10.0):
+    """A point lamp there and here."""
+    there = {"lamp": {"type": "point", "position": position, "intensity": {"type": "d65", "scale": watts}}}
+    return there, {"type": "point", "position": position, "illuminant": "D65", "radiant_intensity_w_sr": watts}
+
+
+@pytest.fixture(params=["llvm_ad_rgb", "llvm_ad_spectral"])
+def variant(request):
+    mi.set_variant(request.param)
+    yield request.param
+    mi.set_variant("llvm_ad_rgb")
+
+
+@pytest.mark.parametrize("position", [[0.0, 0.6, 0.1], [0.3, -0.8, 0.4]], ids=["from behind", "from the front"])
+def test_a_block_is_that_of_our_own_pictures(variant, position):
+    there, here = lamp(position)
+    made = scene(block(), there, max_depth=2, step_mm=5)
+    # Four wavelengths a sample are noisy.
+    samples = 32 if variant == "llvm_ad_rgb" else 512
+    assert_agree(theirs(made, samples=samples), ours([BOX], here))
+
+
+def torus(sides=96, around=48):
+    """A closed mesh with a hole, 20 cm wide, 9 cm thick."""
+    u, v = np.meshgrid(*(2 * np.pi * np.arange(count) / count for count in (sides, around)), indexing="ij")
+    radius = 0.055 + 0.045 * np.cos(v)
+    vertices = np.stack([radius * np.cos(u), 0.045 * np.sin(v), radius * np.sin(u) + 0.1], axis=-1).reshape(-1, 3)
+    number = np.arange(sides * around).reshape(sides, around)
+    right, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
+    corner = np.roll(right, -1, axis=1)
+    quads = np.stack([number, up, corner, right], axis=-1).reshape(-1, 4)
+    return vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def as_shape(vertices, triangles, folder, kind="snow_surface"):
+    path = folder / "mesh.ply"
+    path.write_bytes(snowblue._scene._ply(vertices.astype("<f4"), triangles))
+    return {"torus": {"type": "ply", "filename": str(path), "bsdf": {"type": kind}, "emitter": {"type": "snow_light"}}}
+
+
+def test_a_mesh_is_that_of_our_own_pictures(tmp_path):
+    mesh = torus()
+    there, here = lamp([0.3, -0.8, 0.4])
+    made = scene(as_shape(*mesh, tmp_path), there, max_depth=2)
+    # Where curved snow is lit and seen at grazing angles, our own picture has single scattering in the body itself.
+    assert_agree(theirs(made), ours([{"mesh": mesh, "material": "snow"}], here), pixel=0.03, allowed=0.05)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "rectangle", "spot", "directional", "constant"])
+def test_every_emitter_lights_snow_as_our_own(kind):
+    transform = mi.ScalarTransform4f()
+    d65 = {"type": "d65", "scale": 20.0}
+    position, target = [0.0, 0.6, 0.1], [0.0, 0.0, 0.1]
+    area = {"emitter": {"type": "area", "radiance": d65}}
+    placed = transform.translate(position).scale(0.05)
+    facing = transform.look_at(position, target, [0, 0, 1])
+    there, here = {
+        "sphere": ({"type": "sphere", "to_world": placed, **area},
+                   {"type": "sphere", "position": position, "radius": 0.05, "radiance_w_m2_sr": 20.0}),
+        "rectangle": ({"type": "rectangle", "to_world": facing.scale(0.05), **area},
+                      {"type": "rectangle", "position": position, "look_at": target, "size": [0.1, 0.1],
+                       "radiance_w_m2_sr": 20.0}),
+        "spot": ({"type": "spot", "to_world": facing, "intensity": d65, "cutoff_angle": 60, "beam_width": 59},
+                 {"type": "spot", "position": position, "look_at": target, "radiant_intensity_w_sr": 20.0,
+                  "inner_cone_deg": 59, "outer_cone_deg": 60}),
+        "directional": ({"type": "directional", "direction": [0, -1, 0], "irradiance": d65},
+                        {"type": "directional", "direction": [0, -1, 0], "irradiance_w_m2": 20.0}),
+        "constant": ({"type": "constant", "radiance": d65}, None),
+    }[kind]
+    if kind == "constant":
+        # A white furnace: deep snow under a white sky is white but for what it absorbs.
+        made = theirs(scene(block(), {"lamp": there}, max_depth=2))[0]
+        white = made[inside(np.ones_like(made)) & inside(made)] / 20
+        assert 0.9 < white[..., 2].mean() < 1.01 and white[..., 0].mean() < white[..., 2].mean()
+        return
+    made = scene(block(), {"lamp": there}, max_depth=2, step_mm=5)
+    assert_agree(theirs(made), ours([BOX], {**here, "illuminant": "D65"}))
+
+
+def test_floors_give_and_take_light():
+    transform = mi.ScalarTransform4f()
+    floor = {"floor": {"type": "rectangle", "to_world": transform.scale(1.0),
+                       "bsdf": {"type": "diffuse", "reflectance": 0.5}}}
+    there, here = lamp([0.3, -0.8, 0.4])
+    made = scene({**block(), **floor}, there, max_depth=8, step_mm=5)
+    floor_here = {"shape": "box", "size": [2, 2, 0.1], "position": [0, 0, -0.05], "material": "floor"}
+    assert_agree(theirs(made, samples=64), ours([BOX, floor_here], here, bounces=7), allowed=0.05)
+
+
+def test_scalar_variants_agree_with_compiled_ones():
+    there, _ = lamp([0.0, 0.6, 0.1])
+    compiled = np.array(mi.render(scene(block(), there, max_depth=2), spp=64))
+    mi.set_variant("scalar_rgb")
+    try:
+        scalar = np.array(mi.render(scene(block(), there, max_depth=2), spp=2))
+    finally:
+        mi.set_variant("llvm_ad_rgb")
+    mask = inside(compiled) & inside(scalar)
+    assert scalar[mask].mean() == pytest.approx(compiled[mask].mean(), rel=0.01)
+
+
+def test_scenes_in_other_units_and_changed_lamps_are_solved_for():
+    there, _ = lamp([0.0, 0.6, 0.1])
+    metres = scene(block(), there, max_depth=2)
+    first = np.array(mi.render(metres, spp=64))
+    parameters = mi.traverse(metres)
+    key = next(key for key in parameters.keys() if key.startswith("lamp.intensity"))
+    parameters[key] = parameters[key] * 3
+    parameters.update()
+    np.testing.assert_allclose(np.array(mi.render(metres, spp=64)).mean(), 3 * first.mean(), rtol=0.01)
+
+    transform = mi.ScalarTransform4f()
+    larger = block()
+    larger["block"]["to_world"] = transform.translate([0, 0, 10]).scale([10, 5, 10])
+    far, _ = lamp([0.0, 60.0, 10.0], watts=10.0 * 100**2)
+    centimetres = {"type": "perspective", "fov": CAMERA["vertical_fov_deg"], "fov_axis": "y",
+                   "to_world": transform.look_at([50, -70, 35], [0, 0, 10], [0, 0, 1]),
+                   "film": {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}}}
+    made = mi.load_dict({"type": "scene", "integrator": {"type": "snow", "max_depth": 2, "unit_m": 0.01},
+                         "sensor": centimetres, **larger, **far})
+    np.testing.assert_allclose(np.array(mi.render(made, spp=64)).mean(), first.mean(), rtol=0.01)
+
+
+def test_xml_scenes_have_snow():
+    made = mi.load_string("""<scene version="3.0.0"><integrator type="snow"/>
+        <sensor type="perspective"><transform name="to_world"><lookat origin="5,-7,3" target="0,0,0" up="0,0,1"/>
+        </transform><film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film>
+        </sensor><shape type="cube" id="block"><transform name="to_world"><scale value="0.1"/></transform>
+        <bsdf type="snow_surface"><float name="grain_size_um" value="200"/></bsdf><emitter type="snow_light"/></shape>
+        <emitter type="point"><point name="position" x="0" y="1" z="1"/></emitter></scene>""")
+    assert np.array(mi.render(made, spp=16)).max() > 0
+
+
+def test_bad_scenes_are_named(tmp_path):
+    there, _ = lamp([0.0, 0.6, 0.1])
+    vertices, triangles = torus(24, 12)
+
+    def refused(words, shapes, lights=there, **integrator):
+        with pytest.raises((ValueError, RuntimeError)) as caught:
+            mi.render(scene(shapes, lights, **integrator), spp=1)
+        messages, error = [], caught.value
+        while error is not None:
+            messages.append(str(error))
+            error = error.__cause__
+        assert re.search(words, "\n".join(messages)), messages
+
+    refused("shape 'torus'.*open", as_shape(vertices, triangles[:-1], tmp_path))
+    refused("no emitter to light it", block(), {})
+    ball = {"type": "sphere", "bsdf": {"type": "snow_surface"}, "emitter": {"type": "snow_light"}}
+    refused("'ball' is a Sphere, but snow must be a mesh", {"ball": ball})
+    dark = block()
+    del dark["block"]["emitter"]
+    refused("not the emitter 'snow_light'", dark)
+    refused("density", block(density_kg_m3=2000))
+    refused("unit_m is -1", block(), unit_m=-1.0)
+    disk = {"lamp": {"type": "disk", "emitter": {"type": "area"}}}
+    refused("'lamp' is a AreaLight on a Disk, which cannot light snow", block(), disk)
+    with pytest.warns(UserWarning, match="only the integrator 'snow' renders it"):
+        picture = np.array(mi.render(scene(block(), there), integrator=mi.load_dict({"type": "path"}), spp=1))
+    assert np.isnan(picture).any()
