@@ -103,7 +103,9 @@ def snows(given: Mapping[str, Any]) -> Snows:
     """All combinations of the values of the arguments of snow."""
     check_names(Snow.__annotations__, given)
     impurities = given.get("impurities_ng_g") or {}
-    arguments = [(name, SNOW[name], value) for name, value in given.items() if name in SNOW and value is not None]
+    arguments: list[tuple[Any, Quantity, Any]] = [
+        (name, SNOW[name], value) for name, value in given.items() if name in SNOW and value is not None
+    ]
     arguments += [((name,), Quantity(name.replace("-", "_"), "ng g-1"), value) for name, value in impurities.items()]
     result = Snows()
     fixed: list[tuple[Any, Any]] = []
