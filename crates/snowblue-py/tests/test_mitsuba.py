@@ -202,6 +202,46 @@ def test_scenes_in_other_units_and_changed_lamps_are_solved_for():
     np.testing.assert_allclose(np.array(mi.render(made, spp=64)).mean(), first.mean(), rtol=0.01)
 
 
+def test_lamps_have_all_samples_of_emitters():
+    there, _ = lamp([0.0, 0.6, 0.1])
+    made = scene(block(), there)
+    at = [made.pdf_emitter(number) for number in range(2)]
+    assert max(np.ravel(one)[0] for one in at) > 0.999
+
+
+def test_touching_blocks_of_one_body_are_one_block():
+    transform = mi.ScalarTransform4f()
+    there, _ = lamp([0.0, 0.6, 0.1])
+    halves = {
+        name: {"type": "cube", "to_world": transform.translate([x, 0, 0.1]).scale([0.05, 0.05, 0.1]),
+               "bsdf": {"type": "snow_surface", "body": "wall"}, "emitter": {"type": "snow_light", "of": name}}
+        for name, x in (("left", -0.05), ("right", 0.05))}
+    whole = np.array(mi.render(scene(block(), there, max_depth=2), spp=64))
+    parts = np.array(mi.render(scene(halves, there, max_depth=2), spp=64))
+    # Vertices are in other places, and the joint has no thickness.
+    assert parts.mean() == pytest.approx(whole.mean(), rel=0.02)
+
+
+def test_integrators_and_scenes_may_be_combined():
+    there, _ = lamp([0.0, 0.6, 0.1])
+    first, second = scene(block(), there, max_depth=2), scene(block(), there, max_depth=2)
+    integrator = mi.load_dict({"type": "snow", "max_depth": 2})
+    expected = np.array(mi.render(first, spp=64)).mean()
+    for made in (first, second, first):
+        assert np.array(mi.render(made, integrator=integrator, spp=64)).mean() == pytest.approx(expected, rel=0.01)
+
+
+def test_mirrored_rectangles_light_the_side_that_they_face():
+    transform = mi.ScalarTransform4f()
+    facing = transform.look_at([0.0, 0.6, 0.1], [0.0, 0.0, 0.1], [0, 0, 1]).scale(0.05)
+    pictures = []
+    for to_world, flip in ((facing, False), (facing.scale([-1, 1, 1]), False), (facing.rotate([0, 1, 0], 180), True)):
+        area = {"type": "rectangle", "to_world": to_world, "flip_normals": flip,
+                "emitter": {"type": "area", "radiance": 20.0}}
+        pictures.append(np.array(mi.render(scene(block(), {"lamp": area}, max_depth=2), spp=64)).mean())
+    assert pictures[1:] == pytest.approx([pictures[0]] * 2, rel=0.02)
+
+
 def test_xml_scenes_have_snow():
     made = mi.load_string("""<scene version="3.0.0"><integrator type="snow"/>
         <sensor type="perspective"><transform name="to_world"><lookat origin="5,-7,3" target="0,0,0" up="0,0,1"/>
@@ -234,6 +274,12 @@ def test_bad_scenes_are_named(tmp_path):
     refused("not the emitter 'snow_light'", dark)
     refused("density", block(density_kg_m3=2000))
     refused("unit_m is -1", block(), unit_m=-1.0)
+    refused("unreferenced property|step", block(), step=5.0)
+    plain = block()
+    plain["block"]["bsdf"] = {"type": "diffuse"}
+    refused("'snow_light', but not the bsdf 'snow_surface'", {**block(), "plain": {**plain["block"], "emitter": {
+        "type": "snow_light", "of": "plain"}}})
+    refused("one integrator in it", block(), max_depth=3, inner={"type": "direct"})
     disk = {"lamp": {"type": "disk", "emitter": {"type": "area"}}}
     refused("'lamp' is a AreaLight on a Disk, which cannot light snow", block(), disk)
     with pytest.warns(UserWarning, match="only the integrator 'snow' renders it"):

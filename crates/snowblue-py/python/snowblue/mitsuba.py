@@ -16,7 +16,8 @@ Importing this module registers three plug-ins:
   are `grain_size_um` (400), `facetness` (0.3), `density_kg_m3` (300) and `body`: shapes of snow with the same word
   there are one solid;
 - the emitter `snow_light`, on the same shape: the light that comes from inside the snow, K(mu) J / pi, where J is the
-  net flux through the surface;
+  net flux through the surface. Its parameter `of` has no meaning, but must differ between the shapes of a dictionary,
+  since `mitsuba.load_dict` makes one plug-in of equal ones;
 - the integrator `snow`: it solves for the light inside all snow, then renders with another integrator, `path` by
   default or the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, `step_mm` the
   distance of the points on the surface where J is known, `field_step_mm` the size of the cells in the snow, and
@@ -44,7 +45,10 @@ from snowblue._scene import _baked, _json, _ply, _table
 BAND_WIDTH_NM = 310.0
 """31 wavelengths, 10 nm apart."""
 COMPONENTS = 6
+SAMPLING_WEIGHT = 1e-6
 REFLECTION_STEPS = 33
+UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
+"""Parts of the names of variants that have no snow."""
 SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
 
 # In RGB variants, coloured light is three bands that overlap by 40 nm; their sum is 1.
@@ -54,7 +58,7 @@ BAND_OVERLAP_NM = 40.0
 
 def _register() -> None:
     """Registers the plug-ins in the present variant."""
-    if mi.variant() is None:
+    if mi.variant() is None or any(word in mi.variant() for word in UNSUPPORTED):
         return
     mi.register_bsdf("snow_surface", _bsdf_class())
     mi.register_emitter("snow_light", _emitter_class())
@@ -140,9 +144,17 @@ def _emitter_class() -> type:
         """Light from inside snow. Rays find it; it is not sampled."""
 
         def __init__(self, props: mi.Properties) -> None:
+            # Rays find the light: samples of emitters are for the lamps. A scene of weights 0 does not load.
+            props["sampling_weight"] = SAMPLING_WEIGHT
             mi.Emitter.__init__(self, props)
+            # Equal plug-ins become one in a dictionary: a word of its own keeps them apart.
+            self.of = props.get("of", "")
             self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
             self.escape: list[float] | None = None
+            # The mesh of the user, the vertices that were set in its place, and what they were computed from.
+            self.given: tuple[np.ndarray, np.ndarray] | None = None
+            self.put = np.empty((0, 3))
+            self.solved = ""
             self.basis: list[Any] = []
 
         def set_light(self, escape: np.ndarray, basis: np.ndarray | None) -> None:
@@ -181,9 +193,6 @@ def _emitter_class() -> type:
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Spectrum(0.0)
 
-        def sampling_weight(self) -> float:
-            return 0.0
-
         def traverse(self, callback: Any) -> None:
             pass
 
@@ -199,8 +208,10 @@ def _integrator_class() -> type:
 
         def __init__(self, props: mi.Properties) -> None:
             mi.SamplingIntegrator.__init__(self, props)
-            nested = [props[name] for name in props.keys() if isinstance(props[name], mi.Integrator)]
+            nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
             depths = {name: props[name] for name in ("max_depth", "rr_depth") if name in props}
+            if len(nested) > 1 or (nested and depths):
+                raise ValueError("the integrator 'snow' has one integrator in it, or max_depth and rr_depth of its own")
             self.inner = nested[0] if nested else mi.load_dict({"type": "path", **depths})
             self.field = _Field(
                 unit_m=float(props.get("unit_m", 1.0)),
@@ -236,9 +247,6 @@ class _Field:
             raise ValueError(f"unit_m is {unit_m}, but must be above 0")
         self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
         self.gather_depth = gather_depth
-        # By shape: the mesh of the user, and the mesh that was set in its place.
-        self.meshes: dict[str, tuple[tuple[np.ndarray, np.ndarray], np.ndarray]] = {}
-        self.solved = ""
 
     def prepare(self, scene: Any) -> None:
         """Solves for the light, unless the scene is the one that was solved for."""
@@ -246,6 +254,9 @@ class _Field:
         snow = [shape for shape in scene.shapes() if type(shape.bsdf()).__name__ == "SnowSurface"]
         if not snow:
             return
+        for shape in scene.shapes():
+            if type(shape.emitter()).__name__ == "SnowLight" and shape not in snow:
+                raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
         for shape in snow:
             self._check(shape, parameters)
         document, files = self._description(scene, snow)
@@ -253,13 +264,13 @@ class _Field:
         digest = hashlib.sha256(text.encode())
         for name in sorted(files):
             digest.update(files[name])
-        if digest.hexdigest() == self.solved:
+        if all(shape.emitter().solved == digest.hexdigest() for shape in snow):
             return
-        objects = self._solve(text, files, [shape.id() for shape in scene.shapes()], document)
+        objects = self._solve(text, files, snow)
         for shape, baked in zip(snow, objects):
             self._put(shape, baked, parameters)
+            shape.emitter().solved = digest.hexdigest()
         parameters.update()
-        self.solved = digest.hexdigest()
 
     def _check(self, shape: Any, parameters: Any) -> None:
         name = shape.id()
@@ -274,19 +285,21 @@ class _Field:
         parameters = mi.traverse(shape)
         vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
         triangles = np.array(parameters["faces"]).reshape(-1, 3)
-        given, put = self.meshes.get(shape.id(), (None, None))
-        return given if put is not None and np.array_equal(put, vertices) else (vertices, triangles)
+        emitter = shape.emitter()
+        if type(emitter).__name__ == "SnowLight" and np.array_equal(emitter.put, vertices):
+            return emitter.given
+        return vertices, triangles
 
     def _description(self, scene: Any, snow: list[Any]) -> tuple[dict[str, Any], dict[str, bytes]]:
         files: dict[str, bytes] = {}
         materials: dict[str, Any] = {}
         # Snow comes first, so that its numbers are those of the baked objects.
         objects = []
-        for shape in [*snow, *(one for one in scene.shapes() if one not in snow)]:
+        for number, shape in enumerate([*snow, *(one for one in scene.shapes() if one not in snow)]):
             lamp = shape.emitter()
             if lamp is not None and type(lamp).__name__ != "SnowLight":
                 continue
-            one = self._object(shape, files)
+            one = self._object(shape, f"shape {number}.ply", files)
             if one is None:
                 continue
             bsdf = shape.bsdf()
@@ -295,7 +308,7 @@ class _Field:
                 materials[one["material"]] = {"type": "pca_snow", **bsdf.parameters}
                 one |= {"body": bsdf.body} if bsdf.body else {}
             else:
-                one["material"] = f"bsdf of {shape.id()}"
+                one["material"] = f"bsdf of shape {number}"
                 materials[one["material"]] = _diffuse(bsdf, one["material"], files)
             objects.append(one)
         document: dict[str, Any] = {
@@ -314,7 +327,7 @@ class _Field:
             raise ValueError("the scene has snow but no emitter to light it")
         return document, files
 
-    def _object(self, shape: Any, files: dict[str, bytes]) -> dict[str, Any] | None:
+    def _object(self, shape: Any, file: str, files: dict[str, bytes]) -> dict[str, Any] | None:
         name, parameters = shape.id(), mi.traverse(shape)
         if "vertex_positions" in parameters:
             vertices, triangles = self._mesh(shape)
@@ -329,7 +342,6 @@ class _Field:
             kind = shape.class_name()
             warnings.warn(f"shape '{name}' is a {kind}: it casts no shadow on snow and gives it no light", stacklevel=2)
             return None
-        file = f"{name}.ply"
         files[file] = _ply(np.asarray(vertices * self.unit_m, dtype="<f4"), triangles.astype(np.int64))
         return {"mesh": file, "up": "z"}
 
@@ -378,7 +390,8 @@ class _Field:
                 light["position"] = (center * self.unit_m).tolist()
             else:
                 center, sides = to_world[:3, 3], to_world[:3, :2]
-                normal = np.cross(sides[:, 0], sides[:, 1])
+                # Transforms may mirror, and normals may be flipped.
+                normal = np.array(shape.sample_position(0.0, mi.Point2f(0.5, 0.5)).n, dtype=float).ravel()
                 light |= {"type": "rectangle", "size": (2 * self.unit_m * np.linalg.norm(sides, axis=0)).tolist()}
                 light |= {"position": (center * self.unit_m).tolist(), "up": sides[:, 1].tolist()}
                 light["look_at"] = (center * self.unit_m + _unit(normal)).tolist()
@@ -391,18 +404,15 @@ class _Field:
         if power > 0:
             document["light"].append(light)
 
-    def _solve(
-        self, text: str, files: dict[str, bytes], names: list[str], document: dict[str, Any]
-    ) -> list[dict[str, Any]]:
+    def _solve(self, text: str, files: dict[str, bytes], snow: list[Any]) -> list[dict[str, Any]]:
         content = {"spectrum": True, "is_total": True, "reflection": True}
         try:
             scene = _native.Scene.from_json(text, files, ".")
             return scene.bake(_table(None), self.step_mm, content, None, None)[1:]
         except ValueError as error:
             reason = str(error)
-            for number, one in enumerate(document["object"]):
-                shape = one.get("mesh", "").removesuffix(".ply")
-                reason = reason.replace(f"object[{number}]", f"shape '{shape}'")
+            for number, shape in enumerate(snow):
+                reason = reason.replace(f"object[{number}]", f"shape '{shape.id()}'")
             raise ValueError(reason) from None
 
     def _put(self, shape: Any, one: dict[str, Any], parameters: Any) -> None:
@@ -426,10 +436,10 @@ class _Field:
                 parameters[here] = kind(array.ravel())
         parameters.update()
         flux = baked.flux[0].astype(float)
-        for number in (0, 1):
-            attribute = f"vertex_snow_{number}"
-            if name in self.meshes and (number == 0 or _is_spectral()):
-                shape.remove_attribute(attribute)
+        emitter = shape.emitter()
+        if emitter.escape is not None:
+            for number in range(2 if _is_spectral() else 1):
+                shape.remove_attribute(f"vertex_snow_{number}")
         if _is_spectral():
             _, _, rows = np.linalg.svd(flux, full_matrices=False)
             basis = rows[:COMPONENTS]
@@ -439,9 +449,9 @@ class _Field:
         else:
             basis = None
             shape.add_attribute("vertex_snow_0", 3, _rgb(flux).astype(np.float32).ravel())
-        shape.emitter().set_light(baked.escape_polynomial, basis)
+        emitter.set_light(baked.escape_polynomial, basis)
         shape.bsdf().set_reflection(one["reflection"])
-        self.meshes[name] = (given, np.array(parameters[f"{name}.vertex_positions"]).reshape(-1, 3))
+        emitter.given, emitter.put = given, np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
 
 
 def _is_spectral() -> bool:
@@ -498,7 +508,16 @@ def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
     interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
     interaction.wi = mi.Vector3f(0, 0, 1)
     interaction.uv = mi.Point2f(0.5, 0.5)
-    values = np.clip(np.array(_first(bsdf.eval_diffuse_reflectance(interaction)), dtype=float), 0.0, 1.0)
+    values = np.array(_first(bsdf.eval_diffuse_reflectance(interaction)), dtype=float)
+    if not ((values >= 0) & (values <= 1)).all():
+        raise ValueError(f"the {bsdf.class_name()} of a shape reflects {values.max():g}, but must reflect 0 to 1")
+    flags = bsdf.flags()
+    is_uniform = not mi.has_flag(flags, mi.BSDFFlags.SpatiallyVarying)
+    if not (mi.has_flag(flags, mi.BSDFFlags.DiffuseReflection) and is_uniform):
+        warnings.warn(
+            f"a {bsdf.class_name()} gives light to snow as a diffuse surface with the reflectance at its middle",
+            stacklevel=2,
+        )
     if _is_spectral():
         file = f"{name}.csv"
         rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values.reshape(-1)))
@@ -521,5 +540,7 @@ def _sphere(to_world: np.ndarray) -> tuple[np.ndarray, float]:
 
 if mi.variant() is None:
     raise ImportError("choose a variant before importing snowblue.mitsuba: mitsuba.set_variant('llvm_ad_rgb')")
+if any(word in mi.variant() for word in UNSUPPORTED):
+    raise ImportError(f"the variant {mi.variant()} has no snow; there are scalar_rgb, llvm_ad_rgb and llvm_ad_spectral")
 mi.detail.add_variant_callback(lambda old, new: _register())
 _register()

@@ -40,7 +40,7 @@ fn scene(text: &str) -> Scene {
 }
 
 fn baked(scene: &Scene, step_m: f64, channels: Channels) -> BakedScene {
-    bake(scene, BakeOptions { step_m: Some(step_m), channels }, &|_, _| {}).unwrap()
+    bake(scene, BakeOptions { step_m: Some(step_m), channels, is_total: false }, &|_, _| {}).unwrap()
 }
 
 fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
