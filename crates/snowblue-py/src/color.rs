@@ -33,6 +33,7 @@ pub(crate) fn colors<'py>(
     exposure: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let colorimeter = light.colorimeter(&wavelengths_nm)?;
+    check_finite(values.as_slice()?, exposure)?;
     let xyz: Vec<_> =
         values.as_slice()?.chunks_exact(wavelengths_nm.len()).map(|spectrum| colorimeter.xyz(spectrum)).collect();
     let lab: Vec<_> = xyz.iter().map(|xyz| Lab::from_xyz(*xyz, colorimeter.white())).collect();
@@ -49,6 +50,18 @@ pub(crate) fn colors<'py>(
     let hex = |rgb: &LinearRgb| Srgb8::encode((*rgb * exposed).displayable()).to_string();
     dict.set_item("hex", rgb.iter().map(hex).collect::<Vec<_>>())?;
     Ok(dict)
+}
+
+fn check_finite(values: &[f64], exposure_stops: Option<f64>) -> PyResult<()> {
+    if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+        return Err(input(format!("the spectrum has the value {value}, but must be finite")));
+    }
+    match exposure_stops {
+        Some(stops) if !(-100.0..=100.0).contains(&stops) => {
+            Err(input(format!("exposure is {stops} stops, but must lie in -100 to 100 stops")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What `match_color` may not change.
@@ -141,6 +154,7 @@ pub(crate) fn draw_swatches<'py>(
     colors: PyReadonlyArray1<'py, f64>,
     sheet: Sheet,
 ) -> PyResult<(Bound<'py, PyArray1<u8>>, u32, u32, f64)> {
+    check_finite(colors.as_slice()?, sheet.exposure)?;
     let colours: Vec<LinearRgb> =
         colors.as_slice()?.as_chunks().0.iter().map(|&[r, g, b]| LinearRgb { r, g, b }).collect();
     let exposure = sheet.exposure.map_or_else(|| automatic_exposure(&colours), factor);

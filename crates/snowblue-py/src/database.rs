@@ -22,6 +22,10 @@ use snowblue_transport::slab::Incidence;
 use crate::arguments::{Angle, Ordinates};
 use crate::work::{failure, input, run};
 
+/// Rays of the tally of a table.
+const TALLY_RANGE: ParameterRange =
+    ParameterRange { quantity: "number of tally rays", least: 1024.0, greatest: 1_048_576.0, unit: "" };
+
 /// A table of curves, full or compressed.
 #[pyclass(frozen, module = "snowblue._native")]
 pub(crate) struct Table(Arc<AnyTable>);
@@ -110,6 +114,11 @@ impl Table {
     fn compress(&self, py: Python<'_>, compression: Compression) -> PyResult<Self> {
         let table = Arc::clone(&self.0);
         let space = compression.space()?;
+        for limit in [compression.max_delta_e, compression.max_rmse].into_iter().flatten() {
+            if limit.is_nan() || limit <= 0.0 {
+                return Err(input(format!("a greatest error is {limit}, but must be above 0")));
+            }
+        }
         let illuminants = compression.illuminants()?;
         let compressed = run(py, None, move |_| {
             let full = full(&table)?;
@@ -374,6 +383,7 @@ impl GivenAxes {
 
 impl Filling {
     fn options(&self) -> PyResult<FillOptions> {
+        TALLY_RANGE.check(self.tally_rays.into()).map_err(input)?;
         let ordinates = self.ordinates.options()?;
         let engine = match self.rays {
             Some(rays) => Engine::MonteCarlo { rays },

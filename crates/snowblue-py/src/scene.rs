@@ -21,6 +21,7 @@ use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
 
 use snowblue_transport::ordinates::HalfSpace;
+use snowblue_transport::range::ParameterRange;
 
 use crate::database::Table;
 use crate::work::{failure, input, run};
@@ -43,6 +44,9 @@ pub(crate) struct Content {
     /// The table of the reflection function.
     reflection: bool,
 }
+
+/// Greatest length of an edge of a baked mesh.
+const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
 
 /// Steps of the square roots of the cosines, and of the azimuth, in the table of the reflection function.
 const COSINE_STEPS: u32 = 32;
@@ -106,7 +110,7 @@ impl Scene {
         self.description.to_toml()
     }
 
-    /// Renders the scene: its channels, width and height, and the factor of its exposure. Writes them to `output` too,
+    /// Renders the scene: its channels, width and height, and its exposure in stops. Writes them to `output` too,
     /// a PNG or an OpenEXR file.
     #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn render<'py>(
@@ -170,6 +174,9 @@ impl Scene {
             channels: if content.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: content.is_total,
         };
+        if let Some(step_mm) = step_mm {
+            STEP_RANGE.check(step_mm).map_err(input)?;
+        }
         let build = self.builder(table)?;
         let (baked, provenance) = run(py, progress.as_ref(), move |control| {
             let Built { scene, provenance } = build()?;

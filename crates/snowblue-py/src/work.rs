@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -52,6 +52,7 @@ pub(crate) fn run<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
+    check_process()?;
     let control = Arc::new(Control::default());
     let (sender, receiver) = channel();
     // The lock makes the receiver shareable; nobody else takes it.
@@ -77,6 +78,18 @@ pub(crate) fn run<T: Send + 'static>(
             }
         }
     }
+}
+
+/// A forked process lacks the threads of its parent, and would wait for them for ever.
+fn check_process() -> PyResult<()> {
+    static FIRST: OnceLock<u32> = OnceLock::new();
+    if *FIRST.get_or_init(std::process::id) == std::process::id() {
+        return Ok(());
+    }
+    Err(PyRuntimeError::new_err(
+        "snowblue was used before this process was forked: start processes by 'spawn' \
+         (multiprocessing.get_context('spawn'))",
+    ))
 }
 
 fn report(progress: Option<&Bound<'_, PyAny>>, control: &Control) -> PyResult<()> {

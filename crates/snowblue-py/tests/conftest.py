@@ -6,9 +6,12 @@ import subprocess
 from pathlib import Path
 
 import matplotlib
+import mitsuba
 import pytest
 
 matplotlib.use("Agg")
+# The plug-ins are imported with the doctests.
+mitsuba.set_variant("llvm_ad_rgb")
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 

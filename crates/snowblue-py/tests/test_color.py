@@ -29,6 +29,10 @@ def test_colours_of_a_given_spectrum_have_its_axes():
     with pytest.raises(ValueError, match="illuminant"):
         snowblue.color(illuminant="D99")
     assert "D65" in snowblue.illuminants()
+    with pytest.raises(ValueError, match="the value NaN, but must be finite"):
+        snowblue.color(curves.transmittance * np.nan)
+    with pytest.raises(ValueError, match="exposure is NaN stops"):
+        snowblue.color(exposure_stops=np.nan)
 
 
 def test_matches_are_those_of_the_command(command):

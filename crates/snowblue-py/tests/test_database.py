@@ -64,6 +64,8 @@ def test_bad_tables_and_look_ups_are_named(tmp_path):
         table.look_up(thickness_cm=5, grain_size_um=2000)
     with pytest.raises(ValueError, match="'tea' is not known"):
         table.look_up(thickness_cm=5, tea=1)
+    with pytest.raises(ValueError, match="number of tally rays is 0, but must lie in 1024"):
+        snowblue.Database.build(tally_rays=0)
     with pytest.raises(ValueError, match="preset"):
         snowblue.Database.build(preset="snow")
 
@@ -81,5 +83,9 @@ def test_albedo_is_inverted_within_its_standard_errors():
         snowblue.invert([0.9, 0.8])
     with pytest.raises(ValueError, match="shape"):
         snowblue.invert([0.9, 0.8], [400])
+    with pytest.raises(ValueError, match="2 wavelengths for 2 parameters"):
+        snowblue.invert([0.9, 0.8], [400, 500])
+    with pytest.raises(ValueError, match="the albedo is -0.5 to 0.9"):
+        snowblue.invert([0.9, 0.8, -0.5], [400, 500, 600])
     with pytest.raises(ValueError, match="above 0"):
         snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)

@@ -105,6 +105,10 @@ def test_bad_scenes_are_named(tmp_path, repository):
         block().render(aovs=["depth"])
     with pytest.raises(ValueError, match="must end in .png or .exr"):
         block().render(output=tmp_path / "picture.jpg")
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        block().render(output=tmp_path / "missing" / "picture.png")
+    with pytest.raises(ValueError, match="step is NaN mm, but must lie in 0.01–100000 mm"):
+        block().bake(step_mm=float("nan"))
     with pytest.raises(ValueError, match="must end in .glb or .ply"):
         block().bake(output=tmp_path / "snow.obj")
     opened = snowblue.Scene(camera=CAMERA, material=SNOW, light=[LAMP],

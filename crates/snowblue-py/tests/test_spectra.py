@@ -1,6 +1,8 @@
 """Spectra: the command's figures, axes and units, and two other models."""
 
 import importlib.util
+import multiprocessing
+import os
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -81,6 +83,29 @@ def test_data_arrays_that_share_an_axis_are_paired():
         snowblue.spectrum(grain_size_um=sites, density_kg_m3=xr.DataArray([1.0, 2.0, 3.0], dims="site"))
 
 
+def test_arrays_with_other_labels_are_refused():
+    sizes = xr.DataArray([200.0, 800.0], dims="site", coords={"site": ["ridge", "valley"]})
+    densities = xr.DataArray([450.0, 150.0], dims="site", coords={"site": ["valley", "ridge"]})
+    with pytest.raises(ValueError, match="'site' has other labels"):
+        snowblue.spectrum(grain_size_um=sizes, density_kg_m3=densities)
+
+
+def test_a_forked_process_is_told_to_be_spawned():
+    snowblue.spectrum(thickness_cm=1, wavelength_nm=500)
+    done = multiprocessing.get_context("fork").Process(target=_in_child)
+    done.start()
+    done.join(60)
+    assert done.exitcode == 0
+
+
+def _in_child():
+    try:
+        snowblue.spectrum(thickness_cm=2, wavelength_nm=500)
+    except RuntimeError as error:
+        os._exit(0 if "spawn" in str(error) else 1)
+    os._exit(2)
+
+
 def test_energy_is_conserved_and_errors_may_be_left_out():
     with_errors = snowblue.spectrum(thickness_cm=[1, 10])
     total = with_errors.reflectance + with_errors.transmittance + with_errors.absorptance
@@ -123,7 +148,11 @@ def test_results_are_at_home_in_xarray_pandas_and_matplotlib(tmp_path):
     ({"streams": 7}, "streams are 7"),
     ({"streams": "many"}, "neither a number of streams"),
     ({"engine": "voxels"}, "there are ordinates, montecarlo"),
-    ({"engine": "montecarlo", "rays": 1}, "rays"),
+    ({"engine": "montecarlo", "rays": 1}, "rays is 1, but must be at least 2"),
+    ({"seed": -1}, "seed is -1, but must be at least 0"),
+    ({"grain_size_um": []}, "grain_size has no values"),
+    ({"density_kg_m3": xr.DataArray([100.0, 200.0], dims="thickness")}, "'thickness', which belongs to the results"),
+    ({"thickness_cm": xr.DataArray([1.0, 2.0], dims="site")}, "can only be an axis of its own"),
 ])
 def test_bad_input_is_named(keywords, words):
     with pytest.raises(ValueError, match=words):

@@ -70,6 +70,9 @@ SNOW = {
     "ice": Quantity("ice", long_name="table of ice"),
 }
 
+RESERVED = ("thickness", "angle", "wavelength", "illuminant", "depth")
+"""Dimensions of results that snow cannot have."""
+
 THICKNESS = Quantity("thickness", "cm")
 ANGLE = Quantity("angle", "degree", "angle of incidence")
 WAVELENGTH = Quantity("wavelength", "nm")
@@ -121,6 +124,11 @@ def snows(given: Mapping[str, Any]) -> Snows:
                 f"{quantity.name} has {array.ndim} dimensions, but must have 1; an xarray.DataArray may have several"
             )
         for dim, size in zip(dims, array.shape):
+            if dim in RESERVED:
+                raise ValueError(f"{quantity.name} has a dimension '{dim}', which belongs to the results")
+            if size == 0:
+                raise ValueError(f"{quantity.name} has no values")
+            _check_labels(dim, getattr(value, "coords", {}), result.coords)
             if dim not in result.dims:
                 result.dims.append(dim)
                 result.shape.append(size)
@@ -139,6 +147,12 @@ def snows(given: Mapping[str, Any]) -> Snows:
     common = resolved[0].items()
     result.attrs = {name: value for name, value in common if all(one.get(name) == value for one in resolved)}
     return result
+
+
+def _check_labels(dim: str, coords: Mapping[str, Any], known: Mapping[str, Any]) -> None:
+    """Arrays that share an axis are paired by position: their labels must agree."""
+    if dim in coords and dim in known and not np.array_equal(np.asarray(coords[dim]), np.asarray(known[dim])):
+        raise ValueError(f"the axis '{dim}' has other labels in one array than in another: align them first")
 
 
 def one_snow(given: Mapping[str, Any]) -> Snows:
@@ -161,8 +175,20 @@ def _plain(value: Any) -> Any:
     return [float(one) for one in value] if isinstance(value, tuple) else float(value)
 
 
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number."""
+    if not isinstance(value, (int, np.integer)) and value != int(value):
+        raise ValueError(f"{name} is {value}, but must be a whole number")
+    if value < least:
+        raise ValueError(f"{name} is {value}, but must be at least {least}")
+    return int(value)
+
+
 def numbers(quantity: Quantity, value: Any) -> list[float]:
     """The values of a one-dimensional axis."""
+    dims = getattr(value, "dims", (quantity.name,))
+    if dims and dims != (quantity.name,):
+        raise ValueError(f"{quantity.name} is an array over '{dims[0]}', but can only be an axis of its own")
     array = np.atleast_1d(np.asarray(value, dtype=float))
     if array.ndim != 1:
         raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
@@ -191,7 +217,8 @@ def wavelength_coordinate(wavelengths_nm: list[float]) -> tuple[str, list[float]
 
 def ordinates(streams: int | str = "auto", seed: int = 1) -> dict[str, Any]:
     """Options of the discrete ordinates."""
-    return {"streams": streams, "seed": seed}
+    plain = streams if isinstance(streams, str) else whole("streams", streams)
+    return {"streams": plain, "seed": whole("seed", seed)}
 
 
 def attributes(**made: Any) -> dict[str, Any]:

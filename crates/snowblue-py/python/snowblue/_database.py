@@ -20,6 +20,7 @@ from snowblue._arguments import (
     numbers,
     ordinates,
     wavelength_coordinate,
+    whole,
 )
 from snowblue._progress import Progress, reporting
 
@@ -85,8 +86,8 @@ class Database:
         }
         filling = {
             "ordinates": ordinates(streams, seed),
-            "tally_rays": tally_rays,
-            "rays": rays if engine == "montecarlo" else None,
+            "tally_rays": whole("tally_rays", tally_rays),
+            "rays": whole("rays", rays, 2) if engine == "montecarlo" else None,
             "ice": ice,
         }
         with reporting(progress, "steps") as report:
@@ -195,7 +196,7 @@ class Database:
         """The errors of 1 to `components` principal components over all curves of a full table."""
         import xarray as xr
 
-        rows = self._table.fidelity(space, components, illuminant)
+        rows = self._table.fidelity(space, whole("components", components, 1), illuminant)
         names = [name for name in rows[0] if name not in ("quantity", "components")]
         values = {name: np.array([row[name] for row in rows]).reshape(2, components) for name in names}
         coords = {"quantity": ["transmittance", "reflectance"], "components": np.arange(1, components + 1)}

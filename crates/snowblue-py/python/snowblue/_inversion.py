@@ -37,7 +37,7 @@ def invert(
         Albedo at each wavelength; an `xarray.DataArray` with a dimension `wavelength` (nm) needs no `wavelength_nm`.
     wavelength_nm : array, 305 to 1495
     standard_deviation : float or array
-        Standard deviation of the albedo.
+        Standard deviation of the albedo. A parameter at an end of its range has the standard error 0.
     thickness_cm, ground_albedo : float
         The thickness of the snow, and the albedo of the ground below.
     free_scale : bool
@@ -77,6 +77,13 @@ def invert(
     deviations = np.broadcast_to(np.asarray(standard_deviation, dtype=float), values.shape)
     if not (np.isfinite(values).all() and (deviations > 0).all() and np.isfinite(deviations).all()):
         raise ValueError("the albedo must be finite, and its standard deviation finite and above 0")
+    if values.min() < 0 or values.max() > 1.5:
+        raise ValueError(f"the albedo is {values.min():g} to {values.max():g}, but must lie in 0–1.5")
+    parameters = 3 if free_scale else 2
+    if len(values) <= parameters:
+        raise ValueError(f"there are {len(values)} wavelengths for {parameters} parameters: give more")
+    if not thickness_cm > 0:
+        raise ValueError(f"thickness is {thickness_cm} cm, but must be above 0 cm")
     given = one_snow(snow)
     measured = {
         "wavelength_nm": wavelengths_nm,
@@ -100,4 +107,7 @@ def invert(
         variables[name] = ((), value, {"units": units.get(plain, "1")})
     coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
     made = {"thickness_cm": float(thickness_cm), "ground_albedo": float(ground_albedo), "seed": seed}
-    return xr.Dataset(variables, coords, attributes(**given.attrs, **made))
+    made["free_scale"] = int(free_scale)
+    found = ("grain_size_um", "size_measure", "black_carbon_ng_g")
+    kept = {name: value for name, value in given.attrs.items() if name not in found}
+    return xr.Dataset(variables, coords, attributes(**kept, **made))

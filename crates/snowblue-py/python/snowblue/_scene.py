@@ -146,7 +146,7 @@ class Scene:
                 "seed": seed,
             },
         )
-        target = None if output is None else fspath(output)
+        target = _target(output)
         with reporting(progress, "samples") as report:
             rendered = changed.render(_table(database), ",".join(["rgb", *aovs]), target, report)
         return _picture(rendered)
@@ -178,7 +178,7 @@ class Scene:
             A .glb or .ply file to write too.
         progress : bool or callable, optional
         """
-        target = None if output is None else fspath(output)
+        target = _target(output)
         if target is not None and Path(target).suffix.lower() not in (".glb", ".ply"):
             raise ValueError(f"{target}: the baked snow must end in .glb or .ply")
         if target is not None and spectrum and Path(target).suffix.lower() == ".glb":
@@ -239,6 +239,13 @@ class Bake:
     provenance: str
 
 
+def _target(output: str | PathLike[str] | None) -> str | None:
+    """The path of a file to write after long work."""
+    if output is not None and not Path(output).parent.is_dir():
+        raise FileNotFoundError(f"{fspath(output)}: there is no such folder")
+    return None if output is None else fspath(output)
+
+
 def _table(database: Database | None) -> _native.Table:
     return (database or Database.embedded())._table
 
@@ -254,7 +261,8 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
         group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]
         groups.setdefault(group, []).append(name)
     last = {"rgb": "channel", "variance": "channel", "albedo": "channel", "normal": "axis", "spectrum": "wavelength"}
-    units = {"rgb": "W m-2 sr-1", "spectrum": "W m-2 sr-1 nm-1", "thickness": "m", "angle": "degree"}
+    units = {"rgb": "W m-2 sr-1", "variance": "W2 m-4 sr-2", "spectrum": "W m-2 sr-1 nm-1"}
+    units |= {"thickness": "m", "angle": "degree"}
     coords: dict[str, Any] = {
         "y": ("y", np.arange(height)[::-1], {"long_name": "rows from the bottom"}),
         "x": ("x", np.arange(width), {"long_name": "columns from the left"}),

@@ -23,6 +23,7 @@ from snowblue._arguments import (
     ordinates,
     snows,
     wavelength_coordinate,
+    whole,
 )
 from snowblue._progress import Progress, reporting
 
@@ -236,9 +237,11 @@ def bsdf(
     [angle] = angles(angle_deg)
     wavelengths_nm = numbers(WAVELENGTH, list(wavelength_nm) if isinstance(wavelength_nm, tuple) else wavelength_nm)
     sectors = sectors if sectors is not None else 1 if angle in (0.0, "diffuse") else 12
+    rings, sectors = whole("rings", rings, 1), whole("sectors", sectors, 1)
+    counts = (whole("rays", rays, 2), whole("seed", seed))
     with reporting(progress, "rays") as report:
         arrays = _native.bsdf(
-            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), (rays, seed), (rings, sectors), report
+            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), counts, (rings, sectors), report
         )
     patches = {name: arrays.pop(name).reshape(rings, sectors) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
@@ -308,7 +311,7 @@ def _engine(
         raise ValueError(f"engine '{engine}' is not known; there are ordinates, montecarlo")
     return {
         "ordinates": ordinates(streams, seed),
-        "rays": rays if engine == "montecarlo" else None,
+        "rays": whole("rays", rays, 2) if engine == "montecarlo" else None,
         "per_wavelength": per_wavelength,
         "standard_errors": standard_errors,
     }
