@@ -11,6 +11,7 @@ use all cores; the environment variable RAYON_NUM_THREADS limits them. The same 
 """
 
 from snowblue._native import __version__, illuminants
+from snowblue._arguments import Snow
 from snowblue._color import color, match, swatch
 from snowblue._database import Database
 from snowblue._inversion import invert
@@ -22,6 +23,7 @@ __all__ = [
     "BakedObject",
     "Database",
     "Scene",
+    "Snow",
     "__version__",
     "bsdf",
     "color",

@@ -16,30 +16,33 @@ DIFFUSE_DEG = -1.0
 
 
 class Snow(TypedDict, total=False):
-    """What is known of a snow. Quantities that are missing have defaults."""
+    """What is known of a snow. Quantities that are missing have defaults.
+
+    - `snow`: kind: fresh, rounded, faceted, wind-packed, melt-forms or firn; sets surface area and density by default
+    - `grain_size_um`: a mean, for the range mean ± 50 (70 to 4950), or a tuple of both ends (20 to 5000); 400
+    - `size_measure`: what a grain size measures: greatest-extension, volume-diameter or optical-diameter
+    - `ssa_m2_kg`: specific surface area instead of a grain size (1.4 to 300)
+    - `facetness`: roughness: a mean (0 to 1), or a tuple of min, max, mean and standard deviation; 0.3
+    - `sphericity`: Riley sphericity: one value (0.5 to 1), or a tuple as for facetness; (0.7, 0.9, 0.8, 0.1)
+    - `density_kg_m3`: density of the dry snow (10 to 900); 300
+    - `water_saturation`: fraction of the pore volume that is water (0 to 1), for 300 to 1400 nm; 0
+    - `impurities_ng_g`: a dictionary of mass fractions of black-carbon, brown-carbon, saharan-dust, colorado-dust and
+      snow-algae, for 305 to 1495 nm; none
+    - `temperature_c`: temperature (-60 to 0), which changes the density of ice only; -5
+    - `ice`: absorption of ice: warren2008 or picard2016; warren2008
+    """
 
     snow: Any
-    """Kind: fresh, rounded, faceted, wind-packed, melt-forms or firn; sets surface area and density by default."""
     grain_size_um: Any
-    """A mean, for the range mean ± 50 (70 to 4950), or a tuple of both ends (20 to 5000). Default: 400."""
     size_measure: Any
-    """What a grain size measures: greatest-extension, volume-diameter or optical-diameter."""
     ssa_m2_kg: Any
-    """Specific surface area instead of a grain size (1.4 to 300)."""
     facetness: Any
-    """Roughness: a mean (0 to 1), or a tuple of min, max, mean and standard deviation. Default: 0.3."""
     sphericity: Any
-    """Riley sphericity: one value (0.5 to 1), or a tuple as for facetness. Default: (0.7, 0.9, 0.8, 0.1)."""
     density_kg_m3: Any
-    """Density of the dry snow (10 to 900). Default: 300."""
     water_saturation: Any
-    """Fraction of the pore volume that is water (0 to 1); for 300 to 1400 nm. Default: 0."""
     impurities_ng_g: Mapping[str, Any]
-    """Mass fractions of black-carbon, brown-carbon, saharan-dust, colorado-dust and snow-algae; for 305 to 1495 nm."""
     temperature_c: Any
-    """Temperature (-60 to 0); changes the density of ice only. Default: -5."""
     ice: Any
-    """Absorption of ice: warren2008 (default) or picard2016."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+BLOCK = 10
+"""Neighbouring wavelengths whose errors may correlate; fewer than 4 blocks have no scatter that says something."""
+
+
 def invert(
     albedo: Any,
     wavelength_nm: Any = None,
@@ -51,7 +55,8 @@ def invert(
     -------
     xarray.Dataset
         `ssa` (m²/kg), `black_carbon` (ng/g) and `scale` with two standard errors: `_se` for errors that are independent
-        at all wavelengths, `_block_se` for errors that correlate over 10 neighbouring wavelengths; the measured and
+        at all wavelengths, `_block_se` for errors that correlate over 10 neighbouring wavelengths in the order given,
+        which needs more than 30 (NaN) and is itself uncertain with fewer than some 100; the measured and
         the fitted albedo; chi² per degree of freedom, and the correlation of surface area and black carbon.
 
     Examples
@@ -97,6 +102,9 @@ def invert(
         "free_scale": free_scale,
     }
     fit = _native.invert(measured, pack, ordinates(streams, seed))
+    if len(values) <= 3 * BLOCK:
+        for name in ("ssa", "black_carbon", "scale"):
+            fit[f"{name}_block_se"] = float("nan")
     units = {"ssa": "m2 kg-1", "black_carbon": "ng g-1"}
     variables: dict[str, Any] = {
         "albedo": ("wavelength", values, {"units": "1", "long_name": "measured albedo"}),

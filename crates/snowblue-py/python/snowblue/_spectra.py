@@ -39,7 +39,7 @@ LONG_NAMES = {
     "down": "downward flux per incident flux",
     "up": "upward flux per incident flux",
     "net": "net downward flux per incident flux",
-    "e_folding_depth": "e-folding depth of the net flux",
+    "e_folding_depth": "e-folding depth of light deep in snow like that of the layer",
     "extinction": "extinction coefficient",
     "coalbedo": "single-scattering co-albedo",
     "asymmetry": "asymmetry parameter",
@@ -141,8 +141,8 @@ def layers(
         Each has `thickness_cm`, and arguments of :class:`Snow`.
     ground_albedo : float, 0 to 1
     depth_cm : array
-        Depths at which the fluxes `down`, `up` and `net` and the e-folding depth of `net` are computed; by discrete
-        ordinates only.
+        Depths at which the fluxes `down`, `up` and `net` are computed, by discrete ordinates only. `e_folding_depth` is
+        that of light deep in snow like that of the layer, far from all faces.
     angle_deg, wavelength_nm, engine, streams, rays, seed, progress
         As in :func:`spectrum`.
 

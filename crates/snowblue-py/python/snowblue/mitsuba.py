@@ -69,7 +69,9 @@ def _unsolved() -> float:
     """The light of snow before it is solved for. Compiled variants evaluate the plug-ins of all scenes that exist, so
     that an exception here would concern scenes that are not rendered."""
     warnings.warn(
-        "some snow has no light: only the integrator 'snow' renders it; with another its pixels are NaN", stacklevel=2
+        "some snow is not solved for: only the integrator 'snow' renders it, with another its pixels are NaN; snow of "
+        "other scenes, which are not rendered now, is no matter",
+        stacklevel=2,
     )
     return float("nan")
 
@@ -252,11 +254,11 @@ class _Field:
         """Solves for the light, unless the scene is the one that was solved for."""
         parameters = mi.traverse(scene)
         snow = [shape for shape in scene.shapes() if type(shape.bsdf()).__name__ == "SnowSurface"]
-        if not snow:
-            return
         for shape in scene.shapes():
             if type(shape.emitter()).__name__ == "SnowLight" and shape not in snow:
                 raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
+        if not snow:
+            return
         for shape in snow:
             self._check(shape, parameters)
         document, files = self._description(scene, snow)
@@ -469,7 +471,7 @@ def _spectrum(values: Any) -> np.ndarray:
     """Light at 31 wavelengths: in RGB variants relative to D65, by bands."""
     array = np.array(values, dtype=float)
     if _is_spectral():
-        return array.reshape(-1)[: len(VISIBLE_NM)]
+        return np.broadcast_to(array.reshape(-1), VISIBLE_NM.shape)
     red, green, blue = np.broadcast_to(array.reshape(-1), 3) if array.size == 1 else array.reshape(3, -1)[:, 0]
     low, high = (np.clip((VISIBLE_NM - edge) / BAND_OVERLAP_NM + 0.5, 0.0, 1.0) for edge in BAND_EDGES_NM)
     return blue * (1 - low) + green * (low - high) + red * high
@@ -520,7 +522,9 @@ def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
         )
     if _is_spectral():
         file = f"{name}.csv"
-        rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values.reshape(-1)))
+        # A uniform reflectance has one value.
+        values = np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape)
+        rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values))
         files[file] = ("wavelength_nm,value\n" + rows).encode()
         return {"type": "diffuse", "reflectance_spectrum": file}
     return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist()}
