@@ -40,6 +40,14 @@ impl Srgb8 {
     }
 }
 
+impl LinearRgb {
+    /// The colour, mapped into the gamut of sRGB, as `#rrggbb`.
+    #[must_use]
+    pub fn display_hex(self) -> String {
+        Srgb8::encode(self.displayable()).to_string()
+    }
+}
+
 impl fmt::Display for Srgb8 {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.pad(&format!("#{:02x}{:02x}{:02x}", self.r, self.g, self.b))

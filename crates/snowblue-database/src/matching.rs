@@ -10,6 +10,8 @@
 //! alike. It scans the range, then repeatedly the interval around the best value. All light is solved by discrete
 //! ordinates, with one grain tally for all samples.
 
+use std::fmt;
+
 use rayon::prelude::*;
 use snowblue_color::{ColorDifference, Colorimeter, Lab, Xyz, difference::MIDDLE_GREY};
 use snowblue_transport::ordinates::{OrdinatesOptions, Peak};
@@ -138,7 +140,12 @@ impl Match {
     pub fn deviation(&self, target: &Target) -> Deviation {
         let lab = |color: Xyz| Lab::from_xyz(color.with_luminance(MIDDLE_GREY), target.white);
         let (wanted, found) = (lab(target.color), lab(self.light));
-        Deviation { word: direction(wanted, found), delta_a: wanted.a - found.a, delta_b: wanted.b - found.b }
+        Deviation {
+            word: direction(wanted, found),
+            distance: self.difference.at_middle_grey,
+            delta_a: wanted.a - found.a,
+            delta_b: wanted.b - found.b,
+        }
     }
 }
 
@@ -147,10 +154,24 @@ impl Match {
 pub struct Deviation {
     /// What the target is in comparison, such as "redder".
     pub word: &'static str,
+    /// ΔE*ab.
+    pub distance: f64,
     /// Δa*.
     pub delta_a: f64,
     /// Δb*.
     pub delta_b: f64,
+}
+
+/// Formats as "redder than the closest light, at a distance of …".
+impl fmt::Display for Deviation {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { word, distance, delta_a, delta_b } = self;
+        write!(
+            out,
+            "{word} than the closest light, at a distance of ΔE*ab {distance:.1} at L* = 50 (a* {delta_a:+.1}, \
+             b* {delta_b:+.1})"
+        )
+    }
 }
 
 /// CIELAB hue angles of daylight through snow, with a margin, in degrees: cyan to blue.

@@ -150,7 +150,7 @@ fn colours_that_no_snow_has_are_out_of_reach() {
     for (color, word) in words {
         let color = hex(color);
         let nearest = closest(color, Illuminant::D65, &default_problem(&[THICKNESS])).unwrap()[0];
-        let Deviation { word: direction, delta_a: a, delta_b: b } = nearest.deviation(&target(color, &colorimeter));
+        let Deviation { word: direction, delta_a: a, delta_b: b, .. } = nearest.deviation(&target(color, &colorimeter));
         assert!(!nearest.within_reach() && direction.contains(word), "{word}: {direction} {a} {b} {nearest:?}");
         // Both are at L* = 50, so they differ only in a* and b*.
         assert!((a.hypot(b) / nearest.difference.at_middle_grey - 1.0).abs() < 1e-9);

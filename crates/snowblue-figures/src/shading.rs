@@ -1,6 +1,6 @@
 //! Colours of the light behind snow: wavelengths, observers, exposures and textured swatches.
 
-use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Srgb8, Xyz};
+use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 use snowblue_render::film::image_file;
 use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{RenderError, swatch};
@@ -21,11 +21,6 @@ pub(crate) fn daylight(wavelengths_nm: &[f64]) -> Result<Colorimeter, ColorError
 /// The CIE 1931 observer under an illuminant.
 pub(crate) fn under(illuminant: Illuminant, wavelengths_nm: &[f64]) -> Result<Colorimeter, ColorError> {
     Colorimeter::new(Observer::Cie1931, illuminant, wavelengths_nm)
-}
-
-/// A colour, mapped into the gamut of sRGB, as `#rrggbb`.
-pub fn display_hex(colour: LinearRgb) -> String {
-    Srgb8::encode(colour.displayable()).to_string()
 }
 
 /// A swatch of a light times a factor, with the grey texture of snow, as the bytes of a PNG file.

@@ -8,8 +8,9 @@ use pyo3::types::PyDict;
 use snowblue_color::exposure::{AutoExposure, factor};
 use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
 use snowblue_database::Interval;
-use snowblue_database::matching::{self, Deviation, Given, Match, Problem, Target};
+use snowblue_database::matching::{self, Given, Match, Problem, Target};
 use snowblue_render::film::image_file::write_raster_png;
+use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 
 use crate::arguments::{Angle, Light, Ordinates, Snow};
@@ -47,8 +48,7 @@ pub(crate) fn colors<'py>(
     add("xyz", xyz.iter().map(|xyz| [xyz.x, xyz.y, xyz.z]).collect())?;
     add("lab", lab.iter().map(|lab| [lab.l, lab.a, lab.b]).collect())?;
     add("rgb_linear", rgb.iter().map(|rgb| [rgb.r, rgb.g, rgb.b]).collect())?;
-    let hex = |rgb: &LinearRgb| Srgb8::encode((*rgb * exposed).displayable()).to_string();
-    dict.set_item("hex", rgb.iter().map(hex).collect::<Vec<_>>())?;
+    dict.set_item("hex", rgb.iter().map(|rgb| (*rgb * exposed).display_hex()).collect::<Vec<_>>())?;
     Ok(dict)
 }
 
@@ -57,9 +57,9 @@ fn check_finite(values: &[f64], exposure_stops: Option<f64>) -> PyResult<()> {
         return Err(input(format!("the spectrum has the value {value}, but must be finite")));
     }
     match exposure_stops {
-        Some(stops) if !(-100.0..=100.0).contains(&stops) => {
-            Err(input(format!("exposure is {stops} stops, but must lie in -100 to 100 stops")))
-        }
+        Some(stops) if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops) => Err(input(format!(
+            "exposure is {stops} stops, but must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops"
+        ))),
         _ => Ok(()),
     }
 }
@@ -102,14 +102,14 @@ pub(crate) fn match_color<'py>(
         let white = LinearRgb { r: 1.0, g: 1.0, b: 1.0 }.xyz();
         let target = Target { color, white, colorimeter: &colorimeter };
         let found = matching::closest(&target, &problem, &options).map_err(input)?;
-        let missed = found.first().filter(|nearest| !nearest.within_reach()).map(|nearest| missed(nearest, &target));
+        let missed = found.first().filter(|nearest| !nearest.within_reach());
+        let missed = missed.map(|nearest| format!("the colour is out of reach: it is {}", nearest.deviation(&target)));
         Ok((found, missed))
     })?;
     let row = |one: &Match| {
         let dict = PyDict::new(py);
-        let size = one.sample.grain_size;
-        let shown = |xyz| Srgb8::encode(LinearRgb::from_xyz(xyz).displayable()).to_string();
-        dict.set_item("grain_size_um", 0.5 * (size.min_um + size.max_um))?;
+        let shown = |xyz| LinearRgb::from_xyz(xyz).display_hex();
+        dict.set_item("grain_size_um", one.sample.grain_size.middle_um())?;
         dict.set_item("density_kg_m3", one.sample.density_kg_m3)?;
         dict.set_item("thickness_cm", one.thickness_cm)?;
         dict.set_item("delta_e", one.difference.at_middle_grey)?;
@@ -122,15 +122,6 @@ pub(crate) fn match_color<'py>(
         Ok(dict)
     };
     Ok((found.iter().map(row).collect::<PyResult<_>>()?, missed))
-}
-
-fn missed(nearest: &Match, target: &Target) -> String {
-    let Deviation { word, delta_a, delta_b } = nearest.deviation(target);
-    format!(
-        "the colour is out of reach: it is {word} than the closest light, at a distance of ΔE*ab {:.1} at L* = 50 \
-         (a* {delta_a:+.1}, b* {delta_b:+.1})",
-        nearest.difference.at_middle_grey
-    )
 }
 
 /// The texts and looks of a sheet of swatches.
@@ -147,13 +138,13 @@ pub(crate) struct Sheet {
     output: Option<PathBuf>,
 }
 
-/// Draws linear sRGB colours, row by row, as a sheet: its bytes, width and height, and the factor of the exposure.
+/// Draws linear sRGB colours, row by row, as a sheet: its bytes, width and height.
 #[pyfunction]
 pub(crate) fn draw_swatches<'py>(
     py: Python<'py>,
     colors: PyReadonlyArray1<'py, f64>,
     sheet: Sheet,
-) -> PyResult<(Bound<'py, PyArray1<u8>>, u32, u32, f64)> {
+) -> PyResult<(Bound<'py, PyArray1<u8>>, u32, u32)> {
     check_finite(colors.as_slice()?, sheet.exposure)?;
     let colours: Vec<LinearRgb> =
         colors.as_slice()?.as_chunks().0.iter().map(|&[r, g, b]| LinearRgb { r, g, b }).collect();
@@ -177,6 +168,5 @@ pub(crate) fn draw_swatches<'py>(
         let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
         write_raster_png(&drawn, &[("Software", software)], &path).map_err(failure)?;
     }
-    let bytes = drawn.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
-    Ok((PyArray1::from_vec(py, bytes), drawn.width(), drawn.height(), exposure))
+    Ok((PyArray1::from_vec(py, drawn.bytes()), drawn.width(), drawn.height()))
 }

@@ -105,9 +105,7 @@ impl Table {
     #[staticmethod]
     fn import_curves(path: PathBuf, fixed: HashMap<String, f64>) -> PyResult<Self> {
         let fixed: FixedValues = fixed.into_iter().collect();
-        let is_netcdf = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nc"));
-        let import = if is_netcdf { exchange::import_netcdf } else { exchange::import_csv };
-        import(&path, &fixed).map(|table| Self::new(AnyTable::Full(table))).map_err(input)
+        exchange::import(&path, &fixed).map(|table| Self::new(AnyTable::Full(table))).map_err(input)
     }
 
     /// The table in terms of a few principal components.

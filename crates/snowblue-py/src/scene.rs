@@ -9,7 +9,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_database::CompressedTable;
-use snowblue_render::bake::{BakeError, BakeOptions, BakedObject, BakedScene, Channels, bake, write_glb, write_ply};
+use snowblue_render::bake::{
+    BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, bake, write_glb, write_ply,
+};
 use snowblue_render::files::{FilesIn, SceneFiles};
 use snowblue_render::film::channels::channels;
 use snowblue_render::film::exposure::Exposure;
@@ -19,9 +21,6 @@ use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
-
-use snowblue_transport::ordinates::HalfSpace;
-use snowblue_transport::range::ParameterRange;
 
 use crate::database::Table;
 use crate::work::{failure, input, run};
@@ -45,12 +44,8 @@ pub(crate) struct Content {
     reflection: bool,
 }
 
-/// Greatest length of an edge of a baked mesh.
-const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
-
-/// Steps of the square roots of the cosines, and of the azimuth, in the table of the reflection function.
-const COSINE_STEPS: u32 = 32;
-const AZIMUTH_STEPS: u32 = 32;
+/// Steps of each argument in the table of the reflection function.
+const REFLECTION_STEPS: u32 = 32;
 
 /// Files in memory, and beside them those of a folder.
 struct GivenFiles {
@@ -88,16 +83,13 @@ impl Scene {
     /// those in a folder.
     #[staticmethod]
     fn from_json(text: &str, in_memory: HashMap<String, Vec<u8>>, folder: PathBuf) -> PyResult<Self> {
-        let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
-        description.check().map_err(input)?;
-        Ok(Self { description, files: Arc::new(GivenFiles { in_memory, folder: FilesIn::new(folder) }) })
+        let files = Arc::new(GivenFiles { in_memory, folder: FilesIn::new(folder) });
+        Ok(Self { description: described(text)?, files })
     }
 
     /// The scene with another description; its files are the same.
     fn with_json(&self, text: &str) -> PyResult<Self> {
-        let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
-        description.check().map_err(input)?;
-        Ok(Self { description, files: Arc::clone(&self.files) })
+        Ok(Self { description: described(text)?, files: Arc::clone(&self.files) })
     }
 
     /// The description as a JSON document.
@@ -146,9 +138,7 @@ impl Scene {
             dict.set_item(channel.name, PyArray1::from_vec(py, channel.values))?;
         }
         let film = sums.film();
-        let raster = to_raster(&film, exposure);
-        let bytes: Vec<u8> = raster.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
-        dict.set_item("display", PyArray1::from_vec(py, bytes))?;
+        dict.set_item("display", PyArray1::from_vec(py, to_raster(&film, exposure).bytes()))?;
         dict.set_item("width", film.size().width)?;
         dict.set_item("height", film.size().height)?;
         dict.set_item("exposure_stops", film.display_factor(exposure).log2())?;
@@ -190,17 +180,26 @@ impl Scene {
         }
         let of_all = PyDict::new(py);
         of_all.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
-        of_all.set_item("lights", baked.lamps.iter().map(|lamp| lamp.light).collect::<Vec<_>>())?;
         of_all.set_item("provenance", provenance.to_string())?;
         let objects = baked.objects.iter().map(|object| {
             let dict = baked_object(py, &baked, object)?;
             if content.reflection {
-                dict.set_item("reflection", PyArray1::from_vec(py, reflection_table(&object.half_space)))?;
+                dict.set_item(
+                    "reflection",
+                    PyArray1::from_vec(py, object.half_space.reflection_table(REFLECTION_STEPS)),
+                )?;
             }
             Ok(dict)
         });
         std::iter::once(Ok(of_all)).chain(objects).collect()
     }
+}
+
+/// The description of a JSON document, checked.
+fn described(text: &str) -> PyResult<SceneDescription> {
+    let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
+    description.check().map_err(input)?;
+    Ok(description)
 }
 
 impl Scene {
@@ -233,24 +232,6 @@ fn baked_object<'py>(py: Python<'py>, baked: &BakedScene, object: &BakedObject) 
     dict.set_item("extrapolation", object.snow.extrapolation)?;
     dict.set_item("transport_length_m", object.snow.transport_length_m)?;
     Ok(dict)
-}
-
-/// (μ + μ₀) R₀ in 1/sr at equal steps of √μ, of √μ₀ and, fastest, of the sine of half the azimuth.
-fn reflection_table(half_space: &HalfSpace) -> Vec<f32> {
-    let cosines = || (0..=COSINE_STEPS).map(|step| (f64::from(step) / f64::from(COSINE_STEPS)).powi(2));
-    let azimuths = || (0..=AZIMUTH_STEPS).map(|step| 1.0 - 2.0 * (f64::from(step) / f64::from(AZIMUTH_STEPS)).powi(2));
-    let mut table = Vec::new();
-    for exit in cosines() {
-        for incidence in cosines() {
-            // At grazing angles on both sides the product has a limit, which this offset approaches.
-            let [exit, incidence] = [exit, incidence].map(|cos| cos.max(1e-4));
-            #[expect(clippy::cast_possible_truncation, reason = "a table of single precision")]
-            table.extend(
-                azimuths().map(|azimuth| ((exit + incidence) * half_space.reflection(exit, incidence, azimuth)) as f32),
-            );
-        }
-    }
-    table
 }
 
 /// Whether a picture is a PNG; otherwise it is an OpenEXR file.

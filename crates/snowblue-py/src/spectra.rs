@@ -60,23 +60,18 @@ pub(crate) fn spectrum<'py>(
     let slabs: Vec<Slab> = snows.iter().map(|snow| cases.slab(snow)).collect::<PyResult<_>>()?;
     let (options, errors) = (engine.ordinates.options()?, engine.standard_errors);
     let monte_carlo = engine.monte_carlo();
+    let solve = if errors { ordinates::solve } else { ordinates::solve_without_errors };
     let rows = run(py, progress.as_ref(), move |control| {
         let mut rows = Vec::new();
         for (done, slab) in slabs.iter().enumerate() {
-            control.check();
-            rows.extend(match &monte_carlo {
-                Some(options) => {
-                    monte_carlo::solve(slab, options, &of_several(control, done, slabs.len())).map_err(input)?
-                }
-                None if errors => {
-                    control.set(done as u64, slabs.len() as u64);
-                    ordinates::solve(slab, &options).map_err(input)?
-                }
-                None => {
-                    control.set(done as u64, slabs.len() as u64);
-                    without_errors(slab, &options)?
-                }
-            });
+            let solved = if let Some(options) = &monte_carlo {
+                control.check();
+                monte_carlo::solve(slab, options, &of_several(control, done, slabs.len()))
+            } else {
+                control.set(done as u64, slabs.len() as u64);
+                solve(slab, &options)
+            };
+            rows.extend(solved.map_err(input)?);
         }
         Ok(rows)
     })?;
@@ -125,7 +120,8 @@ pub(crate) fn stack<'py>(
     Ok(dict)
 }
 
-/// BRDF and BTDF of a slab on patches of the hemispheres, for each wavelength, ring and sector.
+/// BRDF and BTDF of a slab on patches of the hemispheres, for each wavelength, ring and sector. Without a number of
+/// sectors there are as many as the light needs.
 #[pyfunction]
 #[pyo3(signature = (snow, slab, rays_and_seed, patches, progress))]
 #[expect(clippy::too_many_arguments, reason = "one for each group of keywords")]
@@ -134,12 +130,13 @@ pub(crate) fn bsdf<'py>(
     snow: Snow,
     slab: (f64, Angle, Vec<f64>),
     rays_and_seed: (u64, u64),
-    patches: (usize, usize),
+    patches: (usize, Option<usize>),
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (thickness_cm, angle_deg, wavelength_nm) = slab;
     let slab = Cases { thickness_cm: vec![thickness_cm], angle_deg: vec![angle_deg], wavelength_nm }.slab(&snow)?;
     let ((rays, seed), (rings, sectors)) = (rays_and_seed, patches);
+    let sectors = sectors.unwrap_or(PatchGrid::for_incidence(slab.incidences[0]).sectors);
     let options = GoniometricOptions { rays, seed, patches: PatchGrid { rings, sectors } };
     let distributions = run(py, progress.as_ref(), move |control| {
         monte_carlo::distribute(&slab, &options, &of_several(control, 0, 1)).map_err(input)
@@ -183,25 +180,6 @@ impl Engine {
 /// The progress of one part of several equal ones.
 fn of_several(control: &Control, part: usize, parts: usize) -> impl Fn(monte_carlo::RayProgress) + Sync {
     move |at| control.set(at.traced + part as u64 * at.total, at.total * parts as u64)
-}
-
-/// The rows of [`ordinates::solve`] without standard errors, which take most of its time.
-fn without_errors(slab: &Slab, options: &ordinates::OrdinatesOptions) -> PyResult<Vec<Radiometry>> {
-    let exactly = |value| Estimate { value, standard_error: 0.0 };
-    let solved = ordinates::solve_each(&[slab.sample], slab, options).map_err(input)?;
-    let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
-    let rows =
-        cases.zip(solved.iter().flat_map(|one| one.spectra())).flat_map(|((thickness_cm, incidence), fluxes)| {
-            slab.wavelengths_nm.iter().zip(fluxes).map(move |(wavelength_nm, fluxes)| Radiometry {
-                thickness_cm,
-                incidence,
-                wavelength_nm: *wavelength_nm,
-                reflectance: exactly(fluxes.reflectance),
-                transmittance: exactly(fluxes.transmittance),
-                absorptance: exactly(1.0 - fluxes.reflectance - fluxes.transmittance),
-            })
-        });
-    Ok(rows.collect())
 }
 
 /// Adds an array for each quantity, and one of its standard errors.

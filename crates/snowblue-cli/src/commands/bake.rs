@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, bake, write_glb, write_ply};
+use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, STEP_RANGE, bake, write_glb, write_ply};
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
@@ -116,9 +116,6 @@ impl Bake {
 
 fn step_mm(words: &str) -> Result<f64, String> {
     let step_mm = parse::number(words)?;
-    if (0.01..=1e5).contains(&step_mm) {
-        Ok(step_mm)
-    } else {
-        Err(format!("the step is {step_mm} mm, but must lie in 0.01–100000 mm"))
-    }
+    STEP_RANGE.check(step_mm).map_err(|error| error.to_string())?;
+    Ok(step_mm)
 }

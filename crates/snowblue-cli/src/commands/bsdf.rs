@@ -90,9 +90,7 @@ impl Bsdf {
     }
 
     fn grid(&self) -> PatchGrid {
-        let axisymmetric = matches!(self.angle, Incidence::Diffuse) || self.angle == Incidence::Beam { angle_deg: 0.0 };
-        let default = PatchGrid::default();
-        self.patches.unwrap_or(if axisymmetric { PatchGrid { sectors: 1, ..default } } else { default })
+        self.patches.unwrap_or(PatchGrid::for_incidence(self.angle))
     }
 
     /// Metadata of table and plot.

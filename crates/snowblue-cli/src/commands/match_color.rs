@@ -3,9 +3,9 @@
 use clap::Args;
 use snowblue_color::{LinearRgb, Observer, Srgb8, Xyz};
 use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
-use snowblue_database::matching::{self, Deviation, Given, Match as Found, Problem, Target};
+use snowblue_database::matching::{self, Given, Match as Found, Problem, Target};
 use snowblue_database::{DatabaseError, Interval};
-use snowblue_figures::{Cell, DataTable, display_hex};
+use snowblue_figures::{Cell, DataTable};
 use snowblue_transport::slab::Incidence;
 
 use crate::options::parse::{self, Span};
@@ -107,11 +107,10 @@ impl Match {
     }
 
     fn row(&self, found: &Found, target: Xyz) -> Vec<Cell> {
-        let hex = |light: Xyz| Cell::Word(display_hex(LinearRgb::from_xyz(light)));
-        let size = found.sample.grain_size;
+        let hex = |light: Xyz| Cell::Word(LinearRgb::from_xyz(light).display_hex());
         let within_reach = if found.within_reach() { "yes" } else { "no" };
         vec![
-            (0.5 * (size.min_um + size.max_um)).into(),
+            found.sample.grain_size.middle_um().into(),
             found.sample.density_kg_m3.into(),
             found.thickness_cm.into(),
             Cell::Word(self.angle.to_string()),
@@ -127,13 +126,12 @@ impl Match {
     }
 
     fn out_of_reach(&self, nearest: &Found, target: &Target) -> String {
-        let Deviation { word, delta_a, delta_b } = nearest.deviation(target);
         let bound = self.thickness.is_some() || self.sample.sets_grain_size() || self.sample.sets_density();
         let within = if bound { " with the given options" } else { "" };
         format!(
-            "snowblue: {} is out of reach{within}: it is {word} than the closest light, at a distance of ΔE*ab {:.1} \
-             at L* = 50 (a* {delta_a:+.1}, b* {delta_b:+.1}); {PERCEPTIBLE_DELTA_E} is just noticeable\n",
-            self.target, nearest.difference.at_middle_grey
+            "snowblue: {} is out of reach{within}: it is {}; {PERCEPTIBLE_DELTA_E} is just noticeable\n",
+            self.target,
+            nearest.deviation(target)
         )
     }
 }

@@ -1,7 +1,7 @@
 //! Rows of colours: XYZ, CIELAB, linear sRGB and hex.
 
 use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb};
-use snowblue_figures::{Cell, display_hex};
+use snowblue_figures::Cell;
 
 /// Columns of colours.
 pub(crate) const COLUMNS: [&str; 13] = [
@@ -54,7 +54,7 @@ impl ColorRow {
 
     /// The complete row, with hex at an exposure factor.
     pub(crate) fn exposed(mut self, factor: f64) -> Vec<Cell> {
-        self.cells.push(Cell::Word(display_hex(self.colour * factor)));
+        self.cells.push(Cell::Word((self.colour * factor).display_hex()));
         self.cells
     }
 }

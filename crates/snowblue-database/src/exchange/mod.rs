@@ -17,7 +17,7 @@ use std::path::Path;
 
 use crate::axes::{DIFFUSE_ANGLE_DEG, NamedAxis};
 use crate::table::Attribute;
-use crate::{Axes, DatabaseError, Property};
+use crate::{Axes, DatabaseError, Property, Table};
 
 pub use export_csv::export_csv;
 pub use export_raw::export_raw;
@@ -29,6 +29,15 @@ pub type FixedValues = BTreeMap<String, f64>;
 
 /// Noise by which transmittance and reflectance may leave 0–1.
 const NOISE: f64 = 0.1;
+
+/// Reads a table from a NetCDF file, if the name ends in `.nc`, or else from CSV.
+///
+/// # Errors
+/// As those of [`import_netcdf`] and [`import_csv`].
+pub fn import(path: &Path, fixed: &FixedValues) -> Result<Table, DatabaseError> {
+    let is_netcdf = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nc"));
+    if is_netcdf { import_netcdf(path, fixed) } else { import_csv(path, fixed) }
+}
 
 /// The names of an axis.
 struct AxisName {

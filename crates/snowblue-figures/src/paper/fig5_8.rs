@@ -9,7 +9,7 @@ use snowblue_transport::slab::{Incidence, Slab};
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
 use crate::plot::Chart;
-use crate::shading::{common_exposure, daylight, display_hex, textured_png, wavelengths_nm};
+use crate::shading::{common_exposure, daylight, textured_png, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 
 const ANGLES_DEG: [f64; 6] = [0.0, 20.0, 40.0, 60.0, 80.0, 89.0];
@@ -62,7 +62,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         let mut cells = vec![Cell::from(f64::from(row.figure))];
         cells.extend([row.quantity, row.value].map(|word| Cell::Word(word.to_owned())));
         cells.extend([ANGLES_DEG[index], light.x, light.y, light.z, rgb.r, rgb.g, rgb.b].map(Cell::from));
-        cells.extend([display_hex(rgb), display_hex(LinearRgb::from_xyz(light * factor))].map(Cell::Word));
+        cells.extend([rgb.display_hex(), LinearRgb::from_xyz(light * factor).display_hex()].map(Cell::Word));
         cells
     };
     let columns = [

@@ -9,7 +9,7 @@ use snowblue_transport::slab::{Incidence, Slab};
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
 use crate::plot::{Area, Axis, Chart, Entry, GREY, Panel, Stroke, Symbol, ordered_colour};
-use crate::shading::{daylight, display_hex, wavelengths_nm};
+use crate::shading::{daylight, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 
 const SATURATIONS: [f64; 11] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.3, 0.5, 1.0];
@@ -40,8 +40,8 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
                 .to_vec();
         row.extend(
             [
-                display_hex(LinearRgb::from_xyz(light.xyz)),
-                display_hex(LinearRgb::from_xyz(light.xyz.with_luminance(MIDDLE_GREY))),
+                LinearRgb::from_xyz(light.xyz).display_hex(),
+                LinearRgb::from_xyz(light.xyz.with_luminance(MIDDLE_GREY)).display_hex(),
             ]
             .map(Cell::Word),
         );
@@ -174,7 +174,7 @@ fn swatches(chart: &mut Chart, lights: &[Vec<Light>]) {
             chart.swatch(
                 (x, y),
                 SIZE,
-                &display_hex(LinearRgb::from_xyz(lights[index].xyz.with_luminance(MIDDLE_GREY))),
+                &LinearRgb::from_xyz(lights[index].xyz.with_luminance(MIDDLE_GREY)).display_hex(),
             );
             if row == 0 {
                 let name = if index == 0 { "dry".to_owned() } else { format!("{:.0} %", 100.0 * SATURATIONS[index]) };

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import SNOW, VISIBLE_NM, Snow, angles, attributes, is_several, one_snow, ordinates
+from snowblue._arguments import Snow, angles, attributes, is_several, one_snow, ordinates
 from snowblue._spectra import spectrum
 
 if TYPE_CHECKING:
@@ -250,7 +250,7 @@ def swatch(
         "exposure": exposure_stops,
         "output": None if output is None else fspath(output),
     }
-    pixels, width, height, _ = _native.draw_swatches(np.array(triples, dtype=float).reshape(-1), sheet)
+    pixels, width, height = _native.draw_swatches(np.array(triples, dtype=float).reshape(-1), sheet)
     return pixels.reshape(height, width, 3)
 
 
@@ -260,7 +260,7 @@ def _axis(axis: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
     if len(axis) != 1:
         raise ValueError(f"an axis of swatches has one parameter, not {len(axis)}")
     [(name, values)] = axis.items()
-    if name not in LABELS and name not in SNOW:
+    if name not in LABELS:
         raise ValueError(f"'{name}' is not a parameter of swatches; there are {', '.join(LABELS)}")
     return name, [value.item() if hasattr(value, "item") else value for value in values]
 

@@ -40,7 +40,7 @@ class Database:
     @classmethod
     def open(cls, path: str | PathLike[str]) -> Database:
         """Reads a table from a NetCDF file."""
-        return cls(_native.Table.open(_existing(path)))
+        return cls(_native.Table.open(existing(path)))
 
     @classmethod
     def embedded(cls) -> Database:
@@ -96,7 +96,7 @@ class Database:
     @classmethod
     def import_curves(cls, path: str | PathLike[str], **fixed: float) -> Database:
         """Reads curves of another model or an instrument, CSV or NetCDF; `fixed` has values of axes that it lacks."""
-        return cls(_native.Table.import_curves(_existing(path), {name: float(value) for name, value in fixed.items()}))
+        return cls(_native.Table.import_curves(existing(path), {name: float(value) for name, value in fixed.items()}))
 
     @property
     def kind(self) -> str:
@@ -226,7 +226,7 @@ def _axis(name: str, values: Any) -> list[float] | None:
     return None if values is None else numbers(Quantity(name), values)
 
 
-def _existing(path: str | PathLike[str]) -> str:
+def existing(path: str | PathLike[str]) -> str:
     if not Path(path).exists():
         raise FileNotFoundError(f"{fspath(path)}: there is no such file")
     return fspath(path)

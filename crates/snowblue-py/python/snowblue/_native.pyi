@@ -23,7 +23,7 @@ def bsdf(
     snow: dict[str, Any],
     slab: tuple[float, float | str, list[float]],
     rays_and_seed: tuple[int, int],
-    patches: tuple[int, int],
+    patches: tuple[int, int | None],
     progress: _Progress,
 ) -> dict[str, NDArray[np.float64]]: ...
 def colors(
@@ -39,7 +39,7 @@ def match_color(
 ) -> tuple[list[dict[str, Any]], str | None]: ...
 def draw_swatches(
     colors: NDArray[np.float64], sheet: dict[str, Any]
-) -> tuple[NDArray[np.uint8], int, int, float]: ...
+) -> tuple[NDArray[np.uint8], int, int]: ...
 def invert(measured: dict[str, Any], pack: dict[str, Any], ordinates: dict[str, Any]) -> dict[str, Any]: ...
 
 class Table:

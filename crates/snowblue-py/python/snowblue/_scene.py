@@ -13,7 +13,7 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import attributes, wavelength_coordinate
-from snowblue._database import Database
+from snowblue._database import Database, existing
 from snowblue._progress import Progress, reporting
 
 if TYPE_CHECKING:
@@ -78,9 +78,7 @@ class Scene:
     def open(cls, path: str | PathLike[str]) -> Scene:
         """Reads a scene file (TOML)."""
         scene = cls.__new__(cls)
-        if not Path(path).exists():
-            raise FileNotFoundError(f"{fspath(path)}: there is no such file")
-        scene._scene = _native.Scene.open(fspath(path))
+        scene._scene = _native.Scene.open(existing(path))
         return scene
 
     @property

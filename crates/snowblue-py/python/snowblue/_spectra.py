@@ -178,7 +178,7 @@ def layers(
     shape = [len(cases["angle_deg"]), len(cases["wavelength_nm"])]
     variables = {}
     for name, array in arrays.items():
-        if array.size == np.prod(shape) and name.removesuffix("_se") in ("reflectance", "transmittance", "absorptance"):
+        if name.removesuffix("_se") in ("reflectance", "transmittance", "absorptance"):
             variables[name] = (dims, array.reshape(shape))
         else:
             variables[name] = ([*dims, "depth"], array.reshape(*shape, len(depths_cm)))
@@ -235,26 +235,25 @@ def bsdf(
     if len(angles(angle_deg)) != 1:
         raise ValueError("angle_deg has several values, but must have one")
     [angle] = angles(angle_deg)
-    wavelengths_nm = numbers(WAVELENGTH, list(wavelength_nm) if isinstance(wavelength_nm, tuple) else wavelength_nm)
-    sectors = sectors if sectors is not None else 1 if angle in (0.0, "diffuse") else 12
-    rings, sectors = whole("rings", rings, 1), whole("sectors", sectors, 1)
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    patches = (whole("rings", rings, 1), None if sectors is None else whole("sectors", sectors, 1))
     counts = (whole("rays", rays, 2), whole("seed", seed))
     with reporting(progress, "rays") as report:
         arrays = _native.bsdf(
-            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), counts, (rings, sectors), report
+            given.snows[0], (float(thickness_cm), angle, wavelengths_nm), counts, patches, report
         )
-    patches = {name: arrays.pop(name).reshape(rings, sectors) for name in ("theta", "phi", "solid_angle")}
+    at = {name: arrays.pop(name).reshape(rings, -1) for name in ("theta", "phi", "solid_angle")}
     variables: dict[str, Any] = {}
     for name, array in arrays.items():
         if name.startswith(("brdf", "btdf")):
-            variables[name] = (["wavelength", "theta", "phi"], array.reshape(len(wavelengths_nm), rings, sectors))
+            variables[name] = (["wavelength", "theta", "phi"], array.reshape(len(wavelengths_nm), rings, -1))
         else:
             variables[name] = (["wavelength"], array)
-    variables["solid_angle"] = (["theta", "phi"], patches["solid_angle"])
+    variables["solid_angle"] = (["theta", "phi"], at["solid_angle"])
     coords = {
         "wavelength": wavelength_coordinate(wavelengths_nm),
-        "theta": ("theta", patches["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
-        "phi": ("phi", patches["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
+        "theta": ("theta", at["theta"][:, 0], {"units": "degree", "long_name": "angle from the normal"}),
+        "phi": ("phi", at["phi"][0], {"units": "degree", "long_name": "azimuth from the forward direction"}),
     }
     made = {"thickness_cm": float(thickness_cm), "angle_deg": angle, "rays": rays, "seed": seed}
     result = _dataset(variables, coords, given.attrs | made)

@@ -46,7 +46,6 @@ BAND_WIDTH_NM = 310.0
 """31 wavelengths, 10 nm apart."""
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
-REFLECTION_STEPS = 33
 UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
 """Parts of the names of variants that have no snow."""
 SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
@@ -90,7 +89,8 @@ def _bsdf_class() -> type:
 
         def set_reflection(self, table: np.ndarray) -> None:
             """The table of (mu + mu0) R0."""
-            volume = np.ascontiguousarray(table.reshape((REFLECTION_STEPS,) * 3 + (1,)))
+            self.points = round(table.size ** (1 / 3))
+            volume = np.ascontiguousarray(table.reshape((self.points,) * 3 + (1,)))
             self.reflection = mi.Texture3f(mi.TensorXf(volume), wrap_mode=dr.WrapMode.Clamp)
 
         def value(self, wi: mi.Vector3f, wo: mi.Vector3f) -> mi.Float:
@@ -102,7 +102,7 @@ def _bsdf_class() -> type:
             azimuth = dr.sqrt(dr.clip(0.5 + 0.5 * (wi.x * wo.x + wi.y * wo.y) * per_sines, 0, 1))
 
             def place(unit: mi.Float) -> mi.Float:
-                return (unit * (REFLECTION_STEPS - 1) + 0.5) / REFLECTION_STEPS
+                return (unit * (self.points - 1) + 0.5) / self.points
 
             exit, incidence = dr.sqrt(dr.maximum(wi.z, 0)), dr.sqrt(dr.maximum(wo.z, 0))
             [table] = self.reflection.eval(mi.Point3f(place(azimuth), place(incidence), place(exit)))
@@ -253,9 +253,9 @@ class _Field:
     def prepare(self, scene: Any) -> None:
         """Solves for the light, unless the scene is the one that was solved for."""
         parameters = mi.traverse(scene)
-        snow = [shape for shape in scene.shapes() if type(shape.bsdf()).__name__ == "SnowSurface"]
+        snow = [shape for shape in scene.shapes() if _is_snow(shape.bsdf())]
         for shape in scene.shapes():
-            if type(shape.emitter()).__name__ == "SnowLight" and shape not in snow:
+            if _is_snow_light(shape.emitter()) and shape not in snow:
                 raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
         if not snow:
             return
@@ -272,13 +272,12 @@ class _Field:
         for shape, baked in zip(snow, objects):
             self._put(shape, baked, parameters)
             shape.emitter().solved = digest.hexdigest()
-        parameters.update()
 
     def _check(self, shape: Any, parameters: Any) -> None:
         name = shape.id()
         if "vertex_positions" not in mi.traverse(shape):
             raise ValueError(f"shape '{name}' is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
-        if type(shape.emitter()).__name__ != "SnowLight":
+        if not _is_snow_light(shape.emitter()):
             raise ValueError(f"shape '{name}' has the bsdf 'snow_surface', but not the emitter 'snow_light'")
         if f"{name}.vertex_positions" not in parameters:
             raise ValueError(f"a shape of snow has the id '{name}', which its scene does not know: give it an id")
@@ -288,7 +287,7 @@ class _Field:
         vertices = np.array(parameters["vertex_positions"]).reshape(-1, 3)
         triangles = np.array(parameters["faces"]).reshape(-1, 3)
         emitter = shape.emitter()
-        if type(emitter).__name__ == "SnowLight" and np.array_equal(emitter.put, vertices):
+        if _is_snow_light(emitter) and np.array_equal(emitter.put, vertices):
             return emitter.given
         return vertices, triangles
 
@@ -299,13 +298,13 @@ class _Field:
         objects = []
         for number, shape in enumerate([*snow, *(one for one in scene.shapes() if one not in snow)]):
             lamp = shape.emitter()
-            if lamp is not None and type(lamp).__name__ != "SnowLight":
+            if lamp is not None and not _is_snow_light(lamp):
                 continue
             one = self._object(shape, f"shape {number}.ply", files)
             if one is None:
                 continue
             bsdf = shape.bsdf()
-            if type(bsdf).__name__ == "SnowSurface":
+            if _is_snow(bsdf):
                 one["material"] = json.dumps(bsdf.parameters, sort_keys=True)
                 materials[one["material"]] = {"type": "pca_snow", **bsdf.parameters}
                 one |= {"body": bsdf.body} if bsdf.body else {}
@@ -323,7 +322,7 @@ class _Field:
         if self.field_step_mm is not None:
             document["light_field"] = {"step_mm": float(self.field_step_mm)}
         for emitter in scene.emitters():
-            if type(emitter).__name__ != "SnowLight":
+            if not _is_snow_light(emitter):
                 self._light(emitter, document, files)
         if not document["light"] and "environment" not in document:
             raise ValueError("the scene has snow but no emitter to light it")
@@ -355,9 +354,9 @@ class _Field:
         file = f"light {len(files)}.csv"
 
         def spectrum(values: np.ndarray) -> tuple[dict[str, Any], float]:
-            rows = "".join(f"{nm:g},{max(value, 0.0):.9g}\n" for nm, value in zip(VISIBLE_NM, values))
-            files[file] = ("wavelength_nm,value\n" + rows).encode()
-            return {"spectrum": file}, float(np.maximum(values, 0.0).mean()) * BAND_WIDTH_NM
+            values = np.maximum(values, 0.0)
+            files[file] = _csv(values)
+            return {"spectrum": file}, float(values.mean()) * BAND_WIDTH_NM
 
         light: dict[str, Any]
         if kind in ("PointLight", "SpotLight"):
@@ -456,6 +455,15 @@ class _Field:
         emitter.given, emitter.put = given, np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
 
 
+def _is_snow(bsdf: Any) -> bool:
+    # Each variant has a class of its own.
+    return type(bsdf).__name__ == "SnowSurface"
+
+
+def _is_snow_light(emitter: Any) -> bool:
+    return type(emitter).__name__ == "SnowLight"
+
+
 def _is_spectral() -> bool:
     return "spectral" in mi.variant()
 
@@ -477,7 +485,11 @@ def _spectrum(values: Any) -> np.ndarray:
     return blue * (1 - low) + green * (low - high) + red * high
 
 
-def _with_wavelengths(interaction: Any) -> Any:
+def _interaction() -> Any:
+    """The middle of a surface, seen along its normal, at 31 wavelengths in spectral variants."""
+    interaction = dr.zeros(mi.SurfaceInteraction3f)
+    interaction.wi = mi.Vector3f(0, 0, 1)
+    interaction.uv = mi.Point2f(0.5, 0.5)
     if _is_spectral():
         lanes = mi.Float(VISIBLE_NM.astype(np.float32))
         interaction.wavelengths = mi.Spectrum(*[lanes] * 4)
@@ -491,7 +503,7 @@ def _first(values: Any) -> Any:
 
 def _incident(emitter: Any, point: np.ndarray) -> np.ndarray:
     """The irradiance on a surface that faces a lamp without extent."""
-    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
+    interaction = _interaction()
     interaction.p = mi.Point3f(*point.tolist())
     _, weight = emitter.sample_direction(interaction, mi.Point2f(0.5, 0.5))
     return _spectrum(_first(weight))
@@ -499,18 +511,12 @@ def _incident(emitter: Any, point: np.ndarray) -> np.ndarray:
 
 def _emitted(emitter: Any) -> np.ndarray:
     """The radiance of a lamp with extent or of the sky."""
-    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
-    interaction.wi = mi.Vector3f(0, 0, 1)
-    interaction.uv = mi.Point2f(0.5, 0.5)
-    return _spectrum(_first(emitter.eval(interaction)))
+    return _spectrum(_first(emitter.eval(_interaction())))
 
 
 def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
     """The diffuse reflectance of a surface that is not snow."""
-    interaction = _with_wavelengths(dr.zeros(mi.SurfaceInteraction3f))
-    interaction.wi = mi.Vector3f(0, 0, 1)
-    interaction.uv = mi.Point2f(0.5, 0.5)
-    values = np.array(_first(bsdf.eval_diffuse_reflectance(interaction)), dtype=float)
+    values = np.array(_first(bsdf.eval_diffuse_reflectance(_interaction())), dtype=float)
     if not ((values >= 0) & (values <= 1)).all():
         raise ValueError(f"the {bsdf.class_name()} of a shape reflects {values.max():g}, but must reflect 0 to 1")
     flags = bsdf.flags()
@@ -523,11 +529,15 @@ def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
     if _is_spectral():
         file = f"{name}.csv"
         # A uniform reflectance has one value.
-        values = np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape)
-        rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values))
-        files[file] = ("wavelength_nm,value\n" + rows).encode()
+        files[file] = _csv(np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape))
         return {"type": "diffuse", "reflectance_spectrum": file}
     return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist()}
+
+
+def _csv(values: np.ndarray) -> bytes:
+    """A spectrum as a file of a scene."""
+    rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values))
+    return ("wavelength_nm,value\n" + rows).encode()
 
 
 def _matrix(transform: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ pub struct Lamp {
     /// What it is: `point`, `spot`, `directional`, `sphere` or `rectangle`.
     pub kind: &'static str,
     /// Index among the lights of the scene.
-    pub light: usize,
+    pub(super) light: usize,
 }
 
 /// The lamps of a scene in its order: all lights but skies.

@@ -28,6 +28,7 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
 use snowblue_transport::ordinates::HalfSpace;
+use snowblue_transport::range::ParameterRange;
 
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
@@ -46,6 +47,8 @@ pub use glb::write_glb;
 pub use lamps::Lamp;
 pub use ply::write_ply;
 
+/// Greatest length of an edge of a baked mesh.
+pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
 /// Most vertices of all snow together.
 pub const MOST_VERTICES: usize = 1 << 22;
 /// Most numbers of all attributes together, 1 GiB.

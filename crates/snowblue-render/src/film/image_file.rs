@@ -48,7 +48,6 @@ pub fn write_raster_png(image: &RasterImage, metadata: &Metadata, path: &Path) -
 ///
 /// When the image is empty, or a keyword of the metadata has more than 79 letters.
 pub fn png_bytes(image: &RasterImage, metadata: &Metadata) -> Result<Vec<u8>, RenderError> {
-    let bytes: Vec<u8> = image.pixels().iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect();
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut content = Vec::new();
         let mut encoder = png::Encoder::new(&mut content, image.width(), image.height());
@@ -59,7 +58,7 @@ pub fn png_bytes(image: &RasterImage, metadata: &Metadata) -> Result<Vec<u8>, Re
             encoder.add_itxt_chunk((*keyword).into(), (*text).into())?;
         }
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
+        writer.write_image_data(&image.bytes())?;
         writer.finish()?;
         Ok(content)
     };

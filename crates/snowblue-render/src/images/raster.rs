@@ -66,6 +66,11 @@ impl RasterImage {
         &self.pixels
     }
 
+    /// Red, green and blue of each pixel, row by row.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.pixels.iter().flat_map(|colour| [colour.r, colour.g, colour.b]).collect()
+    }
+
     /// Copies another image into this one, with its upper left corner at a pixel.
     ///
     /// # Panics

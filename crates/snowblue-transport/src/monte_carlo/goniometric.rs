@@ -131,6 +131,14 @@ pub fn distribute(
 }
 
 impl PatchGrid {
+    /// The default for some light: a single sector if the azimuth does not matter, at 0° and for diffuse light.
+    #[must_use]
+    pub fn for_incidence(incidence: Incidence) -> Self {
+        let axisymmetric = matches!(incidence, Incidence::Diffuse) || incidence == Incidence::Beam { angle_deg: 0.0 };
+        let default = Self::default();
+        if axisymmetric { Self { sectors: 1, ..default } } else { default }
+    }
+
     /// Number of patches of a hemisphere.
     #[must_use]
     pub fn count(self) -> usize {

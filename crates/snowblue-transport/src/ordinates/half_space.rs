@@ -174,6 +174,24 @@ impl HalfSpace {
         (single + multiple[0] + sines * multiple[1]).max(0.0) / (cos_exit + cos_incidence)
     }
 
+    /// (μ + μ₀) R₀ in 1/sr, which is smooth, for texture look-ups: at equal steps of √μ, of √μ₀ and, fastest, of the
+    /// sine of half the azimuth, all from 0 to 1.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a table of single precision")]
+    pub fn reflection_table(&self, steps: u32) -> Vec<f32> {
+        let squares = || (0..=steps).map(|step| (f64::from(step) / f64::from(steps)).powi(2));
+        // At grazing angles on both sides the product has a limit, which this offset approaches.
+        let cosines = || squares().map(|cos| cos.max(1e-4));
+        let mut table = Vec::new();
+        for exit in cosines() {
+            for incidence in cosines() {
+                let value = |square: f64| (exit + incidence) * self.reflection(exit, incidence, 1.0 - 2.0 * square);
+                table.extend(squares().map(|square| value(square) as f32));
+            }
+        }
+        table
+    }
+
     /// The modes of multiple scattering, bilinear in √μ and √μ₀.
     #[inline]
     fn multiple_modes(&self, cos_exit: f64, cos_incidence: f64) -> [f64; MODES] {

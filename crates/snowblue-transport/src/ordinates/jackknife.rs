@@ -16,6 +16,11 @@ impl<T> Jackknife<T> {
         Self { whole: result(None), parts: (0..BATCHES).map(|batch| result(Some(batch))).collect() }
     }
 
+    /// Computes `result` with all batches only: standard errors are NaN.
+    pub(super) fn without_errors(result: impl Fn(Option<usize>) -> T) -> Self {
+        Self { whole: result(None), parts: Vec::new() }
+    }
+
     /// A quantity of the result with its standard error, √((B − 1)/B Σ (v_b − v̄)²).
     pub(super) fn estimate(&self, quantity: impl Fn(&T) -> f64) -> Estimate {
         let parts: Vec<f64> = self.parts.iter().map(&quantity).collect();

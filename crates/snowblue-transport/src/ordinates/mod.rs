@@ -21,7 +21,7 @@ mod streams;
 pub use half_space::HalfSpace;
 pub use homogeneous::{Direction, Fluxes, HomogeneousMedium, Light};
 pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
-pub use solve::{OrdinatesOptions, solve};
+pub use solve::{OrdinatesOptions, solve, solve_without_errors};
 pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
 pub use solve_stack::solve_stack;
 pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};

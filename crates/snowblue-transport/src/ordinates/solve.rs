@@ -39,6 +39,18 @@ impl Default for OrdinatesOptions {
 /// # Errors
 /// If a parameter or the number of streams is out of range.
 pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
+    solve_with(slab, options, true)
+}
+
+/// As [`solve`], without standard errors, which are NaN: they take most of the time once the grains are tallied.
+///
+/// # Errors
+/// If a parameter or the number of streams is out of range.
+pub fn solve_without_errors(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>, TransportError> {
+    solve_with(slab, options, false)
+}
+
+fn solve_with(slab: &Slab, options: &OrdinatesOptions, errors: bool) -> Result<Vec<Radiometry>, TransportError> {
     slab.check()?;
     options.streams.check()?;
     let plan = options.plan(&slab.incidences, Peak::of(&slab.sample));
@@ -49,10 +61,11 @@ pub fn solve(slab: &Slab, options: &OrdinatesOptions) -> Result<Vec<Radiometry>,
         .wavelengths_nm
         .par_iter()
         .map(|&wavelength_nm| {
-            let fluxes = Jackknife::new(|without| {
+            let result = |without| {
                 let medium = tallies.medium(&slab.sample, wavelength_nm, without);
                 medium.fluxes(&slab.thicknesses_cm, &slab.incidences, options.streams, Peak::of(&slab.sample))
-            });
+            };
+            let fluxes = if errors { Jackknife::new(result) } else { Jackknife::without_errors(result) };
             let cases = slab.thicknesses_cm.iter().flat_map(|h| slab.incidences.iter().map(move |i| (*h, *i)));
             let radiometry = |(case, (thickness_cm, incidence)): (usize, (f64, Incidence))| Radiometry {
                 thickness_cm,

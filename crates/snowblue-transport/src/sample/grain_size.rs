@@ -62,6 +62,12 @@ impl GrainSize {
         }
     }
 
+    /// The middle of the range, in µm.
+    #[must_use]
+    pub fn middle_um(&self) -> f64 {
+        0.5 * (self.min_um + self.max_um)
+    }
+
     pub(crate) fn mean_square_um2(&self) -> f64 {
         let (a, b) = (self.min_um, self.max_um);
         (a * a + a * b + b * b) / 3.0

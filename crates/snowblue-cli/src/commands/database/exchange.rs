@@ -97,9 +97,7 @@ impl Import {
         if fixed.len() < self.set.len() {
             return Err(Failure::Input("--set is given twice for one name".to_owned()));
         }
-        let is_netcdf = self.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nc"));
-        let import = if is_netcdf { exchange::import_netcdf } else { exchange::import_csv };
-        let table = import(&self.file, &fixed).map_err(Failure::input)?;
+        let table = exchange::import(&self.file, &fixed).map_err(Failure::input)?;
         let compression = self.compression.write(&table, &self.output)?;
         if !quiet {
             print_message(&format!("{}: {} curves{compression}\n", self.output.display(), table.axes.curves()));
