@@ -6,6 +6,7 @@ use crate::commands::bake::Bake;
 use crate::commands::bsdf::Bsdf;
 use crate::commands::color::Color;
 use crate::commands::database::Database;
+use crate::commands::export::Export;
 use crate::commands::figures::Figures;
 use crate::commands::match_color::Match;
 use crate::commands::merge::Merge;
@@ -54,5 +55,7 @@ pub(crate) enum Command {
     Swatch(Box<Swatch>),
     Render(Render),
     Bake(Bake),
+    #[command(subcommand)]
+    Export(Export),
     Figures(Figures),
 }

@@ -11,8 +11,9 @@
 //! wavelength; [`fill::fill`] computes it by either engine, [`shard`] in parts. A [`CompressedTable`] keeps a few
 //! principal components of it ([`pca`]), in the paper's linear space or in the space of logarithms. [`PcaSnow`] is one
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
-//! 1. [`fidelity`] evaluates the errors of compression and interpolation, [`matching`] finds snow of a target colour,
-//! [`mod@file`] reads and writes NetCDF, and [`exchange`] imports and exports other formats.
+//! 1. [`compact`] fits the colours of one sample for shaders. [`fidelity`] evaluates the errors of compression and
+//! interpolation, [`matching`] finds snow of a target colour, [`mod@file`] reads and writes NetCDF, and [`exchange`]
+//! imports and exports other formats.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
 //! grain size, facetness and density take only the values of the grid, as in the paper.
@@ -39,6 +40,8 @@ mod blend;
 mod cubic;
 pub mod lookup;
 mod spline;
+
+pub mod compact;
 
 pub mod fidelity;
 

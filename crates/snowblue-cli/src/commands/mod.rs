@@ -4,6 +4,7 @@ pub(crate) mod bake;
 pub(crate) mod bsdf;
 pub(crate) mod color;
 pub(crate) mod database;
+pub(crate) mod export;
 pub(crate) mod figures;
 pub(crate) mod match_color;
 pub(crate) mod merge;

@@ -40,19 +40,14 @@ import numpy as np
 
 from snowblue import _native
 from snowblue._arguments import VISIBLE_NM
+from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
 from snowblue._scene import _baked, _json, _ply, _table
 
-BAND_WIDTH_NM = 310.0
-"""31 wavelengths, 10 nm apart."""
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
 UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
 """Parts of the names of variants that have no snow."""
 SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
-
-# In RGB variants, coloured light is three bands that overlap by 40 nm; their sum is 1.
-BAND_EDGES_NM = (490.0, 580.0)
-BAND_OVERLAP_NM = 40.0
 
 
 def _register() -> None:
@@ -468,21 +463,13 @@ def _is_spectral() -> bool:
     return "spectral" in mi.variant()
 
 
-def _rgb(spectra: np.ndarray) -> np.ndarray:
-    """Linear sRGB of light relative to D65, which is white, as in the RGB variants."""
-    light = {"illuminant": "D65", "observer": "1931"}
-    values = np.ascontiguousarray(spectra, dtype=float).reshape(-1)
-    return _native.colors(values, VISIBLE_NM.tolist(), light, 0.0)["rgb_linear"].reshape(-1, 3)
-
-
 def _spectrum(values: Any) -> np.ndarray:
     """Light at 31 wavelengths: in RGB variants relative to D65, by bands."""
     array = np.array(values, dtype=float)
     if _is_spectral():
         return np.broadcast_to(array.reshape(-1), VISIBLE_NM.shape)
     red, green, blue = np.broadcast_to(array.reshape(-1), 3) if array.size == 1 else array.reshape(3, -1)[:, 0]
-    low, high = (np.clip((VISIBLE_NM - edge) / BAND_OVERLAP_NM + 0.5, 0.0, 1.0) for edge in BAND_EDGES_NM)
-    return blue * (1 - low) + green * (low - high) + red * high
+    return _bands((red, green, blue))
 
 
 def _interaction() -> Any:
@@ -532,12 +519,6 @@ def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
         files[file] = _csv(np.broadcast_to(values.reshape(-1), VISIBLE_NM.shape))
         return {"type": "diffuse", "reflectance_spectrum": file}
     return {"type": "diffuse", "reflectance_rgb": np.broadcast_to(values.reshape(-1), 3).tolist()}
-
-
-def _csv(values: np.ndarray) -> bytes:
-    """A spectrum as a file of a scene."""
-    rows = "".join(f"{nm:g},{value:.9g}\n" for nm, value in zip(VISIBLE_NM, values))
-    return ("wavelength_nm,value\n" + rows).encode()
 
 
 def _matrix(transform: Any) -> np.ndarray:

@@ -72,12 +72,27 @@ pub fn png_bytes(image: &RasterImage, metadata: &Metadata) -> Result<Vec<u8>, Re
 ///
 /// When the image cannot be encoded or written.
 pub fn write_exr(film: &Film, metadata: &Metadata, path: &Path) -> Result<(), RenderError> {
-    let (width, height) = (film.size().width as usize, film.size().height as usize);
+    let rgb = |xyz: &Xyz| {
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(*xyz);
+        [narrow(r), narrow(g), narrow(b)]
+    };
+    let rows: Vec<Vec<[f32; 3]>> =
+        film.pixels().chunks_exact(film.size().width as usize).map(|row| row.iter().map(rgb).collect()).collect();
+    write_numbers_exr(&rows, metadata, path)
+}
+
+/// Writes rows of three numbers, the first row at the top, as the channels R, G and B of 32-bit floats.
+///
+/// # Errors
+///
+/// When the image cannot be encoded or written.
+pub fn write_numbers_exr(rows: &[Vec<[f32; 3]>], metadata: &Metadata, path: &Path) -> Result<(), RenderError> {
+    let size = (rows.first().map_or(0, Vec::len), rows.len());
     let channels = SpecificChannels::rgb(|place: exr::math::Vec2<usize>| {
-        let LinearRgb { r, g, b } = LinearRgb::from_xyz(film.pixels()[place.y() * width + place.x()]);
-        (narrow(r), narrow(g), narrow(b))
+        let [r, g, b] = rows[place.y()][place.x()];
+        (r, g, b)
     });
-    let layer = Layer::new((width, height), attributes(metadata), Encoding::SMALL_LOSSLESS, channels);
+    let layer = Layer::new(size, attributes(metadata), Encoding::SMALL_LOSSLESS, channels);
     let mut content = Cursor::new(Vec::new());
     let result = Image::from_layer(layer).write().to_buffered(&mut content);
     write_file(path, result.map(|()| content.into_inner()).map_err(|error| error.to_string()))

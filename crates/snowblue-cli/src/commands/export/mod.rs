@@ -1,0 +1,119 @@
+//! `snowblue export`: the colours of one snow as functions and tables for real-time renderers and for Blender.
+
+mod tables;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use snowblue_color::Observer;
+use snowblue_database::compact::{CompactSnow, GREATEST_THICKNESS_RANGE, ShaderLanguage};
+use snowblue_figures::format_number;
+
+use crate::options::parse;
+use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions};
+use crate::output::{Failure, Outcome, check_path, print, write_file};
+use tables::TableFile;
+
+/// The shader of a surface of snow, without the functions that it calls.
+const OSL_SURFACE: &str = include_str!("surface.osl");
+
+/// Write the colours of one snow for other renderers: WGSL, GLSL or OSL, or a look-up table
+#[derive(Debug, Subcommand)]
+#[command(after_help = "\
+The two functions and the two tables are those of PCASnow: the transmittance and the reflectance of a slab by its \
+thickness in m and the cosine of the angle of incidence, as linear sRGB under the illuminant, whose light has \
+luminance 1. Deep blue lies outside sRGB and has a negative red.
+
+Examples:
+  snowblue export wgsl -o snow.wgsl
+  snowblue export glsl --grain-size 800 --impurity black-carbon=100 -o snow.glsl
+  snowblue export osl -o snow.osl             a material for Blender's Cycles
+  snowblue export lut -o snow.exr")]
+pub(crate) enum Export {
+    /// Write two functions in the WebGPU Shading Language
+    Wgsl(Functions),
+    /// Write two functions in the OpenGL Shading Language: 3.30, ES 3.00, WebGL 2, Godot
+    Glsl(Functions),
+    /// Write a surface in the Open Shading Language, which traces its thickness, for Blender's Cycles
+    Osl(Functions),
+    /// Write a look-up table: logarithms to base 2 of X, Y and Z by thickness and angle
+    Lut(TableFile),
+}
+
+/// Snow, light and the range of thickness.
+#[derive(Debug, Args)]
+struct CompactOptions {
+    #[command(flatten)]
+    sample: SnowOptions,
+    #[command(flatten)]
+    light: LightOptions,
+    #[command(flatten)]
+    ordinates: OrdinatesArguments,
+    /// Greatest thickness in cm [0.1–1000]; thicker snow is extrapolated by its decay there
+    #[arg(
+        long, value_name = "CM", default_value = "100", value_parser = greatest_thickness, help_heading = "Slab"
+    )]
+    max_thickness: f64,
+}
+
+/// Functions of a shading language.
+#[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct Functions {
+    #[command(flatten)]
+    compact: CompactOptions,
+    /// File to write [default: print]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    output: Option<PathBuf>,
+}
+
+impl Export {
+    pub(crate) fn run(&self) -> Outcome {
+        match self {
+            Self::Wgsl(functions) => functions.write(ShaderLanguage::Wgsl, ""),
+            Self::Glsl(functions) => functions.write(ShaderLanguage::Glsl, ""),
+            Self::Osl(functions) => functions.write(ShaderLanguage::Osl, OSL_SURFACE),
+            Self::Lut(file) => file.write(),
+        }
+    }
+}
+
+impl Functions {
+    fn write(&self, language: ShaderLanguage, rest: &str) -> Outcome {
+        self.output.as_deref().map_or(Ok(()), check_path)?;
+        let snow = self.compact.fit()?;
+        let comments: String = self.compact.notes(&snow)?.iter().map(|line| format!("// {line}\n")).collect();
+        let text = format!("{comments}\n{}{rest}", snow.functions(language));
+        match &self.output {
+            Some(path) => write_file(path, text.as_bytes()),
+            None => print(&text).map_err(Failure::work),
+        }
+    }
+}
+
+impl CompactOptions {
+    fn fit(&self) -> Result<CompactSnow, Failure> {
+        let colorimeter = self.light.colorimeter(Observer::Cie1931, &SampleCount::ThirtyOne.wavelengths_nm())?;
+        let options = self.ordinates.options();
+        CompactSnow::new(&self.sample.sample()?, self.max_thickness, &colorimeter, &options).map_err(Failure::input)
+    }
+
+    /// What the numbers are, in lines.
+    fn notes(&self, snow: &CompactSnow) -> Result<Vec<String>, Failure> {
+        let mut notes = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION"))];
+        notes.extend(self.sample.metadata()?.into_iter().map(|(name, value)| format!("{name}: {value}")));
+        notes.push(format!("illuminant: {}", self.light.illuminant));
+        notes.push(format!(
+            "0 to {} cm, 0 to 89 degrees; greatest error of the fit: {:.1e} of the value",
+            format_number(self.max_thickness),
+            snow.error()
+        ));
+        Ok(notes)
+    }
+}
+
+fn greatest_thickness(words: &str) -> Result<f64, String> {
+    let thickness_cm = parse::number(words)?;
+    GREATEST_THICKNESS_RANGE.check(thickness_cm).map_err(|error| error.to_string())?;
+    Ok(thickness_cm)
+}

@@ -1,0 +1,335 @@
+//! Colours of the light through one snow sample as polynomials, for shaders.
+//!
+//! A shader has neither 31 wavelengths nor a table of all snow. The logarithms of the tristimulus values of transmitted
+//! and reflected light are smooth over ln(1 + h/h₀) and √μ, with the thickness h, a part h₀ of the extinction length,
+//! and the cosine μ of the angle of incidence, once the exponential decay of thick snow and the proportionality of thin
+//! snow are split off:
+//!
+//! - log₂ T = P(x, y) − κ h,
+//! - log₂ R = Q(x, y) + log₂ (h / (h + h₀)).
+//!
+//! Chebyshev polynomials of degree 16 to 40 in x and 8 to 16 in y interpolate them. Their errors are measured between
+//! the nodes.
+
+mod chebyshev;
+mod shader;
+
+use rayon::prelude::*;
+use snowblue_color::{Colorimeter, Xyz};
+use snowblue_transport::TransportError;
+use snowblue_transport::medium::{Demand, GrainTallies, Population, TallyPlan};
+use snowblue_transport::ordinates::{OrdinatesOptions, solve_without_errors};
+use snowblue_transport::range::ParameterRange;
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::{Incidence, Slab};
+
+use chebyshev::{Chebyshev2, nodes_and_middles};
+pub use shader::ShaderLanguage;
+
+/// Range of the greatest thickness of [`CompactSnow`], in cm.
+pub const GREATEST_THICKNESS_RANGE: ParameterRange =
+    ParameterRange { quantity: "greatest thickness", least: 0.1, greatest: 1000.0, unit: " cm" };
+
+/// Largest angle of incidence, in degrees. Light from there to 90° counts as at this angle.
+const LAST_ANGLE_DEG: f64 = 89.0;
+/// Scale of the thickness h₀ over the extinction length: where the angle matters most.
+const SCALE_PER_EXTINCTION_LENGTH: f64 = 0.1;
+/// The relative error to reach between the nodes.
+const TOLERANCE: f64 = 6e-4;
+/// Degrees over thickness and angle that are tried in turn.
+const DEGREES: [(usize, usize); 6] = [(16, 8), (20, 10), (24, 12), (28, 12), (32, 12), (40, 16)];
+
+/// Colours of the light through one snow sample, by thickness and angle of incidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompactSnow {
+    scale_m: f64,
+    greatest_thickness_m: f64,
+    /// κ of X, Y and Z, in 1/m.
+    decay_per_m: [f64; 3],
+    transmittance: Chebyshev2,
+    reflectance: Chebyshev2,
+    error: f64,
+}
+
+/// Logarithms to base 2 of X, Y and Z on a regular grid of ln(1 + h/h₀) and √μ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LookUpTable {
+    /// Thicknesses of the columns, in m.
+    pub thicknesses_m: Vec<f64>,
+    /// Cosines of the angles of incidence of the rows.
+    pub cosines: Vec<f64>,
+    /// [row][column] of transmitted light.
+    pub transmittance: Vec<Vec<[f64; 3]>>,
+    /// [row][column] of reflected light.
+    pub reflectance: Vec<Vec<[f64; 3]>>,
+}
+
+/// Logarithms of transmitted and reflected light at the points of an interpolation, [thickness][angle].
+struct Samples {
+    transmittance: Vec<Vec<[f64; 3]>>,
+    reflectance: Vec<Vec<[f64; 3]>>,
+}
+
+impl CompactSnow {
+    /// Fits the transmittance and reflectance of a sample from 0 to a thickness in cm, for one illuminant. Thicker snow
+    /// is extrapolated by the decay there.
+    ///
+    /// # Errors
+    /// If a parameter of the sample or the thickness is out of range, or the snow lets no light through.
+    pub fn new(
+        sample: &SnowSample,
+        greatest_thickness_cm: f64,
+        colorimeter: &Colorimeter,
+        options: &OrdinatesOptions,
+    ) -> Result<Self, TransportError> {
+        GREATEST_THICKNESS_RANGE.check(greatest_thickness_cm)?;
+        let greatest_thickness_m = 1e-2 * greatest_thickness_cm;
+        let scale_m = SCALE_PER_EXTINCTION_LENGTH * extinction_length_m(sample, options)?;
+        let empty = Chebyshev2 { rows: Vec::new() };
+        let mut best = Self {
+            scale_m,
+            greatest_thickness_m,
+            decay_per_m: [0.0; 3],
+            transmittance: empty.clone(),
+            reflectance: empty,
+            error: f64::INFINITY,
+        };
+        for (degree_x, degree_y) in DEGREES {
+            let fitted = best.fitted(sample, colorimeter, options, [degree_x, degree_y])?;
+            if fitted.error < best.error {
+                best = fitted;
+            }
+            if best.error <= TOLERANCE {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Greatest relative error of X, Y and Z between the nodes of the interpolation.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// Greatest thickness of the fit, in m.
+    #[must_use]
+    pub fn greatest_thickness_m(&self) -> f64 {
+        self.greatest_thickness_m
+    }
+
+    /// The scale h₀ of the thickness, in m.
+    #[must_use]
+    pub fn scale_m(&self) -> f64 {
+        self.scale_m
+    }
+
+    /// X, Y and Z of the light through `thickness_m` at the cosine of an angle of incidence, over Y of the light.
+    #[must_use]
+    pub fn transmittance(&self, thickness_m: f64, cos_incidence: f64) -> Xyz {
+        xyz(self.log2_transmittance(thickness_m, cos_incidence))
+    }
+
+    /// X, Y and Z of the light that is reflected, over Y of the light.
+    #[must_use]
+    pub fn reflectance(&self, thickness_m: f64, cos_incidence: f64) -> Xyz {
+        xyz(self.log2_reflectance(thickness_m, cos_incidence))
+    }
+
+    /// The logarithms on a grid of `columns` by `rows`. The first column has no thickness, where the logarithm of the
+    /// reflectance is that of a thousandth of h₀.
+    #[must_use]
+    pub fn look_up_table(&self, columns: u32, rows: u32) -> LookUpTable {
+        let unit = |number: u32, count: u32| f64::from(number) / f64::from(count - 1);
+        let thicknesses_m: Vec<f64> =
+            (0..columns).map(|column| self.thickness_m(2.0 * unit(column, columns) - 1.0)).collect();
+        let cosines: Vec<f64> = (0..rows).map(|row| cosine(2.0 * unit(row, rows) - 1.0)).collect();
+        let table = |value: &dyn Fn(f64, f64) -> [f64; 3]| {
+            cosines.iter().map(|cosine| thicknesses_m.iter().map(|h| value(*h, *cosine)).collect()).collect()
+        };
+        let least_m = 1e-3 * self.scale_m;
+        let transmittance = table(&|h, cosine| self.log2_transmittance(h, cosine));
+        let reflectance = table(&|h, cosine| self.log2_reflectance(h.max(least_m), cosine));
+        LookUpTable { transmittance, reflectance, thicknesses_m, cosines }
+    }
+
+    /// Greatest relative error in the middle of the cells of a table that is interpolated linearly.
+    #[must_use]
+    pub fn interpolation_error(&self, table: &LookUpTable) -> f64 {
+        let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
+        // Middles in x, in which the table is regular.
+        let thicknesses_m: Vec<f64> = (table.thicknesses_m.windows(2))
+            .map(|pair| {
+                self.thickness_m(middle(&[self.thickness_coordinate(pair[0]), self.thickness_coordinate(pair[1])]))
+            })
+            .collect();
+        let cosines: Vec<f64> = (table.cosines.windows(2))
+            .map(|pair| cosine(middle(&[cosine_coordinate(pair[0]), cosine_coordinate(pair[1])])))
+            .collect();
+        let logarithm = |values: &[Vec<[f64; 3]>], exact: &dyn Fn(f64, f64) -> [f64; 3]| {
+            let mut greatest = 0.0_f64;
+            for (rows, cosine) in values.windows(2).zip(&cosines) {
+                // The first column of reflected light is not the limit of the logarithm, which is infinite.
+                for (column, h) in thicknesses_m.iter().enumerate().skip(1) {
+                    let exact = exact(*h, *cosine);
+                    for channel in 0..3 {
+                        let corner = |row: usize, column: usize| rows[row][column][channel];
+                        let sum: f64 =
+                            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(r, c)| corner(r, column + c)).iter().sum();
+                        greatest = greatest.max((0.25 * sum - exact[channel]).abs());
+                    }
+                }
+            }
+            greatest
+        };
+        let transmitted = logarithm(&table.transmittance, &|h, cosine| self.log2_transmittance(h, cosine));
+        let reflected = logarithm(&table.reflectance, &|h, cosine| self.log2_reflectance(h, cosine));
+        (transmitted.max(reflected) * std::f64::consts::LN_2).exp_m1()
+    }
+
+    fn log2_transmittance(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
+        let logarithms =
+            self.transmittance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence));
+        std::array::from_fn(|channel| logarithms[channel] - self.decay_per_m[channel] * thickness_m)
+    }
+
+    fn log2_reflectance(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
+        let thinness = (thickness_m / (thickness_m + self.scale_m)).log2();
+        let logarithms = self.reflectance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence));
+        logarithms.map(|logarithm| logarithm + thinness)
+    }
+
+    /// x of a thickness in m, −1 to 1.
+    fn thickness_coordinate(&self, thickness_m: f64) -> f64 {
+        let octaves = |thickness_m: f64| (thickness_m / self.scale_m).ln_1p();
+        (2.0 * octaves(thickness_m) / octaves(self.greatest_thickness_m) - 1.0).clamp(-1.0, 1.0)
+    }
+
+    /// The thickness in m of x.
+    fn thickness_m(&self, x: f64) -> f64 {
+        let greatest = (self.greatest_thickness_m / self.scale_m).ln_1p();
+        self.scale_m * (0.5 * (x + 1.0) * greatest).exp_m1()
+    }
+
+    /// A fit with polynomials of other degrees.
+    fn fitted(
+        &self,
+        sample: &SnowSample,
+        colorimeter: &Colorimeter,
+        options: &OrdinatesOptions,
+        degrees: [usize; 2],
+    ) -> Result<Self, TransportError> {
+        let [xs, ys] = degrees.map(nodes_and_middles);
+        let thicknesses_m: Vec<f64> = xs.iter().map(|x| self.thickness_m(*x)).collect();
+        let cosines: Vec<f64> = ys.iter().map(|y| cosine(*y)).collect();
+        let Samples { mut transmittance, mut reflectance } =
+            samples(sample, &thicknesses_m, &cosines, colorimeter, options)?;
+        // Points run from the thickest snow to the thinnest, and from normal incidence to grazing.
+        let decay_per_m: [f64; 3] = std::array::from_fn(|channel| {
+            let [thick, thinner] = [0, 1].map(|point| transmittance[point][0][channel]);
+            (thinner - thick) / (thicknesses_m[0] - thicknesses_m[1])
+        });
+        for ((transmittance, reflectance), thickness_m) in
+            transmittance.iter_mut().zip(&mut reflectance).zip(&thicknesses_m)
+        {
+            for (transmitted, reflected) in transmittance.iter_mut().zip(reflectance) {
+                for channel in 0..3 {
+                    transmitted[channel] += decay_per_m[channel] * thickness_m;
+                    reflected[channel] += (self.scale_m + thickness_m).log2();
+                }
+            }
+        }
+        let mut fitted = Self {
+            transmittance: Chebyshev2::interpolate(&transmittance),
+            reflectance: Chebyshev2::interpolate(&reflectance),
+            decay_per_m,
+            error: 0.0,
+            ..self.clone()
+        };
+        let differences = |polynomial: &Chebyshev2, samples: &[Vec<[f64; 3]>]| {
+            let point = |(x, row): (&f64, &Vec<[f64; 3]>)| {
+                let of_row = ys.iter().zip(row).map(|(y, exact)| {
+                    let ours = polynomial.at(*x, *y);
+                    (0..3).map(|channel| (ours[channel] - exact[channel]).abs()).fold(0.0, f64::max)
+                });
+                of_row.fold(0.0, f64::max)
+            };
+            xs.iter().zip(samples).map(point).fold(0.0, f64::max)
+        };
+        let logarithm =
+            differences(&fitted.transmittance, &transmittance).max(differences(&fitted.reflectance, &reflectance));
+        fitted.error = (logarithm * std::f64::consts::LN_2).exp_m1();
+        Ok(fitted)
+    }
+}
+
+/// log₂ T, and log₂ (R / h), of X, Y and Z.
+fn samples(
+    sample: &SnowSample,
+    thicknesses_m: &[f64],
+    cosines: &[f64],
+    colorimeter: &Colorimeter,
+    options: &OrdinatesOptions,
+) -> Result<Samples, TransportError> {
+    // Reflectance over thickness has a limit at no thickness, which thin snow gives.
+    const THINNEST_CM: f64 = 1e-7;
+    let slab = Slab {
+        sample: *sample,
+        thicknesses_cm: thicknesses_m.iter().map(|h| (1e2 * h).max(THINNEST_CM)).collect(),
+        incidences: cosines.iter().map(|cosine| beam(*cosine)).collect(),
+        wavelengths_nm: colorimeter.wavelengths_nm().to_vec(),
+    };
+    let solved = solve_without_errors(&slab, options)?;
+    let count = slab.wavelengths_nm.len();
+    let spectra: Vec<_> = solved.chunks_exact(count).collect();
+    let logarithms = |spectrum: Vec<f64>, divisor: f64| {
+        let Xyz { x, y, z } = colorimeter.xyz(&spectrum);
+        [x, y, z].map(|value| (value / divisor).max(f64::MIN_POSITIVE).log2())
+    };
+    let rows = |quantity: &(dyn Fn(usize) -> [f64; 3] + Sync)| -> Vec<Vec<[f64; 3]>> {
+        let row = |thickness: usize| (0..cosines.len()).map(|a| quantity(thickness * cosines.len() + a)).collect();
+        (0..thicknesses_m.len()).into_par_iter().map(row).collect()
+    };
+    Ok(Samples {
+        transmittance: rows(&|case| logarithms(spectra[case].iter().map(|one| one.transmittance.value).collect(), 1.0)),
+        reflectance: rows(&|case| {
+            let thickness_m = 1e-2 * spectra[case][0].thickness_cm;
+            logarithms(spectra[case].iter().map(|one| one.reflectance.value).collect(), thickness_m)
+        }),
+    })
+}
+
+/// Mean distance between two grains on a straight line, in m.
+fn extinction_length_m(sample: &SnowSample, options: &OrdinatesOptions) -> Result<f64, TransportError> {
+    const MIDDLE_NM: f64 = 550.0;
+    sample.check()?;
+    let plan = TallyPlan { degree: 2, rays: options.tally_rays, seed: options.seed };
+    let demand = Demand::of_sample(sample, &[MIDDLE_NM]);
+    let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
+    Ok(1.0 / tallies.medium(sample, MIDDLE_NM, None).extinction_per_m)
+}
+
+/// y of the cosine of an angle of incidence, −1 to 1.
+fn cosine_coordinate(cos_incidence: f64) -> f64 {
+    let least = least_root();
+    (2.0 * (cos_incidence.max(0.0).sqrt() - least) / (1.0 - least) - 1.0).clamp(-1.0, 1.0)
+}
+
+/// The cosine of an angle of incidence of y.
+fn cosine(y: f64) -> f64 {
+    let least = least_root();
+    (least + 0.5 * (y + 1.0) * (1.0 - least)).powi(2)
+}
+
+/// The square root of the least cosine.
+fn least_root() -> f64 {
+    LAST_ANGLE_DEG.to_radians().cos().sqrt()
+}
+
+fn beam(cosine: f64) -> Incidence {
+    Incidence::Beam { angle_deg: cosine.min(1.0).acos().to_degrees() }
+}
+
+fn xyz([x, y, z]: [f64; 3]) -> Xyz {
+    Xyz { x: x.exp2(), y: y.exp2(), z: z.exp2() }
+}

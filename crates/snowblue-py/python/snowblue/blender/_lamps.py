@@ -1,0 +1,188 @@
+"""Lamps of Blender as lamps of snowblue, at unit strength and white, and their strength as drivers.
+
+A lamp of energy P has, in Cycles, the radiant intensity P/(4 pi) (point and spot), the irradiance P (sun), or the
+radiance P/(pi A) on its area A (area lamp), all in units of the scene. `Normalize` off multiplies P by the area: 4 pi
+r² for a point or spot of radius r, pi sin²(angle/2) for a sun.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from snowblue._renderers import BAND_WIDTH_NM
+
+WHITE_FILE = "white.csv"
+"""The file of a scene that holds the spectrum of white light."""
+SPOT_FALLOFF = 0.75
+"""Blender's spot falls off by smoothstep, ours by the square, both in the cosine. Their means over the blend are 1/2
+and 1/3: this width of ours, relative to that of Blender, makes the power equal."""
+LEAST_FALLOFF = 0.001
+"""Least width of the falloff of our spots, as a difference of cosines, as in glTF."""
+CYCLES_POINT_AREA = 4.0
+"""The area that Cycles gives to a point without a radius if `Normalize` is off."""
+FALLOFF_ERROR = 0.01
+"""Greatest error of the irradiance by a soft falloff that needs no warning."""
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A lamp that is solved for alone."""
+
+    name: str
+    object: bpy.types.Object
+    description: dict[str, Any]
+    """A light of a scene: white, and as strong as a Blender lamp with the energy 1."""
+
+
+def lamp_of(thing: bpy.types.Object, to_world: Matrix, unit_m: float, snow_m: np.ndarray) -> Lamp | None:
+    """The lamp of an object; none for what is no lamp.
+
+    `unit_m` is the length of a unit of the scene, `snow_m` are points of the snow.
+    """
+    light = thing.data
+    if light.type == "AREA" and light.cycles.is_portal:
+        return None
+    _check(thing)
+    is_normalized = _is_normalized(light)
+    position = to_world.translation * unit_m
+    axis = (to_world.to_3x3() @ Vector((0, 0, -1))).normalized()
+    at = {"position": list(position), "spectrum": WHITE_FILE}
+    if light.type == "SUN":
+        area = 1.0 if is_normalized or light.angle == 0 else math.pi * math.sin(light.angle / 2) ** 2
+        description = {"type": "directional", "direction": list(axis), "spectrum": WHITE_FILE}
+        description["irradiance_w_m2"] = BAND_WIDTH_NM * area
+        return Lamp(thing.name, thing, description)
+    if light.type == "AREA":
+        return Lamp(thing.name, thing, at | _rectangle(thing, to_world, position, axis, unit_m))
+    radius = light.shadow_soft_size
+    area = 1.0 if is_normalized else 4 * math.pi * radius**2 if radius > 0 else CYCLES_POINT_AREA
+    intensity = BAND_WIDTH_NM * area / (4 * math.pi) * unit_m**2
+    if light.use_soft_falloff and radius > 0:
+        _check_falloff(thing, np.array(position), radius * unit_m, snow_m)
+    if light.type == "SPOT":
+        description = at | {"type": "spot", "look_at": list(position + axis), "radiant_intensity_w_sr": intensity}
+        description |= _cone(light.spot_size, light.spot_blend)
+    elif radius > 0:
+        radiance = intensity / (math.pi * (radius * unit_m) ** 2)
+        description = at | {"type": "sphere", "radius": radius * unit_m, "radiance_w_m2_sr": radiance}
+    else:
+        description = at | {"type": "point", "radiant_intensity_w_sr": intensity}
+    return Lamp(thing.name, thing, description)
+
+
+def _is_normalized(light: bpy.types.Light) -> bool:
+    """Whether the power of a lamp does not depend on its size. Before Blender 4.5 it never does."""
+    return getattr(light, "normalize", True)
+
+
+def _cone(size: float, blend: float) -> dict[str, float]:
+    """The cone of a spot of the same power."""
+    outer = math.cos(size / 2)
+    blended = (1 - outer) * blend
+    width = max(SPOT_FALLOFF * blended, LEAST_FALLOFF)
+    outer += blended / 2 - 2 / 3 * width
+    outer_deg, inner_deg = (math.degrees(math.acos(min(cosine, 1.0))) for cosine in (outer, outer + width))
+    return {"inner_cone_deg": inner_deg, "outer_cone_deg": outer_deg}
+
+
+def _rectangle(
+    thing: bpy.types.Object, to_world: Matrix, position: Vector, axis: Vector, unit_m: float
+) -> dict[str, Any]:
+    light, scale = thing.data, to_world.to_scale()
+    length = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
+    size = np.array([abs(light.size * scale.x), abs(length * scale.y)])
+    if light.shape in ("DISK", "ELLIPSE"):
+        # A rectangle of the same area.
+        size *= math.sqrt(math.pi / 4)
+        warnings.warn(
+            f"lamp '{thing.name}' is a {light.shape.lower()}: snow sees a rectangle of the same area", stacklevel=2
+        )
+    radiance = BAND_WIDTH_NM / math.pi / (size.prod() if _is_normalized(light) else 1.0)
+    return {
+        "type": "rectangle",
+        "look_at": list(position + axis),
+        "up": list((to_world.to_3x3() @ Vector((0, 1, 0))).normalized()),
+        "size": (size * unit_m).tolist(),
+        "radiance_w_m2_sr": radiance,
+    }
+
+
+def _check(thing: bpy.types.Object) -> None:
+    """Refuses lamps whose light snow cannot take, and warns of what it does not see."""
+    light, name = thing.data, thing.name
+    if light.use_nodes and emission_of(light) is None:
+        raise ValueError(f"lamp '{name}' has nodes other than a plain Emission: switch 'Use Nodes' off")
+    if light.type == "AREA" and light.spread < math.pi - 1e-4:
+        raise ValueError(f"lamp '{name}' has a spread of {math.degrees(light.spread):.0f}°, but must have 180°")
+    if light.type == "SPOT" and light.use_square:
+        raise ValueError(f"lamp '{name}' is a square spot, but must be a round one")
+    if light.type == "SPOT" and light.spot_size >= math.pi:
+        raise ValueError(f"lamp '{name}' has a cone of {math.degrees(light.spot_size):.0f}°, but must be below 180°")
+    if not light.use_shadow:
+        warnings.warn(f"lamp '{name}' casts no shadow, but the light in the snow has shadows", stacklevel=2)
+    linking = thing.light_linking
+    if linking.receiver_collection or linking.blocker_collection:
+        warnings.warn(f"lamp '{name}' has light linking, which the light in the snow does not", stacklevel=2)
+
+
+def _check_falloff(thing: bpy.types.Object, position_m: np.ndarray, radius_m: float, snow_m: np.ndarray) -> None:
+    nearest_m = float(np.linalg.norm(snow_m - position_m, axis=1).min())
+    error = radius_m**2 / (radius_m**2 + nearest_m**2)
+    if error > FALLOFF_ERROR:
+        warnings.warn(
+            f"lamp '{thing.name}' has 'Soft Falloff': close by, snow takes up to {error:.0%} more light than Blender "
+            "shows; switch it off",
+            stacklevel=2,
+        )
+
+
+def emission_of(light: bpy.types.Light) -> bpy.types.Node | None:
+    """The node that sets the light of a lamp with nodes, if it is a plain Emission."""
+    output = light.node_tree.get_output_node("CYCLES") if light.node_tree else None
+    links = output.inputs["Surface"].links if output else ()
+    node = links[0].from_node if links else None
+    is_plain = node is not None and node.type == "EMISSION" and not any(socket.is_linked for socket in node.inputs)
+    return node if is_plain else None
+
+
+def drive_strength(socket: bpy.types.NodeSocket, lamp: Lamp) -> None:
+    """Makes a socket of three numbers the strength of a lamp: its colour times its energy, and 0 if it is hidden."""
+    light = lamp.object.data
+    for channel, curve in enumerate(socket.driver_add("default_value")):
+        driver = curve.driver
+        driver.type = "SCRIPTED"
+        terms = ["energy", "color", "(1 - hidden)"]
+        _variable(driver, "energy", "LIGHT", light, "energy")
+        _variable(driver, "color", "LIGHT", light, f"color[{channel}]")
+        _variable(driver, "hidden", "OBJECT", lamp.object, "hide_render")
+        if "exposure" in light.bl_rna.properties:
+            terms.append("pow(2, exposure)")
+            _variable(driver, "exposure", "LIGHT", light, "exposure")
+        if "use_temperature" in light.bl_rna.properties:
+            terms.append("(warmth if warm else 1)")
+            _variable(driver, "warmth", "LIGHT", light, f"temperature_color[{channel}]")
+            _variable(driver, "warm", "LIGHT", light, "use_temperature")
+        if light.use_nodes:
+            node = emission_of(light)
+            terms += ["tint", "strength"]
+            for name, number, part in (("tint", 0, f"[{channel}]"), ("strength", 1, "")):
+                path = f"{node.inputs[number].path_from_id('default_value')}{part}"
+                _variable(driver, name, "NODETREE", light.node_tree, path)
+        driver.expression = " * ".join(terms)
+
+
+def _variable(driver: bpy.types.Driver, name: str, kind: str, thing: bpy.types.ID, path: str) -> None:
+    variable = driver.variables.new()
+    variable.name = name
+    variable.type = "SINGLE_PROP"
+    target = variable.targets[0]
+    target.id_type = kind
+    target.id = thing
+    target.data_path = path

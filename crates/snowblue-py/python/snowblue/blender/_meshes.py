@@ -1,0 +1,78 @@
+"""Evaluated meshes in metres, with modifiers and transforms applied, and the colours of surfaces that are not snow."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+WITH_FACES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
+"""Types of objects that can have faces."""
+DEFAULT_REFLECTANCE = 0.8
+"""That of Blender's default material."""
+UNKNOWN_REFLECTANCE = 0.5
+
+
+def world_mesh(
+    evaluated: bpy.types.Object, to_world: Matrix, unit_m: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices in m (n, 3), triangles (m, 3), and the number of the material of each triangle (m)."""
+    mesh = evaluated.to_mesh()
+    if mesh is None:
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
+    try:
+        mesh.calc_loop_triangles()
+        vertices = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+        mesh.vertices.foreach_get("co", vertices)
+        triangles = np.empty(3 * len(mesh.loop_triangles), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles)
+        materials = np.empty(len(mesh.loop_triangles), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("material_index", materials)
+    finally:
+        evaluated.to_mesh_clear()
+    matrix = np.array(to_world)
+    placed = vertices.reshape(-1, 3).astype(float) @ matrix[:3, :3].T + matrix[:3, 3]
+    return placed * unit_m, triangles.reshape(-1, 3).astype(np.int64), materials.astype(np.int64)
+
+
+def diffuse_of(thing: bpy.types.Object, slot: int) -> dict[str, Any]:
+    """The material of a scene for a surface that is not snow."""
+    slots = thing.material_slots
+    material = slots[min(slot, len(slots) - 1)].material if len(slots) else None
+    if material is None:
+        return {"type": "diffuse", "reflectance": DEFAULT_REFLECTANCE}
+    # From Blender 5 on, all materials have nodes.
+    has_nodes = bpy.app.version >= (5, 0) or material.use_nodes
+    tree = material.node_tree if has_nodes else None
+    if tree is None:
+        return {"type": "diffuse", "reflectance_rgb": list(material.diffuse_color[:3])}
+    if any(_shines(node) for node in tree.nodes):
+        warnings.warn(
+            f"material '{material.name}' emits light, which snow does not get: it takes light from lamps and the World",
+            stacklevel=2,
+        )
+    output = tree.get_output_node("CYCLES")
+    links = output.inputs["Surface"].links if output else ()
+    node = links[0].from_node if links else None
+    name = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color"}.get(node.type if node else "")
+    if name is None or node.inputs[name].is_linked:
+        warnings.warn(
+            f"material '{material.name}' has no plain colour: it reflects light onto snow as a grey of "
+            f"{UNKNOWN_REFLECTANCE}",
+            stacklevel=2,
+        )
+        return {"type": "diffuse", "reflectance": UNKNOWN_REFLECTANCE}
+    return {"type": "diffuse", "reflectance_rgb": list(node.inputs[name].default_value[:3])}
+
+
+def _shines(node: bpy.types.Node) -> bool:
+    if node.type == "EMISSION":
+        return True
+    if node.type != "BSDF_PRINCIPLED":
+        return False
+    strength, color = node.inputs["Emission Strength"], node.inputs["Emission Color"]
+    is_black = not color.is_linked and not any(color.default_value[:3])
+    return (strength.is_linked or strength.default_value > 0) and not is_black

@@ -1,0 +1,181 @@
+"""The panel "Snow" of the sidebar, and its operators."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import bpy
+
+from snowblue.blender._bake import bake, clear
+from snowblue.blender._settings import SnowSettings, baked_of, is_snow, source_of
+
+
+class SnowBakeSettings(bpy.types.PropertyGroup):
+    """How the snow of a scene is baked."""
+
+    step_mm: bpy.props.FloatProperty(
+        name="Step (mm)", description="Greatest length of an edge of the baked meshes; 0 selects it", min=0.0
+    )
+    field_step_mm: bpy.props.FloatProperty(
+        name="Cells (mm)", description="Size of the cells that the snow is divided into; 0 selects it", min=0.0
+    )
+    max_bounces: bpy.props.IntProperty(
+        name="Bounces", description="Surfaces over which light is followed into the snow", min=0, max=64, default=8
+    )
+
+
+def _chosen(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The snow that is selected, itself or baked."""
+    sources = dict.fromkeys(source_of(one) for one in context.selected_objects)
+    return [one for one in sources if is_snow(one)]
+
+
+def _reporting(operator: bpy.types.Operator, work: Callable[[], str]) -> set[str]:
+    """Runs some work and tells the user of its result, its warnings and its error."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        try:
+            done = work()
+        except (ValueError, RuntimeError) as error:
+            operator.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+    for text in dict.fromkeys(str(one.message) for one in caught if one.category is UserWarning):
+        operator.report({"WARNING"}, text)
+    operator.report({"INFO"}, done)
+    return {"FINISHED"}
+
+
+class SnowMake(bpy.types.Operator):
+    """Mark the selected meshes as snow"""
+
+    bl_idname = "snowblue.make"
+    bl_label = "Make Snow"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        selected = [one for one in context.selected_objects if one.snowblue.source is None]
+        wrong = [one for one in selected if one.type != "MESH"]
+        if wrong or not selected:
+            which = f"'{wrong[0].name}' is a {wrong[0].type.lower()}" if wrong else "nothing is selected"
+            self.report({"ERROR"}, f"{which}, but snow must be a mesh")
+            return {"CANCELLED"}
+        for one in selected:
+            one.snowblue.is_snow = True
+        return {"FINISHED"}
+
+
+class SnowUnmake(bpy.types.Operator):
+    """Make the selected snow an ordinary object again"""
+
+    bl_idname = "snowblue.unmake"
+    bl_label = "No Snow"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(_chosen(context))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen = _chosen(context)
+        clear(context.scene, chosen)
+        for one in chosen:
+            one.snowblue.is_snow = False
+        return {"FINISHED"}
+
+
+class SnowBake(bpy.types.Operator):
+    """Solve for the light in the selected snow, or in all if none is selected"""
+
+    bl_idname = "snowblue.bake"
+    bl_label = "Bake"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        settings, manager = context.scene.snowblue_bake, context.window_manager
+
+        def work() -> str:
+            baked = bake(
+                context.scene,
+                _chosen(context) or None,
+                step_mm=settings.step_mm or None,
+                field_step_mm=settings.field_step_mm or None,
+                max_bounces=settings.max_bounces,
+                progress=lambda done, total: manager.progress_update(done / total),
+            )
+            for one in baked:
+                one.select_set(True)
+            context.view_layer.objects.active = baked[0]
+            points = sum(len(one.data.vertices) for one in baked)
+            return f"baked {len(baked)} objects of snow with {points:,} points"
+
+        manager.progress_begin(0, 1)
+        try:
+            return _reporting(self, work)
+        finally:
+            manager.progress_end()
+
+
+class SnowClear(bpy.types.Operator):
+    """Remove the baked objects of the selected snow, or all if none is selected, and show the originals"""
+
+    bl_idname = "snowblue.clear"
+    bl_label = "Clear"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return _reporting(self, lambda: f"removed {clear(context.scene, _chosen(context) or None)} baked objects")
+
+
+class SnowPanel(bpy.types.Panel):
+    """Snow of the selected objects"""
+
+    bl_idname = "VIEW3D_PT_snowblue"
+    bl_label = "Snow"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Snow"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        source = source_of(context.object) if context.object else None
+        if source is not None and is_snow(source):
+            settings = source.snowblue
+            layout.label(text=source.name, icon="FREEZE")
+            layout.prop(settings, "preset")
+            numbers = layout.column()
+            numbers.enabled = settings.preset == "CUSTOM"
+            for name in ("grain_size_um", "facetness", "density_kg_m3"):
+                numbers.prop(settings, name)
+            layout.prop(settings, "body")
+        row = layout.row()
+        row.operator(SnowMake.bl_idname)
+        row.operator(SnowUnmake.bl_idname)
+        settings = context.scene.snowblue_bake
+        for name in ("step_mm", "field_step_mm", "max_bounces"):
+            layout.prop(settings, name)
+        row = layout.row()
+        row.scale_y = 1.5
+        is_baked = source is not None and is_snow(source) and baked_of(source) is not None
+        row.operator(SnowBake.bl_idname, text="Bake Again" if is_baked else "Bake")
+        row.operator(SnowClear.bl_idname)
+
+
+CLASSES = (SnowSettings, SnowBakeSettings, SnowMake, SnowUnmake, SnowBake, SnowClear, SnowPanel)
+
+
+def register() -> None:
+    """Adds the panel, the operators and the settings of objects and scenes to Blender."""
+    for one in CLASSES:
+        bpy.utils.register_class(one)
+    bpy.types.Object.snowblue = bpy.props.PointerProperty(type=SnowSettings)
+    bpy.types.Scene.snowblue_bake = bpy.props.PointerProperty(type=SnowBakeSettings)
+
+
+def unregister() -> None:
+    """Takes away what :func:`register` added. Settings stay in the files that have them."""
+    del bpy.types.Scene.snowblue_bake
+    del bpy.types.Object.snowblue
+    for one in reversed(CLASSES):
+        bpy.utils.unregister_class(one)

@@ -1,0 +1,95 @@
+"""What the user says about an object of snow, stored with the object."""
+
+from __future__ import annotations
+
+import bpy
+
+PRESETS = {
+    "FRESH": ("Fresh powder", "New snow. The finest and lightest of the table", 100.0, 200.0),
+    "SETTLED": ("Settled snow", "Rounded grains, some days old", 350.0, 250.0),
+    "OLD": ("Old settled snow", "Rounded grains, some weeks old", 400.0, 300.0),
+    "WIND": ("Wind-packed snow", "Dense snow of broken, rounded grains", 440.0, 380.0),
+    "SPRING": ("Coarse spring snow", "Melt forms. The coarsest and densest of the table", 500.0, 400.0),
+}
+"""Label, description, grain size in µm and density in kg/m³ of each kind of snow. Sizes have the specific surface area,
+and densities are those, of the snow types fresh, rounded, wind-packed and melt forms, or else the nearest of the table;
+old settled snow is the default of the package."""
+PRESET_FACETNESS = 0.3
+GRAIN_SIZE_UM = (100.0, 500.0)
+FACETNESS = (0.1, 0.9)
+DENSITY_KG_M3 = (200.0, 400.0)
+"""Ranges of the embedded table."""
+
+
+def _take_preset(settings: SnowSettings, context: bpy.types.Context) -> None:
+    if settings.preset == "CUSTOM":
+        return
+    _, _, settings.grain_size_um, settings.density_kg_m3 = PRESETS[settings.preset]
+    settings.facetness = PRESET_FACETNESS
+
+
+class SnowSettings(bpy.types.PropertyGroup):
+    """The snow of an object, and how an object is linked with its baked one."""
+
+    is_snow: bpy.props.BoolProperty(name="Snow", description="Whether the object is snow")
+    preset: bpy.props.EnumProperty(
+        name="Kind",
+        description="The kind of snow",
+        items=[(key, label, text) for key, (label, text, *_) in PRESETS.items()]
+        + [("CUSTOM", "Custom", "Numbers of your own")],
+        default="OLD",
+        update=_take_preset,
+    )
+    grain_size_um: bpy.props.FloatProperty(
+        name="Grain Size (µm)",
+        description="Greatest extension of the grains. Coarse grains transmit more light",
+        min=GRAIN_SIZE_UM[0],
+        max=GRAIN_SIZE_UM[1],
+        default=400.0,
+    )
+    facetness: bpy.props.FloatProperty(
+        name="Facetness",
+        description="How flat the faces of the grains are, from round to crystals",
+        min=FACETNESS[0],
+        max=FACETNESS[1],
+        default=PRESET_FACETNESS,
+    )
+    density_kg_m3: bpy.props.FloatProperty(
+        name="Density (kg/m³)",
+        description="Mass of the snow in a cubic metre. Light snow transmits more light",
+        min=DENSITY_KG_M3[0],
+        max=DENSITY_KG_M3[1],
+        default=300.0,
+    )
+    body: bpy.props.StringProperty(
+        name="Body",
+        description="Objects with the same word are one solid of snow, such as the blocks of an igloo",
+    )
+    source: bpy.props.PointerProperty(
+        type=bpy.types.Object, name="Source", description="The object that a baked object was made of"
+    )
+    was_hidden_in_viewport: bpy.props.BoolProperty(description="Whether the viewport showed the object before the bake")
+    was_hidden_in_render: bpy.props.BoolProperty(description="Whether renders showed the object before the bake")
+
+
+def is_snow(thing: bpy.types.Object) -> bool:
+    """Whether an object is marked as snow."""
+    return thing.snowblue.is_snow
+
+
+def baked_of(source: bpy.types.Object) -> bpy.types.Object | None:
+    """The baked object of an object of snow."""
+    return next((one for one in bpy.data.objects if one.snowblue.source == source), None)
+
+
+def source_of(thing: bpy.types.Object) -> bpy.types.Object:
+    """The object that the user marked: of a baked object its source, else the object."""
+    return thing.snowblue.source or thing
+
+
+def material_of(thing: bpy.types.Object) -> dict[str, object]:
+    """The material of a scene for the snow of an object."""
+    settings = thing.snowblue
+    names = ("grain_size_um", "facetness", "density_kg_m3")
+    # Blender keeps 32-bit numbers, which lie outside the table by rounding.
+    return {"type": "pca_snow", **{name: round(getattr(settings, name), 5) for name in names}}
