@@ -36,6 +36,8 @@ def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.shading_system, scene.cycles.samples = "CYCLES", True, 64
+    # Direct light only.
+    scene.cycles.max_bounces = 0
     # A floor behind the back casts no shadow and is not snow.
     bpy.ops.mesh.primitive_plane_add(size=4, location=(0, 0, -0.01))
     bpy.ops.mesh.primitive_cube_add(size=1, location=POSITION)
