@@ -37,5 +37,8 @@ fn a_table_is_an_image_of_its_quantity() {
 fn bad_options_are_refused_before_work() {
     assert_refused(&["export", "lut", "-o", "snow.png"], &["snow.png", ".exr or .json"]);
     assert_refused(&["export", "wgsl", "-o", "missing/snow.wgsl"], &["missing/snow.wgsl", "folder"]);
+    assert_refused(&["export", "wgsl", "--max-thickness", "5000"], &["5000 cm", "0.1–1000 cm"]);
+    assert_refused(&["export", "wgsl", "--impurity", "black-carbon=1e6"], &["no light", "smaller greatest thickness"]);
+    assert_refused(&["export", "wgsl", "--water-saturation", "1"], &["fit to 100 cm", "error", "0.01"]);
     assert_refused(&["export", "glsl", "--density", "2000"], &["density", "2000 kg/m³", "10–900 kg/m³"]);
 }

@@ -429,6 +429,19 @@ def test_errors_say_what_to_do(scene):
         snowblue.blender.bake(objects=[light])
 
 
+def test_names_do_not_mix_objects_up(scene):
+    """A surface whose name and number make the name of the snow."""
+    snow = block()
+    snow.name = "Wall 1"
+    lamp()
+    [alone] = snowblue.blender.bake()
+    size = len(alone.data.vertices)
+    bpy.ops.mesh.primitive_plane_add(size=1, location=(0, 0, -0.5))
+    bpy.context.object.name = "Wall"
+    [beside] = snowblue.blender.bake(objects=[snow])
+    assert len(beside.data.vertices) == size
+
+
 @pytest.mark.filterwarnings("error::UserWarning")
 @pytest.mark.parametrize(
     "change, words",
@@ -496,6 +509,7 @@ def test_eevee_shows_the_same(scene, repository, tmp_path, position):
     tests = str(repository / "crates" / "snowblue-py" / "tests_blender")
     code = EEVEE.format(tests=tests, folder=str(tmp_path), position=position, radius=EEVEE_RADIUS)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "Traceback" not in done.stderr, done.stderr
     if not (tmp_path / "shot.npz").exists():
         pytest.skip(f"Eevee does not run here: {done.stderr.strip().splitlines()[-1:]}")
     eevee, mask = np.load(tmp_path / "shot.npz").values()

@@ -16,19 +16,21 @@ INTENSITY_W_SR = 40.0
 CAMERA = {"position": [0.4, -1.5, 0.6], "look_at": [0, 0, 0.3], "vertical_fov_deg": 16}
 
 
-def script_node(tree, program):
+def script_node(tree, program, unit_m):
     """The node of a compiled script. Blender as a module cannot ask it for its sockets, which a window does."""
     node = tree.nodes.new("ShaderNodeScript")
     node.mode, node.filepath = "EXTERNAL", str(program)
-    node.inputs.new("NodeSocketVector", "lamp_1_position").default_value = LAMP
-    node.inputs.new("NodeSocketColor", "lamp_1_power").default_value = [4 * math.pi * INTENSITY_W_SR] * 3 + [1]
+    node.inputs.new("NodeSocketVector", "lamp_1_position").default_value = np.divide(LAMP, unit_m)
+    node.inputs.new("NodeSocketColor", "lamp_1_power").default_value = [4 * math.pi * INTENSITY_W_SR / unit_m**2] * 3 + [1]
+    node.inputs.new("NodeSocketFloat", "unit_m").default_value = unit_m
     node.outputs.new("NodeSocketShader", "BSDF")
     return node
 
 
 # Blender's own update of script nodes needs a module that only the program has.
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path):
+@pytest.mark.parametrize("unit_m", [1.0, 0.01])
+def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path, unit_m):
     source, program = tmp_path / "snow.osl", tmp_path / "snow.oso"
     subprocess.run([os.environ["SNOWBLUE"], "export", "osl", "-o", source], check=True)
     assert _cycles.osl_compile(str(source), str(program))
@@ -39,20 +41,21 @@ def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path):
     # Direct light only.
     scene.cycles.max_bounces = 0
     # A floor behind the back casts no shadow and is not snow.
-    bpy.ops.mesh.primitive_plane_add(size=4, location=(0, 0, -0.01))
-    bpy.ops.mesh.primitive_cube_add(size=1, location=POSITION)
+    bpy.ops.mesh.primitive_plane_add(size=4 / unit_m, location=(0, 0, -0.01 / unit_m))
+    bpy.ops.mesh.primitive_cube_add(size=1 / unit_m, location=np.divide(POSITION, unit_m))
     snow = bpy.context.object
     snow.scale = SIZE
     material = bpy.data.materials.new("Snow")
     material.use_nodes = True
     material.node_tree.nodes.clear()
     output = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
-    material.node_tree.links.new(script_node(material.node_tree, program).outputs[0], output.inputs["Surface"])
+    material.node_tree.links.new(script_node(material.node_tree, program, unit_m).outputs[0], output.inputs["Surface"])
     snow.data.materials.append(material)
-    bpy.ops.object.camera_add(location=CAMERA["position"])
+    bpy.ops.object.camera_add(location=np.divide(CAMERA["position"], unit_m))
     scene.camera = bpy.context.object
     towards = np.subtract(CAMERA["look_at"], CAMERA["position"])
     scene.camera.rotation_euler = mathutils.Vector(towards).to_track_quat("-Z", "Y").to_euler()
+    scene.camera.data.clip_end = 100 / unit_m
     scene.camera.data.angle = math.radians(CAMERA["vertical_fov_deg"])
     scene.render.resolution_x = scene.render.resolution_y = 64
     scene.render.image_settings.file_format = "OPEN_EXR"

@@ -14,21 +14,20 @@
 mod chebyshev;
 mod shader;
 
-use rayon::prelude::*;
 use snowblue_color::{Colorimeter, Xyz};
 use snowblue_transport::TransportError;
 use snowblue_transport::medium::{Demand, GrainTallies, Population, TallyPlan};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_without_errors};
 use snowblue_transport::range::ParameterRange;
 use snowblue_transport::sample::SnowSample;
-use snowblue_transport::slab::{Incidence, Slab};
+use snowblue_transport::slab::{Incidence, Radiometry, Slab};
 
 use chebyshev::{Chebyshev2, nodes_and_middles};
 pub use shader::ShaderLanguage;
 
 /// Range of the greatest thickness of [`CompactSnow`], in cm.
 pub const GREATEST_THICKNESS_RANGE: ParameterRange =
-    ParameterRange { quantity: "greatest thickness", least: 0.1, greatest: 1000.0, unit: " cm" };
+    ParameterRange { quantity: "greatest thickness", least: 0.1, greatest: 1000.0, unit: "cm" };
 
 /// Largest angle of incidence, in degrees. Light from there to 90° counts as at this angle.
 const LAST_ANGLE_DEG: f64 = 89.0;
@@ -36,8 +35,37 @@ const LAST_ANGLE_DEG: f64 = 89.0;
 const SCALE_PER_EXTINCTION_LENGTH: f64 = 0.1;
 /// The relative error to reach between the nodes.
 const TOLERANCE: f64 = 6e-4;
+/// The relative error above which a fit is refused.
+const GREATEST_ERROR: f64 = 0.01;
+/// The least transmittance whose logarithm is fitted, above the range where discrete ordinates lose digits.
+const LEAST_TRANSMITTANCE: f64 = 1e-250;
 /// Degrees over thickness and angle that are tried in turn.
 const DEGREES: [(usize, usize); 6] = [(16, 8), (20, 10), (24, 12), (28, 12), (32, 12), (40, 16)];
+
+/// Why the colours of a sample have no fit.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CompactError {
+    /// A parameter of the sample or the thickness is out of range.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// The snow is too dark for logarithms.
+    #[error("snow of {thickness_cm:.4} cm lets no light through: choose a smaller greatest thickness")]
+    Dark {
+        /// The thickness, in cm.
+        thickness_cm: f64,
+    },
+    /// The polynomials do not follow the curves.
+    #[error(
+        "the fit to {greatest_thickness_cm} cm has an error of {error:.1e}, but may have {GREATEST_ERROR} at most: \
+        choose a smaller greatest thickness"
+    )]
+    Fit {
+        /// The greatest thickness, in cm.
+        greatest_thickness_cm: f64,
+        /// The relative error of the fit.
+        error: f64,
+    },
+}
 
 /// Colours of the light through one snow sample, by thickness and angle of incidence.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +88,7 @@ pub struct LookUpTable {
     pub cosines: Vec<f64>,
     /// [row][column] of transmitted light.
     pub transmittance: Vec<Vec<[f64; 3]>>,
-    /// [row][column] of reflected light.
+    /// [row][column] of reflected light, without the factor h / (h + h₀), whose logarithm has no limit in thin snow.
     pub reflectance: Vec<Vec<[f64; 3]>>,
 }
 
@@ -75,13 +103,14 @@ impl CompactSnow {
     /// is extrapolated by the decay there.
     ///
     /// # Errors
-    /// If a parameter of the sample or the thickness is out of range, or the snow lets no light through.
+    /// If a parameter of the sample or the thickness is out of range, the snow is too dark, or the error of the fit is
+    /// above 1 %.
     pub fn new(
         sample: &SnowSample,
         greatest_thickness_cm: f64,
         colorimeter: &Colorimeter,
         options: &OrdinatesOptions,
-    ) -> Result<Self, TransportError> {
+    ) -> Result<Self, CompactError> {
         GREATEST_THICKNESS_RANGE.check(greatest_thickness_cm)?;
         let greatest_thickness_m = 1e-2 * greatest_thickness_cm;
         let scale_m = SCALE_PER_EXTINCTION_LENGTH * extinction_length_m(sample, options)?;
@@ -102,6 +131,9 @@ impl CompactSnow {
             if best.error <= TOLERANCE {
                 break;
             }
+        }
+        if best.error > GREATEST_ERROR {
+            return Err(CompactError::Fit { greatest_thickness_cm, error: best.error });
         }
         Ok(best)
     }
@@ -133,11 +165,11 @@ impl CompactSnow {
     /// X, Y and Z of the light that is reflected, over Y of the light.
     #[must_use]
     pub fn reflectance(&self, thickness_m: f64, cos_incidence: f64) -> Xyz {
-        xyz(self.log2_reflectance(thickness_m, cos_incidence))
+        let thinness = thickness_m / (thickness_m + self.scale_m);
+        xyz(self.log2_reflectance_over_thinness(thickness_m, cos_incidence)) * thinness
     }
 
-    /// The logarithms on a grid of `columns` by `rows`. The first column has no thickness, where the logarithm of the
-    /// reflectance is that of a thousandth of h₀.
+    /// The logarithms on a grid of `columns` by `rows`, at least two of each.
     #[must_use]
     pub fn look_up_table(&self, columns: u32, rows: u32) -> LookUpTable {
         let unit = |number: u32, count: u32| f64::from(number) / f64::from(count - 1);
@@ -147,44 +179,37 @@ impl CompactSnow {
         let table = |value: &dyn Fn(f64, f64) -> [f64; 3]| {
             cosines.iter().map(|cosine| thicknesses_m.iter().map(|h| value(*h, *cosine)).collect()).collect()
         };
-        let least_m = 1e-3 * self.scale_m;
         let transmittance = table(&|h, cosine| self.log2_transmittance(h, cosine));
-        let reflectance = table(&|h, cosine| self.log2_reflectance(h.max(least_m), cosine));
+        let reflectance = table(&|h, cosine| self.log2_reflectance_over_thinness(h, cosine));
         LookUpTable { transmittance, reflectance, thicknesses_m, cosines }
     }
 
-    /// Greatest relative error in the middle of the cells of a table that is interpolated linearly.
+    /// Greatest relative error of transmitted and of reflected light in the middle of the cells of a table that is
+    /// interpolated linearly.
     #[must_use]
-    pub fn interpolation_error(&self, table: &LookUpTable) -> f64 {
-        let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
-        // Middles in x, in which the table is regular.
-        let thicknesses_m: Vec<f64> = (table.thicknesses_m.windows(2))
-            .map(|pair| {
-                self.thickness_m(middle(&[self.thickness_coordinate(pair[0]), self.thickness_coordinate(pair[1])]))
-            })
-            .collect();
-        let cosines: Vec<f64> = (table.cosines.windows(2))
-            .map(|pair| cosine(middle(&[cosine_coordinate(pair[0]), cosine_coordinate(pair[1])])))
-            .collect();
-        let logarithm = |values: &[Vec<[f64; 3]>], exact: &dyn Fn(f64, f64) -> [f64; 3]| {
+    pub fn interpolation_errors(&self, table: &LookUpTable) -> [f64; 2] {
+        // Middles in x and y, in which the table is regular.
+        let middles = |values: &[f64], coordinate: &dyn Fn(f64) -> f64, value: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            values.windows(2).map(|pair| value(0.5 * (coordinate(pair[0]) + coordinate(pair[1])))).collect()
+        };
+        let thicknesses_m = middles(&table.thicknesses_m, &|h| self.thickness_coordinate(h), &|x| self.thickness_m(x));
+        let cosines = middles(&table.cosines, &cosine_coordinate, &cosine);
+        let greatest = |values: &[Vec<[f64; 3]>], exact: &dyn Fn(f64, f64) -> [f64; 3]| {
             let mut greatest = 0.0_f64;
             for (rows, cosine) in values.windows(2).zip(&cosines) {
-                // The first column of reflected light is not the limit of the logarithm, which is infinite.
-                for (column, h) in thicknesses_m.iter().enumerate().skip(1) {
-                    let exact = exact(*h, *cosine);
-                    for channel in 0..3 {
-                        let corner = |row: usize, column: usize| rows[row][column][channel];
-                        let sum: f64 =
-                            [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(r, c)| corner(r, column + c)).iter().sum();
-                        greatest = greatest.max((0.25 * sum - exact[channel]).abs());
+                for (column, h) in thicknesses_m.iter().enumerate() {
+                    for (channel, exact) in exact(*h, *cosine).into_iter().enumerate() {
+                        let sum: f64 = rows.iter().map(|row| row[column][channel] + row[column + 1][channel]).sum();
+                        greatest = greatest.max((0.25 * sum - exact).abs());
                     }
                 }
             }
-            greatest
+            (greatest * std::f64::consts::LN_2).exp_m1()
         };
-        let transmitted = logarithm(&table.transmittance, &|h, cosine| self.log2_transmittance(h, cosine));
-        let reflected = logarithm(&table.reflectance, &|h, cosine| self.log2_reflectance(h, cosine));
-        (transmitted.max(reflected) * std::f64::consts::LN_2).exp_m1()
+        [
+            greatest(&table.transmittance, &|h, cosine| self.log2_transmittance(h, cosine)),
+            greatest(&table.reflectance, &|h, cosine| self.log2_reflectance_over_thinness(h, cosine)),
+        ]
     }
 
     fn log2_transmittance(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
@@ -193,10 +218,9 @@ impl CompactSnow {
         std::array::from_fn(|channel| logarithms[channel] - self.decay_per_m[channel] * thickness_m)
     }
 
-    fn log2_reflectance(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
-        let thinness = (thickness_m / (thickness_m + self.scale_m)).log2();
-        let logarithms = self.reflectance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence));
-        logarithms.map(|logarithm| logarithm + thinness)
+    /// Without the factor h / (h + h₀).
+    fn log2_reflectance_over_thinness(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
+        self.reflectance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence))
     }
 
     /// x of a thickness in m, −1 to 1.
@@ -218,7 +242,7 @@ impl CompactSnow {
         colorimeter: &Colorimeter,
         options: &OrdinatesOptions,
         degrees: [usize; 2],
-    ) -> Result<Self, TransportError> {
+    ) -> Result<Self, CompactError> {
         let [xs, ys] = degrees.map(nodes_and_middles);
         let thicknesses_m: Vec<f64> = xs.iter().map(|x| self.thickness_m(*x)).collect();
         let cosines: Vec<f64> = ys.iter().map(|y| cosine(*y)).collect();
@@ -270,7 +294,7 @@ fn samples(
     cosines: &[f64],
     colorimeter: &Colorimeter,
     options: &OrdinatesOptions,
-) -> Result<Samples, TransportError> {
+) -> Result<Samples, CompactError> {
     // Reflectance over thickness has a limit at no thickness, which thin snow gives.
     const THINNEST_CM: f64 = 1e-7;
     let slab = Slab {
@@ -282,13 +306,17 @@ fn samples(
     let solved = solve_without_errors(&slab, options)?;
     let count = slab.wavelengths_nm.len();
     let spectra: Vec<_> = solved.chunks_exact(count).collect();
+    let darkest = solved.iter().find(|one| one.transmittance.value <= LEAST_TRANSMITTANCE);
+    if let Some(Radiometry { thickness_cm, .. }) = darkest {
+        return Err(CompactError::Dark { thickness_cm: *thickness_cm });
+    }
     let logarithms = |spectrum: Vec<f64>, divisor: f64| {
         let Xyz { x, y, z } = colorimeter.xyz(&spectrum);
-        [x, y, z].map(|value| (value / divisor).max(f64::MIN_POSITIVE).log2())
+        [x, y, z].map(|value| (value / divisor).log2())
     };
-    let rows = |quantity: &(dyn Fn(usize) -> [f64; 3] + Sync)| -> Vec<Vec<[f64; 3]>> {
+    let rows = |quantity: &dyn Fn(usize) -> [f64; 3]| -> Vec<Vec<[f64; 3]>> {
         let row = |thickness: usize| (0..cosines.len()).map(|a| quantity(thickness * cosines.len() + a)).collect();
-        (0..thicknesses_m.len()).into_par_iter().map(row).collect()
+        (0..thicknesses_m.len()).map(row).collect()
     };
     Ok(Samples {
         transmittance: rows(&|case| logarithms(spectra[case].iter().map(|one| one.transmittance.value).collect(), 1.0)),

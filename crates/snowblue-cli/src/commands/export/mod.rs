@@ -20,9 +20,9 @@ const OSL_SURFACE: &str = include_str!("surface.osl");
 /// Write the colours of one snow for other renderers: WGSL, GLSL or OSL, or a look-up table
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
-The two functions and the two tables are those of PCASnow: the transmittance and the reflectance of a slab by its \
-thickness in m and the cosine of the angle of incidence, as linear sRGB under the illuminant, whose light has \
-luminance 1. Deep blue lies outside sRGB and has a negative red.
+Functions and tables are those of PCASnow: the transmittance and the reflectance of a slab by its thickness in m and \
+the cosine of the angle of incidence, under an illuminant whose light has luminance 1. Functions return linear sRGB, \
+tables hold log2 of X, Y and Z. Deep blue lies outside sRGB and has a negative red.
 
 Examples:
   snowblue export wgsl -o snow.wgsl
@@ -102,7 +102,7 @@ impl CompactOptions {
     fn notes(&self, snow: &CompactSnow) -> Result<Vec<String>, Failure> {
         let mut notes = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION"))];
         notes.extend(self.sample.metadata()?.into_iter().map(|(name, value)| format!("{name}: {value}")));
-        notes.push(format!("illuminant: {}", self.light.illuminant));
+        notes.push(format!("illuminant: {}, observer: CIE 1931", self.light.illuminant));
         notes.push(format!(
             "0 to {} cm, 0 to 89 degrees; greatest error of the fit: {:.1e} of the value",
             format_number(self.max_thickness),

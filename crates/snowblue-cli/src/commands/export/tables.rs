@@ -46,10 +46,14 @@ impl TableFile {
         let snow = self.compact.fit()?;
         let table = snow.look_up_table(SIZE[0], SIZE[1]);
         let mut notes = self.compact.notes(&snow)?;
-        notes.push(format!("greatest error of linear interpolation: {:.1e}", snow.interpolation_error(&table)));
+        let [transmitted, reflected] = snow.interpolation_errors(&table);
+        notes.push(format!(
+            "linear interpolation adds {transmitted:.1e} to transmittance, {reflected:.1e} to reflectance"
+        ));
         notes.push("values: log2 of X, Y, Z; the light itself has Y = 1".to_owned());
         let (scale, greatest) = (snow.scale_m(), snow.greatest_thickness_m());
         notes.push(format!("first to last column: log(1 + h / {scale:.6e}) from 0 to that of h = {greatest} m"));
+        notes.push(format!("multiply reflectance by h / (h + {scale:.6e})"));
         notes.push("first to last row: sqrt(cos) from that of 89 degrees to 1".to_owned());
         if is_exr {
             let notes: Vec<(&str, &str)> = notes.iter().map(|note| ("snow table", &**note)).collect();

@@ -34,6 +34,8 @@ class _Scene:
     snow: list[bpy.types.Object]
     objects: list[dict[str, Any]] = field(default_factory=list)
     """Objects of a scene, those of snow first."""
+    names: list[str] = field(default_factory=list)
+    """Names of the objects in Blender."""
     materials: dict[str, dict[str, Any]] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
     lamps: list[Lamp] = field(default_factory=list)
@@ -214,13 +216,15 @@ def _add_surfaces(
     for slot in np.unique(slots):
         material = f"{thing.name} {slot}"
         made.materials[material] = diffuse_of(thing, int(slot))
-        _add(made, f"{thing.name} {len(made.objects)}", vertices, triangles[slots == slot], material, {})
+        _add(made, thing.name, vertices, triangles[slots == slot], material, {})
 
 
 def _add(
     made: _Scene, name: str, vertices: np.ndarray, triangles: np.ndarray, material: str, more: dict[str, Any]
 ) -> None:
-    file = f"{name}.ply"
+    # Names of files differ, even where linked objects have one name.
+    file = f"{len(made.objects)}.ply"
+    made.names.append(name)
     used, corners = np.unique(triangles, return_inverse=True)
     made.files[file] = _ply(vertices[used].astype("<f4"), corners.reshape(-1, 3))
     made.objects.append({"mesh": file, "up": "z", "material": material, **more})
@@ -252,9 +256,9 @@ def _solved(
         is_image = "image" in light.get("environment", {})
         objects = _bake_one(document | light, made, step_mm, not is_image)
         first = first or objects
-        for one, other in zip(first, objects):
+        for name, one, other in zip(made.names, first, objects):
             if not np.array_equal(one.positions, other.positions):
-                raise ValueError(f"the meshes of '{one.name}' differ between lamps: give a Step")
+                raise ValueError(f"the meshes of '{name}' differ between lamps: give a Step")
         fluxes.append([one.flux[0] if is_image else _rgb(one.flux[0]) for one in objects])
         if progress is not None:
             progress(number + 1, len(lights))
@@ -268,9 +272,7 @@ def _bake_one(document: dict[str, Any], made: _Scene, step_mm: float | None, spe
         return [_baked(one, []) for one in scene.bake(_table(None), step_mm, content, None, None)[1:]]
     except ValueError as error:
         reason = str(error)
-        names = [source.name for source in made.snow]
-        names += [one["mesh"].removesuffix(".ply") for one in made.objects[len(names) :]]
-        for number, name in enumerate(names):
+        for number, name in enumerate(made.names):
             reason = reason.replace(f"object[{number}]", f"'{name}'")
         raise ValueError(reason) from None
 

@@ -68,8 +68,8 @@ class SnowSettings(bpy.types.PropertyGroup):
     source: bpy.props.PointerProperty(
         type=bpy.types.Object, name="Source", description="The object that a baked object was made of"
     )
-    was_hidden_in_viewport: bpy.props.BoolProperty(description="Whether the viewport showed the object before the bake")
-    was_hidden_in_render: bpy.props.BoolProperty(description="Whether renders showed the object before the bake")
+    was_hidden_in_viewport: bpy.props.BoolProperty(description="Whether the viewport hid it before the bake")
+    was_hidden_in_render: bpy.props.BoolProperty(description="Whether renders hid it before the bake")
 
 
 def is_snow(thing: bpy.types.Object) -> bool:
