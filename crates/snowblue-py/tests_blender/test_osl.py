@@ -21,7 +21,8 @@ def script_node(tree, program, unit_m):
     node = tree.nodes.new("ShaderNodeScript")
     node.mode, node.filepath = "EXTERNAL", str(program)
     node.inputs.new("NodeSocketVector", "lamp_1_position").default_value = np.divide(LAMP, unit_m)
-    node.inputs.new("NodeSocketColor", "lamp_1_power").default_value = [4 * math.pi * INTENSITY_W_SR / unit_m**2] * 3 + [1]
+    power = 4 * math.pi * INTENSITY_W_SR / unit_m**2
+    node.inputs.new("NodeSocketColor", "lamp_1_power").default_value = [power, power, power, 1]
     node.inputs.new("NodeSocketFloat", "unit_m").default_value = unit_m
     node.outputs.new("NodeSocketShader", "BSDF")
     return node
