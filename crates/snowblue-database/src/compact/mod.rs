@@ -40,7 +40,7 @@ const GREATEST_ERROR: f64 = 0.01;
 /// The least transmittance whose logarithm is fitted, above the range where discrete ordinates lose digits.
 const LEAST_TRANSMITTANCE: f64 = 1e-250;
 /// Degrees over thickness and angle that are tried in turn.
-const DEGREES: [(usize, usize); 6] = [(16, 8), (20, 10), (24, 12), (28, 12), (32, 12), (40, 16)];
+const DEGREES: [[usize; 2]; 6] = [[16, 8], [20, 10], [24, 12], [28, 12], [32, 12], [40, 16]];
 
 /// Why the colours of a sample have no fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -70,13 +70,21 @@ pub enum CompactError {
 /// Colours of the light through one snow sample, by thickness and angle of incidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompactSnow {
-    scale_m: f64,
-    greatest_thickness_m: f64,
+    range: ThicknessRange,
     /// κ of X, Y and Z, in 1/m.
     decay_per_m: [f64; 3],
     transmittance: Chebyshev2,
     reflectance: Chebyshev2,
     error: f64,
+}
+
+/// The thicknesses of a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ThicknessRange {
+    /// The scale h₀, in m.
+    scale_m: f64,
+    /// The greatest thickness, in m.
+    greatest_m: f64,
 }
 
 /// Logarithms to base 2 of X, Y and Z on a regular grid of ln(1 + h/h₀) and √μ.
@@ -112,24 +120,18 @@ impl CompactSnow {
         options: &OrdinatesOptions,
     ) -> Result<Self, CompactError> {
         GREATEST_THICKNESS_RANGE.check(greatest_thickness_cm)?;
-        let greatest_thickness_m = 1e-2 * greatest_thickness_cm;
         let scale_m = SCALE_PER_EXTINCTION_LENGTH * extinction_length_m(sample, options)?;
-        let empty = Chebyshev2 { rows: Vec::new() };
-        let mut best = Self {
-            scale_m,
-            greatest_thickness_m,
-            decay_per_m: [0.0; 3],
-            transmittance: empty.clone(),
-            reflectance: empty,
-            error: f64::INFINITY,
-        };
-        for (degree_x, degree_y) in DEGREES {
-            let fitted = best.fitted(sample, colorimeter, options, [degree_x, degree_y])?;
-            if fitted.error < best.error {
-                best = fitted;
-            }
+        let range = ThicknessRange { scale_m, greatest_m: 1e-2 * greatest_thickness_cm };
+        let fitted = |degrees: [usize; 2]| Self::fitted(sample, range, colorimeter, options, degrees);
+        let [first, further @ ..] = DEGREES;
+        let mut best = fitted(first)?;
+        for degrees in further {
             if best.error <= TOLERANCE {
                 break;
+            }
+            let next = fitted(degrees)?;
+            if next.error < best.error {
+                best = next;
             }
         }
         if best.error > GREATEST_ERROR {
@@ -147,26 +149,13 @@ impl CompactSnow {
     /// Greatest thickness of the fit, in m.
     #[must_use]
     pub fn greatest_thickness_m(&self) -> f64 {
-        self.greatest_thickness_m
+        self.range.greatest_m
     }
 
     /// The scale h₀ of the thickness, in m.
     #[must_use]
     pub fn scale_m(&self) -> f64 {
-        self.scale_m
-    }
-
-    /// X, Y and Z of the light through `thickness_m` at the cosine of an angle of incidence, over Y of the light.
-    #[must_use]
-    pub fn transmittance(&self, thickness_m: f64, cos_incidence: f64) -> Xyz {
-        xyz(self.log2_transmittance(thickness_m, cos_incidence))
-    }
-
-    /// X, Y and Z of the light that is reflected, over Y of the light.
-    #[must_use]
-    pub fn reflectance(&self, thickness_m: f64, cos_incidence: f64) -> Xyz {
-        let thinness = thickness_m / (thickness_m + self.scale_m);
-        xyz(self.log2_reflectance_over_thinness(thickness_m, cos_incidence)) * thinness
+        self.range.scale_m
     }
 
     /// The logarithms on a grid of `columns` by `rows`, at least two of each.
@@ -174,7 +163,7 @@ impl CompactSnow {
     pub fn look_up_table(&self, columns: u32, rows: u32) -> LookUpTable {
         let unit = |number: u32, count: u32| f64::from(number) / f64::from(count - 1);
         let thicknesses_m: Vec<f64> =
-            (0..columns).map(|column| self.thickness_m(2.0 * unit(column, columns) - 1.0)).collect();
+            (0..columns).map(|column| self.range.thickness_m(2.0 * unit(column, columns) - 1.0)).collect();
         let cosines: Vec<f64> = (0..rows).map(|row| cosine(2.0 * unit(row, rows) - 1.0)).collect();
         let table = |value: &dyn Fn(f64, f64) -> [f64; 3]| {
             cosines.iter().map(|cosine| thicknesses_m.iter().map(|h| value(*h, *cosine)).collect()).collect()
@@ -192,7 +181,8 @@ impl CompactSnow {
         let middles = |values: &[f64], coordinate: &dyn Fn(f64) -> f64, value: &dyn Fn(f64) -> f64| -> Vec<f64> {
             values.windows(2).map(|pair| value(0.5 * (coordinate(pair[0]) + coordinate(pair[1])))).collect()
         };
-        let thicknesses_m = middles(&table.thicknesses_m, &|h| self.thickness_coordinate(h), &|x| self.thickness_m(x));
+        let thicknesses_m =
+            middles(&table.thicknesses_m, &|h| self.range.coordinate(h), &|x| self.range.thickness_m(x));
         let cosines = middles(&table.cosines, &cosine_coordinate, &cosine);
         let greatest = |values: &[Vec<[f64; 3]>], exact: &dyn Fn(f64, f64) -> [f64; 3]| {
             let mut greatest = 0.0_f64;
@@ -213,38 +203,25 @@ impl CompactSnow {
     }
 
     fn log2_transmittance(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
-        let logarithms =
-            self.transmittance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence));
+        let logarithms = self.transmittance.at(self.range.coordinate(thickness_m), cosine_coordinate(cos_incidence));
         std::array::from_fn(|channel| logarithms[channel] - self.decay_per_m[channel] * thickness_m)
     }
 
     /// Without the factor h / (h + h₀).
     fn log2_reflectance_over_thinness(&self, thickness_m: f64, cos_incidence: f64) -> [f64; 3] {
-        self.reflectance.at(self.thickness_coordinate(thickness_m), cosine_coordinate(cos_incidence))
+        self.reflectance.at(self.range.coordinate(thickness_m), cosine_coordinate(cos_incidence))
     }
 
-    /// x of a thickness in m, −1 to 1.
-    fn thickness_coordinate(&self, thickness_m: f64) -> f64 {
-        let octaves = |thickness_m: f64| (thickness_m / self.scale_m).ln_1p();
-        (2.0 * octaves(thickness_m) / octaves(self.greatest_thickness_m) - 1.0).clamp(-1.0, 1.0)
-    }
-
-    /// The thickness in m of x.
-    fn thickness_m(&self, x: f64) -> f64 {
-        let greatest = (self.greatest_thickness_m / self.scale_m).ln_1p();
-        self.scale_m * (0.5 * (x + 1.0) * greatest).exp_m1()
-    }
-
-    /// A fit with polynomials of other degrees.
+    /// A fit with polynomials of some degrees over thickness and angle.
     fn fitted(
-        &self,
         sample: &SnowSample,
+        range: ThicknessRange,
         colorimeter: &Colorimeter,
         options: &OrdinatesOptions,
         degrees: [usize; 2],
     ) -> Result<Self, CompactError> {
         let [xs, ys] = degrees.map(nodes_and_middles);
-        let thicknesses_m: Vec<f64> = xs.iter().map(|x| self.thickness_m(*x)).collect();
+        let thicknesses_m: Vec<f64> = xs.iter().map(|x| range.thickness_m(*x)).collect();
         let cosines: Vec<f64> = ys.iter().map(|y| cosine(*y)).collect();
         let Samples { mut transmittance, mut reflectance } =
             samples(sample, &thicknesses_m, &cosines, colorimeter, options)?;
@@ -259,17 +236,11 @@ impl CompactSnow {
             for (transmitted, reflected) in transmittance.iter_mut().zip(reflectance) {
                 for channel in 0..3 {
                     transmitted[channel] += decay_per_m[channel] * thickness_m;
-                    reflected[channel] += (self.scale_m + thickness_m).log2();
+                    reflected[channel] += (range.scale_m + thickness_m).log2();
                 }
             }
         }
-        let mut fitted = Self {
-            transmittance: Chebyshev2::interpolate(&transmittance),
-            reflectance: Chebyshev2::interpolate(&reflectance),
-            decay_per_m,
-            error: 0.0,
-            ..self.clone()
-        };
+        let [through, back] = [&transmittance, &reflectance].map(|samples| Chebyshev2::interpolate(samples));
         let differences = |polynomial: &Chebyshev2, samples: &[Vec<[f64; 3]>]| {
             let point = |(x, row): (&f64, &Vec<[f64; 3]>)| {
                 let of_row = ys.iter().zip(row).map(|(y, exact)| {
@@ -280,10 +251,26 @@ impl CompactSnow {
             };
             xs.iter().zip(samples).map(point).fold(0.0, f64::max)
         };
-        let logarithm =
-            differences(&fitted.transmittance, &transmittance).max(differences(&fitted.reflectance, &reflectance));
-        fitted.error = (logarithm * std::f64::consts::LN_2).exp_m1();
-        Ok(fitted)
+        let logarithm = differences(&through, &transmittance).max(differences(&back, &reflectance));
+        let error = (logarithm * std::f64::consts::LN_2).exp_m1();
+        Ok(Self { range, decay_per_m, transmittance: through, reflectance: back, error })
+    }
+}
+
+impl ThicknessRange {
+    /// x of a thickness in m, −1 to 1.
+    fn coordinate(self, thickness_m: f64) -> f64 {
+        (2.0 * (thickness_m / self.scale_m).ln_1p() / self.greatest_logarithm() - 1.0).clamp(-1.0, 1.0)
+    }
+
+    /// The thickness in m of x.
+    fn thickness_m(self, x: f64) -> f64 {
+        self.scale_m * (0.5 * (x + 1.0) * self.greatest_logarithm()).exp_m1()
+    }
+
+    /// ln (1 + h/h₀) of the greatest thickness.
+    fn greatest_logarithm(self) -> f64 {
+        (self.greatest_m / self.scale_m).ln_1p()
     }
 }
 
@@ -356,8 +343,4 @@ fn least_root() -> f64 {
 
 fn beam(cosine: f64) -> Incidence {
     Incidence::Beam { angle_deg: cosine.min(1.0).acos().to_degrees() }
-}
-
-fn xyz([x, y, z]: [f64; 3]) -> Xyz {
-    Xyz { x: x.exp2(), y: y.exp2(), z: z.exp2() }
 }

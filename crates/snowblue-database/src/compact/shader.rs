@@ -78,7 +78,6 @@ impl CompactSnow {
 
     fn write_functions(&self, text: &mut String, language: ShaderLanguage) -> fmt::Result {
         let Syntax { let_number, vector, .. } = language.syntax();
-        let scale = self.scale_m;
         for (name, polynomial) in [("transmittance", &self.transmittance), ("reflectance", &self.reflectance)] {
             let what = if name == "transmittance" { "goes through" } else { "is reflected by" };
             writeln!(
@@ -89,8 +88,8 @@ impl CompactSnow {
             // Light from behind the surface.
             writeln!(text, "    if (cos_incidence <= 0.0) {{ return {vector}(0.0); }}")?;
             writeln!(text, "    {let_number} h = max(thickness_m, 0.0);")?;
-            let per_octave = 2.0 / (self.greatest_thickness_m / scale).ln_1p() * std::f64::consts::LN_2;
-            let one_per_scale = 1.0 / scale;
+            let per_octave = 2.0 / self.range.greatest_logarithm() * std::f64::consts::LN_2;
+            let one_per_scale = 1.0 / self.range.scale_m;
             writeln!(
                 text,
                 "    {let_number} x = min({} * log2(1.0 + {} * h) - 1.0, 1.0);",
@@ -118,7 +117,7 @@ impl CompactSnow {
             let decay = Vector(vector, self.decay_per_m);
             writeln!(text, "    {let_vector} xyz = {power}sum - h * {decay}{end};")?;
         } else {
-            let scale = Number(self.scale_m);
+            let scale = Number(self.range.scale_m);
             writeln!(text, "    {let_vector} xyz = (h / (h + {scale})) * {power}sum{end};")?;
         }
         let column = |xyz: Xyz| {

@@ -181,10 +181,11 @@ def _collected(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, snow: li
         _check_size(source, vertices)
         points.append(vertices)
         # Equal snow is one material, as in a body.
-        material = json.dumps(material_of(source))
-        made.materials[material] = material_of(source)
+        material = material_of(source)
+        name = json.dumps(material)
+        made.materials[name] = material
         body = source.snowblue.body.strip()
-        _add(made, source.name, vertices, triangles, material, {"body": body} if body else {})
+        _add(made, source.name, vertices, triangles, name, {"body": body} if body else {})
     snow_m = np.concatenate(points)
     for instance in depsgraph.object_instances:
         thing = instance.object.original
