@@ -26,6 +26,8 @@ def test_colours_of_a_given_spectrum_have_its_axes():
         snowblue.color(curves.transmittance.isel(wavelength=0))
     with pytest.raises(TypeError, match="thickness_cm has no effect"):
         snowblue.color(curves.transmittance, thickness_cm=5)
+    with pytest.raises(TypeError, match="reflected has no effect"):
+        snowblue.color(curves.transmittance, reflected=True)
     with pytest.raises(ValueError, match="illuminant"):
         snowblue.color(illuminant="D99")
     assert "D65" in snowblue.illuminants()
@@ -47,6 +49,21 @@ def test_matches_are_those_of_the_command(command):
         snowblue.match("#7bcdec", thickness_cm=(30, 1))
     with pytest.raises(ValueError, match="blue"):
         snowblue.match("blue")
+
+
+@pytest.mark.parametrize(("target", "keywords", "words"), [
+    (["#7bcdec"], {}, r"target is \['#7bcdec'\], but must be one word"),
+    ("#7bcdec", {"illuminant": ["D65", "A"]}, "illuminant is .*, but must be one word"),
+    ("#7bcdec", {"thickness_cm": [1, 30]}, r"thickness_cm is \[1, 30\], but must be one thickness or a tuple"),
+    ("#7bcdec", {"thickness_cm": "5"}, "thickness_cm is '5', but must be a number"),
+    ("#7bcdec", {"thickness_cm": ("1", 30)}, "thickness_cm is '1', but must be a number"),
+    ("#7bcdec", {"angle_deg": [30, 40]}, r"angle_deg is \[30, 40\], but must be one angle"),
+    ("#7bcdec", {"density_kg_m3": "300"}, "density_kg_m3 is '300', but must be a number"),
+    ("#7bcdec", {"seed": "x"}, "seed is 'x', but must be a number"),
+])
+def test_bad_arguments_of_a_match_are_named(target, keywords, words):
+    with pytest.raises(ValueError, match=words):
+        snowblue.match(target, **keywords)
 
 
 def test_swatches_are_bluer_the_thicker_the_snow(tmp_path):

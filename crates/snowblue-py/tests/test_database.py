@@ -89,3 +89,17 @@ def test_albedo_is_inverted_within_its_standard_errors():
         snowblue.invert([0.9, 0.8, -0.5], [400, 500, 600])
     with pytest.raises(ValueError, match="above 0"):
         snowblue.invert([0.9, 0.8], [400, 500], standard_deviation=0)
+
+
+def test_an_albedo_may_have_axes_of_one_value():
+    nm = np.arange(400.0, 1401.0, 50.0)
+    measured = snowblue.spectrum(
+        ssa_m2_kg=[20, 30], thickness_cm=100, angle_deg="diffuse", wavelength_nm=nm, standard_errors=False).reflectance
+    one = measured.isel(specific_surface_area=[0])
+    plain = snowblue.invert(one.values.ravel(), nm, standard_deviation=0.01)
+    errors = np.full(one.shape, 0.01)
+    assert snowblue.invert(one, standard_deviation=errors).ssa.item() == plain.ssa.item()
+    with pytest.raises(ValueError, match=r"the albedo has the shape \(2, 1, 1, 21\), but there are 21 wavelengths"):
+        snowblue.invert(measured)
+    with pytest.raises(ValueError, match=r"the standard deviation has the shape \(2,\), but there are 21 values"):
+        snowblue.invert(one, standard_deviation=[0.01, 0.02])

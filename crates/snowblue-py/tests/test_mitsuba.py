@@ -2,6 +2,7 @@
 
 import re
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -33,12 +34,13 @@ def block(**other):
                       "bsdf": {"type": "snow_surface", **other}, "emitter": {"type": "snow_light"}}}
 
 
-def ours(objects, light, bounces=0, samples=256):
+def ours(objects, light, bounces=0, samples=256, integrator="diffusion", **snow):
     """Our picture and its standard errors, in units in which white light of D65 is 1."""
     made = snowblue.Scene(
         camera=CAMERA, film={"width": SIZE, "height": SIZE}, integrator={"max_bounces": bounces},
-        material={**SNOW, "floor": {"type": "diffuse", "reflectance": 0.5}}, light=[light], object=objects)
-    picture = made.render(integrator="diffusion", samples_per_pixel=samples, aovs=["variance"])
+        material={"snow": {**SNOW["snow"], **snow}, "floor": {"type": "diffuse", "reflectance": 0.5}},
+        object=objects, **({"light": [light]} if "type" in light else {"environment": light}))
+    picture = made.render(integrator=integrator, samples_per_pixel=samples, aovs=["variance"])
     white = snowblue.Scene(
         camera=dict(position=[0, 0, 1], look_at=[0, 0, 0], up=[0, 1, 0]), film={"width": 1, "height": 1},
         integrator={"max_bounces": 0}, material={"white": {"type": "diffuse", "reflectance": 1.0}},
@@ -158,6 +160,35 @@ def test_every_emitter_lights_snow_as_our_own(kind):
     assert_agree(theirs(made), ours([BOX], {**here, "illuminant": "D65"}))
 
 
+def test_a_uniform_image_of_the_sky_is_a_constant_sky(variant):
+    image = mi.Bitmap(np.full((16, 32, 3), 20.0, dtype=np.float32))
+    skies = [{"type": "constant", "radiance": {"type": "d65", "scale": 20.0}}, {"type": "envmap", "bitmap": image}]
+    samples = 64 if variant == "llvm_ad_rgb" else 512
+    # The pixels in the middle are snow.
+    first, second = (
+        np.array(mi.render(scene(block(), {"sky": sky}, max_depth=2), spp=samples))[18:30, 18:30, :3].mean(axis=(0, 1))
+        for sky in skies)
+    np.testing.assert_allclose(second, first, rtol=0.01)
+
+
+def test_a_sun_in_an_image_of_the_sky_shines_from_its_place():
+    pixels = np.zeros((512, 1024, 3), dtype=np.float32)
+    # Its diameter is 2 degrees.
+    pixels[148:153, 298:303] = 1000.0
+    to_world = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
+    sky = {"type": "envmap", "bitmap": mi.Bitmap(pixels), "to_world": to_world}
+    numbers = np.random.default_rng(1).random((2, 20000), dtype=np.float32)
+    seen, weight = mi.load_dict(sky).sample_direction(dr.zeros(mi.SurfaceInteraction3f), mi.Point2f(numbers))
+    direction, irradiance = -np.array(seen.d).mean(axis=1), np.array(weight).mean(axis=1)
+    sun = {"type": "directional", "direction": direction.tolist(),
+           "irradiance": {"type": "rgb", "value": irradiance.tolist()}}
+    there = np.array(mi.render(scene(block(), {"lamp": sky}, max_depth=2), spp=256))
+    here = np.array(mi.render(scene(block(), {"lamp": sun}, max_depth=2), spp=64))
+    mask = inside(here)
+    assert mask.sum() > 200
+    np.testing.assert_allclose(there[mask].mean(axis=0), here[mask].mean(axis=0), rtol=0.01)
+
+
 def test_floors_give_and_take_light(variant):
     transform = mi.ScalarTransform4f()
     floor = {"floor": {"type": "rectangle", "to_world": transform.scale(1.0),
@@ -253,18 +284,22 @@ def test_xml_scenes_have_snow():
     assert np.array(mi.render(made, spp=16)).max() > 0
 
 
+def assert_refused(words, shapes, lights, **integrator):
+    with pytest.raises((ValueError, RuntimeError)) as caught:
+        mi.render(scene(shapes, lights, **integrator), spp=1)
+    messages, error = [], caught.value
+    while error is not None:
+        messages.append(str(error))
+        error = error.__cause__
+    assert re.search(words, "\n".join(messages)), messages
+
+
 def test_bad_scenes_are_named(tmp_path):
     there, _ = lamp([0.0, 0.6, 0.1])
     vertices, triangles = torus(24, 12)
 
     def refused(words, shapes, lights=there, **integrator):
-        with pytest.raises((ValueError, RuntimeError)) as caught:
-            mi.render(scene(shapes, lights, **integrator), spp=1)
-        messages, error = [], caught.value
-        while error is not None:
-            messages.append(str(error))
-            error = error.__cause__
-        assert re.search(words, "\n".join(messages)), messages
+        assert_refused(words, shapes, lights, **integrator)
 
     refused("shape 'torus'.*open", as_shape(vertices, triangles[:-1], tmp_path))
     refused("no emitter to light it", block(), {})

@@ -159,6 +159,28 @@ def test_bad_input_is_named(keywords, words):
         snowblue.spectrum(**keywords)
 
 
+@pytest.mark.parametrize(("keywords", "words"), [
+    ({"thickness_cm": "5"}, "thickness is '5', but must be a number"),
+    ({"angle_deg": [None]}, "angle_deg is None, but must be a number"),
+    ({"grain_size_um": "400"}, "grain_size_um is '400', but must be a number"),
+    ({"facetness": ("0.3", 1, 2, 3)}, "facetness is '0.3', but must be a number"),
+    ({"impurities_ng_g": {"black-carbon": "x"}}, "black-carbon is 'x', but must be a number"),
+    ({"ice": 5}, "ice is 5.*, but must be a word"),
+])
+def test_words_for_numbers_are_refused(keywords, words):
+    with pytest.raises(ValueError, match=words):
+        snowblue.spectrum(**keywords)
+
+
+def test_layers_have_standard_errors_unless_they_are_not_wanted():
+    pack = [dict(thickness_cm=3)]
+    with_errors = snowblue.layers(pack, depth_cm=[1], wavelength_nm=550)
+    without = snowblue.layers(pack, depth_cm=[1], wavelength_nm=550, standard_errors=False)
+    assert {name for name in with_errors if not name.endswith("_se")} == set(without)
+    assert "reflectance_se" in with_errors and "down_se" in with_errors
+    assert without.reflectance.item() == with_errors.reflectance.item()
+
+
 def test_unknown_arguments_are_named():
     with pytest.raises(TypeError, match="'grain_size' is not known; there are .*grain_size_um"):
         snowblue.spectrum(grain_size=400)

@@ -73,6 +73,9 @@ SNOW = {
     "ice": Quantity("ice", long_name="table of ice"),
 }
 
+WORDS = ("snow", "size_measure", "ice")
+"""Arguments of snow that are words."""
+
 RESERVED = ("thickness", "angle", "wavelength", "illuminant", "depth")
 """Dimensions of results that snow cannot have."""
 
@@ -167,20 +170,32 @@ def one_snow(given: Mapping[str, Any]) -> Snows:
 
 
 def _snow(properties: list[tuple[Any, Any]]) -> dict[str, Any]:
-    snow = {name: _plain(value) for name, value in properties if isinstance(name, str)}
-    impurities = {name[0]: float(value) for name, value in properties if not isinstance(name, str)}
+    snow = {name: _plain(name, value) for name, value in properties if isinstance(name, str)}
+    impurities = {name[0]: number(name[0], value) for name, value in properties if not isinstance(name, str)}
     return {**snow, "impurities_ng_g": impurities} if impurities else snow
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, str):
+def _plain(name: str, value: Any) -> Any:
+    if name in WORDS:
+        if not isinstance(value, str):
+            raise ValueError(f"{name} is {value!r}, but must be a word")
         return value
-    return [float(one) for one in value] if isinstance(value, tuple) else float(value)
+    return [number(name, one) for one in value] if isinstance(value, tuple) else number(name, value)
+
+
+def number(name: str, value: Any) -> float:
+    """A number; the words of one are none."""
+    if isinstance(value, (str, bytes)):
+        raise ValueError(f"{name} is {value!r}, but must be a number")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {value!r}, but must be a number") from None
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
     """A whole number."""
-    if not isinstance(value, (int, np.integer)) and value != int(value):
+    if not isinstance(value, (int, np.integer)) and not number(name, value).is_integer():
         raise ValueError(f"{name} is {value}, but must be a whole number")
     if value < least:
         raise ValueError(f"{name} is {value}, but must be at least {least}")
@@ -192,17 +207,19 @@ def numbers(quantity: Quantity, value: Any) -> list[float]:
     dims = getattr(value, "dims", (quantity.name,))
     if dims and dims != (quantity.name,):
         raise ValueError(f"{quantity.name} is an array over '{dims[0]}', but can only be an axis of its own")
-    array = np.atleast_1d(np.asarray(value, dtype=float))
+    array = np.atleast_1d(np.asarray(value))
     if array.ndim != 1:
         raise ValueError(f"{quantity.name} has {array.ndim} dimensions, but must have 1")
-    return array.tolist()
+    return [number(quantity.name, one) for one in array.tolist()]
 
 
 def angles(value: Any) -> list[Any]:
     """Angles in degrees, and the word diffuse; -1 is diffuse too, as in the angles of a result."""
     several = value if is_several(value) else [value]
     plain = [one.item() if hasattr(one, "item") else one for one in several]
-    return [one if isinstance(one, str) else "diffuse" if one == DIFFUSE_DEG else float(one) for one in plain]
+    return [
+        one if isinstance(one, str) else "diffuse" if one == DIFFUSE_DEG else number("angle_deg", one) for one in plain
+    ]
 
 
 def angle_coordinate(given: list[Any]) -> tuple[str, list[float], dict[str, Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import Snow, angles, attributes, is_several, one_snow, ordinates
+from snowblue._arguments import Snow, angles, attributes, is_several, number, one_snow, ordinates
 from snowblue._spectra import spectrum
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def color(
     exposure_stops : float, optional
         Exposure of `hex` only. None brings the brightest channel of all to 0.9.
     reflected : bool
-        The reflected light instead of the transmitted light.
+        The reflected light instead of the transmitted light, of the snow that further arguments describe.
     **slab_and_snow
         Arguments of :func:`snowblue.spectrum`.
 
@@ -76,8 +76,8 @@ def color(
     import xarray as xr
 
     curves = spectrum if spectrum is not None else _curves(reflected, slab_and_snow)
-    if spectrum is not None and slab_and_snow:
-        raise TypeError(f"{next(iter(slab_and_snow))} has no effect on a given spectrum")
+    if spectrum is not None and (slab_and_snow or reflected):
+        raise TypeError(f"{next(iter(slab_and_snow), 'reflected')} has no effect on a given spectrum")
     if "wavelength" not in curves.dims:
         raise ValueError("the spectrum has no dimension 'wavelength'")
     curves = curves.transpose(..., "wavelength")
@@ -153,9 +153,15 @@ def match(
     import xarray as xr
 
     given = one_snow(snow)
+    for name, word, like in (("target", target, "#9fc5f8"), ("illuminant", illuminant, "D65")):
+        if not isinstance(word, str):
+            raise ValueError(f"{name} is {word!r}, but must be one word, such as '{like}'")
     ends = None
     if thickness_cm is not None:
-        ends = thickness_cm if isinstance(thickness_cm, tuple) else (thickness_cm, thickness_cm)
+        if is_several(thickness_cm):
+            raise ValueError(f"thickness_cm is {thickness_cm!r}, but must be one thickness or a tuple of two")
+        pair = thickness_cm if isinstance(thickness_cm, tuple) else (thickness_cm, thickness_cm)
+        ends = tuple(number("thickness_cm", one) for one in pair)
         if len(ends) != 2 or not 0 < ends[0] <= ends[1]:
             raise ValueError(f"thickness_cm is {thickness_cm}, but must be one thickness or an ascending pair above 0")
     fixed = {
@@ -163,6 +169,8 @@ def match(
         "grain_size": any(name in snow for name in ("grain_size_um", "ssa_m2_kg", "snow")),
         "density": any(name in snow for name in ("density_kg_m3", "snow")),
     }
+    if len(angles(angle_deg)) != 1:
+        raise ValueError(f"angle_deg is {angle_deg}, but must be one angle")
     [angle] = angles(angle_deg)
     light = {"illuminant": illuminant, "observer": "1931"}
     rows, missed = _native.match_color(target, given.snows[0], angle, fixed, light, ordinates(streams, seed))

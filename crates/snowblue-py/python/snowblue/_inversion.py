@@ -39,6 +39,7 @@ def invert(
     ----------
     albedo : array
         Albedo at each wavelength; an `xarray.DataArray` with a dimension `wavelength` (nm) needs no `wavelength_nm`.
+        Further axes may have one value each.
     wavelength_nm : array, 305 to 1495
     standard_deviation : float or array
         Standard deviation of the albedo. A parameter at an end of its range has the standard error 0.
@@ -65,7 +66,7 @@ def invert(
     >>> import snowblue
     >>> wavelength_nm = np.arange(400, 1401, 50)
     >>> measured = snowblue.spectrum(ssa_m2_kg=20, thickness_cm=100, angle_deg="diffuse", wavelength_nm=wavelength_nm)
-    >>> fit = snowblue.invert(measured.reflectance.squeeze(drop=True))
+    >>> fit = snowblue.invert(measured.reflectance)
     >>> abs(fit.ssa.item() - 20) < 0.5
     True
     """
@@ -76,10 +77,16 @@ def invert(
             raise TypeError("wavelength_nm is missing, and the albedo has no dimension 'wavelength'")
         wavelength_nm = albedo.wavelength.values
     wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
-    values = np.asarray(albedo, dtype=float)
+    values = np.atleast_1d(np.squeeze(np.asarray(albedo, dtype=float)))
     if values.shape != (len(wavelengths_nm),):
-        raise ValueError(f"the albedo has the shape {values.shape}, but there are {len(wavelengths_nm)} wavelengths")
-    deviations = np.broadcast_to(np.asarray(standard_deviation, dtype=float), values.shape)
+        count = len(wavelengths_nm)
+        raise ValueError(f"the albedo has the shape {np.shape(albedo)}, but there are {count} wavelengths")
+    deviations = np.squeeze(np.asarray(standard_deviation, dtype=float))
+    if deviations.shape not in ((), values.shape):
+        raise ValueError(
+            f"the standard deviation has the shape {np.shape(standard_deviation)}, but there are {len(values)} values"
+        )
+    deviations = np.broadcast_to(deviations, values.shape)
     if not (np.isfinite(values).all() and (deviations > 0).all() and np.isfinite(deviations).all()):
         raise ValueError("the albedo must be finite, and its standard deviation finite and above 0")
     if values.min() < 0 or values.max() > 1.5:

@@ -18,6 +18,7 @@ from snowblue._arguments import (
     angles,
     attributes,
     check_names,
+    number,
     numbers,
     one_snow,
     ordinates,
@@ -131,6 +132,7 @@ def layers(
     streams: int | str = "auto",
     rays: int = DEFAULT_RAYS,
     seed: int = 1,
+    standard_errors: bool = True,
     progress: Progress = None,
 ) -> xr.Dataset:
     """Fluxes of layers of snow on a ground, and at depths.
@@ -145,6 +147,8 @@ def layers(
         that of light deep in snow like that of the layer, far from all faces.
     angle_deg, wavelength_nm, engine, streams, rays, seed, progress
         As in :func:`spectrum`.
+    standard_errors : bool
+        Standard errors: variables that end in `_se`. Random walks always have them.
 
     Returns
     -------
@@ -166,14 +170,14 @@ def layers(
         if "thickness_cm" not in layer:
             raise TypeError("a layer has no thickness_cm")
         snow = one_snow({name: value for name, value in layer.items() if name != "thickness_cm"})
-        packed.append((snow.snows[0], float(layer["thickness_cm"])))
+        packed.append((snow.snows[0], number("thickness_cm", layer["thickness_cm"])))
     depths_cm = numbers(DEPTH, depth_cm)
     if engine == "montecarlo" and depths_cm:
         raise ValueError("depth_cm needs the engine 'ordinates'")
     cases = _cases([], angle_deg, wavelength_nm)
     ground = {"layers": packed, "ground_albedo": float(ground_albedo), "depth_cm": depths_cm}
     with reporting(progress, "rays") as report:
-        arrays = _native.stack(ground, cases, _engine(engine, streams, rays, False, seed, True), report)
+        arrays = _native.stack(ground, cases, _engine(engine, streams, rays, False, seed, standard_errors), report)
     dims = ["angle", "wavelength"]
     shape = [len(cases["angle_deg"]), len(cases["wavelength_nm"])]
     variables = {}

@@ -12,19 +12,26 @@
 
 Importing this module registers three plug-ins:
 
-- the BSDF `snow_surface`: what the surface of snow reflects, by the reflection function R0 of deep snow. Its parameters
-  are `grain_size_um` (400), `facetness` (0.3), `density_kg_m3` (300) and `body`: shapes of snow with the same word
-  there are one solid;
-- the emitter `snow_light`, on the same shape: the light that comes from inside the snow, K(mu) J / pi, where J is the
-  net flux through the surface. Its parameter `of` has no meaning, but must differ between the shapes of a dictionary,
-  since `mitsuba.load_dict` makes one plug-in of equal ones;
-- the integrator `snow`: it solves for the light inside all snow, then renders with another integrator, `path` by
-  default or the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, `step_mm` the
-  distance of the points on the surface where J is known, `field_step_mm` the size of the cells in the snow, and
-  `gather_depth` (8) the number of surfaces over which light is followed before it enters the snow.
+- the BSDF `snow_surface`: what the surface of snow reflects. Its parameters are `grain_size_um` (400), `facetness`
+  (0.3), `density_kg_m3` (300) and `body`: shapes of snow with the same word there are one solid;
+- the emitter `snow_light`, on the same shape: the light that comes out of the snow. Its parameter `of` has no meaning,
+  but must differ between the shapes of a dictionary, since `mitsuba.load_dict` makes one plug-in of equal ones;
+- the integrator `snow`: it computes the light of all snow, and renders with another integrator, `path` by default or
+  the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, `database` the file of a
+  compressed table instead of the embedded one, and `method` one of these:
 
-Snow must be a closed mesh. It is lit by the emitters point, spot, directional, constant, and area on spheres and
-rectangles. The light is solved for once; a change of the scene is noticed, and solved for again, in the next rendering.
+  - `light_field` (the default) solves for the light inside the snow before it renders. The surface reflects by the
+    reflection function R0 of deep snow, and the light from inside is K(mu) J / pi, where J is the net flux through the
+    surface. `step_mm` is the distance of the points on the surface where J is known, `field_step_mm` the size of the
+    cells in the snow, and `gather_depth` (8) the number of surfaces over which light is followed before it enters the
+    snow. The light is solved for once; a change of the scene is noticed, and solved for again, in the next rendering.
+    It is lit by the emitters point, spot, directional, constant, envmap, and area on spheres and rectangles.
+  - `pcasnow` traces one straight path through the snow for each hit. The light from inside is T(d, theta) E / pi, where
+    d is the length of the path in the snow, E the irradiance of a lamp where it leaves the snow, and theta the angle of
+    incidence there. The surface reflects R(d, theta) E / pi. `path_mode` is `brightest` (the default), `normal`,
+    `light` or `view`. It is lit by all emitters.
+
+Snow must be a closed mesh.
 """
 
 from __future__ import annotations
@@ -32,6 +39,7 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
+from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -39,14 +47,20 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import VISIBLE_NM
+from snowblue._arguments import VISIBLE_NM, number, whole
+from snowblue._database import Database
+from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
-from snowblue._scene import _baked, _json, _ply, _table
+from snowblue._scene import _baked, _json, _ply
 
 COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
 UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
 """Parts of the names of variants that have no snow."""
+METHOD_PARAMETERS = {"light_field": ("step_mm", "field_step_mm", "gather_depth"), "pcasnow": ("path_mode",)}
+"""The methods, and the parameters that only one of them has."""
+SKY_FILE, SKY_HEIGHT = "sky.exr", 256
+"""The image of an envmap: greater ones are reduced to this height."""
 SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
 
 
@@ -76,9 +90,11 @@ def _bsdf_class() -> type:
 
         def __init__(self, props: mi.Properties) -> None:
             mi.BSDF.__init__(self, props)
-            self.parameters = {name: float(props.get(name, value)) for name, value in SNOW_PARAMETERS.items()}
+            self.parameters = {name: number(name, props.get(name, value)) for name, value in SNOW_PARAMETERS.items()}
             self.body = props.get("body", "")
             self.reflection = None
+            # Set while the integrator renders by PCASnow.
+            self.pcasnow: PCASnow | None = None
             self.m_flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             self.m_components = [self.m_flags]
 
@@ -106,20 +122,32 @@ def _bsdf_class() -> type:
         def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             wo = mi.warp.square_to_cosine_hemisphere(sample2)
             sampled = mi.BSDFSample3f()
-            sampled.wo = wo
+            sampled.wo = wo if self.pcasnow is None else si.to_local(mi.Frame3f(si.n).to_world(wo))
             sampled.pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
             sampled.eta = 1.0
             sampled.sampled_type = +mi.BSDFFlags.GlossyReflection
             sampled.sampled_component = 0
-            weight = self.value(si.wi, wo) / dr.maximum(sampled.pdf, 1e-8)
-            return sampled, mi.Spectrum(dr.select(active & (si.wi.z > 0) & (sampled.pdf > 0), weight, 0))
+            weight = self.eval(context, si, sampled.wo, active) / dr.maximum(sampled.pdf, 1e-8)
+            return sampled, dr.select(sampled.pdf > 0, weight, 0)
 
         def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            if self.pcasnow is not None:
+                cosine = self.cosine(si, wo)
+                active = active & (self.cosine(si, si.wi) > 0) & (cosine > 0)
+                value = self.pcasnow.reflectance(self, si, cosine, active) * (cosine * dr.inv_pi)
+                return dr.select(active, value, 0)
             return mi.Spectrum(dr.select(active & (si.wi.z > 0) & (wo.z > 0), self.value(si.wi, wo), 0))
 
         def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            if self.pcasnow is not None:
+                cosine = self.cosine(si, wo)
+                return dr.select(active & (self.cosine(si, si.wi) > 0) & (cosine > 0), cosine * dr.inv_pi, 0)
             pdf = mi.warp.square_to_cosine_hemisphere_pdf(wo)
             return dr.select(active & (si.wi.z > 0) & (wo.z > 0), pdf, 0)
+
+        def cosine(self, si: Any, direction: Any) -> mi.Float:
+            """The cosine to the normal of the triangle, by which PCASnow reflects."""
+            return dr.dot(si.n, si.to_world(direction))
 
         def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
@@ -152,6 +180,8 @@ def _emitter_class() -> type:
             self.given: tuple[np.ndarray, np.ndarray] | None = None
             self.put = np.empty((0, 3))
             self.solved = ""
+            # Set while the integrator renders by PCASnow.
+            self.pcasnow: PCASnow | None = None
             self.basis: list[Any] = []
 
         def set_light(self, escape: np.ndarray, basis: np.ndarray | None) -> None:
@@ -161,6 +191,9 @@ def _emitter_class() -> type:
             self.basis = [mi.Texture1f(mi.TensorXf(row), wrap_mode=dr.WrapMode.Clamp) for row in rows]
 
         def eval(self, si: Any, active: Any = True) -> Any:
+            if self.pcasnow is not None:
+                active = active & (dr.dot(si.n, si.to_world(si.wi)) > 0)
+                return dr.select(active, self.pcasnow.transmitted(self.get_shape(), si, active), 0)
             if self.escape is None:
                 return mi.Spectrum(_unsolved())
             mu = si.wi.z
@@ -210,16 +243,19 @@ def _integrator_class() -> type:
             if len(nested) > 1 or (nested and depths):
                 raise ValueError("the integrator 'snow' has one integrator in it, or max_depth and rr_depth of its own")
             self.inner = nested[0] if nested else mi.load_dict({"type": "path", **depths})
-            self.field = _Field(
-                unit_m=float(props.get("unit_m", 1.0)),
-                step_mm=props.get("step_mm", None),
-                field_step_mm=props.get("field_step_mm", None),
-                gather_depth=int(props.get("gather_depth", 8)),
-            )
+            self.method = _method(props)
 
         def render(self, scene: Any, *arguments: Any, **keywords: Any) -> Any:
-            self.field.prepare(scene)
-            return self.inner.render(scene, *arguments, **keywords)
+            snow, lamps = _snow(scene), [one for one in scene.emitters() if not _is_snow_light(one)]
+            if snow and not lamps:
+                raise ValueError("the scene has snow but no emitter to light it")
+            if not snow:
+                return self.inner.render(scene, *arguments, **keywords)
+            try:
+                self.method.prepare(scene, snow, lamps)
+                return self.inner.render(scene, *arguments, **keywords)
+            finally:
+                self.method.release()
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.inner.sample(scene, sampler, ray, medium, active)
@@ -236,29 +272,77 @@ def _integrator_class() -> type:
     return SnowIntegrator
 
 
+def _method(props: mi.Properties) -> _Field | PCASnow:
+    """The method that the parameters of the integrator choose."""
+    method = props.get("method", "light_field")
+    if method not in METHOD_PARAMETERS:
+        raise ValueError(f"method is '{method}', but must be one of {', '.join(METHOD_PARAMETERS)}")
+    for other, names in METHOD_PARAMETERS.items():
+        for name in names:
+            if name in props and other != method:
+                raise ValueError(f"{name} belongs to the method {other}, but the method is {method}")
+    lengths = {"unit_m": 1.0, "step_mm": None, "field_step_mm": None}
+    for name in lengths:
+        if name in props:
+            lengths[name] = number(name, props[name])
+            if not 0 < lengths[name] < np.inf:
+                raise ValueError(f"{name} is {lengths[name]}, but must be finite and above 0")
+    database, table = Database.embedded(), ""
+    if "database" in props:
+        database = Database.open(props["database"])
+        table = hashlib.sha256(Path(props["database"]).read_bytes()).hexdigest()
+    if database.components is None:
+        raise ValueError(f"database is {database.kind}, but must be a compressed table")
+    if method == "pcasnow":
+        return PCASnow(lengths["unit_m"], props.get("path_mode", PATH_MODES[0]), database)
+    depth = whole("gather_depth", props.get("gather_depth", 8))
+    return _Field(**lengths, gather_depth=depth, database=database, table=table)
+
+
+def _snow(scene: Any) -> list[Any]:
+    """The shapes of snow."""
+    parameters = mi.traverse(scene)
+    snow = [shape for shape in scene.shapes() if _is_snow(shape.bsdf())]
+    for shape in scene.shapes():
+        if _is_snow_light(shape.emitter()) and shape not in snow:
+            raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
+    for shape in snow:
+        name = shape.id()
+        if "vertex_positions" not in mi.traverse(shape):
+            raise ValueError(f"shape '{name}' is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
+        if not _is_snow_light(shape.emitter()):
+            raise ValueError(f"shape '{name}' has the bsdf 'snow_surface', but not the emitter 'snow_light'")
+        if f"{name}.vertex_positions" not in parameters:
+            raise ValueError(f"a shape of snow has the id '{name}', which its scene does not know: give it an id")
+    return snow
+
+
 class _Field:
     """The light on the snow of a scene."""
 
-    def __init__(self, unit_m: float, step_mm: Any, field_step_mm: Any, gather_depth: int) -> None:
-        if not unit_m > 0:
-            raise ValueError(f"unit_m is {unit_m}, but must be above 0")
+    def __init__(
+        self,
+        unit_m: float,
+        step_mm: float | None,
+        field_step_mm: float | None,
+        gather_depth: int,
+        database: Database,
+        table: str,
+    ) -> None:
+        self.table = table
         self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
-        self.gather_depth = gather_depth
+        self.gather_depth, self.database = gather_depth, database
 
-    def prepare(self, scene: Any) -> None:
+    def release(self) -> None:
+        """Does nothing: the snow keeps its light for the next rendering."""
+
+    def prepare(self, scene: Any, snow: list[Any], lamps: list[Any]) -> None:
         """Solves for the light, unless the scene is the one that was solved for."""
         parameters = mi.traverse(scene)
-        snow = [shape for shape in scene.shapes() if _is_snow(shape.bsdf())]
-        for shape in scene.shapes():
-            if _is_snow_light(shape.emitter()) and shape not in snow:
-                raise ValueError(f"shape '{shape.id()}' has the emitter 'snow_light', but not the bsdf 'snow_surface'")
-        if not snow:
-            return
-        for shape in snow:
-            self._check(shape, parameters)
-        document, files = self._description(scene, snow)
+        document, files = self._description(scene, snow, lamps)
         text = _json(document)
-        digest = hashlib.sha256(text.encode())
+        # Other integrators may have other tables and steps.
+        digest = hashlib.sha256(f"{text} {self.step_mm} {self.table}".encode())
         for name in sorted(files):
             digest.update(files[name])
         if all(shape.emitter().solved == digest.hexdigest() for shape in snow):
@@ -267,15 +351,6 @@ class _Field:
         for shape, baked in zip(snow, objects):
             self._put(shape, baked, parameters)
             shape.emitter().solved = digest.hexdigest()
-
-    def _check(self, shape: Any, parameters: Any) -> None:
-        name = shape.id()
-        if "vertex_positions" not in mi.traverse(shape):
-            raise ValueError(f"shape '{name}' is a {shape.class_name()}, but snow must be a mesh (cube, ply, obj)")
-        if not _is_snow_light(shape.emitter()):
-            raise ValueError(f"shape '{name}' has the bsdf 'snow_surface', but not the emitter 'snow_light'")
-        if f"{name}.vertex_positions" not in parameters:
-            raise ValueError(f"a shape of snow has the id '{name}', which its scene does not know: give it an id")
 
     def _mesh(self, shape: Any) -> tuple[np.ndarray, np.ndarray]:
         parameters = mi.traverse(shape)
@@ -286,7 +361,9 @@ class _Field:
             return emitter.given
         return vertices, triangles
 
-    def _description(self, scene: Any, snow: list[Any]) -> tuple[dict[str, Any], dict[str, bytes]]:
+    def _description(
+        self, scene: Any, snow: list[Any], lamps: list[Any]
+    ) -> tuple[dict[str, Any], dict[str, bytes]]:
         files: dict[str, bytes] = {}
         materials: dict[str, Any] = {}
         # Snow comes first, so that its numbers are those of the baked objects.
@@ -316,9 +393,8 @@ class _Field:
         }
         if self.field_step_mm is not None:
             document["light_field"] = {"step_mm": float(self.field_step_mm)}
-        for emitter in scene.emitters():
-            if not _is_snow_light(emitter):
-                self._light(emitter, document, files)
+        for emitter in lamps:
+            self._light(emitter, document, files)
         if not document["light"] and "environment" not in document:
             raise ValueError("the scene has snow but no emitter to light it")
         return document, files
@@ -376,6 +452,12 @@ class _Field:
             files_of, power = spectrum(_emitted(emitter))
             document["environment"] = {"radiance_w_m2_sr": power, **files_of}
             return
+        elif kind == "EnvironmentMapEmitter":
+            image = _panorama(emitter)
+            if image.any():
+                files[SKY_FILE] = _exr(image)
+                document["environment"] = {"image": SKY_FILE}
+            return
         elif kind == "AreaLight" and shape.class_name() in ("Sphere", "Rectangle"):
             to_world = _matrix(parameters["to_world"])
             files_of, power = spectrum(_emitted(emitter))
@@ -395,7 +477,7 @@ class _Field:
             on = f" on a {shape.class_name()}" if shape is not None else ""
             raise ValueError(
                 f"emitter '{name}' is a {kind}{on}, which cannot light snow; there are point, spot, directional, "
-                "constant, and area on a sphere or rectangle"
+                "constant, envmap, and area on a sphere or rectangle"
             )
         if power > 0:
             document["light"].append(light)
@@ -404,7 +486,7 @@ class _Field:
         content = {"spectrum": True, "is_total": True, "reflection": True}
         try:
             scene = _native.Scene.from_json(text, files, ".")
-            return scene.bake(_table(None), self.step_mm, content, None, None)[1:]
+            return scene.bake(self.database._table, self.step_mm, content, None, None)[1:]
         except ValueError as error:
             reason = str(error)
             for number, shape in enumerate(snow):
@@ -444,7 +526,7 @@ class _Field:
             shape.add_attribute("vertex_snow_1", 3, np.ascontiguousarray(coefficients[:, 3:]).ravel())
         else:
             basis = None
-            shape.add_attribute("vertex_snow_0", 3, _rgb(flux).astype(np.float32).ravel())
+            shape.add_attribute("vertex_snow_0", 3, _rgb(flux / _white()).astype(np.float32).ravel())
         emitter.set_light(baked.escape_polynomial, basis)
         shape.bsdf().set_reflection(one["reflection"])
         emitter.given, emitter.put = given, np.array(mi.traverse(shape)["vertex_positions"]).reshape(-1, 3)
@@ -463,13 +545,23 @@ def _is_spectral() -> bool:
     return "spectral" in mi.variant()
 
 
+def _white() -> np.ndarray:
+    """White light at 31 wavelengths, of luminance 1 for equal energy: D65 in RGB variants, as of images of skies."""
+    each = np.eye(len(VISIBLE_NM)).ravel()
+    daylight, equal = (
+        _native.colors(each, VISIBLE_NM.tolist(), {"illuminant": name, "observer": "1931"}, 0.0)["xyz"].reshape(-1, 3)
+        for name in ("D65", "E")
+    )
+    return daylight.sum(axis=1) / equal.sum(axis=1)
+
+
 def _spectrum(values: Any) -> np.ndarray:
-    """Light at 31 wavelengths: in RGB variants relative to D65, by bands."""
+    """Light at 31 wavelengths: in RGB variants by bands of daylight."""
     array = np.array(values, dtype=float)
     if _is_spectral():
         return np.broadcast_to(array.reshape(-1), VISIBLE_NM.shape)
     red, green, blue = np.broadcast_to(array.reshape(-1), 3) if array.size == 1 else array.reshape(3, -1)[:, 0]
-    return _bands((red, green, blue))
+    return _bands((red, green, blue)) * _white()
 
 
 def _interaction() -> Any:
@@ -499,6 +591,51 @@ def _incident(emitter: Any, point: np.ndarray) -> np.ndarray:
 def _emitted(emitter: Any) -> np.ndarray:
     """The radiance of a lamp with extent or of the sky."""
     return _spectrum(_first(emitter.eval(_interaction())))
+
+
+def _panorama(emitter: Any) -> np.ndarray:
+    """The sky as our own images of it: from zenith to nadir, +y in the middle, clockwise as seen from above."""
+    rows = mi.traverse(emitter)["data"].shape[0]
+    height = min(rows, SKY_HEIGHT)
+    width = 2 * height
+    # Small suns must not fall between the pixels.
+    fine = max(1, -(-rows // height))
+    polar = (np.arange(height * fine) + 0.5) * np.pi / (height * fine)
+    longitude = np.pi / 2 - 2 * np.pi * ((np.arange(width * fine) + 0.5) / (width * fine) - 0.5)
+    theta, phi = (grid.ravel() for grid in np.meshgrid(polar, longitude, indexing="ij"))
+    directions = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    seen = _sky_colors(emitter, directions).reshape(height, fine, width, fine, 3)
+    # A value of 1 is the luminance of 1 W/(m2 sr) of equal energy.
+    return seen.mean(axis=(1, 3)) * BAND_WIDTH_NM
+
+
+def _sky_colors(emitter: Any, directions: np.ndarray) -> np.ndarray:
+    """Linear sRGB of the sky in directions, where the luminance is that for equal energy."""
+    interaction = dr.zeros(mi.SurfaceInteraction3f)
+    if mi.variant().startswith("scalar"):
+        colors = []
+        for direction in directions.T:
+            interaction.wi = mi.Vector3f(*(-direction).tolist())
+            colors.append(np.array(emitter.eval(interaction)))
+        return np.array(colors)
+    interaction.wi = mi.Vector3f(*(mi.Float(-row.astype(np.float32)) for row in directions))
+    if not _is_spectral():
+        return np.array(emitter.eval(interaction)).T
+    spectra = []
+    # Four wavelengths at a time.
+    for first in range(0, len(VISIBLE_NM), 4):
+        lanes = np.resize(VISIBLE_NM[first : first + 4], 4)
+        interaction.wavelengths = mi.Spectrum(*lanes.tolist())
+        spectra.extend(np.array(emitter.eval(interaction))[: len(VISIBLE_NM) - first])
+    light = {"illuminant": "E", "observer": "1931"}
+    values = np.ascontiguousarray(np.stack(spectra, axis=-1), dtype=float).ravel()
+    return _native.colors(values, VISIBLE_NM.tolist(), light, 0.0)["rgb_linear"].reshape(-1, 3)
+
+
+def _exr(image: np.ndarray) -> bytes:
+    stream = mi.MemoryStream()
+    mi.Bitmap(image.astype(np.float32)).write(stream, mi.Bitmap.FileFormat.OpenEXR)
+    return stream.raw_buffer()
 
 
 def _diffuse(bsdf: Any, name: str, files: dict[str, bytes]) -> dict[str, Any]:
