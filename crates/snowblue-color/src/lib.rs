@@ -64,6 +64,6 @@ pub use lab::Lab;
 pub use observer::Observer;
 pub use oklab::Oklab;
 pub use rgb::{LinearRgb, Primaries, Rgb, RgbSpace};
-pub use sampling::WavelengthStep;
+pub use sampling::{THREE_SAMPLES_NM, WavelengthStep};
 pub use srgb8::Srgb8;
 pub use xyz::{Chromaticity, Xyy, Xyz};

@@ -16,6 +16,9 @@ use crate::curve::Curve;
 use crate::error::ColorError;
 use crate::illuminant::Illuminant;
 
+/// Three wavelengths in nm, one each of blue, green and red light, by which Varsa & Baranoski (2024) sum up colours.
+pub const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
+
 /// Distance of adjacent wavelengths in a sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WavelengthStep {

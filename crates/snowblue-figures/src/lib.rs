@@ -28,5 +28,4 @@ pub mod page;
 pub use catalog::{FigureOptions, RECIPES, Recipe, recipes};
 pub use error::FigureError;
 pub use figure::{Drawing, Figure, FigureFile, FigureTable, Rendering};
-pub use shading::THREE_SAMPLES_NM;
 pub use table::{Cell, DataTable, Metadata, format_number};

@@ -5,9 +5,6 @@ use snowblue_render::film::image_file;
 use snowblue_render::images::raster::ImageSize;
 use snowblue_render::{RenderError, swatch};
 
-/// The paper's three sample wavelengths, in nm.
-pub const THREE_SAMPLES_NM: [f64; 3] = [455.0, 551.0, 608.0];
-
 /// Evenly spaced wavelengths, in nm.
 pub(crate) fn wavelengths_nm(first: u32, last: u32, step: usize) -> Vec<f64> {
     (first..=last).step_by(step).map(f64::from).collect()

@@ -2,8 +2,7 @@
 
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
-use snowblue_color::{Colorimeter, Illuminant, Observer};
-use snowblue_figures::THREE_SAMPLES_NM;
+use snowblue_color::{Colorimeter, Illuminant, Observer, THREE_SAMPLES_NM};
 use snowblue_render::FalseColor;
 
 use super::parse;

@@ -1,7 +1,7 @@
 //! The paper's Fig. 3: illuminants, the transmittance of snow, and its colours from 3 and from 31 wavelengths.
 
 use snowblue_color::difference::MIDDLE_GREY;
-use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, Xyz};
+use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, THREE_SAMPLES_NM, Xyz};
 use snowblue_render::images::raster::ImageSize;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
@@ -10,7 +10,7 @@ use snowblue_transport::slab::{Incidence, Slab};
 use crate::error::FigureError;
 use crate::figure::{Drawing, Figure, FigureTable, ordinates_metadata};
 use crate::plot::{Area, Axis, Chart, Entry, INK, Stroke, Symbol, ordered_colour};
-use crate::shading::{THREE_SAMPLES_NM, common_exposure, textured_png, under, wavelengths_nm};
+use crate::shading::{common_exposure, textured_png, under, wavelengths_nm};
 use crate::table::{Cell, DataTable};
 
 const ILLUMINANTS: [&str; 5] = ["E", "D55", "D65", "LED-B5", "FL3.15"];
