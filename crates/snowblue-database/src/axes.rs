@@ -85,6 +85,19 @@ impl Axes {
         Self { thicknesses_cm, angles_deg: ANGLES_DEG.to_vec(), ..paper }
     }
 
+    /// The thicknesses, angles and wavelengths of the embedded table for one sample.
+    #[must_use]
+    pub fn of_sample(sample: &TableSample) -> Self {
+        let axis = |one: &PropertyValue| PropertyAxis { property: one.property, values: vec![one.value] };
+        Self {
+            grain_sizes_um: vec![sample.grain_size_um],
+            facetness: vec![sample.facetness],
+            densities_kg_m3: vec![sample.density_kg_m3],
+            properties: sample.properties.iter().map(axis).collect(),
+            ..Self::with_thin_and_thick_knots()
+        }
+    }
+
     /// Table 1 at 5 nm.
     #[must_use]
     pub fn fine() -> Self {

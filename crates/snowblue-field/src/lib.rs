@@ -17,7 +17,7 @@ mod system;
 
 pub use body::{AxisCrossing, Body};
 pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
-pub use optics::SnowOptics;
+pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;
 pub use source::VolumeSource;

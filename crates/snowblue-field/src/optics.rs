@@ -5,8 +5,8 @@ use snowblue_transport::{
     Demand, GrainTallies, Medium, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
 };
 
-/// Rays of the tallies per node of the refractive index: .2 % in the transmittance of 15 cm.
-const RAYS: u32 = 1 << 18;
+/// Rays of the tallies per node of the refractive index for an error of .2 % in the transmittance of 15 cm.
+pub const GRAIN_RAYS: u32 = 1 << 18;
 
 /// Diffusion and absorption of snow, and the functions of its surface.
 #[derive(Debug, Clone)]
@@ -20,16 +20,17 @@ pub struct SnowOptics {
 }
 
 impl SnowOptics {
-    /// The optics of a sample at some wavelengths, by rays through its grains.
+    /// The optics of a sample at some wavelengths, by a number of rays through its grains, for example
+    /// [`GRAIN_RAYS`].
     ///
     /// # Errors
     ///
     /// If a parameter of the sample is out of range, or the tables do not cover a wavelength.
-    pub fn new(sample: &SnowSample, wavelengths_nm: &[f64]) -> Result<Self, TransportError> {
+    pub fn new(sample: &SnowSample, wavelengths_nm: &[f64], rays: u32) -> Result<Self, TransportError> {
         sample.check()?;
         wavelengths_nm.iter().try_for_each(|wavelength_nm| sample.check_wavelength(*wavelength_nm))?;
         let demand = Demand::of_sample(sample, wavelengths_nm);
-        let plan = TallyPlan { degree: 1, rays: RAYS, seed: 1 };
+        let plan = TallyPlan { degree: 1, rays, seed: 1 };
         let tallies = GrainTallies::new(&Population::of_sample(sample), &demand, &plan);
         let media: Vec<_> =
             wavelengths_nm.iter().map(|wavelength_nm| tallies.medium(sample, *wavelength_nm, None)).collect();

@@ -107,6 +107,16 @@ impl NamedFile {
     }
 }
 
+/// Refuses the formats of the feature `formats` in a build without it, whose compiler then drops all that follows.
+#[inline]
+pub(crate) fn check_formats(path: &Path) -> Result<(), RenderError> {
+    if cfg!(feature = "formats") {
+        return Ok(());
+    }
+    let reason = "this build reads no PLY, glTF, PNG or OpenEXR".to_owned();
+    Err(RenderError::Mesh { path: path.to_owned(), reason })
+}
+
 /// The part of a file name after its last dot, in lower case.
 pub(crate) fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()

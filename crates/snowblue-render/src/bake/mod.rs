@@ -16,6 +16,7 @@ mod glb;
 mod lamps;
 mod metadata;
 mod ply;
+mod relighting;
 mod subdivision;
 mod surface_mesh;
 mod vertices;
@@ -46,6 +47,7 @@ pub use escape_polynomial::EscapePolynomial;
 pub use glb::write_glb;
 pub use lamps::Lamp;
 pub use ply::write_ply;
+pub use relighting::{LampOnSnow, Relighting};
 
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
@@ -227,6 +229,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, progress: &dyn Fn(usize, usize)
 }
 
 /// An object of snow to be baked.
+#[derive(Debug)]
 struct Surface {
     /// Index of the object in the scene.
     object: usize,

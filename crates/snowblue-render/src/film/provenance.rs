@@ -38,8 +38,8 @@ impl Provenance {
             ("colours", colours),
         ];
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm } = scene.description.light_field;
-            entries.push(("light field", format!("{memory_mib} MiB")));
+            let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.description.light_field;
+            entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
             entries
                 .push(("cells of the light field", step_mm.map_or("chosen".to_owned(), |step| format!("{step} mm"))));
         }

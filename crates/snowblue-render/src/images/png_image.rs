@@ -5,7 +5,7 @@ use std::io::{BufRead, Cursor, Seek};
 use png::{BitDepth, ColorType, Transformations};
 
 use crate::error::RenderError;
-use crate::files::NamedFile;
+use crate::files::{NamedFile, check_formats};
 
 /// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,7 @@ pub(crate) struct PngImage {
 impl PngImage {
     /// Decodes a PNG file.
     pub(crate) fn decode(file: &NamedFile) -> Result<Self, RenderError> {
+        check_formats(&file.path)?;
         let image = Self::read(Cursor::new(&file.bytes));
         image.map_err(|reason| RenderError::ReadImage { path: file.path.clone(), reason })
     }

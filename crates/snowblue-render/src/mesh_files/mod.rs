@@ -7,7 +7,7 @@ mod ply;
 use std::path::Path;
 
 use crate::error::RenderError;
-use crate::files::{FilesIn, NamedFile, SceneFiles, extension};
+use crate::files::{FilesIn, NamedFile, SceneFiles, check_formats, extension};
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::GltfFile;
 
@@ -35,9 +35,15 @@ pub fn read_mesh_from(files: &dyn SceneFiles, name: &str, part: Option<&str>) ->
     let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
     let mesh = match extension(&path).as_str() {
         "ply" if part.is_some() => return Err(wrong("a PLY file has no parts: omit `part`".into())),
-        "ply" => ply::read(&NamedFile::read(files, name)?)?,
+        "ply" => {
+            check_formats(&path)?;
+            ply::read(&NamedFile::read(files, name)?)?
+        }
         "obj" => obj::read(&NamedFile::read(files, name)?, part)?,
-        "gltf" | "glb" => GltfFile::read(files, name)?.mesh(part)?,
+        "gltf" | "glb" => {
+            check_formats(&path)?;
+            GltfFile::read(files, name)?.mesh(part)?
+        }
         other => return Err(wrong(format!("the extension is \"{other}\", but must be ply, obj, gltf or glb"))),
     };
     check(&mesh).map_err(wrong)?;

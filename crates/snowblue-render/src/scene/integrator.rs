@@ -1,6 +1,7 @@
 //! The integrators and their settings, and those of the light field in snow.
 
 use serde::{Deserialize, Serialize};
+use snowblue_field::GRAIN_RAYS;
 
 /// How the radiance of snow is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -69,10 +70,13 @@ pub struct LightFieldSettings {
     /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
+    /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
+    #[serde(skip)]
+    pub grain_rays: u32,
 }
 
 impl Default for LightFieldSettings {
     fn default() -> Self {
-        Self { memory_mib: 1024, step_mm: None }
+        Self { memory_mib: 1024, step_mm: None, grain_rays: GRAIN_RAYS }
     }
 }

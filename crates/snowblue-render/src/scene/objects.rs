@@ -332,6 +332,11 @@ impl Objects {
         })
     }
 
+    /// The first object of some kind in which a point lies.
+    pub(crate) fn around(&self, point: Vec3A, is_of_kind: impl Fn(&Object) -> bool) -> Option<usize> {
+        (0..self.objects.len()).find(|&index| is_of_kind(&self.objects[index]) && self.holds(index, point))
+    }
+
     /// Whether a point lies inside an object: lines in three directions agree. False for an open surface.
     pub fn holds(&self, object: usize, point: Vec3A) -> bool {
         let mut crossings = Vec::new();

@@ -6,7 +6,7 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::{Vec2, Vec3};
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles};
+use crate::files::{NamedFile, SceneFiles, check_formats};
 use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
 use crate::images::png_image::PngImage;
 
@@ -44,6 +44,7 @@ impl Heights {
     /// When the file cannot be read or has another extension.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let file = NamedFile::read(files, name)?;
+        check_formats(&file.path)?;
         let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
         let (columns, values) = match file.extension().as_str() {
             "png" => read_png(&file)?,

@@ -12,6 +12,7 @@ use glam::DAffine3;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
+use crate::files::check_formats;
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::narrow;
@@ -51,6 +52,7 @@ pub(super) fn read_gltf(
     sources: &Sources,
     integrator: IntegratorKind,
 ) -> Result<GltfScene, RenderError> {
+    check_formats(&sources.files.display_name(name))?;
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
     let wrong = |reason: String| RenderError::Mesh { path: sources.files.display_name(name), reason };
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;

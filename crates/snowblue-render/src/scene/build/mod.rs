@@ -29,12 +29,12 @@ use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::Light;
 use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField};
 use crate::scene::material::Material;
-use crate::scene::objects::{Objects, SurfaceInteraction};
+use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
 
 use gltf_scene::{GltfScene, read_gltf};
 use material::{NamedMaterial, build_materials, build_volumes};
-use object::{ObjectBuilder, snow_around};
+use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
 use snow::build_optics;
 use sources::Sources;
@@ -94,7 +94,7 @@ impl SceneDescription {
             }
         };
         let (view, path) = self.view(gltf.view)?;
-        if let Some(index) = snow_around(&objects, &materials, view.position) {
+        if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
             let name = &objects.list()[index].name;
             return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
         }
@@ -126,10 +126,11 @@ impl SceneDescription {
         (volumes, sources): (&[Option<Volume>], &Sources),
     ) -> Result<LightField, RenderError> {
         let path = |name: &str| KeyPath::root("material").key(name);
+        let rays = self.light_field.grain_rays;
         let mut optics = Vec::with_capacity(materials.len());
         for NamedMaterial { name, .. } in materials {
             optics.push(match self.materials.get(name) {
-                Some(MaterialDescription::PcaSnow(snow)) => Some(build_optics(&path(name), snow, sources)?),
+                Some(MaterialDescription::PcaSnow(snow)) => Some(build_optics(&path(name), snow, sources, rays)?),
                 _ => None,
             });
         }
@@ -142,9 +143,8 @@ impl SceneDescription {
         let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
-            let Some(object) = position.and_then(|position| snow_around(objects, materials, position)) else {
-                continue;
-            };
+            let is_snow = |object: &Object| materials[object.material].is_snow();
+            let Some(object) = position.and_then(|position| objects.around(position, is_snow)) else { continue };
             let lamp = InnerLamp::new(light).ok_or_else(|| {
                 let name = &objects.list()[object].name;
                 let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::error::RenderError;
 use crate::geometry::cuboid::Cuboid;
@@ -28,7 +28,7 @@ use crate::scene::description::{
 };
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::material::Material;
-use crate::scene::objects::{Object, Objects};
+use crate::scene::objects::Object;
 use crate::shapes::drift::{Mound, drift};
 use crate::shapes::height_field::Heights;
 use crate::shapes::igloo::Igloo;
@@ -233,12 +233,4 @@ fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<
     let instance = Instance::new(Arc::new(MeshBvh::new(centred.mesh.smooth())), placement);
     check_reach(instance.bounds().greatest_coordinate()).map_err(wrong)?;
     Ok(Shape::Mesh(instance))
-}
-
-/// The object of snow in which a point lies.
-pub(super) fn snow_around(objects: &Objects, materials: &[NamedMaterial], point: Vec3A) -> Option<usize> {
-    (0..objects.list().len()).find(|&index| {
-        let is_snow = matches!(materials[objects.list()[index].material].material, Material::PcaSnow(_));
-        is_snow && objects.holds(index, point)
-    })
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use snowblue_database::{DatabaseError, PcaSnow, Property, TableSample, fill};
+use snowblue_database::{DatabaseError, PcaSnow, fill};
 use snowblue_field::SnowOptics;
 use snowblue_transport::SnowSample;
 use snowblue_transport::monte_carlo::{GrainPlan, Volume};
@@ -65,9 +65,10 @@ pub(super) fn build_optics(
     path: &KeyPath,
     snow: &PcaSnowDescription,
     sources: &Sources,
+    rays: u32,
 ) -> Result<SnowOptics, RenderError> {
     let sample = uniform_sample(path, snow, sources)?;
-    SnowOptics::new(&sample, &sources.wavelengths_nm).map_err(|error| no_snow(path, &error))
+    SnowOptics::new(&sample, &sources.wavelengths_nm, rays).map_err(|error| no_snow(path, &error))
 }
 
 /// The sample of snow that is the same everywhere and follows no rule of PCASnow alone.
@@ -85,7 +86,7 @@ fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) 
     }
     let ice = fill::ice_from_metadata(&sources.table.metadata)
         .map_err(|_| no_snow(path, &"the table does not name its ice (ice_constants): only pcasnow can render it"))?;
-    sample_at(snow, 0.0).snow(ice).map_err(|error| no_snow(path, &error))
+    snow.sample_at(0.0).snow(ice).map_err(|error| no_snow(path, &error))
 }
 
 /// An error about snow that only PCASnow can render.
@@ -93,23 +94,10 @@ fn no_snow(path: &KeyPath, error: &dyn Display) -> RenderError {
     path.error(format!("cannot be rendered by this integrator: {error}")).into()
 }
 
-/// The snow where the mask has a value.
-fn sample_at(snow: &PcaSnowDescription, mask: f64) -> TableSample {
-    let mut sample =
-        TableSample::new(snow.grain_size_um.at(mask), snow.facetness.at(mask), snow.density_kg_m3.at(mask));
-    if let Some(saturation) = snow.water_saturation {
-        sample = sample.with(Property::WaterSaturation, saturation.at(mask));
-    }
-    if let Some(temperature_c) = snow.temperature_c {
-        sample = sample.with(Property::Temperature, temperature_c.at(mask));
-    }
-    snow.impurities().fold(sample, |sample, (impurity, content)| sample.with(impurity, content.at(mask)))
-}
-
 /// The curves of the snow that a material is made of.
 fn curves(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) -> Result<SnowCurves, RenderError> {
     let snow_at =
-        |mask: f64| PcaSnow::new(sources.table, &sample_at(snow, mask)).map_err(|error| off_table(path, &error));
+        |mask: f64| PcaSnow::new(sources.table, &snow.sample_at(mask)).map_err(|error| off_table(path, &error));
     match &snow.mask {
         None => Ok(snow_at(0.0).map(SnowCurves::even)?),
         Some(mask) => Ok(SnowCurves::varying(build_mask(&path.key("mask"), mask, sources)?, snow_at)?),

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use snowblue_database::{Property, TableSample};
 
 use super::value::{ColorDescription, SnowProperty, some_numbers};
 use crate::geometry::chord::Exit;
@@ -148,6 +149,15 @@ impl PcaSnowDescription {
             emission: Emission::default(),
             reflectance: None,
         }
+    }
+
+    /// The snow where the mask has a value from 0 to 1.
+    pub fn sample_at(&self, mask: f64) -> TableSample {
+        let sample =
+            TableSample::new(self.grain_size_um.at(mask), self.facetness.at(mask), self.density_kg_m3.at(mask));
+        let further = [(Property::WaterSaturation, self.water_saturation), (Property::Temperature, self.temperature_c)];
+        let given = further.into_iter().filter_map(|(property, value)| Some((property, value?)));
+        given.chain(self.impurities()).fold(sample, |sample, (property, value)| sample.with(property, value.at(mask)))
     }
 }
 

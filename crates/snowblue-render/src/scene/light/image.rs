@@ -13,7 +13,7 @@ use glam::Vec3A;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles};
+use crate::files::{NamedFile, SceneFiles, check_formats};
 use crate::geometry::ray::narrow;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
@@ -54,6 +54,7 @@ impl Panorama {
     /// When there is no such file, or it holds no red, green and blue.
     pub fn read_exr(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
+        check_formats(&path)?;
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()

@@ -140,6 +140,8 @@ struct PreparedBody<'a> {
     body: SnowBody,
     nodes: SpectralNodes,
     optics: SnowOptics,
+    /// The solution for other light, from which the next starts.
+    before: Option<Fluence>,
 }
 
 /// The light of lamps and skies of one spectrum on and in a body.
@@ -195,13 +197,37 @@ impl LightField {
             let one = PreparedBody::new(solid, &survey, optics, nodes, scene.settings);
             prepared.push(one.map_err(|reason| (object, reason))?);
         }
+        Ok(Self::lit(prepared, body_of, scene))
+    }
+
+    /// Solves for the light of other lamps in the same bodies.
+    pub(crate) fn relit(self, scene: &FieldScene) -> Self {
+        let Self { bodies, body_of, .. } = self;
+        let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
+            let object = body_of.iter().position(|body| *body == Some(number));
+            let solid = object.and_then(|object| Solid::new(scene.objects, object));
+            let BodyField { body, lit, nodes, optics, .. } = one;
+            PreparedBody {
+                solid: solid.expect("a body with a light field has an object and bounds"),
+                body,
+                nodes,
+                optics,
+                before: lit.into_iter().next().map(|lit| lit.fluence),
+            }
+        });
+        let prepared = prepared.collect();
+        Self::lit(prepared, body_of, scene)
+    }
+
+    /// Solves for the light in bodies.
+    fn lit(prepared: Vec<PreparedBody>, body_of: Vec<Option<usize>>, scene: &FieldScene) -> Self {
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
         for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
             let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(&illumination, &body_of)).collect();
             let paths = gathered_paths(scene, &illumination, &prepared);
             let tolerance = if paths.is_empty() { SolveOptions::default().tolerance } else { GATHER_RESIDUAL };
             let direct = |(one, lighting): (&PreparedBody, &Lighting)| {
-                one.solve(lighting, None, SolveOptions { tolerance, ..lighting.options() })
+                one.solve(lighting, None, SolveOptions { tolerance, start: one.before.as_ref(), ..lighting.options() })
             };
             let mut solutions: Vec<Solution> = prepared.iter().zip(&lightings).map(direct).collect();
             if !paths.is_empty() {
@@ -215,7 +241,7 @@ impl LightField {
             }
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { solid, body, nodes, optics } = one;
+            let PreparedBody { solid, body, nodes, optics, .. } = one;
             let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
             let walk_ends = (scene.walk_ends)(solid.object);
             let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
@@ -224,7 +250,7 @@ impl LightField {
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
-        Ok(Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow })
+        Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow }
     }
 
     /// A light of the scene as a lamp inside snow, if it is one.
@@ -236,6 +262,11 @@ impl LightField {
     /// paths go towards bright snow. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
     pub(crate) fn sample_reflection(&self, surface: &SurfacePoint, numbers: [f32; 3]) -> (Vec3A, f32) {
         self.bright_snow.sample(surface, numbers)
+    }
+
+    /// Unknowns of a solution at each wavelength, of all bodies.
+    pub(crate) fn node_count(&self) -> usize {
+        self.bodies.iter().map(|body| body.body.node_count()).sum()
     }
 
     /// The light in the body that an object of snow belongs to.
@@ -336,7 +367,7 @@ impl<'a> PreparedBody<'a> {
         });
         let options = GridOptions { step_m, shift: DVec3::ZERO };
         let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        Ok(Self { solid, body, nodes, optics })
+        Ok(Self { solid, body, nodes, optics, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.

@@ -1,0 +1,165 @@
+//! The spectrum of a slab or of layers on a ground, and its colours.
+
+use serde::{Deserialize, Serialize};
+use snowblue_color::exposure::{AutoExposure, factor};
+use snowblue_color::{Colorimeter, Illuminant, Lab, LinearRgb, Observer, THREE_SAMPLES_NM};
+use snowblue_transport::ordinates::{OrdinatesOptions, solve, solve_stack, solve_without_errors};
+use snowblue_transport::slab::{Estimate, Incidence, Radiometry, Slab};
+use snowblue_transport::stack::{self, Stack};
+use wasm_bindgen::prelude::*;
+
+use crate::snow::{Layer, text};
+
+/// What is to be computed.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Request {
+    layers: Vec<Layer>,
+    #[serde(default)]
+    ground_albedo: f64,
+    angle_deg: Angle,
+    illuminant: String,
+    observer: String,
+    exposure: Exposure,
+    tally_rays: Option<u32>,
+    #[serde(default)]
+    standard_errors: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Angle {
+    Degrees(f64),
+    Word(String),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Exposure {
+    Stops(f64),
+    Word(String),
+}
+
+/// The spectrum and its colours.
+#[derive(Debug, Serialize)]
+struct Answer {
+    wavelengths_nm: Vec<f64>,
+    reflectance: Vec<f64>,
+    transmittance: Vec<f64>,
+    absorptance: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reflectance_se: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    transmittance_se: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absorptance_se: Option<Vec<f64>>,
+    transmitted: Color,
+    reflected: Color,
+    transmitted_3: Color,
+}
+
+/// A colour in several spaces; `hex` has an exposure.
+#[derive(Debug, Serialize)]
+struct Color {
+    xyz: [f64; 3],
+    lab: [f64; 3],
+    linear_rgb: [f64; 3],
+    hex: String,
+}
+
+/// Solves for a spectrum by discrete ordinates: JSON in and out.
+///
+/// # Errors
+///
+/// In the words of the command, if a parameter is unknown or out of range.
+#[wasm_bindgen]
+pub fn spectrum(request: &str) -> Result<String, JsError> {
+    answer(request).map_err(|reason| JsError::new(&reason))
+}
+
+/// As [`spectrum`], with the error as text.
+///
+/// # Errors
+///
+/// As those of [`spectrum`].
+pub fn answer(request: &str) -> Result<String, String> {
+    let request: Request = serde_json::from_str(request).map_err(text)?;
+    serde_json::to_string(&request.answer()?).map_err(text)
+}
+
+impl Request {
+    fn answer(&self) -> Result<Answer, String> {
+        let illuminant: Illuminant = self.illuminant.parse().map_err(text)?;
+        let observer: Observer = self.observer.parse().map_err(text)?;
+        let wavelengths_nm: Vec<f64> = (400..=700).step_by(10).map(f64::from).collect();
+        let all = wavelengths_nm.iter().copied().chain(THREE_SAMPLES_NM).collect();
+        let rows = self.rows(all)?;
+        let (rows, three) = rows.split_at(wavelengths_nm.len());
+        let of_31 = Colorimeter::new(observer, illuminant, &wavelengths_nm).map_err(text)?;
+        let of_3 = Colorimeter::new(observer, illuminant, &THREE_SAMPLES_NM).map_err(text)?;
+        let values = |rows: &[Radiometry], of: fn(&Radiometry) -> Estimate| -> Vec<f64> {
+            rows.iter().map(|row| of(row).value).collect()
+        };
+        let errors = |of: fn(&Radiometry) -> Estimate| -> Option<Vec<f64>> {
+            self.standard_errors.then(|| rows.iter().map(|row| of(row).standard_error).collect())
+        };
+        let (reflectance, transmittance) = (values(rows, |row| row.reflectance), values(rows, |row| row.transmittance));
+        let color = |colorimeter: &Colorimeter, values: &[f64]| self.color(colorimeter, values);
+        Ok(Answer {
+            transmitted: color(&of_31, &transmittance)?,
+            reflected: color(&of_31, &reflectance)?,
+            transmitted_3: color(&of_3, &values(three, |row| row.transmittance))?,
+            reflectance,
+            transmittance,
+            absorptance: values(rows, |row| row.absorptance),
+            reflectance_se: errors(|row| row.reflectance),
+            transmittance_se: errors(|row| row.transmittance),
+            absorptance_se: errors(|row| row.absorptance),
+            wavelengths_nm,
+        })
+    }
+
+    fn rows(&self, wavelengths_nm: Vec<f64>) -> Result<Vec<Radiometry>, String> {
+        let default = OrdinatesOptions::default();
+        let options = OrdinatesOptions { tally_rays: self.tally_rays.unwrap_or(default.tally_rays), ..default };
+        let incidences = vec![self.angle_deg.incidence()?];
+        let layer = |layer: &Layer| Ok(stack::Layer { sample: layer.sample()?, thickness_cm: layer.thickness_cm });
+        let layers: Vec<stack::Layer> = self.layers.iter().map(layer).collect::<Result<_, String>>()?;
+        if let ([stack::Layer { sample, thickness_cm }], true) = (&*layers, self.ground_albedo == 0.0) {
+            let slab = Slab { sample: *sample, thicknesses_cm: vec![*thickness_cm], incidences, wavelengths_nm };
+            let solve = if self.standard_errors { solve } else { solve_without_errors };
+            return solve(&slab, &options).map_err(text);
+        }
+        let stack =
+            Stack { layers, ground_albedo: self.ground_albedo, depths_cm: Vec::new(), incidences, wavelengths_nm };
+        let solved = solve_stack(&stack, &options).map_err(text)?;
+        Ok(solved.into_iter().map(|answer| answer.whole).collect())
+    }
+
+    fn color(&self, colorimeter: &Colorimeter, values: &[f64]) -> Result<Color, String> {
+        let xyz = colorimeter.xyz(values);
+        let lab = Lab::from_xyz(xyz, colorimeter.white());
+        let rgb = LinearRgb::from_xyz(xyz);
+        let factor = match &self.exposure {
+            Exposure::Stops(stops) => factor(*stops),
+            Exposure::Word(word) if word == "auto" => AutoExposure::OF_COLORS.factor([rgb]),
+            Exposure::Word(word) => return Err(format!("'{word}' is neither a number of stops nor 'auto'")),
+        };
+        Ok(Color {
+            xyz: [xyz.x, xyz.y, xyz.z],
+            lab: [lab.l, lab.a, lab.b],
+            linear_rgb: [rgb.r, rgb.g, rgb.b],
+            hex: (rgb * factor).display_hex(),
+        })
+    }
+}
+
+impl Angle {
+    fn incidence(&self) -> Result<Incidence, String> {
+        match self {
+            Self::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg: *angle_deg }),
+            Self::Word(word) if word == "diffuse" => Ok(Incidence::Diffuse),
+            Self::Word(word) => Err(format!("'{word}' is neither an angle in degrees nor 'diffuse'")),
+        }
+    }
+}
