@@ -12,9 +12,9 @@ use snowblue_render::bake::{BakedObject, LampOnSnow, Relighting};
 use snowblue_render::files::{FilesInMemory, SceneFiles};
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
+use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, MaterialDescription};
 use snowblue_render::scene::light::PointLight;
-use snowblue_render::scene::{IntegratorKind, LightFieldSettings};
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, SceneDescription};
 use wasm_bindgen::prelude::*;
@@ -23,8 +23,6 @@ use crate::snow::text;
 
 /// Rays through grains for the curves of PCASnow: .4 % in the transmittance of 15 cm.
 const TABLE_RAYS: u32 = 1 << 16;
-/// Rays through grains for a coarse light field: 1 % in the transmittance of 15 cm.
-const COARSE_RAYS: u32 = 1 << 14;
 /// Principal components of these curves, as in the embedded table.
 const COMPONENTS: usize = 8;
 
@@ -113,24 +111,21 @@ fn table(description: &SceneDescription) -> Result<CompressedTable, String> {
 
 #[wasm_bindgen]
 impl LightField {
-    /// Prepares the snow of a scene: JSON with the keys of a scene file. `step_mm` is the size of the cells at the
-    /// surface of a coarse light field, whose optics are coarser too.
+    /// Prepares the snow of a scene: JSON with the keys of a scene file. Fewer rays through grains than by default are
+    /// faster.
     ///
     /// # Errors
     ///
     /// In the words of the command.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &str, meshes: &Meshes, step_mm: Option<f64>) -> Result<Self, JsError> {
-        Self::prepared(scene, meshes, step_mm).map_err(|reason| JsError::new(&reason))
+    pub fn new(scene: &str, meshes: &Meshes, grain_rays: Option<u32>) -> Result<Self, JsError> {
+        Self::prepared(scene, meshes, grain_rays).map_err(|reason| JsError::new(&reason))
     }
 
-    fn prepared(scene: &str, meshes: &Meshes, step_mm: Option<f64>) -> Result<Self, String> {
+    fn prepared(scene: &str, meshes: &Meshes, grain_rays: Option<u32>) -> Result<Self, String> {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
-        if step_mm.is_some() {
-            description.light_field =
-                LightFieldSettings { step_mm, grain_rays: COARSE_RAYS, ..description.light_field };
-        }
+        description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
         let snow = Relighting::new(build(&description, meshes)?, None).map_err(text)?;
         Ok(Self { description, snow, lamp: LinearRgb { r: 0.0, g: 0.0, b: 0.0 }, lit: Vec::new() })
     }

@@ -2,8 +2,6 @@
 //!
 //! A task is a program that developers run now and then and that neither the command nor a test can replace.
 
-#[cfg(feature = "web")]
-mod bind_wasm;
 mod embed_table;
 mod repair_mesh;
 mod thickness_map;
@@ -14,7 +12,6 @@ use std::process::ExitCode;
 const USAGE: &str = "usage: cargo run --release -p xtask -- TASK
 
   embed-table [FILE]          compute the table that snowblue-data embeds [crates/snowblue-data/data/snow.nc]
-  bind-wasm WASM FOLDER NAME  make the JavaScript module of a WebAssembly file (with --features web)
   repair-mesh INPUT OUTPUT    close a mesh with small defects and write it as PLY
   thickness-map MESH LINES    print the thickness of a mesh along grids of LINES × LINES lines as CSV";
 
@@ -24,8 +21,6 @@ fn main() -> ExitCode {
     let done: Result<(), Box<dyn Error>> = match words[..] {
         ["embed-table"] => embed_table::run(None).map_err(Into::into),
         ["embed-table", file] => embed_table::run(Some(file)).map_err(Into::into),
-        #[cfg(feature = "web")]
-        ["bind-wasm", wasm, folder, name] => bind_wasm::run(wasm.as_ref(), folder.as_ref(), name),
         ["repair-mesh", input, output] => repair_mesh::run(input.as_ref(), output.as_ref()),
         ["thickness-map", mesh, lines] => thickness_map::run(mesh.as_ref(), lines),
         _ => {

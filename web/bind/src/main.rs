@@ -1,0 +1,15 @@
+//! Makes the JavaScript module of a WebAssembly file: `bind WASM FOLDER NAME` writes `NAME.js` and `NAME_bg.wasm`.
+//!
+//! It replaces the program wasm-bindgen, which must have exactly the version of the library.
+
+use std::error::Error;
+
+use wasm_bindgen_cli_support::Bindgen;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [wasm, folder, name] = &arguments[..] else { return Err("usage: bind WASM FOLDER NAME".into()) };
+    let mut bindgen = Bindgen::new();
+    bindgen.input_path(wasm).out_name(name).web(true)?.typescript(false).omit_default_module_path(false);
+    Ok(bindgen.generate(folder)?)
+}

@@ -1,0 +1,110 @@
+// Bundles the page into dist: `node build.mjs`. Needs the modules in wasm; see scripts/build-web.
+
+import { createHash } from "node:crypto";
+import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { brotliCompressSync, gzipSync } from "node:zlib";
+import * as esbuild from "esbuild";
+
+const ROOT = dirname(fileURLToPath(import.meta.url));
+const WASM = join(ROOT, "wasm");
+const DIST = join(ROOT, "dist");
+/** Greatest size of all files together, brotli-compressed. */
+const MOST_BYTES = 1 << 20;
+
+/** The module `spectrum`, running here. */
+async function spectrumModule() {
+  const file = join(WASM, "spectrum_bg.wasm");
+  const native = await import(pathToFileURL(join(WASM, "spectrum.js")).href);
+  await native.default({ module_or_path: readFileSync(file) });
+  return native;
+}
+
+/** Import of `native:NAME` from wasm, and of values that are computed now. */
+function provide(values) {
+  return {
+    name: "provide",
+    setup(build) {
+      build.onResolve({ filter: /^native:/ }, ({ path }) => ({ path: join(WASM, `${path.slice(7)}.js`) }));
+      build.onResolve({ filter: /^virtual:/ }, ({ path }) => ({ path, namespace: "virtual" }));
+      build.onLoad({ filter: /.*/, namespace: "virtual" }, ({ path }) => ({
+        contents: JSON.stringify(values[path]),
+        loader: "json",
+      }));
+    },
+  };
+}
+
+const COMMON = { bundle: true, minify: true, target: "es2022", legalComments: "none", absWorkingDir: ROOT };
+
+/** Evaluates a module of the page here. */
+async function evaluate(entry, values) {
+  const { outputFiles } = await esbuild.build({
+    ...COMMON, entryPoints: [entry], format: "esm", write: false, plugins: [provide(values)],
+  });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+}
+
+const native = await spectrumModule();
+const values = {
+  "virtual:catalog": {
+    version: native.version(),
+    illuminants: JSON.parse(native.illuminants()),
+    kinds: JSON.parse(native.kinds()),
+    impurities: JSON.parse(native.impurities()),
+    ranges: JSON.parse(native.ranges()),
+  },
+};
+const { defaultState, fineRequest } = await evaluate("src/request.ts", values);
+values["virtual:first-answer"] = JSON.parse(native.spectrum(JSON.stringify(fineRequest(defaultState()))));
+
+rmSync(DIST, { recursive: true, force: true });
+mkdirSync(DIST);
+await esbuild.build({
+  ...COMMON,
+  entryPoints: [
+    "src/main.ts",
+    "src/style.css",
+    ...readdirSync(join(ROOT, "src/workers")).map((file) => `src/workers/${file}`),
+  ],
+  entryNames: "[name]",
+  chunkNames: "part-[hash]",
+  format: "esm",
+  splitting: true,
+  outdir: DIST,
+  plugins: [provide(values)],
+});
+for (const file of readdirSync(WASM).filter((name) => name.endsWith(".wasm"))) {
+  copyFileSync(join(WASM, file), join(DIST, file));
+}
+copyFileSync(join(ROOT, "index.html"), join(DIST, "index.html"));
+const icon = join(ROOT, "src/icons/icon.svg");
+if (existsSync(icon)) copyFileSync(icon, join(DIST, "icon.svg"));
+
+const files = readdirSync(DIST).sort();
+const hash = createHash("sha256");
+for (const file of files) hash.update(file).update(readFileSync(join(DIST, file)));
+await esbuild.build({
+  ...COMMON,
+  entryPoints: ["src/service-worker.ts"],
+  format: "iife",
+  outdir: DIST,
+  define: { FILES: JSON.stringify(files), BUILD: JSON.stringify(hash.digest("hex").slice(0, 16)) },
+});
+
+const sizes = readdirSync(DIST).sort().map((file) => {
+  const bytes = readFileSync(resolve(DIST, file));
+  return { file, plain: bytes.length, gzip: gzipSync(bytes).length, brotli: brotliCompressSync(bytes).length };
+});
+const sum = (key) => sizes.reduce((total, size) => total + size[key], 0);
+sizes.push({ file: "total", plain: sum("plain"), gzip: sum("gzip"), brotli: sum("brotli") });
+for (const { file, plain, gzip, brotli } of sizes) {
+  const columns = [plain, gzip, brotli].map((size) => String(size).padStart(10));
+  console.log(`${file.padEnd(26)}${columns.join("")}`);
+}
+const total = sizes.at(-1).brotli;
+if (total > MOST_BYTES) {
+  console.error(`The page has ${total} bytes in brotli, but may have ${MOST_BYTES}.`);
+  process.exit(1);
+}

@@ -1,0 +1,125 @@
+/** Up to four samples pinned beside the current one. */
+
+import type { Curve } from "./chart/draw";
+import { describe } from "./describe";
+import { byId, el, say } from "./dom";
+import { icon } from "./icons/icons";
+import type { SpectrumAnswer } from "./native";
+import { figure, short } from "./numbers";
+import { keyOf, type Asked, type Spectra } from "./spectra";
+import { MOST_PINNED, sampleOf, type Sample, type State } from "./state";
+import type { Store } from "./store";
+import { difference, labText } from "./swatch";
+
+/** Wavelengths of the figures, in nm. */
+const SHOWN_NM = [450, 550, 650];
+const HEADS = ["Sample", "Transmitted", "Lab", "ΔE*ab", ...SHOWN_NM.map((nm) => `T ${nm} nm`)];
+
+export class Compare {
+  readonly #store: Store;
+  readonly #spectra: Spectra;
+  readonly #changed: () => void;
+  readonly #pin = byId("pin") as HTMLButtonElement;
+  readonly #answers = new Map<string, SpectrumAnswer>();
+  #current: SpectrumAnswer | undefined;
+
+  /** `changed` is called when a pinned sample is ready or gone. */
+  constructor(store: Store, spectra: Spectra, changed: () => void) {
+    this.#store = store;
+    this.#spectra = spectra;
+    this.#changed = changed;
+    this.#pin.addEventListener("click", () => store.update((state) => state.pinned.push(sampleOf(state))));
+  }
+
+  set(current: SpectrumAnswer): void {
+    this.#current = current;
+    this.#show();
+  }
+
+  /** Computes what is newly pinned. */
+  update(state: State): void {
+    for (const sample of state.pinned) {
+      const asked = { ...sample, swatch_exposure: state.swatch_exposure };
+      if (!this.#answers.has(keyOf(asked))) void this.#compute(asked);
+    }
+    this.#show();
+  }
+
+  /** The curves of the pinned samples that are ready. */
+  curves(): Curve[] {
+    return this.#pinned().flatMap(({ sample, answer }, index) =>
+      answer === undefined ? [] : [{ name: describe(sample), place: index + 1, answer }]);
+  }
+
+  async #compute(asked: Asked): Promise<void> {
+    try {
+      this.#answers.set(keyOf(asked), await this.#spectra.fine(asked));
+      this.#show();
+      this.#changed();
+    } catch (error) {
+      say(byId("compare-error"), `A pinned sample has no spectrum: ${error instanceof Error ? error.message : error}`);
+    }
+  }
+
+  #pinned(): { sample: Sample; answer: SpectrumAnswer | undefined }[] {
+    const { pinned, swatch_exposure } = this.#store.state;
+    return pinned.map((sample) => ({ sample, answer: this.#answers.get(keyOf({ ...sample, swatch_exposure })) }));
+  }
+
+  #show(): void {
+    const pinned = this.#pinned();
+    const isFull = pinned.length >= MOST_PINNED;
+    this.#pin.disabled = isFull;
+    say(byId("pin-note"), isFull ? `${MOST_PINNED} samples are pinned; remove one to pin another.` : "");
+    byId("compare-empty").hidden = pinned.length > 0;
+    const table = byId("compare-table");
+    table.hidden = pinned.length === 0;
+    if (pinned.length === 0) return table.replaceChildren();
+    const rows = pinned.map(({ sample, answer }, index) => this.#row(sample, answer, index));
+    const current = this.#store.state;
+    table.replaceChildren(
+      el("caption", { class: "hidden" }, "Pinned samples and the current one"),
+      el("thead", {}, el("tr", {}, ...HEADS.map((text) => el("th", { scope: "col" }, text)), el("td"))),
+      el("tbody", {}, ...(this.#current === undefined ? [] : [el("tr", {},
+        ...cells("Current", describe(current), 0, this.#current, undefined), el("td", {}))]), ...rows),
+    );
+  }
+
+  #row(sample: Sample, answer: SpectrumAnswer | undefined, index: number): HTMLElement {
+    const name = `Pin ${index + 1}`;
+    const remove = el("button", {
+      type: "button", class: "quiet icon", "aria-label": `Remove ${name}`,
+      click: () => {
+        this.#store.update((state) => state.pinned.splice(index, 1));
+        this.#changed();
+        this.#pin.focus();
+      },
+    }, icon("cross"));
+    const use = el("button", {
+      type: "button", class: "quiet", "aria-label": `Use ${name}`,
+      click: () => this.#store.update((state) => Object.assign(state, structuredClone(sample))),
+    }, "Use");
+    const actions = el("td", { class: "actions" }, use, remove);
+    return el("tr", {}, ...cells(name, describe(sample), index + 1, answer, this.#current), actions);
+  }
+}
+
+function cells(
+  name: string,
+  words: string,
+  place: number,
+  answer: SpectrumAnswer | undefined,
+  current: SpectrumAnswer | undefined,
+): HTMLElement[] {
+  const head = el("th", { scope: "row" }, el("span", { class: "key", style: `--key: var(--curve-${place})` }),
+    el("strong", {}, name), el("span", { class: "words" }, words));
+  if (answer === undefined) return [head, el("td", { colspan: 3 + SHOWN_NM.length }, "Computing…")];
+  const { transmitted } = answer;
+  return [
+    head,
+    el("td", {}, el("span", { class: "dot", style: `background: ${transmitted.hex}` }), transmitted.hex),
+    el("td", {}, labText(transmitted.lab)),
+    el("td", {}, current === undefined ? "–" : short(difference(transmitted, current.transmitted), 2)),
+    ...SHOWN_NM.map((nm) => el("td", {}, figure(answer.transmittance[answer.wavelengths_nm.indexOf(nm)]!, 3))),
+  ];
+}

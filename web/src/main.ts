@@ -1,0 +1,149 @@
+/** The page: state, engine and views put together. */
+
+import { version } from "./catalog";
+import { Chart } from "./chart/chart";
+import type { Curve } from "./chart/draw";
+import { Compare } from "./compare";
+import { describe } from "./describe";
+import { byId, el, say } from "./dom";
+import { decode, encode } from "./fragment";
+import type { SpectrumAnswer } from "./native";
+import { figure } from "./numbers";
+import { buildPanel } from "./panel/panel";
+import { COARSE_RAYS, FINE_RAYS, defaultState } from "./request";
+import { Share } from "./share";
+import { Spectra, type Shown } from "./spectra";
+import type { State } from "./state";
+import { Store } from "./store";
+import { Swatches } from "./swatch";
+import { buildTheme } from "./theme";
+import { buildToolbar } from "./toolbar";
+import { Tour } from "./tour";
+import { ViewHost } from "./view-host";
+
+/** What a spectrum and its colours depend on. */
+const ASKED = ["layers", "ground_albedo", "angle_deg", "illuminant", "observer", "swatch_exposure"] as const;
+/** The address follows the state after so long, in ms. */
+const ADDRESS_MS = 250;
+
+buildTheme();
+const store = new Store(stateOfAddress());
+const spectra = new Spectra(compiled("spectrum_bg.wasm"), show, wait);
+const chart = new Chart();
+const swatches = new Swatches(store);
+const compare = new Compare(store, spectra, drawCurves);
+const host = new ViewHost(store);
+let current: Curve | undefined;
+
+buildPanel(byId("panel"), store);
+buildToolbar(store, host);
+new Share(store, chart, curves, host);
+new Tour(store, spectra);
+store.subscribe((state, before) => {
+  if (state === before || ASKED.some((key) => state[key] !== before[key])) spectra.want(state);
+});
+store.subscribe((state, before) => {
+  if (state === before || state.pinned !== before.pinned || state.swatch_exposure !== before.swatch_exposure) {
+    compare.update(state);
+    drawCurves();
+  }
+});
+store.subscribe(writeAddress);
+addEventListener("hashchange", () => {
+  if (location.hash.slice(1) !== encode(store.state)) store.replace(stateOfAddress());
+});
+byId("version").textContent = `snowblue ${version}`;
+afterPaint(() => spectra.warm(store.state));
+afterPaint(() => void host.start());
+afterPaint(() => void keepOffline());
+
+function wait(): void {
+  byId("precision").textContent = "Computing a preview.";
+}
+
+function show(shown: Shown): void {
+  say(byId("spectrum-error"), "error" in shown ? `${upper(shown.error)}.` : "");
+  document.body.classList.toggle("stale", "error" in shown);
+  if ("error" in shown) return;
+  const { answer, sample, fine } = shown;
+  current = { name: describe(sample), place: 0, answer };
+  swatches.set(answer);
+  compare.set(answer);
+  drawCurves();
+  byId("precision").textContent = precision(answer, fine);
+  glance(answer);
+  if (fine) byId("summary").textContent = summary(current);
+}
+
+function curves(): Curve[] {
+  return [...(current === undefined ? [] : [current]), ...compare.curves()];
+}
+
+function drawCurves(): void {
+  if (current !== undefined) chart.set(curves());
+}
+
+/** How exact the figures are. */
+function precision({ transmittance, transmittance_se }: SpectrumAnswer, fine: boolean): string {
+  const [name, rays] = fine ? ["Final", FINE_RAYS] : ["Preview", COARSE_RAYS];
+  const words = `${name}: ${rays.toLocaleString("en")} rays through grains`;
+  if (transmittance_se === undefined) return `${words}; the standard error comes with the final figures.`;
+  const relative = transmittance_se.map((error, index) => error / Math.max(transmittance[index]!, Number.MIN_VALUE));
+  return `${words}, standard error of T at most ${figure(100 * Math.max(...relative), 2)} %.`;
+}
+
+/** The result beside the controls. */
+function glance({ transmitted, transmittance, wavelengths_nm }: SpectrumAnswer): void {
+  const value = figure(transmittance[wavelengths_nm.indexOf(450)]!);
+  const dot = el("span", { class: "dot", style: `background: ${transmitted.hex}` });
+  byId("glance").replaceChildren(dot, `T ${value} at 450 nm`);
+}
+
+/** What a screen reader says of a new result. */
+function summary({ name, answer }: Curve): string {
+  const value = figure(answer.transmittance[answer.wavelengths_nm.indexOf(450)]!);
+  return `${name}: transmitted colour ${answer.transmitted.hex}, transmittance ${value} at 450 nm.`;
+}
+
+function stateOfAddress(): State {
+  const notice = byId("notice");
+  try {
+    say(notice, "");
+    return decode(location.hash.slice(1));
+  } catch (error) {
+    const reason = error instanceof Error ? error.message : error;
+    say(notice, `The link cannot be read: ${reason}. The default snow is shown.`);
+    return defaultState();
+  }
+}
+
+let addressTimer: ReturnType<typeof setTimeout> | undefined;
+
+function writeAddress(state: State, before: State): void {
+  if (state === before) return;
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(() => {
+    const fragment = encode(store.state);
+    history.replaceState(null, "", fragment === "" ? location.pathname + location.search : `#${fragment}`);
+  }, ADDRESS_MS);
+}
+
+/** A module that the workers share. */
+async function compiled(file: string): Promise<WebAssembly.Module> {
+  const response = await fetch(new URL(file, import.meta.url));
+  if (!response.ok) throw new Error(`${file} cannot be loaded (${response.status})`);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+async function keepOffline(): Promise<void> {
+  if (!("serviceWorker" in navigator) || !isSecureContext) return;
+  await navigator.serviceWorker.register(new URL("service-worker.js", import.meta.url));
+}
+
+function afterPaint(run: () => void): void {
+  requestAnimationFrame(() => setTimeout(run));
+}
+
+function upper(text: string): string {
+  return text[0]!.toUpperCase() + text.slice(1);
+}

@@ -1,0 +1,35 @@
+/** Modules that `build.mjs` provides. */
+
+/** `wasm/spectrum.js`; its wasm file lies beside every script of the page. */
+declare module "native:spectrum" {
+  type Native = import("./native").SpectrumModule;
+  const init: Native["default"];
+  export default init;
+  export const spectrum: Native["spectrum"];
+}
+
+/** `wasm/scene.js`; its wasm file lies beside every script of the page. */
+declare module "native:scene" {
+  type Native = import("./native").SceneModule;
+  const init: Native["default"];
+  export default init;
+  export const Meshes: Native["Meshes"];
+  export const LightField: Native["LightField"];
+  export const Picture: Native["Picture"];
+}
+
+/** What the module `spectrum` says of its parameters, read when the page is built. */
+declare module "virtual:catalog" {
+  const catalog: import("./catalog").Catalog;
+  export default catalog;
+}
+
+/** The spectrum of the default sample, computed when the page is built. */
+declare module "virtual:first-answer" {
+  const answer: import("./native").SpectrumAnswer;
+  export default answer;
+}
+
+/** Of the service worker: its files and the hash of all of them. */
+declare const FILES: readonly string[];
+declare const BUILD: string;

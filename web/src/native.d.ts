@@ -1,0 +1,153 @@
+/** The interfaces of the two WebAssembly modules. Both are made by `scripts/build-web` into `web/wasm`. */
+
+/** What is known of a snow: the keys of a layer in `snowblue spectrum --layers`. Missing keys have the defaults. */
+export interface Snow {
+  /** Kind of snow, one of `kinds()`. */
+  snow?: string;
+  /** A mean, or [least, greatest], in µm. */
+  grain_size_um?: number | number[];
+  size_measure?: "greatest-extension" | "volume-diameter" | "optical-diameter";
+  /** Specific surface area in m²/kg, instead of a grain size. */
+  ssa_m2_kg?: number;
+  /** A mean, or [least, greatest, mean, standard deviation]. */
+  facetness?: number | number[];
+  sphericity?: number | number[];
+  density_kg_m3?: number;
+  /** Fraction of the pore volume. */
+  water_saturation?: number;
+  /** Mass fractions by the names of `impurities()`, in ng/g. */
+  impurities_ng_g?: Record<string, number>;
+  temperature_c?: number;
+  ice?: "warren2008" | "picard2016";
+}
+
+/** What `spectrum` computes. */
+export interface SpectrumRequest {
+  /** Top first; one for a slab. */
+  layers: (Snow & { thickness_cm: number })[];
+  ground_albedo?: number;
+  angle_deg: number | "diffuse";
+  illuminant: string;
+  observer: "1931" | "1964";
+  /** Of the hex colours: stops, or "auto". */
+  exposure: number | "auto";
+  /** Rays through grains; fewer are faster. 16384 is coarse, 262144 (default) fine. */
+  tally_rays?: number;
+  standard_errors?: boolean;
+}
+
+export interface Color {
+  xyz: [number, number, number];
+  lab: [number, number, number];
+  linear_rgb: [number, number, number];
+  /** As `#rrggbb`, mapped into sRGB. */
+  hex: string;
+}
+
+export interface SpectrumAnswer {
+  wavelengths_nm: number[];
+  reflectance: number[];
+  transmittance: number[];
+  absorptance: number[];
+  /** With `standard_errors`. */
+  reflectance_se?: number[];
+  transmittance_se?: number[];
+  absorptance_se?: number[];
+  /** By 31 wavelengths. */
+  transmitted: Color;
+  reflected: Color;
+  /** By three wavelengths. */
+  transmitted_3: Color;
+}
+
+/** A range of a parameter and its default. */
+export interface Range {
+  least: number;
+  greatest: number;
+  default: number;
+  unit: string;
+}
+
+/** The module `spectrum`. All functions throw an `Error` with one clear line for bad input. */
+export interface SpectrumModule {
+  default(module: { module_or_path: WebAssembly.Module | string | URL }): Promise<unknown>;
+  version(): string;
+  /** JSON of a `SpectrumRequest` in, of a `SpectrumAnswer` out. */
+  spectrum(request: string): string;
+  /** JSON: `string[]`. */
+  illuminants(): string;
+  /** JSON: `{ name: string, ssa_m2_kg: number, density_kg_m3: number, source: string }[]`. */
+  kinds(): string;
+  /** JSON: `{ name: string, source: string }[]`. */
+  impurities(): string;
+  /** JSON: `Record<string, Range>` by the keys of `Snow`, and `thickness_cm`, `angle_deg`, `ground_albedo`. */
+  ranges(): string;
+}
+
+/**
+ * The module `scene`. A scene is JSON with the keys of a scene file (docs/src/rendering.md; lengths in metres, z up).
+ * Its meshes (`{ mesh: "NAME", up: "z", material: "drift" }`) are triangles that were added under that name.
+ */
+export interface SceneModule {
+  default(module: { module_or_path: WebAssembly.Module | string | URL }): Promise<unknown>;
+  Meshes: new () => Meshes;
+  LightField: new (scene: string, meshes: Meshes, grain_rays: number | undefined) => LightField;
+  Picture: new (scene: string, meshes: Meshes) => Picture;
+}
+
+export interface Meshes {
+  /** Three coordinates for each vertex; three vertices for each triangle, counter-clockwise from outside. */
+  add(name: string, positions: Float32Array, triangles: Uint32Array): void;
+  free(): void;
+}
+
+/**
+ * The light of one lamp at a time in all snow of a scene. `light_field.step_mm` of the scene is the size of the cells at
+ * the surface, and `grain_rays` the number of rays through grains for the optics of the snow. A surface of snow sends out
+ *
+ *     L = R0(mu, mu0, phi) V F + (H + K(mu) J) / pi,
+ *
+ * F the irradiance by the lamp, V its visibility, H the irradiance by other snow, J the net flux, K a polynomial.
+ */
+export interface LightField {
+  /** Unknowns of a solution at each wavelength. */
+  node_count(): number;
+  /** Number of objects of snow, in the order of the scene. */
+  object_count(): number;
+  positions(object: number): Float32Array;
+  normals(object: number): Float32Array;
+  triangles(object: number): Uint32Array;
+  /** Coefficients of 1, mu, mu², mu³. */
+  escape_polynomial(object: number): Float32Array;
+  /**
+   * Table of (mu + mu0) R0 of n³ values, in 1/sr: the azimuth fastest, then the cosine of incidence, then of exit,
+   * regular in sin(phi/2) and in the roots of the cosines, phi the angle between both directions of propagation.
+   */
+  reflection_table(n: number): Float32Array;
+  /** Solves for a lamp, JSON of a table `[[light]]`, without any other. */
+  light(lamp: string): void;
+  /** J at each vertex as linear sRGB (3 values), in W/m² as renderings weight them, of the last lamp. */
+  flux(object: number): Float32Array;
+  /** H, the same. */
+  diffuse_irradiance(object: number): Float32Array;
+  /** V at each vertex, 0 to 1. */
+  visibility(object: number): Float32Array;
+  /** Linear sRGB of the lamp's radiant intensity (point) or irradiance (directional). */
+  lamp_rgb(): Float32Array;
+  free(): void;
+}
+
+/** A picture of a scene by its integrator, which gets better with each sample. */
+export interface Picture {
+  width(): number;
+  height(): number;
+  /** Samples of each pixel so far. */
+  samples(): number;
+  /** Adds samples for about some milliseconds; returns `samples()`. */
+  add(milliseconds: number): number;
+  /** Pixels for the display, RGBA, 8 bits. */
+  display(): Uint8ClampedArray;
+  /** Exposure of the display in stops. */
+  exposure_stops(): number;
+  free(): void;
+}

@@ -1,0 +1,72 @@
+/** Files of the figures on the page. */
+
+import { QUANTITIES, stroke, type Curve } from "./chart/draw";
+import { svg } from "./dom";
+
+/** The light colour scheme, for files. */
+const INK = {
+  "--ink": "#16212b", "--muted": "#51606d", "--line": "#dde3e8",
+  "--curve-0": "#0b63ad", "--curve-1": "#b3541e", "--curve-2": "#2f7d4f",
+  "--curve-3": "#8a4a9e", "--curve-4": "#6b6f76",
+};
+/** Pixels of a PNG for each unit of the SVG. */
+const SCALE = 2;
+/** Height of a row of the legend, and where it begins. */
+const ROW = 24;
+const LEFT = 54;
+
+/** Spectra as comma-separated values: one row for each sample and wavelength. */
+export function csv(curves: readonly Curve[]): string {
+  const header = ["sample", "wavelength_nm", ...QUANTITIES.flatMap(({ key, error }) => [key, error])];
+  const rows = curves.flatMap(({ name, answer }) => answer.wavelengths_nm.map((wavelength_nm, index) => [
+    `"${name}"`, wavelength_nm,
+    ...QUANTITIES.flatMap(({ key, error }) => [answer[key][index], answer[error]?.[index] ?? ""]),
+  ]));
+  return `${[header, ...rows].map((row) => row.join(",")).join("\n")}\n`;
+}
+
+/** A chart as a file that stands alone, with its curves and their transmitted colours named below it. */
+export function svgFile(chart: SVGSVGElement, curves: readonly Curve[], about: string): string {
+  const [width, height] = [Number(chart.getAttribute("width")), Number(chart.getAttribute("height"))];
+  const rows = curves.flatMap((curve, index) => legend(curve, height + ROW * (index + 0.5)));
+  const taller = height + ROW * (curves.length + 1.5);
+  chart.setAttribute("height", String(taller));
+  chart.setAttribute("viewBox", `0 0 ${width} ${taller}`);
+  chart.setAttribute("style", Object.entries(INK).map(([name, color]) => `${name}: ${color}`).join("; "));
+  chart.prepend(svg("rect", { width, height: taller, fill: "#ffffff" }));
+  chart.append(...rows, svg("text", { x: LEFT, y: taller - 12, fill: "var(--muted)", "font-size": 11 }, about));
+  return new XMLSerializer().serializeToString(chart);
+}
+
+function legend({ name, place, answer }: Curve, y: number): SVGElement[] {
+  const { hex } = answer.transmitted;
+  return [
+    svg("line", { x1: LEFT, x2: LEFT + 24, y1: y, y2: y, ...stroke(place) }),
+    svg("rect", { x: LEFT + 34, y: y - 8, width: 16, height: 16, rx: 3, fill: hex }),
+    svg("text", { x: LEFT + 60, y: y + 4, fill: "var(--ink)" }, `${name}; transmitted ${hex}`),
+  ];
+}
+
+/** An SVG file as a PNG file. */
+export async function pngFile(file: string): Promise<Blob> {
+  const url = URL.createObjectURL(new Blob([file], { type: "image/svg+xml" }));
+  try {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const canvas = new OffscreenCanvas(SCALE * image.width, SCALE * image.height);
+    canvas.getContext("2d")!.drawImage(image, 0, 0, canvas.width, canvas.height);
+    return await canvas.convertToBlob({ type: "image/png" });
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+export function save(name: string, content: Blob | string, type = "text/plain"): void {
+  const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
+  const link = document.createElement("a");
+  link.href = url;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(url), 10_000);
+}

@@ -1,0 +1,89 @@
+/** The link, the files and the commands of what the page shows. */
+
+import { version } from "./catalog";
+import type { Chart } from "./chart/chart";
+import type { Curve } from "./chart/draw";
+import { byId, el, say } from "./dom";
+import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-commands";
+import { csv, pngFile, save, svgFile } from "./share-files";
+import type { State } from "./state";
+import type { Store } from "./store";
+import type { ViewHost } from "./view-host";
+
+/** Width of the chart in files, in px. */
+const WIDTH = 1080;
+
+export class Share {
+  readonly #command = code("Command line");
+  readonly #layers = code(`File ${LAYERS_FILE}`);
+  readonly #python = code("Python");
+
+  constructor(store: Store, chart: Chart, curves: () => readonly Curve[], view: ViewHost) {
+    const about = () => `snowblue ${version}, discrete ordinates`;
+    const figure = () => svgFile(chart.picture(WIDTH), curves(), about());
+    const button = (label: string, run: () => void | Promise<void>) =>
+      el("button", { type: "button", class: "button", click: () => void this.#run(label, run) }, label);
+    byId("share").append(
+      el("div", { class: "row wrap" },
+        button("Copy link", async () => copy(location.href)),
+        button("CSV", () => save("snow.csv", csv(curves()), "text/csv")),
+        button("SVG", () => save("snow.svg", figure(), "image/svg+xml")),
+        button("PNG", async () => save("snow.png", await pngFile(figure()))),
+        button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
+        button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
+        button("Scene TOML", async () => save("scene.toml", (await view.viewer()).sceneToml(), "application/toml")),
+      ),
+      this.#command.element, this.#layers.element, this.#python.element,
+    );
+    store.subscribe((state) => this.#show(state));
+  }
+
+  #show(state: State): void {
+    this.#command.set(commandLines(state));
+    this.#layers.set(layersToml(state) ?? "");
+    this.#python.set(pythonCall(state));
+  }
+
+  async #run(label: string, run: () => void | Promise<void>): Promise<void> {
+    const status = byId("share-status");
+    try {
+      await run();
+      say(status, label === "Copy link" ? "The link is copied." : `${label} is saved.`);
+    } catch (error) {
+      say(status, `${label} failed: ${error instanceof Error ? error.message : error}`);
+    }
+  }
+}
+
+/** A text to copy. */
+function code(title: string) {
+  const text = el("code");
+  const button = el("button", {
+    type: "button", class: "quiet", "aria-label": `Copy: ${title}`,
+    click: async () => {
+      await copy(text.textContent ?? "");
+      say(byId("share-status"), `${title} is copied.`);
+    },
+  }, "Copy");
+  const element = el("div", { class: "code" }, el("div", { class: "row" }, el("h3", {}, title), button),
+    el("pre", { tabindex: 0, role: "region", "aria-label": title }, text));
+  const set = (content: string) => {
+    element.hidden = content === "";
+    text.textContent = content;
+  };
+  return { element, set };
+}
+
+async function copy(text: string): Promise<void> {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    // Without the permission, or on a page that is not secure.
+    const area = el("textarea", { class: "hidden" });
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    document.execCommand("copy");
+    area.remove();
+  }
+}

@@ -1,0 +1,95 @@
+/** The values of a layer as the controls show them, and what they mean as keys of a layer. */
+
+import { impurities, ranges, type RangeKey } from "./catalog";
+import type { Layer } from "./state";
+
+/** A distribution about a mean within mean ± half-width, cut at the ends of its range. */
+export interface Spread {
+  mean: number;
+  half_width: number;
+  /** Of the normal distribution before it is cut; a grain size has none. */
+  deviation: number;
+}
+
+export const SPREADS = ["grain_size_um", "facetness", "sphericity"] as const;
+export type SpreadKey = (typeof SPREADS)[number];
+
+/** The spreads that a plain mean has, and those of the default sphericity (the paper's Table S1). */
+export const DEFAULT_SPREADS: Record<SpreadKey, Omit<Spread, "mean">> = {
+  grain_size_um: { half_width: 50, deviation: 0 },
+  facetness: { half_width: 0.1, deviation: 0.075 },
+  sphericity: { half_width: 0.1, deviation: 0.1 },
+};
+
+export function spread(layer: Layer, key: SpreadKey): Spread {
+  const value = layer[key] ?? ranges[key].default;
+  if (typeof value === "number") {
+    return key === "sphericity" && layer[key] !== undefined
+      ? { mean: value, half_width: 0, deviation: DEFAULT_SPREADS[key].deviation }
+      : { mean: value, ...DEFAULT_SPREADS[key] };
+  }
+  const [least, greatest, mean = (least! + greatest!) / 2, deviation = 0] = value;
+  return { mean, half_width: tidy(Math.max(greatest! - mean, mean - least!)), deviation };
+}
+
+export function setSpread(layer: Layer, key: SpreadKey, { mean, half_width, deviation }: Spread): void {
+  const { least, greatest, default: usual } = ranges[key];
+  const plain = DEFAULT_SPREADS[key];
+  const isPlain = half_width === plain.half_width && deviation === plain.deviation;
+  if (isPlain && mean === usual) {
+    delete layer[key];
+  } else if (key === "grain_size_um") {
+    layer[key] = isPlain ? mean : [tidy(mean - half_width), tidy(mean + half_width)];
+  } else if (key === "sphericity" && half_width === 0) {
+    layer[key] = mean;
+  } else if (key === "facetness" && isPlain) {
+    layer[key] = mean;
+  } else {
+    const ends = [Math.max(least, tidy(mean - half_width)), Math.min(greatest, tidy(mean + half_width))];
+    layer[key] = [...ends, mean, deviation];
+  }
+}
+
+/** Keys of a layer that are single numbers with a default. */
+export type PlainKey = Extract<RangeKey, "density_kg_m3" | "water_saturation" | "temperature_c">;
+
+export function plain(layer: Layer, key: PlainKey): number {
+  return layer[key] ?? ranges[key].default;
+}
+
+export function setPlain(layer: Layer, key: PlainKey, value: number): void {
+  if (value === ranges[key].default) delete layer[key];
+  else layer[key] = value;
+}
+
+export function impurity(layer: Layer, name: string): number {
+  return layer.impurities_ng_g?.[name] ?? 0;
+}
+
+export function setImpurity(layer: Layer, name: string, value: number): void {
+  const amounts = { ...layer.impurities_ng_g };
+  if (value === 0) delete amounts[name];
+  else amounts[name] = value;
+  if (Object.keys(amounts).length === 0) delete layer.impurities_ng_g;
+  else layer.impurities_ng_g = amounts;
+}
+
+const ORDER = [
+  "thickness_cm", "grain_size_um", "size_measure", "ssa_m2_kg", "facetness", "sphericity", "density_kg_m3",
+  "water_saturation", "temperature_c",
+] as const satisfies (keyof Layer)[];
+
+/** The keys of a layer that are set, in one order, without its impurities and the table of ice. */
+export function entries(layer: Layer): [string, string | number | number[]][] {
+  return ORDER.flatMap((key) => (layer[key] === undefined ? [] : [[key, layer[key]]]));
+}
+
+/** The impurities of a layer, in one order. */
+export function amounts({ impurities_ng_g = {} }: Layer): [string, number][] {
+  return impurities.flatMap(({ name }) => (impurities_ng_g[name] === undefined ? [] : [[name, impurities_ng_g[name]]]));
+}
+
+/** A number without the rounding of a sum. */
+function tidy(value: number): number {
+  return Number(value.toPrecision(10));
+}

@@ -1,0 +1,153 @@
+/** The controls of the 3-D view: shape, light transport, lamps, exposure and the visitor's own mesh. */
+
+import { byId, el } from "./dom";
+import { icon } from "./icons/icons";
+import { Radio, Select } from "./panel/choice";
+import { illuminantOptions } from "./panel/light";
+import { NumberField } from "./panel/number-field";
+import { MOST_LAMPS, type Lamp, type Method, type Shape, type State } from "./state";
+import type { Store } from "./store";
+import type { ViewHost } from "./view-host";
+import { defaults } from "./view/shapes";
+
+const SHAPES: { value: Exclude<Shape, "own">; label: string }[] = [
+  { value: "block", label: "Block" },
+  { value: "ball", label: "Ball" },
+  { value: "igloo", label: "Igloo" },
+  { value: "drift", label: "Drift" },
+  { value: "sculpture", label: "Sculpture" },
+];
+const METHODS: { value: Method; label: string }[] = [
+  { value: "field", label: "Light field, live" },
+  { value: "pcasnow", label: "Beside it: the paper's PCASnow" },
+  { value: "hybrid", label: "Beside it: path tracer (hybrid)" },
+];
+const STRENGTH = {
+  quantity: "strength", range: { least: 0, greatest: 1e6, default: 10, unit: "W/sr" },
+  slider: [0, 200], scale: "cubic",
+  sentence: "Radiant intensity of the lamp, over 400–700 nm, equal in all directions.",
+  source: "snowblue, chapter Rendering",
+} as const;
+const EXPOSURE = {
+  label: "Stops", quantity: "exposure", range: { least: -100, greatest: 100, default: 0, unit: "stops" },
+  slider: [-10, 10], scale: "linear", step: 0.5,
+  sentence: "Each stop doubles the light of the picture.", source: "snowblue, chapter Rendering",
+} as const;
+
+export function buildToolbar(store: Store, host: ViewHost): void {
+  byId("toolbar").append(
+    shapeRow(store, host), settings(store),
+    el("p", { class: "note" },
+      "Drag a lamp to move it. The snow is that of the first layer; its thickness here is that of the shape."),
+  );
+  acceptDrops(byId("view-drop"), host);
+}
+
+function shapeRow(store: Store, host: ViewHost): HTMLElement {
+  const shape = new Radio<Shape>(
+    { label: "Shape" },
+    SHAPES.map((one) => ({ ...one, icon: icon(one.value) })),
+    (value) => {
+      host.error("");
+      store.update(({ view }) => Object.assign(view, { shape: value }, structuredClone(defaults(value))));
+    },
+  );
+  shape.element.classList.add("shapes");
+  const input = el("input", {
+    type: "file", accept: ".ply,.glb", class: "hidden", tabindex: -1, "aria-label": "File of a mesh, PLY or GLB",
+    change: () => {
+      const [file] = input.files ?? [];
+      if (file !== undefined) void host.addMesh(file);
+      input.value = "";
+    },
+  });
+  const own = el("button", {
+    type: "button", class: "button own", title: "PLY or GLB, closed; or drop a file on the view",
+    click: () => input.click(),
+  }, icon("own"), "Own mesh");
+  store.subscribe(({ view }) => {
+    shape.set(view.shape);
+    own.setAttribute("aria-pressed", String(view.shape === "own"));
+    if (view.shape === "own") for (const radio of shape.element.querySelectorAll("input")) radio.checked = false;
+  });
+  const add = el("button", {
+    type: "button", class: "quiet end",
+    click: () => store.update(({ view }) => view.lamps.push(another(view.lamps))),
+  }, icon("plus"), "Lamp");
+  store.subscribe(({ view }) => (add.disabled = view.lamps.length >= MOST_LAMPS));
+  return el("div", { class: "row wrap" }, shape.element, own, input, add);
+}
+
+function settings(store: Store): HTMLElement {
+  const method = new Select<Method>({ label: "Light transport" }, METHODS, (value) =>
+    store.update(({ view }) => (view.method = value)));
+  const mode = new Radio<"auto" | "stops">(
+    { label: "Exposure" },
+    [{ value: "auto", label: "Automatic" }, { value: "stops", label: "Fixed" }],
+    (value) => store.update(({ view }) => (view.exposure = value === "auto" ? "auto" : 0)),
+  );
+  const stops = new NumberField(EXPOSURE, (value) => store.update(({ view }) => (view.exposure = value)));
+  const lamps = el("div", { class: "lamps" });
+  let fields: LampField[] = [];
+  store.subscribe(({ view }) => {
+    method.set(view.method);
+    mode.set(view.exposure === "auto" ? "auto" : "stops");
+    stops.element.hidden = view.exposure === "auto";
+    if (view.exposure !== "auto") stops.set(view.exposure);
+    if (fields.length !== view.lamps.length) {
+      fields = view.lamps.map((_, index) => new LampField(store, index));
+      lamps.replaceChildren(...fields.map(({ element }) => element));
+    }
+    fields.forEach((field, index) => field.set(view.lamps[index]!, view.lamps.length));
+  });
+  return el("div", { class: "settings" },
+    method.element, el("div", { class: "stack" }, mode.element, stops.element), lamps);
+}
+
+class LampField {
+  readonly element: HTMLElement;
+  readonly #illuminant: Select<string>;
+  readonly #strength: NumberField;
+  readonly #remove: HTMLButtonElement;
+
+  constructor(store: Store, index: number) {
+    const change = (set: (lamp: Lamp) => void) => store.update(({ view }: State) => set(view.lamps[index]!));
+    this.#illuminant = new Select({ label: `Lamp ${index + 1} light` }, illuminantOptions(), (value) =>
+      change((lamp) => (lamp.illuminant = value)));
+    this.#strength = new NumberField({ ...STRENGTH, label: `Lamp ${index + 1} strength` }, (value) =>
+      change((lamp) => (lamp.radiant_intensity_w_sr = value)));
+    this.#remove = el("button", {
+      type: "button", class: "quiet icon", "aria-label": `Remove lamp ${index + 1}`,
+      click: () => store.update(({ view }) => view.lamps.splice(index, 1)),
+    }, icon("cross"));
+    this.element = el("div", { class: "lamp" }, this.#strength.element, this.#illuminant.element, this.#remove);
+  }
+
+  set(lamp: Lamp, count: number): void {
+    this.#illuminant.set(lamp.illuminant);
+    this.#strength.set(lamp.radiant_intensity_w_sr);
+    this.#remove.hidden = count === 1;
+  }
+}
+
+/** A lamp like the last one, 12 cm to its side. */
+function another(lamps: Lamp[]): Lamp {
+  const last = structuredClone(lamps[lamps.length - 1]!);
+  last.position[0] += 0.12;
+  return last;
+}
+
+function acceptDrops(area: HTMLElement, host: ViewHost): void {
+  const mark = (isOver: boolean) => area.classList.toggle("over", isOver);
+  area.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    mark(true);
+  });
+  area.addEventListener("dragleave", () => mark(false));
+  area.addEventListener("drop", (event) => {
+    event.preventDefault();
+    mark(false);
+    const file = event.dataTransfer?.files[0];
+    if (file !== undefined) void host.addMesh(file);
+  });
+}

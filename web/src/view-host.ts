@@ -1,0 +1,73 @@
+/** Loads the 3-D view when the page stands, and keeps it and the state the same. */
+
+import { byId, say } from "./dom";
+import type { Snow } from "./native";
+import type { Layer, State, View } from "./state";
+import type { Store } from "./store";
+import type { Viewer } from "./view/viewer";
+
+/** A control rests after so long, in ms. */
+const REST_MS = 200;
+
+export class ViewHost {
+  readonly #store: Store;
+  #viewer: Promise<Viewer> | undefined;
+  #rest: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(store: Store) {
+    this.#store = store;
+  }
+
+  /** The view, loaded once. */
+  viewer(): Promise<Viewer> {
+    this.#viewer ??= this.#load();
+    return this.#viewer;
+  }
+
+  /** Starts to load it, and says in its place if it fails. */
+  async start(): Promise<void> {
+    try {
+      const viewer = await this.viewer();
+      byId("view-wait").hidden = true;
+      this.#store.subscribe((state, before) => this.#follow(viewer, state, before));
+    } catch (error) {
+      byId("view-wait").hidden = true;
+      this.error(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  async addMesh(file: File): Promise<void> {
+    this.error("");
+    await (await this.viewer()).addMesh(file);
+  }
+
+  error(text: string): void {
+    say(byId("view-error"), text);
+  }
+
+  /** A lamp or the camera moves at once; the snow follows when its control rests, since all light is solved again. */
+  #follow(viewer: Viewer, state: State, before: State): void {
+    clearTimeout(this.#rest);
+    const set = () => viewer.set(snowOf(this.#store.state.layers[0]!), this.#store.state.view);
+    if (state === before || state.view !== before.view) set();
+    else this.#rest = setTimeout(set, REST_MS);
+  }
+
+  async #load(): Promise<Viewer> {
+    const { Viewer } = await import("./view/viewer");
+    return new Viewer(byId("view"), {
+      change: (view: View) => this.#changed(view),
+      status: (text: string) => say(byId("view-status"), text),
+      error: (text: string) => this.error(text),
+    });
+  }
+
+  #changed(view: View): void {
+    this.#store.update((state: State) => (state.view = structuredClone(view)));
+  }
+}
+
+/** The snow of a layer of any thickness. */
+function snowOf({ thickness_cm: _, ...snow }: Layer): Snow {
+  return snow;
+}

@@ -1,0 +1,57 @@
+/** What the view and the worker `field` say to each other. */
+
+/** A closed mesh under the name that a scene has for it. */
+export interface NamedMesh {
+  name: string;
+  positions: Float32Array;
+  triangles: Uint32Array;
+}
+
+export interface FieldRequest {
+  version: number;
+  /** Differs between bodies, snows and sizes of cells. */
+  bodyKey: string;
+  scene: string;
+  mesh: NamedMesh | undefined;
+  /** Rays through grains for the optics of the snow, if not the default. */
+  grain_rays: number | undefined;
+  /** JSON of lamps of 1 W/sr. */
+  lamps: string[];
+}
+
+/** An object's surface; see `LightField` of the module `scene`. */
+export interface SurfaceGeometry {
+  positions: Float32Array;
+  normals: Float32Array;
+  triangles: Uint32Array;
+  escape: number[];
+}
+
+/** J and V (four values) and H (three values) at each vertex of an object. */
+export interface LampLight {
+  flux: Float32Array;
+  irradiance: Float32Array;
+}
+
+export type Rgb = [number, number, number];
+
+export type FieldAnswer =
+  | {
+      kind: "body";
+      version: number;
+      bodyKey: string;
+      objects: SurfaceGeometry[];
+      reflection: Float32Array;
+      nodes: number;
+    }
+  | {
+      kind: "light";
+      version: number;
+      bodyKey: string;
+      lamp: number;
+      json: string;
+      objects: LampLight[];
+      rgb: Rgb;
+      milliseconds: number;
+    }
+  | { kind: "error"; version: number; text: string };

@@ -1,0 +1,16 @@
+/** The compiled module `scene`, which all workers share. */
+
+let compiled: Promise<WebAssembly.Module> | undefined;
+
+function sceneModule(): Promise<WebAssembly.Module> {
+  compiled ??= WebAssembly.compileStreaming(fetch(new URL("./scene_bg.wasm", import.meta.url)));
+  return compiled;
+}
+
+/** A worker of the module `scene`: its first message is the compiled module. `failed` hears if it cannot be loaded. */
+export function sceneWorker(script: string, failed: () => void): Worker {
+  const worker = new Worker(new URL(script, import.meta.url), { type: "module" });
+  worker.onerror = failed;
+  sceneModule().then((module) => worker.postMessage(module), failed);
+  return worker;
+}

@@ -1,0 +1,100 @@
+/** Scenes as JSON for the module `scene`, and as TOML for `snowblue render`. */
+
+import type { Method, View } from "../state";
+import type { Body, Surface } from "./shapes";
+import type { SnowMaterial } from "./snow";
+
+/** What a camera needs to know of the picture. */
+export interface Film {
+  width: number;
+  height: number;
+  /** In stops. */
+  exposure: number;
+}
+
+type Vector = [number, number, number];
+
+const NARROWER_FIELD_OF_VIEW_DEG = 30;
+const MATERIAL = "snow";
+
+/** Vertical field of view. The narrower side of the picture has 30°. */
+export function verticalFieldOfView(width: number, height: number): number {
+  const half = (0.5 * NARROWER_FIELD_OF_VIEW_DEG * Math.PI) / 180;
+  return (360 / Math.PI) * Math.atan(Math.tan(half) * Math.max(1, height / width));
+}
+
+/** Where the camera is. At azimuth 0 it is in front, at negative y; azimuths count counter-clockwise from above. */
+export function cameraPosition({ azimuth_deg, elevation_deg, distance_m }: View["camera"], target: Vector): Vector {
+  const [azimuth, elevation] = [(azimuth_deg * Math.PI) / 180, (elevation_deg * Math.PI) / 180];
+  const across = distance_m * Math.cos(elevation);
+  return [
+    target[0] + across * Math.sin(azimuth),
+    target[1] - across * Math.cos(azimuth),
+    target[2] + distance_m * Math.sin(elevation),
+  ];
+}
+
+const INTEGRATORS: Record<Method, string> = { field: "diffusion", pcasnow: "pcasnow", hybrid: "hybrid" };
+
+/** A whole scene with the keys of a scene file. */
+export function sceneOf(
+  { object, target }: Pick<Body, "object" | "target">,
+  material: SnowMaterial,
+  view: View,
+  film: Film,
+  step_mm: number,
+) {
+  return {
+    camera: {
+      position: cameraPosition(view.camera, target).map(micrometres),
+      look_at: target,
+      vertical_fov_deg: Number(verticalFieldOfView(film.width, film.height).toFixed(6)),
+    },
+    film: { ...film, exposure: Number(film.exposure.toFixed(3)) },
+    integrator: { type: INTEGRATORS[view.method], samples_per_pixel: 64, max_bounces: 8 },
+    light_field: { step_mm },
+    material: { [MATERIAL]: material },
+    light: view.lamps.map((lamp) => ({ type: "point", ...lamp })),
+    object: [{ ...object, material: MATERIAL }],
+  };
+}
+
+/** A scene for the light field alone, which does not depend on the camera or the strengths of lamps. */
+export function fieldScene({ object }: Surface, material: SnowMaterial, step_mm: number): string {
+  const view: View = {
+    shape: "own",
+    lamps: [{ position: [0, 0, 5], illuminant: "D65", radiant_intensity_w_sr: 1 }],
+    method: "field",
+    exposure: 0,
+    camera: { azimuth_deg: 0, elevation_deg: 0, distance_m: 5 },
+  };
+  return JSON.stringify(
+    sceneOf({ object, target: [0, 0, 0] }, material, view, { width: 64, height: 64, exposure: 0 }, step_mm),
+  );
+}
+
+type Table = Record<string, unknown>;
+
+/** The TOML of a scene, with comment lines above it. */
+export function toToml(scene: ReturnType<typeof sceneOf>, comments: string[]): string {
+  const { camera, film, integrator, light_field, material, light, object } = scene;
+  const blocks = [
+    comments.map((line) => `# ${line}`).join("\n"),
+    table("[camera]", camera),
+    table("[film]", film),
+    table("[integrator]", integrator),
+    table("[light_field]", light_field),
+    ...Object.entries(material).map(([name, keys]) => table(`[material.${name}]`, { ...keys })),
+    ...light.map((keys) => table("[[light]]", keys)),
+    ...object.map((keys) => table("[[object]]", keys)),
+  ];
+  return `${blocks.join("\n\n")}\n`;
+}
+
+function table(header: string, keys: Table): string {
+  return [header, ...Object.entries(keys).map(([key, value]) => `${key} = ${JSON.stringify(value)}`)].join("\n");
+}
+
+function micrometres(metres: number): number {
+  return Number(metres.toFixed(6));
+}

@@ -1,0 +1,139 @@
+/** The snow that the view shows: what scene files say of each shape, and where its camera and lamps are at first. */
+
+import type { Lamp, Shape, View } from "../state";
+import type { NamedMesh } from "./field-messages";
+import type { Size } from "./step";
+import { drift } from "./drift";
+import { sculpture } from "./sculpture";
+import { wall } from "./wall";
+
+/** Triangles, counter-clockwise seen from outside, in metres with z upwards. */
+export interface Triangles {
+  positions: Float32Array;
+  triangles: Uint32Array;
+}
+
+/** A surface: keys of an `[[object]]` of a scene file without its material, and the mesh that they name. */
+export interface Surface {
+  object: Record<string, unknown>;
+  mesh?: { name: string; triangles: Triangles };
+}
+
+/** A piece of snow. */
+export interface Body extends Surface {
+  /** The same surface with fewer vertices, for the coarse light field. */
+  coarse?: Surface;
+  /** What the camera looks at, in m. */
+  target: [number, number, number];
+  /** Area of the surface, in m². */
+  area: number;
+}
+
+/** The surface of a body for light fields of a size of cells. */
+export function surfaceOf(body: Body, size: Size): Surface {
+  return size === "coarse" ? (body.coarse ?? body) : body;
+}
+
+/** The mesh of a surface, as workers take it. */
+export function namedMesh({ mesh }: Surface): NamedMesh | undefined {
+  return mesh === undefined ? undefined : { name: mesh.name, ...mesh.triangles };
+}
+
+/** Bodies of all shapes except `own`, each made once. */
+const made = new Map<Shape, Body>();
+
+export function body(shape: Exclude<Shape, "own">): Body {
+  let one = made.get(shape);
+  if (one === undefined) {
+    one = MAKERS[shape]();
+    made.set(shape, one);
+  }
+  return one;
+}
+
+const MAKERS: Record<Exclude<Shape, "own">, () => Body> = {
+  block: () => ({
+    object: { shape: "box", size: [0.4, 0.28, 0.4], position: [0, 0, 0.2] },
+    target: [0, 0, 0.19],
+    area: 0.768,
+  }),
+  ball: () => ({
+    object: { shape: "sphere", radius: 0.19, position: [0, 0, 0.19] },
+    target: [0, 0, 0.19],
+    area: 0.454,
+  }),
+  igloo: () => ({
+    ...meshBody("igloo-wall", wall(10, 11), [0, 0.02, 0.21]),
+    coarse: meshSurface("igloo-wall", wall(5, 6)),
+  }),
+  drift: () => ({
+    object: drift(44),
+    coarse: { object: drift(26) },
+    target: [0, 0, 0.06],
+    area: 2.4,
+  }),
+  sculpture: () => ({
+    ...meshBody("sculpture", sculpture(36, 48), [0, 0, 0.27]),
+    coarse: meshSurface("sculpture", sculpture(24, 33)),
+  }),
+};
+
+/** The snow of a mesh. */
+export function meshBody(name: string, triangles: Triangles, target: [number, number, number]): Body {
+  return { ...meshSurface(name, triangles), target, area: areaOf(triangles) };
+}
+
+function meshSurface(name: string, triangles: Triangles): Surface {
+  const file = `${name}.ply`;
+  return { object: { mesh: file, up: "z", smooth: true }, mesh: { name: file, triangles } };
+}
+
+function areaOf({ positions, triangles }: Triangles): number {
+  let area = 0;
+  for (let at = 0; at < triangles.length; at += 3) {
+    const [a, b, c] = [0, 1, 2].map((corner) => 3 * triangles[at + corner]!) as [number, number, number];
+    const side = (from: number, to: number, axis: number) => positions[to + axis]! - positions[from + axis]!;
+    const [ux, uy, uz] = [side(a, b, 0), side(a, b, 1), side(a, b, 2)];
+    const [vx, vy, vz] = [side(a, c, 0), side(a, c, 1), side(a, c, 2)];
+    area += 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+  }
+  return area;
+}
+
+const lamp = (x: number, y: number, z: number, strength: number): Lamp => ({
+  position: [x, y, z],
+  illuminant: "D65",
+  radiant_intensity_w_sr: strength,
+});
+
+/** Lamps and camera that suit a shape. */
+export function defaults(shape: Shape): Pick<View, "lamps" | "camera"> {
+  switch (shape) {
+    case "block":
+      return {
+        lamps: [lamp(-0.05, 0.3, 0.24, 10)],
+        camera: { azimuth_deg: 32, elevation_deg: 14, distance_m: 1.25 },
+      };
+    case "ball":
+      return {
+        lamps: [lamp(0.08, 0.32, 0.28, 10)],
+        camera: { azimuth_deg: 0, elevation_deg: 10, distance_m: 1.1 },
+      };
+    case "igloo":
+      return {
+        lamps: [lamp(0.07, 0.44, 0.26, 10)],
+        camera: { azimuth_deg: 18, elevation_deg: 10, distance_m: 1.6 },
+      };
+    case "drift":
+      return {
+        lamps: [lamp(0, 0, 0, 10)],
+        camera: { azimuth_deg: 18, elevation_deg: 24, distance_m: 1.75 },
+      };
+    case "sculpture":
+    case "own":
+      return {
+        lamps: [lamp(0.1, 0.34, 0.4, 10)],
+        camera: { azimuth_deg: 0, elevation_deg: 12, distance_m: 1.4 },
+      };
+  }
+}

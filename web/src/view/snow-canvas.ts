@@ -1,0 +1,158 @@
+/** The canvas of the view: snow, grid and lamps, drawn when something changed. */
+
+import { FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import type { View } from "../state";
+import type { LitBody } from "./lit-body";
+import { cameraPosition, verticalFieldOfView } from "./scene";
+import { grid, LampMarks } from "./surroundings";
+
+const MOST_PIXELS = 2_000_000;
+const MOST_PIXEL_RATIO = 2;
+/** Pixels while something moves and frames are slow. */
+const FEW_PIXELS = 250_000;
+const SLOW_FRAME_MS = 50;
+const REST_MS = 150;
+
+export class SnowCanvas {
+  readonly camera = new PerspectiveCamera();
+  readonly element: HTMLCanvasElement;
+  /** Frames so far. */
+  frames = 0;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly grid = grid();
+  private readonly marks = new LampMarks();
+  private body: LitBody | undefined;
+  private strengths: number[] = [];
+  private exposure = 1;
+  private size = { width: 1, height: 1 };
+  private frame = 0;
+  private lastFrame = 0;
+  private isSlow = false;
+  private timer = 0;
+
+  /** Throws if there is no WebGL 2. */
+  constructor(private readonly drawn: () => void) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: "high-performance" });
+    this.element = this.renderer.domElement;
+    this.element.className = "sb-field";
+    this.element.addEventListener("webglcontextrestored", () => this.invalidate());
+    this.camera.up.set(0, 0, 1);
+    this.scene.add(this.grid, this.marks.group);
+  }
+
+  resize(width: number, height: number): void {
+    if (width === 0 || height === 0) return;
+    this.size = { width, height };
+    this.camera.fov = verticalFieldOfView(width, height);
+    this.camera.aspect = width / height;
+    this.camera.near = 0.01;
+    this.camera.far = 30;
+    this.camera.updateProjectionMatrix();
+    this.sharpen();
+  }
+
+  aim(camera: View["camera"], target: readonly [number, number, number]): void {
+    this.camera.position.set(...cameraPosition(camera, [...target]));
+    this.camera.lookAt(new Vector3(...target));
+    this.camera.updateMatrixWorld();
+    this.invalidate();
+  }
+
+  /** Sets what is shown; the exposure is a factor. */
+  show(body: LitBody | undefined, lamps: View["lamps"], exposure: number): void {
+    if (this.body !== body) {
+      if (this.body !== undefined) this.scene.remove(this.body.group);
+      if (body !== undefined) this.scene.add(body.group);
+      this.body = body;
+    }
+    this.strengths = lamps.map((lamp) => lamp.radiant_intensity_w_sr);
+    this.exposure = exposure;
+    this.marks.set(lamps);
+    this.invalidate();
+  }
+
+  /** Draws soon. Slow frames have fewer pixels until nothing has moved for a while. */
+  invalidate(): void {
+    this.frame ||= requestAnimationFrame((now) => {
+      this.frame = 0;
+      const since = now - this.lastFrame;
+      this.lastFrame = now;
+      if (since > SLOW_FRAME_MS && since < 3 * REST_MS && !this.isSlow) {
+        this.isSlow = true;
+        this.setPixels(FEW_PIXELS);
+      }
+      if (this.isSlow) {
+        clearTimeout(this.timer);
+        this.timer = setTimeout(() => {
+          this.isSlow = false;
+          this.lastFrame = 0;
+          this.sharpen();
+        }, REST_MS);
+      }
+      this.draw();
+      this.drawn();
+    });
+  }
+
+  /** Draws now, for a copy of the canvas. */
+  draw(): void {
+    this.body?.show(this.strengths, this.exposure, false);
+    this.renderer.render(this.scene, this.camera);
+    this.frames += 1;
+  }
+
+  /** Draws now and waits until the frame is done. */
+  finish(): void {
+    this.draw();
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  /** Calls for drawing and triangles of the last frame. */
+  get work(): { calls: number; triangles: number } {
+    const { calls, triangles } = this.renderer.info.render;
+    return { calls, triangles };
+  }
+
+  /** Radiance in W/(m² sr) as linear sRGB of pixels of the canvas, from the upper left, four values each. */
+  readPixels(x: number, y: number, width: number, height: number): Float32Array {
+    const { width: columns, height: rows } = this.element;
+    const target = new WebGLRenderTarget(columns, rows, { type: FloatType });
+    const hidden = [this.grid, this.marks.group];
+    for (const one of hidden) one.visible = false;
+    this.body?.show(this.strengths, this.exposure, true);
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.renderer.render(this.scene, this.camera);
+    const upwards = new Float32Array(4 * width * height);
+    this.renderer.readRenderTargetPixels(target, x, rows - y - height, width, height, upwards);
+    this.renderer.setRenderTarget(null);
+    for (const one of hidden) one.visible = true;
+    target.dispose();
+    const downwards = new Float32Array(upwards.length);
+    for (let row = 0; row < height; row++) {
+      downwards.set(upwards.subarray(4 * width * row, 4 * width * (row + 1)), 4 * width * (height - 1 - row));
+    }
+    return downwards;
+  }
+
+  dispose(): void {
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.timer);
+    this.renderer.dispose();
+    this.element.remove();
+  }
+
+  private sharpen(): void {
+    this.setPixels(MOST_PIXELS);
+    this.invalidate();
+  }
+
+  private setPixels(most: number): void {
+    const { width, height } = this.size;
+    const ratio = Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO, Math.sqrt(most / (width * height)));
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+  }
+}

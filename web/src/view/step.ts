@@ -1,0 +1,21 @@
+/** Sizes of the cells of light fields. */
+
+import type { Body } from "./shapes";
+import type { SnowMaterial } from "./snow";
+
+/** Wanted unknowns, and about how many there are for each square of the size of a cell at the surface. */
+const NODES = { coarse: 5000, fine: 40_000 } as const;
+const NODES_PER_CELL = 4.6;
+/** Transport mean free path in snow of 400 µm and 300 kg/m³, in mm. */
+const MEAN_FREE_PATH_MM = 2;
+/** Greatest step in transport mean free paths: 50, with a margin. */
+const MOST_PATHS = 40;
+
+export type Size = keyof typeof NODES;
+
+/** Size of the cells at the surface of a body, in mm. */
+export function stepOf(body: Body, { grain_size_um, density_kg_m3 }: SnowMaterial, size: Size): number {
+  const step = 1e3 * Math.sqrt((NODES_PER_CELL * body.area) / NODES[size]);
+  const path = MEAN_FREE_PATH_MM * (grain_size_um / 400) * (300 / density_kg_m3);
+  return Number(Math.min(step, MOST_PATHS * path).toPrecision(3));
+}

@@ -1,0 +1,31 @@
+/** Style of the view. The backdrop is dark in both colour schemes, as snow that shines is. */
+
+export const STYLE = `
+.sb-view { position: relative; overflow: hidden; width: 100%; height: 100%; min-height: 16rem; color: #dbe6ef;
+  background: radial-gradient(ellipse at 50% 42%, #16202b 0%, #0b1118 62%, #070b10 100%); }
+.sb-view canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
+.sb-view .sb-field { touch-action: pan-y; cursor: grab; outline-offset: -4px; }
+.sb-view .sb-field:active { cursor: grabbing; }
+.sb-view .sb-field:focus-visible { outline: 2px solid #8cc8ff; }
+.sb-view .sb-picture { pointer-events: none; background: #05080b; }
+.sb-layer { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
+.sb-lamp { position: absolute; width: 2.25rem; height: 2.25rem; margin: -1.125rem; padding: 0; border: 0;
+  border-radius: 50%; z-index: 1; pointer-events: auto; cursor: move; touch-action: none;
+  background: radial-gradient(circle, #fff7e0 0 12%, #ffe9b473 30%, #ffe9b400 68%); }
+.sb-lamp::after { content: ""; position: absolute; inset: 0.5rem; border: 1px solid #ffeec4b3; border-radius: 50%; }
+.sb-lamp:hover::after { border-color: #fff; }
+.sb-lamp:focus-visible { outline: 2px solid #8cc8ff; outline-offset: -2px; }
+.sb-split { position: absolute; top: 0; bottom: 0; width: 2.5rem; margin-left: -1.25rem; padding: 0; border: 0;
+  background: linear-gradient(#dbe6efcc, #dbe6efcc) 50% / 1px 100% no-repeat; cursor: ew-resize; touch-action: none;
+  pointer-events: auto; }
+.sb-split::after { content: ""; position: absolute; left: 0.875rem; top: 20%; width: 0.75rem;
+  height: 2.5rem; border-radius: 0.375rem; background: #dbe6ef; }
+.sb-split:focus-visible { outline: none; }
+.sb-split:focus-visible::after { outline: 2px solid #8cc8ff; outline-offset: 2px; }
+.sb-caption { position: absolute; bottom: 0.625rem; max-width: calc(50% - 1.25rem); padding: 0.125rem 0.5rem;
+  border-radius: 0.25rem; background: #070b10d9; color: #dbe6ef; font-size: 0.8125rem; line-height: 1.4;
+  font-variant-numeric: tabular-nums; }
+.sb-caption:first-of-type { left: 0.75rem; }
+.sb-caption + .sb-caption { right: 0.75rem; text-align: right; }
+.sb-view [hidden] { display: none; }
+`;

@@ -1,0 +1,379 @@
+/** Snow in 3-D, lit by lamps that are dragged. */
+
+import type { Snow } from "../native";
+import type { Lamp, Method, Shape, View } from "../state";
+import { automaticStops } from "./exposure";
+import { bakedGlb } from "./bake";
+import { FieldClient } from "./field-client";
+import { LampHandles } from "./lamps";
+import { Orbit } from "./orbit";
+import { readMesh } from "./own-mesh";
+import { PictureView } from "./picture-view";
+import { fieldScene, type Film, sceneOf, toToml } from "./scene";
+import { body as bodyOf, type Body, defaults, meshBody, namedMesh, surfaceOf } from "./shapes";
+import { isEmbedded, materialOf, type SnowMaterial, tableCommand } from "./snow";
+import { SnowCanvas } from "./snow-canvas";
+import { type Size, stepOf } from "./step";
+import { STYLE } from "./style";
+
+export interface ViewerEvents {
+  change(view: View): void;
+  status(text: string): void;
+  /** One sentence, or nothing when the last one no longer applies. */
+  error(text: string): void;
+}
+
+/** For tests only, as `window.__snowblue`. */
+interface TestHook {
+  /** Frames drawn so far. */
+  readonly frames: number;
+  /** Is kept once the fine light field of the present state is shown. */
+  readonly ready: Promise<void>;
+  /** Radiance of pixels of the canvas as linear sRGB with alpha, rows from above. */
+  readPixels(x: number, y: number, width: number, height: number): Float32Array;
+  /** Frames in a second while the camera turns. */
+  measureFrames(count: number): number;
+  /** Calls for drawing and triangles of a frame, unknowns of the field, and ms from a move to the coarse light. */
+  readonly figures: { calls: number; triangles: number; nodes: number; latency_ms: number };
+}
+
+declare global {
+  interface Window {
+    __snowblue?: TestHook;
+  }
+}
+
+const NAMES: Record<Exclude<Method, "field">, string> = {
+  pcasnow: "PCASnow",
+  hybrid: "Random walks",
+};
+/** Longest side of a traced picture and of the picture that a scene file asks for, in pixels. */
+const PICTURE_PIXELS = 512;
+const FILE_PIXELS = 1024;
+const PICTURE_SAMPLES = 256;
+/** What the camera looks at where there is no snow. */
+const NO_TARGET: Body["target"] = [0, 0, 0.15];
+
+export class Viewer {
+  private readonly root = document.createElement("div");
+  private readonly layer = document.createElement("div");
+  private readonly canvas: SnowCanvas | undefined;
+  private readonly field: FieldClient;
+  private readonly picture: PictureView;
+  private readonly handles: LampHandles | undefined;
+  private readonly observer: ResizeObserver;
+  private snow: Snow = {};
+  private material: SnowMaterial = materialOf({}).material;
+  private scene = "";
+  private view: View | undefined;
+  private own: Body | undefined;
+  /** What was shown before the visitor's mesh. */
+  private beforeOwn: View | undefined;
+  private stops = 0;
+  private notice: string | undefined;
+  private waiting: (() => void)[] = [];
+
+  constructor(
+    parent: HTMLElement,
+    private readonly events: ViewerEvents,
+  ) {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(STYLE);
+    document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
+    this.root.className = "sb-view";
+    this.layer.className = "sb-layer";
+    this.root.append(this.layer);
+    parent.append(this.root);
+    this.canvas = this.makeCanvas();
+    if (this.canvas !== undefined) {
+      this.handles = new LampHandles(this.layer, this.canvas.camera, (lamp, position) => this.moveLamp(lamp, position));
+    }
+    this.field = new FieldClient({ changed: () => this.lightChanged(), error: (text) => this.refused(text) });
+    this.picture = new PictureView(this.layer, (text) => events.error(text));
+    this.observer = new ResizeObserver(() => this.resized());
+    this.observer.observe(this.root);
+    window.__snowblue = this.testHook();
+  }
+
+  /** Shows a snow in a view. Costs little if nothing changed. */
+  set(snow: Snow, view: View): void {
+    const before = this.view;
+    const isNewShape = before !== undefined && before.shape !== view.shape;
+    // What was refused is gone with other snow or another shape.
+    const isOther = isNewShape || (before !== undefined && !same(this.snow, snow));
+    if (isOther && this.canvas !== undefined) this.events.error("");
+    if (isNewShape && same(before.lamps, view.lamps) && same(before.camera, view.camera)) {
+      this.change({ ...view, ...defaults(view.shape) }, snow);
+    } else if (!same(before, view) || !same(this.snow, snow)) {
+      this.apply(structuredClone(view), structuredClone(snow));
+    }
+  }
+
+  /** Shows a visitor's mesh; what cannot be used is refused by an error in one sentence. */
+  async addMesh(file: File): Promise<void> {
+    try {
+      const mesh = await readMesh(file);
+      this.own = meshBody(mesh.name, mesh.triangles, [0, 0, 0.5 * mesh.height_m]);
+      if (mesh.factor !== undefined) {
+        const size = `${Math.round(100 * mesh.size_m)} cm`;
+        this.events.status(`${file.name} was scaled by ${mesh.factor.toPrecision(3)}, so that it measures ${size}.`);
+      }
+      if (this.view === undefined) return;
+      if (this.view.shape !== "own") this.beforeOwn = this.view;
+      this.change({ ...this.view, shape: "own", ...around(mesh.size_m, mesh.height_m) }, this.snow);
+    } catch (error) {
+      this.events.error(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** The light field on the snow, for other programs. */
+  async exportGlb(): Promise<Blob> {
+    await this.whenFine();
+    const { lamps, shape } = this.view!;
+    return bakedGlb(this.field.best!, lamps, 2 ** this.stops, shape);
+  }
+
+  /** The view as it is shown. */
+  async exportPng(): Promise<Blob> {
+    if (this.canvas === undefined) throw new Error("There is no picture.");
+    this.canvas.draw();
+    const copy = document.createElement("canvas");
+    [copy.width, copy.height] = [this.canvas.element.width, this.canvas.element.height];
+    const context = copy.getContext("2d")!;
+    context.fillStyle = "#0b1118";
+    context.fillRect(0, 0, copy.width, copy.height);
+    context.drawImage(this.canvas.element, 0, 0);
+    this.picture.drawOnto(context);
+    return new Promise((resolve, reject) => {
+      copy.toBlob((blob) => (blob === null ? reject(new Error("The picture has no pixels.")) : resolve(blob)));
+    });
+  }
+
+  /** The scene file that `snowblue render` takes, with comments that say what else it needs. */
+  sceneToml(): string {
+    const [view, body] = [this.view, this.body];
+    if (view === undefined || body === undefined) return "";
+    const comments: string[] = [];
+    if (body.mesh !== undefined) comments.push(`Needs ${body.mesh.name} in the same folder.`);
+    if (isEmbedded(this.material)) {
+      comments.push("snowblue render scene.toml -o scene.png");
+    } else {
+      comments.push(
+        "The embedded table does not hold this snow; compute its table first.",
+        tableCommand(this.material, "snow.nc"),
+        "snowblue render scene.toml --database snow.nc -o scene.png",
+      );
+    }
+    return toToml(this.pictureScene(body, view, FILE_PIXELS), comments);
+  }
+
+  /** The mesh that the scene file needs, as PLY, if it needs one. */
+  async sceneMesh(): Promise<{ name: string; file: Blob } | undefined> {
+    const mesh = this.body?.mesh;
+    if (mesh === undefined) return undefined;
+    const { writePly } = await import("./ply");
+    return { name: mesh.name, file: writePly(mesh.triangles) };
+  }
+
+  dispose(): void {
+    this.observer.disconnect();
+    this.field.dispose();
+    this.picture.dispose();
+    this.canvas?.dispose();
+    this.root.remove();
+    delete window.__snowblue;
+  }
+
+  private makeCanvas(): SnowCanvas | undefined {
+    let canvas: SnowCanvas;
+    try {
+      canvas = new SnowCanvas(() => this.handles?.place());
+    } catch {
+      this.events.error("This browser has no WebGL 2, which the view in 3-D needs. All other parts work without it.");
+      return undefined;
+    }
+    const { element } = canvas;
+    element.tabIndex = 0;
+    element.setAttribute("role", "application");
+    element.setAttribute(
+      "aria-label",
+      "Snow in 3-D. Arrow keys turn the view, plus and minus change the distance. The lamps follow as buttons.",
+    );
+    this.root.prepend(element);
+    new Orbit(
+      element,
+      () => this.view!.camera,
+      (camera) => this.change({ ...this.view!, camera }, this.snow),
+    );
+    return canvas;
+  }
+
+  private get body(): Body | undefined {
+    const shape: Shape | undefined = this.view?.shape;
+    return shape === undefined ? undefined : shape === "own" ? this.own : bodyOf(shape);
+  }
+
+  private moveLamp(lamp: number, position: Lamp["position"]): void {
+    const lamps = this.view!.lamps.map((one, number) => (number === lamp ? { ...one, position } : one));
+    this.change({ ...this.view!, lamps }, this.snow);
+  }
+
+  /** A change from here, which the page hears of. */
+  private change(view: View, snow: Snow): void {
+    this.apply(view, snow);
+    this.events.change(structuredClone(view));
+  }
+
+  private apply(view: View, snow: Snow): void {
+    [this.view, this.snow] = [view, snow];
+    const { material, notice } = materialOf(snow);
+    [this.material, this.notice] = [material, notice];
+    const body = this.body;
+    if (this.canvas === undefined) return;
+    if (body === undefined) this.events.status("Choose a PLY or GLB file of a closed mesh, or drop it here.");
+    else this.light(body, view);
+    this.handles?.set(view.lamps);
+    this.canvas.aim(view.camera, body?.target ?? NO_TARGET);
+    this.show();
+  }
+
+  private light(body: Body, { lamps }: View): void {
+    const [coarse, fine] = [this.fieldScene(body, "coarse"), this.fieldScene(body, "fine")];
+    if (fine !== this.scene) this.events.status("The light in the snow is being computed.");
+    this.scene = fine;
+    this.field.ask({
+      body,
+      scenes: { coarse, fine },
+      lamps: lamps.map(({ position, illuminant }) =>
+        JSON.stringify({ type: "point", position, illuminant, radiant_intensity_w_sr: 1 }),
+      ),
+    });
+  }
+
+  private lightChanged(): void {
+    this.show();
+    if (!this.field.isFine) return;
+    const { nodes } = this.field.best!;
+    const { calls } = this.canvas!.work;
+    this.events.status(
+      [
+        `Light field of ${nodes.toLocaleString("en")} unknowns at each wavelength.`,
+        `${calls} draw calls, one texture fetch for each lamp in each pixel.`,
+        "Squares on the ground measure 10 cm.",
+        this.notice ?? "",
+      ].join(" ").trim(),
+    );
+    for (const resolve of this.waiting.splice(0)) resolve();
+  }
+
+  private show(): void {
+    const view = this.view;
+    const lit = this.body === undefined ? undefined : this.field.best;
+    if (view === undefined || this.canvas === undefined) return;
+    if (view.exposure !== "auto") this.stops = view.exposure;
+    else if (lit !== undefined) {
+      this.stops = automaticStops(lit, view.lamps.map((lamp) => lamp.radiant_intensity_w_sr)) ?? this.stops;
+    }
+    this.canvas.show(lit, view.lamps, 2 ** this.stops);
+    this.trace(view);
+  }
+
+  /** Traces the picture beside the light field. The exposure is that of the fine field, which does not change. */
+  private trace(view: View): void {
+    const body = this.body;
+    if (view.method === "field" || body === undefined || !(this.field.isFine || view.exposure !== "auto")) {
+      if (view.method === "field") this.picture.set(undefined);
+      return;
+    }
+    const scene = this.pictureScene(body, view, PICTURE_PIXELS);
+    scene.integrator.samples_per_pixel = PICTURE_SAMPLES;
+    this.picture.set({ scene: JSON.stringify(scene), mesh: namedMesh(body), name: NAMES[view.method] });
+  }
+
+  private whenFine(): Promise<void> {
+    return new Promise((resolve) => {
+      if (this.field.isFine) resolve();
+      else this.waiting.push(resolve);
+    });
+  }
+
+  private fieldScene(body: Body, size: Size): string {
+    return fieldScene(surfaceOf(body, size), this.material, stepOf(body, this.material, size));
+  }
+
+  private pictureScene(body: Body, view: View, longest: number): ReturnType<typeof sceneOf> {
+    return sceneOf(body, this.material, view, this.film(longest), stepOf(body, this.material, "fine"));
+  }
+
+  private film(longest: number): Film {
+    const { clientWidth, clientHeight } = this.root;
+    const scale = longest / Math.max(clientWidth, clientHeight, 1);
+    const pixels = (length: number) => Math.max(1, Math.round(scale * length));
+    return { width: pixels(clientWidth), height: pixels(clientHeight), exposure: this.stops };
+  }
+
+  private resized(): void {
+    this.canvas?.resize(this.root.clientWidth, this.root.clientHeight);
+    this.handles?.place();
+    this.show();
+  }
+
+  /** A mesh that cannot be lit is taken back. */
+  private refused(text: string): void {
+    if (this.view?.shape !== "own" || this.own === undefined) {
+      this.events.error(text);
+      return;
+    }
+    const name = this.own.mesh!.name.replace(/\.ply$/, "");
+    this.own = undefined;
+    if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.snow);
+    const defect = /it has (.+?), but/.exec(text)?.[1];
+    this.events.error(
+      defect === undefined
+        ? `The mesh ${name} was refused: ${text}.`
+        : `The mesh ${name} has ${defect}, but snow must be a closed solid. Close its holes and try again.`,
+    );
+  }
+
+  private testHook(): TestHook {
+    const viewer = this;
+    return {
+      get frames() {
+        return viewer.canvas?.frames ?? 0;
+      },
+      get ready() {
+        return viewer.whenFine();
+      },
+      readPixels: (x, y, width, height) => viewer.canvas!.readPixels(x, y, width, height),
+      measureFrames(count) {
+        const start = performance.now();
+        for (let frame = 0; frame < count; frame++) {
+          const camera = { ...viewer.view!.camera, azimuth_deg: viewer.view!.camera.azimuth_deg + 1 };
+          viewer.canvas!.aim(camera, viewer.body!.target);
+          viewer.canvas!.finish();
+        }
+        viewer.canvas!.aim(viewer.view!.camera, viewer.body!.target);
+        return (1e3 * count) / (performance.now() - start);
+      },
+      get figures() {
+        const { best, latency_ms } = viewer.field;
+        return { ...viewer.canvas!.work, nodes: best?.nodes ?? 0, latency_ms };
+      },
+    };
+  }
+}
+
+function same(one: unknown, other: unknown): boolean {
+  return JSON.stringify(one) === JSON.stringify(other);
+}
+
+/** Lamps and camera for a mesh of some size and height. */
+function around(size_m: number, height_m: number): Pick<View, "lamps" | "camera"> {
+  const { lamps, camera } = defaults("own");
+  const metres = (value: number) => Number(value.toFixed(3));
+  const position: Lamp["position"] = [metres(0.2 * size_m), metres(0.85 * size_m), metres(0.7 * height_m)];
+  return {
+    lamps: lamps.map((lamp) => ({ ...lamp, position })),
+    camera: { ...camera, distance_m: metres(2.6 * size_m) },
+  };
+}

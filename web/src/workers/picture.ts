@@ -1,0 +1,60 @@
+/** Traces a picture of a scene and posts it as it gets better. A new request replaces the present one. */
+
+import init, { Meshes, Picture } from "native:scene";
+import type { PictureAnswer, PictureRequest } from "../view/picture-messages";
+
+/** Time between two pictures. */
+const SHARE_MS = 100;
+
+let newest: number | undefined;
+let load: (module: WebAssembly.Module) => void;
+const loaded = new Promise<WebAssembly.Module>((resolve) => (load = resolve)).then((module) =>
+  init({ module_or_path: module }),
+);
+
+/** One message is the compiled module, all others are requests. */
+self.onmessage = ({ data }: MessageEvent<WebAssembly.Module | PictureRequest>) => {
+  if (data instanceof WebAssembly.Module) {
+    load(data);
+  } else {
+    newest = data.version;
+    void trace(data);
+  }
+};
+
+async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
+  await loaded;
+  await otherMessages();
+  if (scene === undefined || newest !== version) return;
+  const meshes = new Meshes();
+  try {
+    if (mesh !== undefined) meshes.add(mesh.name, mesh.positions, mesh.triangles);
+    const picture = new Picture(scene, meshes);
+    const wanted = (JSON.parse(scene) as { integrator: { samples_per_pixel: number } }).integrator.samples_per_pixel;
+    try {
+      let samples = 0;
+      while (newest === version && samples < wanted) {
+        samples = picture.add(SHARE_MS);
+        const pixels = picture.display() as Uint8ClampedArray<ArrayBuffer>;
+        const [width, height] = [picture.width(), picture.height()];
+        post({ kind: "picture", version, width, height, pixels, samples }, [pixels.buffer]);
+        await otherMessages();
+      }
+    } finally {
+      picture.free();
+    }
+  } catch (error) {
+    post({ kind: "error", version, text: error instanceof Error ? error.message : String(error) });
+  } finally {
+    meshes.free();
+  }
+}
+
+/** Lets messages that arrived meanwhile come first. */
+function otherMessages(): Promise<void> {
+  return new Promise((resolve) => setTimeout(resolve));
+}
+
+function post(answer: PictureAnswer, transfer: ArrayBuffer[] = []): void {
+  self.postMessage(answer, { transfer });
+}
