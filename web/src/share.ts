@@ -8,6 +8,7 @@ import { LAYERS_FILE, commandLines, layersToml, pythonCall } from "./share-comma
 import { csv, pngFile, save, svgFile } from "./share-files";
 import type { State } from "./state";
 import type { Store } from "./store";
+import type { Viewer } from "./view/viewer";
 import type { ViewHost } from "./view-host";
 
 /** Width of the chart in files, in px. */
@@ -31,7 +32,7 @@ export class Share {
         button("PNG", async () => save("snow.png", await pngFile(figure()))),
         button("3-D PNG", async () => save("snow-view.png", await (await view.viewer()).exportPng())),
         button("3-D GLB", async () => save("snow.glb", await (await view.viewer()).exportGlb())),
-        button("Scene TOML", async () => save("scene.toml", (await view.viewer()).sceneToml(), "application/toml")),
+        button("Scene TOML", async () => saveScene(await view.viewer())),
       ),
       this.#command.element, this.#layers.element, this.#python.element,
     );
@@ -53,6 +54,13 @@ export class Share {
       say(status, `${label} failed: ${error instanceof Error ? error.message : error}`);
     }
   }
+}
+
+/** The scene file, and the mesh that it needs. */
+async function saveScene(viewer: Viewer): Promise<void> {
+  save("scene.toml", viewer.sceneToml(), "application/toml");
+  const mesh = await viewer.sceneMesh();
+  if (mesh !== undefined) save(mesh.name, mesh.file);
 }
 
 /** A text to copy. */
