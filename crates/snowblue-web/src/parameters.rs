@@ -54,7 +54,10 @@ pub fn impurities() -> String {
 #[must_use]
 pub fn ranges() -> String {
     let default = SnowSample::default();
-    let range = |range: ParameterRange, default: f64| json!({ "least": range.least, "greatest": range.greatest, "default": default, "unit": range.unit });
+    let range = |range: ParameterRange, default: f64| {
+        let ParameterRange { least, greatest, unit, .. } = range;
+        json!({ "least": least, "greatest": greatest, "default": default, "unit": unit })
+    };
     json!({
         "grain_size_um": range(GRAIN_SIZE_RANGE, default.grain_size.middle_um()),
         "ssa_m2_kg": range(SURFACE_AREA_RANGE, SnowType::Rounded.surface_area_m2_kg()),

@@ -93,8 +93,8 @@ fn build(description: &SceneDescription, meshes: &Meshes) -> Result<snowblue_ren
     description.build(&table(description)?, &ObjFiles(meshes)).map_err(text)
 }
 
-/// The curves of the snow of a scene; only PCASnow reads them, so that others have next to none. Scenes of several kinds
-/// of snow are refused when they are built.
+/// The curves of the snow of a scene; only PCASnow reads them, so that others have next to none. Scenes of several
+/// kinds of snow are refused when they are built.
 fn table(description: &SceneDescription) -> Result<CompressedTable, String> {
     let snow = description.materials.values().find_map(|material| match material {
         MaterialDescription::PcaSnow(snow) => Some(snow.sample_at(0.0)),
