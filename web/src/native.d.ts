@@ -91,7 +91,12 @@ export interface SpectrumModule {
 export interface SceneModule {
   default(module: { module_or_path: WebAssembly.Module | string | URL }): Promise<unknown>;
   Meshes: new () => Meshes;
-  LightField: new (scene: string, meshes: Meshes, grain_rays: number | undefined) => LightField;
+  LightField: new (
+    scene: string,
+    meshes: Meshes,
+    grain_rays: number | undefined,
+    edge_mm: number | undefined,
+  ) => LightField;
   Picture: new (scene: string, meshes: Meshes) => Picture;
 }
 
@@ -103,7 +108,8 @@ export interface Meshes {
 
 /**
  * The light of one lamp at a time in all snow of a scene. `light_field.step_mm` of the scene is the size of the cells at
- * the surface, and `grain_rays` the number of rays through grains for the optics of the snow. A surface of snow sends out
+ * the surface, `grain_rays` the number of rays through grains for the optics of the snow, and `edge_mm` the greatest
+ * distance of vertices, by default two cells. A surface of snow sends out
  *
  *     L = R0(mu, mu0, phi) V F + (H + K(mu) J) / pi,
  *

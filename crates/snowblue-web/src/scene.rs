@@ -112,21 +112,22 @@ fn table(description: &SceneDescription) -> Result<CompressedTable, String> {
 #[wasm_bindgen]
 impl LightField {
     /// Prepares the snow of a scene: JSON with the keys of a scene file. Fewer rays through grains than by default are
-    /// faster.
+    /// faster. Vertices lie at most `edge_mm` apart, by default two cells.
     ///
     /// # Errors
     ///
     /// In the words of the command.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &str, meshes: &Meshes, grain_rays: Option<u32>) -> Result<Self, JsError> {
-        Self::prepared(scene, meshes, grain_rays).map_err(|reason| JsError::new(&reason))
+    pub fn new(scene: &str, meshes: &Meshes, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, JsError> {
+        Self::prepared(scene, meshes, grain_rays, edge_mm).map_err(|reason| JsError::new(&reason))
     }
 
-    fn prepared(scene: &str, meshes: &Meshes, grain_rays: Option<u32>) -> Result<Self, String> {
+    fn prepared(scene: &str, meshes: &Meshes, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, String> {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
-        let snow = Relighting::new(build(&description, meshes)?, None).map_err(text)?;
+        let snow =
+            Relighting::new(build(&description, meshes)?, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
         Ok(Self { description, snow, lamp: LinearRgb { r: 0.0, g: 0.0, b: 0.0 }, lit: Vec::new() })
     }
 

@@ -24,6 +24,8 @@ export interface FieldInput {
   body: Body;
   /** JSON of the scene at both sizes of cells. */
   scenes: Record<Size, string>;
+  /** Greatest distance of vertices in the fine field, in mm. */
+  fine_edge_mm: number;
   /** JSON of lamps of 1 W/sr. */
   lamps: string[];
 }
@@ -140,9 +142,9 @@ export class FieldClient {
     return `${stage} ${this.bodies}`;
   }
 
-  private request(stage: Size, { body, scenes, lamps }: FieldInput): FieldRequest {
+  private request(stage: Size, { body, scenes, fine_edge_mm, lamps }: FieldInput): FieldRequest {
     const mesh = namedMesh(surfaceOf(body, stage));
-    const grain_rays = stage === "coarse" ? COARSE_RAYS : undefined;
-    return { version: this.version, bodyKey: this.key(stage), scene: scenes[stage], mesh, grain_rays, lamps };
+    const [grain_rays, edge_mm] = stage === "coarse" ? [COARSE_RAYS, undefined] : [undefined, fine_edge_mm];
+    return { version: this.version, bodyKey: this.key(stage), scene: scenes[stage], mesh, grain_rays, edge_mm, lamps };
   }
 }

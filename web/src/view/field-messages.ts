@@ -15,6 +15,8 @@ export interface FieldRequest {
   mesh: NamedMesh | undefined;
   /** Rays through grains for the optics of the snow, if not the default. */
   grain_rays: number | undefined;
+  /** Greatest distance of vertices, if not the default. */
+  edge_mm: number | undefined;
   /** JSON of lamps of 1 W/sr. */
   lamps: string[];
 }

@@ -13,7 +13,7 @@ import { fieldScene, type Film, sceneOf, toToml } from "./scene";
 import { body as bodyOf, type Body, defaults, meshBody, namedMesh, surfaceOf } from "./shapes";
 import { isEmbedded, materialOf, type SnowMaterial, tableCommand } from "./snow";
 import { SnowCanvas } from "./snow-canvas";
-import { type Size, stepOf } from "./step";
+import { fineEdge, type Size, stepOf } from "./step";
 import { STYLE } from "./style";
 
 export interface ViewerEvents {
@@ -244,6 +244,7 @@ export class Viewer {
     this.field.ask({
       body,
       scenes: { coarse, fine },
+      fine_edge_mm: fineEdge(body, this.material),
       lamps: lamps.map(({ position, illuminant }) =>
         JSON.stringify({ type: "point", position, illuminant, radiant_intensity_w_sr: 1 }),
       ),

@@ -48,14 +48,14 @@ async function work(): Promise<void> {
 }
 
 /** The body of a request, made anew if it is another one. */
-function prepare({ version, bodyKey, scene, mesh, grain_rays }: FieldRequest): Body {
+function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRequest): Body {
   if (body?.key === bodyKey) return body;
   body?.field.free();
   body = undefined;
   const meshes = new Meshes();
   try {
     if (mesh !== undefined) meshes.add(mesh.name, mesh.positions, mesh.triangles);
-    const field = new LightField(scene, meshes, grain_rays);
+    const field = new LightField(scene, meshes, grain_rays, edge_mm);
     body = { key: bodyKey, field, lamps: [] };
     const objects: SurfaceGeometry[] = range(field.object_count()).map((object) => ({
       positions: field.positions(object),
