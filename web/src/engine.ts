@@ -53,7 +53,7 @@ export class Engine {
     worker.onerror = ({ message }) => {
       const job = this.#running;
       this.#worker = undefined;
-      if (job !== undefined) this.#end(job, () => job.reject(new Error(`The computation stopped: ${message}`)));
+      if (job !== undefined) this.#end(job, () => job.reject(new Error(`The computation stopped: ${message ?? "its worker could not be loaded"}`)));
     };
     worker.postMessage(module);
     this.#worker = worker;

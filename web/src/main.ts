@@ -4,6 +4,7 @@ import { version } from "./catalog";
 import { Chart } from "./chart/chart";
 import type { Curve } from "./chart/draw";
 import { Compare } from "./compare";
+import { compiled } from "./compiled";
 import { describe } from "./describe";
 import { byId, el, say } from "./dom";
 import { decode, encode } from "./fragment";
@@ -50,7 +51,9 @@ store.subscribe((state, before) => {
 });
 store.subscribe(writeAddress);
 addEventListener("hashchange", () => {
-  if (location.hash.slice(1) !== encode(store.state)) store.replace(stateOfAddress());
+  const fragment = location.hash.slice(1);
+  // The name of a part of the page, as in the link that skips to the controls, is no state.
+  if (document.getElementById(fragment) === null && fragment !== encode(store.state)) store.replace(stateOfAddress());
 });
 byId("version").textContent = `snowblue ${version}`;
 afterPaint(() => spectra.warm(store.state));
@@ -126,13 +129,6 @@ function writeAddress(state: State, before: State): void {
     const fragment = encode(store.state);
     history.replaceState(null, "", fragment === "" ? location.pathname + location.search : `#${fragment}`);
   }, ADDRESS_MS);
-}
-
-/** A module that the workers share. */
-async function compiled(file: string): Promise<WebAssembly.Module> {
-  const response = await fetch(new URL(file, import.meta.url));
-  if (!response.ok) throw new Error(`${file} cannot be loaded (${response.status})`);
-  return WebAssembly.compile(await response.arrayBuffer());
 }
 
 async function keepOffline(): Promise<void> {

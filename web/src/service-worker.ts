@@ -7,7 +7,7 @@ const PREFIX = "snowblue-";
 const CACHE = `${PREFIX}${BUILD}`;
 
 worker.addEventListener("install", (event) => {
-  event.waitUntil(keep().then(() => worker.skipWaiting()));
+  event.waitUntil(keep());
 });
 
 worker.addEventListener("activate", (event) => {

@@ -1,7 +1,7 @@
 /** The command lines and the Python calls that give the figures of a sample. */
 
 import { ranges } from "./catalog";
-import { short } from "./numbers";
+import { exact, toml } from "./toml";
 import { amounts, entries, plain } from "./snow";
 import type { Layer, State } from "./state";
 
@@ -94,19 +94,8 @@ function iceOf({ ice }: Layer): [string, unknown][] {
   return ice === undefined ? [] : [["ice", ice]];
 }
 
-function exact(value: number): string {
-  return short(value, 12);
-}
-
 function joined(value: number | number[]): string {
   return [value].flat().map(exact).join(":");
-}
-
-function toml(value: unknown): string {
-  if (typeof value === "string") return `"${value}"`;
-  if (typeof value === "number") return exact(value);
-  if (Array.isArray(value)) return `[${value.map(toml).join(", ")}]`;
-  return `{ ${Object.entries(value as object).map(([key, one]) => `${key} = ${toml(one)}`).join(", ")} }`;
 }
 
 function python(value: unknown): string {

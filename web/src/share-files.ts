@@ -15,11 +15,12 @@ const SCALE = 2;
 const ROW = 24;
 const LEFT = 54;
 
-/** Spectra as comma-separated values: one row for each sample and wavelength. */
+/** Spectra as comma-separated values: one row for each sample and wavelength. The current
+ * sample has place 0, pinned ones have 1 to 4. */
 export function csv(curves: readonly Curve[]): string {
-  const header = ["sample", "wavelength_nm", ...QUANTITIES.flatMap(({ key, error }) => [key, error])];
-  const rows = curves.flatMap(({ name, answer }) => answer.wavelengths_nm.map((wavelength_nm, index) => [
-    `"${name}"`, wavelength_nm,
+  const header = ["place", "sample", "wavelength_nm", ...QUANTITIES.flatMap(({ key, error }) => [key, error])];
+  const rows = curves.flatMap(({ name, place, answer }) => answer.wavelengths_nm.map((wavelength_nm, index) => [
+    place, `"${name}"`, wavelength_nm,
     ...QUANTITIES.flatMap(({ key, error }) => [answer[key][index], answer[error]?.[index] ?? ""]),
   ]));
   return `${[header, ...rows].map((row) => row.join(",")).join("\n")}\n`;

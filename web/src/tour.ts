@@ -50,7 +50,7 @@ const STEPS: Step[] = [
     layer: { thickness_cm: 40, grain_size_um: 1500 },
     others: [{ thickness_cm: 40 }],
     text: (shown, [fine]) =>
-      `Ice absorbs red light a few hundred times as strongly as blue. In coarse grains the paths through ice between ` +
+      `Ice absorbs light of 650 nm about a hundred times as strongly as light of 450 nm. In coarse grains the paths through ice between ` +
       `two scatterings are longer. Grains of 1500 µm transmit ${blue(shown)} of blue light, grains of 400 µm ` +
       `${blue(fine!)}. Move “Grain size” and watch the light.`,
   },

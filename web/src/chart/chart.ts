@@ -146,10 +146,12 @@ function reading(value: number | undefined, error: number | undefined): string {
   if (value === undefined) return "";
   if (error === undefined || error === 0 || value === 0) return figure(value, 4);
   const power = Math.floor(Math.log10(Math.abs(value)));
-  const decimals = Math.min(10, Math.max(1, 1 - Math.floor(Math.log10(error))));
+  /** Two digits of the error. */
+  const place = 1 - Math.floor(Math.log10(error));
+  const decimals = Math.min(10, Math.max(1, place));
   if (power >= -3) return `${decimal(value, decimals)} ± ${decimal(error, decimals)}`;
   const unit = 10 ** power;
-  const fewer = Math.min(8, Math.max(1, decimals + power));
+  const fewer = Math.min(8, Math.max(1, place + power));
   return `(${decimal(value / unit, fewer)} ± ${decimal(error / unit, fewer)}) × 10${superscript(power)}`;
 }
 

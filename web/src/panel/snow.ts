@@ -178,7 +178,7 @@ function iceSelect(store: Store): HTMLElement {
     {
       label: "Absorption of ice",
       sentence:
-        "In the blue, ice is so clear that two tables differ seven times at 450 nm; with the second, thick snow is " +
+        "In the blue, ice is so clear that two tables differ by a factor of seven at 450 nm; with the second, thick snow is " +
         "not blue.",
       source: "Warren & Brandt 2008; Picard, Libois & Arnaud 2016, doi:10.5194/tc-10-2655-2016",
     },

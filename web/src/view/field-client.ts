@@ -16,7 +16,10 @@ const REST_MS = 300;
 export interface FieldEvents {
   /** There is something new to show. */
   changed(): void;
+  /** The present snow cannot be lit. */
   error(text: string): void;
+  /** There will be no light at all. */
+  failed(text: string): void;
 }
 
 /** What is to be lit. */
@@ -40,7 +43,7 @@ class Stage {
     private readonly events: FieldEvents,
   ) {
     this.worker = sceneWorker("./field.js", () =>
-      events.error("The light field could not be loaded. Reload the page to try again."),
+      events.failed("The light field could not be loaded. Reload the page to try again."),
     );
     this.worker.onmessage = ({ data }: MessageEvent<FieldAnswer>) => this.receive(data);
   }
@@ -89,8 +92,9 @@ export class FieldClient {
       clearTimeout(this.timer);
       events.error(text);
     };
-    this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error });
-    this.fine = new Stage(version, { changed: () => events.changed(), error });
+    const failed = (text: string) => events.failed(text);
+    this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed });
+    this.fine = new Stage(version, { changed: () => events.changed(), error, failed });
   }
 
   /** Time from the last request to the coarse light of all lamps, in ms. */

@@ -1,10 +1,14 @@
 /** The compiled module `scene`, which all workers share. */
 
-let compiled: Promise<WebAssembly.Module> | undefined;
+import { compiled } from "../compiled";
+
+let module: Promise<WebAssembly.Module> | undefined;
 
 function sceneModule(): Promise<WebAssembly.Module> {
-  compiled ??= WebAssembly.compileStreaming(fetch(new URL("./scene_bg.wasm", import.meta.url)));
-  return compiled;
+  module ??= compiled("./scene_bg.wasm");
+  // The next worker tries again.
+  module.catch(() => (module = undefined));
+  return module;
 }
 
 /** A worker of the module `scene`: its first message is the compiled module. `failed` hears if it cannot be loaded. */

@@ -107,7 +107,8 @@ export class PictureView {
     }
     this.canvas.getContext("2d")!.putImageData(new ImageData(pixels, width, height), 0, 0);
     this.canvas.hidden = false;
-    this.right.textContent = `${this.input!.name}, ${samples} ${samples === 1 ? "sample" : "samples"} for each pixel`;
+    const count = samples === 0 ? "first samples" : `${samples} ${samples === 1 ? "sample" : "samples"} for each pixel`;
+    this.right.textContent = `${this.input!.name}, ${count}`;
   }
 
   private hide(): void {

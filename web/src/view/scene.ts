@@ -1,6 +1,7 @@
 /** Scenes as JSON for the module `scene`, and as TOML for `snowblue render`. */
 
 import type { Method, View } from "../state";
+import { toml } from "../toml";
 import type { Body, Surface } from "./shapes";
 import type { SnowMaterial } from "./snow";
 
@@ -92,7 +93,7 @@ export function toToml(scene: ReturnType<typeof sceneOf>, comments: string[]): s
 }
 
 function table(header: string, keys: Table): string {
-  return [header, ...Object.entries(keys).map(([key, value]) => `${key} = ${JSON.stringify(value)}`)].join("\n");
+  return [header, ...Object.entries(keys).map(([key, value]) => `${key} = ${toml(value)}`)].join("\n");
 }
 
 function micrometres(metres: number): number {

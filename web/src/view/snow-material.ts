@@ -139,7 +139,7 @@ vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 lamp, vec3 intensity, fl
   if (mu0 <= 0.0) return vec3(0.0);
   float sines = sqrt(max((1.0 - mu * mu) * (1.0 - mu0 * mu0), 1e-12));
   float azimuth = sqrt(clamp(0.5 + 0.5 * (dot(to_eye, to_lamp) - mu * mu0) / sines, 0.0, 1.0));
-  vec3 where = (vec3(sqrt(mu), sqrt(mu0), azimuth) * ${TABLE_SIZE - 1}.0 + 0.5) / ${TABLE_SIZE}.0;
+  vec3 where = (vec3(azimuth, sqrt(mu0), sqrt(mu)) * ${TABLE_SIZE - 1}.0 + 0.5) / ${TABLE_SIZE}.0;
   float r0 = texture(reflection, where).r / max(mu + mu0, 1e-4);
   return r0 * visible * mu0 / square * intensity;
 }

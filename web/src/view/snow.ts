@@ -40,9 +40,16 @@ export function materialOf(snow: Snow): { material: SnowMaterial; notice: string
 
   const differences: string[] = [];
   if (material.grain_size_um !== wantedSize) differences.push(`grains of ${material.grain_size_um} µm`);
-  if (snow.sphericity !== undefined && mean(snow.sphericity) !== 0.8) differences.push("the default sphericity");
+  if (snow.sphericity !== undefined && (Array.isArray(snow.sphericity) || snow.sphericity !== 0.8)) {
+    differences.push("the default sphericity");
+  }
+  if (Array.isArray(snow.facetness)) differences.push(`facetness about ${material.facetness}`);
   if (snow.ice === "picard2016") differences.push("the ice of Warren & Brandt 2008");
   if (Array.isArray(snow.grain_size_um)) differences.push("grains within 50 µm of the mean");
+  if (snow.grain_size_um === undefined || (snow.size_measure ?? "greatest-extension") !== "greatest-extension") {
+    const isKnown = snow.grain_size_um !== undefined || snow.ssa_m2_kg !== undefined || kind !== undefined;
+    if (isKnown) differences.push(`grains of ${material.grain_size_um} µm that transmit as much`);
+  }
   const notice = differences.length === 0 ? undefined : `The snow in 3-D has ${differences.join(", ")}.`;
   return { material, notice };
 }

@@ -64,14 +64,16 @@ export class Viewer {
   private readonly observer: ResizeObserver;
   private snow: Snow = {};
   private material: SnowMaterial = materialOf({}).material;
-  private scene = "";
   private view: View | undefined;
   private own: Body | undefined;
   /** What was shown before the visitor's mesh. */
   private beforeOwn: View | undefined;
   private stops = 0;
   private notice: string | undefined;
-  private waiting: (() => void)[] = [];
+  private waiting: { resolve(): void; reject(reason: Error): void }[] = [];
+  /** How the visitor's mesh was scaled, and whether it has been lit. */
+  private ownNotice = "";
+  private isOwnLit = false;
 
   constructor(
     parent: HTMLElement,
@@ -88,7 +90,11 @@ export class Viewer {
     if (this.canvas !== undefined) {
       this.handles = new LampHandles(this.layer, this.canvas.camera, (lamp, position) => this.moveLamp(lamp, position));
     }
-    this.field = new FieldClient({ changed: () => this.lightChanged(), error: (text) => this.refused(text) });
+    this.field = new FieldClient({
+      changed: () => this.lightChanged(),
+      error: (text) => this.refused(text),
+      failed: (text) => this.fail(text),
+    });
     this.picture = new PictureView(this.layer, (text) => events.error(text));
     this.observer = new ResizeObserver(() => this.resized());
     this.observer.observe(this.root);
@@ -114,10 +120,12 @@ export class Viewer {
     try {
       const mesh = await readMesh(file);
       this.own = meshBody(mesh.name, mesh.triangles, [0, 0, 0.5 * mesh.height_m]);
-      if (mesh.factor !== undefined) {
-        const size = `${Math.round(100 * mesh.size_m)} cm`;
-        this.events.status(`${file.name} was scaled by ${mesh.factor.toPrecision(3)}, so that it measures ${size}.`);
-      }
+      this.isOwnLit = false;
+      const size = `${Math.round(100 * mesh.size_m)} cm`;
+      this.ownNotice =
+        mesh.factor === undefined
+          ? ""
+          : `${file.name} was scaled by ${mesh.factor.toPrecision(3)}, so that it measures ${size}.`;
       if (this.view === undefined) return;
       if (this.view.shape !== "own") this.beforeOwn = this.view;
       this.change({ ...this.view, shape: "own", ...around(mesh.size_m, mesh.height_m) }, this.snow);
@@ -126,7 +134,7 @@ export class Viewer {
     }
   }
 
-  /** The light field on the snow, for other programs. */
+  /** The light field on the snow, for other programs. Rejects if it cannot be computed. */
   async exportGlb(): Promise<Blob> {
     await this.whenFine();
     const { lamps, shape } = this.view!;
@@ -152,7 +160,7 @@ export class Viewer {
   /** The scene file that `snowblue render` takes, with comments that say what else it needs. */
   sceneToml(): string {
     const [view, body] = [this.view, this.body];
-    if (view === undefined || body === undefined) return "";
+    if (view === undefined || body === undefined) throw new Error("There is no snow.");
     const comments: string[] = [];
     if (body.mesh !== undefined) comments.push(`Needs ${body.mesh.name} in the same folder.`);
     if (isEmbedded(this.material)) {
@@ -239,8 +247,6 @@ export class Viewer {
 
   private light(body: Body, { lamps }: View): void {
     const [coarse, fine] = [this.fieldScene(body, "coarse"), this.fieldScene(body, "fine")];
-    if (fine !== this.scene) this.events.status("The light in the snow is being computed.");
-    this.scene = fine;
     this.field.ask({
       body,
       scenes: { coarse, fine },
@@ -249,11 +255,13 @@ export class Viewer {
         JSON.stringify({ type: "point", position, illuminant, radiant_intensity_w_sr: 1 }),
       ),
     });
+    if (!this.field.isFine) this.events.status("The light in the snow is being computed.");
   }
 
   private lightChanged(): void {
     this.show();
     if (!this.field.isFine) return;
+    this.isOwnLit ||= this.view?.shape === "own";
     const { nodes } = this.field.best!;
     const { calls } = this.canvas!.work;
     this.events.status(
@@ -262,9 +270,10 @@ export class Viewer {
         `${calls} draw calls, one texture fetch for each lamp in each pixel.`,
         "Squares on the ground measure 10 cm.",
         this.notice ?? "",
+        this.view?.shape === "own" ? this.ownNotice : "",
       ].join(" ").trim(),
     );
-    for (const resolve of this.waiting.splice(0)) resolve();
+    for (const { resolve } of this.waiting.splice(0)) resolve();
   }
 
   private show(): void {
@@ -279,11 +288,11 @@ export class Viewer {
     this.trace(view);
   }
 
-  /** Traces the picture beside the light field. The exposure is that of the fine field, which does not change. */
+  /** Traces the picture beside the light field, once that is fine: automatic exposure is by the fine field. */
   private trace(view: View): void {
     const body = this.body;
     if (view.method === "field" || body === undefined || !(this.field.isFine || view.exposure !== "auto")) {
-      if (view.method === "field") this.picture.set(undefined);
+      this.picture.set(undefined);
       return;
     }
     const scene = this.pictureScene(body, view, PICTURE_PIXELS);
@@ -292,9 +301,10 @@ export class Viewer {
   }
 
   private whenFine(): Promise<void> {
-    return new Promise((resolve) => {
-      if (this.field.isFine) resolve();
-      else this.waiting.push(resolve);
+    return new Promise((resolve, reject) => {
+      if (this.canvas === undefined || this.body === undefined) reject(new Error("There is no snow."));
+      else if (this.field.isFine) resolve();
+      else this.waiting.push({ resolve: () => resolve(), reject });
     });
   }
 
@@ -319,12 +329,17 @@ export class Viewer {
     this.show();
   }
 
-  /** A mesh that cannot be lit is taken back. */
+  /** The light in the snow cannot be computed. */
+  private fail(text: string): void {
+    this.events.status("");
+    this.events.error(text);
+    for (const { reject } of this.waiting.splice(0)) reject(new Error(text));
+  }
+
+  /** The present snow cannot be lit. A mesh that never was is taken back. */
   private refused(text: string): void {
-    if (this.view?.shape !== "own" || this.own === undefined) {
-      this.events.error(text);
-      return;
-    }
+    this.fail(text);
+    if (this.view?.shape !== "own" || this.own === undefined || this.isOwnLit) return;
     const name = this.own.mesh!.name.replace(/\.ply$/, "");
     this.own = undefined;
     if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.snow);

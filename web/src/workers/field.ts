@@ -50,8 +50,9 @@ async function work(): Promise<void> {
 /** The body of a request, made anew if it is another one. */
 function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRequest): Body {
   if (body?.key === bodyKey) return body;
-  body?.field.free();
+  const before = body;
   body = undefined;
+  before?.field.free();
   const meshes = new Meshes();
   try {
     if (mesh !== undefined) meshes.add(mesh.name, mesh.positions, mesh.triangles);
