@@ -9,7 +9,7 @@ export function exact(value: number): string {
 
 /** A value of a key. */
 export function toml(value: unknown): string {
-  if (typeof value === "string") return `"${value}"`;
+  if (typeof value === "string" || typeof value === "boolean") return JSON.stringify(value);
   if (typeof value === "number") return exact(value);
   if (Array.isArray(value)) return `[${value.map(toml).join(", ")}]`;
   return `{ ${Object.entries(value as object).map(([key, one]) => `${key} = ${toml(one)}`).join(", ")} }`;

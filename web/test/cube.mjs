@@ -1,0 +1,57 @@
+// A cube of 30 cm as files, made here.
+
+const SIDE = 0.3;
+const CORNERS = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => [corner & 1, (corner >> 1) & 1, corner >> 2].map((at) =>
+  SIDE * (at - 0.5)));
+/** Counter-clockwise from outside. */
+const TRIANGLES = [
+  [0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4],
+  [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5],
+];
+
+export function cubePly() {
+  return ply(TRIANGLES);
+}
+
+/** Without one of its triangles. */
+export function openPly() {
+  return ply(TRIANGLES.slice(1));
+}
+
+function ply(triangles) {
+  return [
+    "ply", "format ascii 1.0",
+    `element vertex ${CORNERS.length}`, ...["x", "y", "z"].map((axis) => `property float ${axis}`),
+    `element face ${triangles.length}`, "property list uchar int vertex_indices", "end_header",
+    ...CORNERS.map((corner) => corner.join(" ")), ...triangles.map((triangle) => `3 ${triangle.join(" ")}`), "",
+  ].join("\n");
+}
+
+export function cubeGlb() {
+  const positions = Buffer.from(Float32Array.from(CORNERS.flat()).buffer);
+  const indices = Buffer.from(Uint16Array.from(TRIANGLES.flat()).buffer);
+  const [least, greatest] = [-SIDE / 2, SIDE / 2].map((value) => [value, value, value]);
+  const json = Buffer.from(JSON.stringify({
+    asset: { version: "2.0" },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+    accessors: [
+      { bufferView: 0, componentType: 5126, count: CORNERS.length, type: "VEC3", min: least, max: greatest },
+      { bufferView: 1, componentType: 5123, count: indices.length / 2, type: "SCALAR" },
+    ],
+    bufferViews: [
+      { buffer: 0, byteLength: positions.length },
+      { buffer: 0, byteOffset: positions.length, byteLength: indices.length },
+    ],
+    buffers: [{ byteLength: positions.length + indices.length }],
+  }));
+  const padded = Buffer.concat([json, Buffer.alloc((4 - (json.length % 4)) % 4, " ")]);
+  const binary = Buffer.concat([positions, indices]);
+  const words = (...values) => Buffer.from(Uint32Array.from(values).buffer);
+  return Buffer.concat([
+    Buffer.from("glTF"), words(2, 28 + padded.length + binary.length),
+    words(padded.length), Buffer.from("JSON"), padded, words(binary.length), Buffer.from("BIN\0"), binary,
+  ]);
+}

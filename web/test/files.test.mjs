@@ -1,0 +1,139 @@
+// Files in and out: meshes of the visitor, broken links, and what is saved.
+
+import assert from "node:assert/strict";
+import { inFolder } from "./command.mjs";
+import { cubeGlb, cubePly, openPly } from "./cube.mjs";
+import { chooseMesh, final, follow, lit, pageTest, pixel, saved, viewSize } from "./page.mjs";
+
+const GLB = cubeGlb();
+/** What cannot be used, and what is said of it. */
+const REFUSED = [
+  ["broken.ply", Buffer.from("ply\nformat ascii 1.0\nelement vertex 3\n"), /^broken\.ply cannot be read: it .+\.$/],
+  ["short.ply", Buffer.from(cubePly().slice(0, 180)), /^short\.ply cannot be read: it .+\.$/],
+  ["short.glb", GLB.subarray(0, GLB.length / 2), /^short\.glb cannot be read: it .+\.$/],
+  ["noise.glb", Buffer.alloc(200, 7), /^noise\.glb cannot be read: it .+\.$/],
+  ["text.txt", Buffer.from("This is no mesh."), /^text\.txt is neither a PLY nor a GLB file\.$/],
+  ["open.ply", Buffer.from(openPly()), /^The mesh open has .+, but snow must be a closed solid\..+\.$/],
+];
+
+const PNG = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
+
+function assertStart(file, bytes) {
+  assert.deepEqual([...file.subarray(0, bytes.length)], bytes);
+}
+
+async function middle(page) {
+  const [width, height] = await viewSize(page);
+  return pixel(page, [width / 2, height / 2]);
+}
+
+/** The shape whose button is pressed. */
+async function shape(page) {
+  const own = await page.locator("#toolbar .own").getAttribute("aria-pressed");
+  return own === "true" ? "own" : page.locator("#toolbar .shapes input:checked").inputValue();
+}
+
+pageTest("files in and out", {}, async (page, t) => {
+  await final(page);
+  await lit(page);
+  const before = await middle(page);
+  for (const [name, file, sentence] of REFUSED) {
+    await t.test(`${name} is refused in place`, async () => {
+      await page.getByRole("radio", { name: "Block" }).check();
+      await chooseMesh(page, name, file);
+      const error = page.locator("#view-error", { hasText: name.split(".")[0] });
+      await error.waitFor();
+      assert.match(await error.textContent(), sentence);
+      assert.equal(await shape(page), "block");
+      await lit(page);
+      assert.deepEqual(await middle(page), before);
+    });
+  }
+
+  for (const [name, file] of [["cube.ply", Buffer.from(cubePly())], ["cube.glb", GLB]]) {
+    await t.test(`${name} is shown as snow`, async () => {
+      await page.getByRole("radio", { name: "Ball" }).check();
+      await chooseMesh(page, name, file);
+      await page.waitForFunction(() => document.querySelector("#toolbar .own").ariaPressed === "true");
+      await lit(page);
+      const [red, green, blue, alpha] = await middle(page);
+      assert.ok(alpha === 1 && blue > green && green > red && red > 0, `${[red, green, blue]} is not blue snow`);
+      assert.equal(await page.locator("#view-error").isVisible(), false);
+    });
+  }
+
+  await t.test("CSV", async () => {
+    const lines = String((await saved(page, "CSV"))["snow.csv"]).split("\n");
+    assert.equal(lines[0], "place,sample,wavelength_nm,reflectance,reflectance_se,transmittance," +
+      "transmittance_se,absorptance,absorptance_se");
+    assert.match(lines[1], /^0,"15 cm, 400 µm, 300 kg\/m³",400,0\.97/);
+  });
+
+  await t.test("SVG", async () => {
+    assert.match(String((await saved(page, "SVG"))["snow.svg"]), /^<svg [^]*<\/svg>$/);
+  });
+
+  await t.test("PNG", async () => assertStart((await saved(page, "PNG"))["snow.png"], PNG));
+
+  await t.test("3-D PNG", async () => {
+    const file = (await saved(page, "3-D PNG"))["snow-view.png"];
+    assertStart(file, PNG);
+    // Width and height follow the signature, the length and the name of the first chunk.
+    assert.deepEqual([file.readUInt32BE(16), file.readUInt32BE(20)], await viewSize(page));
+  });
+
+  await t.test("3-D GLB", async () => {
+    const file = (await saved(page, "3-D GLB"))["snow.glb"];
+    assert.equal(file.toString("latin1", 0, 4), "glTF");
+    assert.deepEqual([file.readUInt32LE(4), file.readUInt32LE(8)], [2, file.length]);
+    const { meshes } = JSON.parse(file.toString("utf8", 20, 20 + file.readUInt32LE(12)));
+    assert.ok("_LAMP_0" in meshes[0].primitives[0].attributes);
+  });
+
+  await t.test("a link that cannot be read says why", async () => {
+    const notice = page.locator("#notice");
+    for (const [fragment, reason] of [
+      ["layer=density_kg_m3:9000", "density is 9000 kg/m³, but must lie in 10–900 kg/m³"],
+      ["layer=thickness_cm:x", "'x' is not a number for thickness_cm"],
+      ["lamp=1,2", "a lamp has a position of three numbers, an illuminant and a strength"],
+      ["shape=own", "'own' is not known for shape"],
+      ["foo=1", "'foo' is not known"],
+    ]) {
+      await follow(page, fragment);
+      assert.equal(await notice.textContent(), `The link cannot be read: ${reason}. The default snow is shown.`);
+      assert.ok(await notice.isVisible());
+    }
+    await follow(page, "illuminant=A");
+    assert.equal(await notice.isVisible(), false);
+  });
+
+  /** The command ends with an error if it cannot read the scene or if its snow is not closed. */
+  const check = async (files) => {
+    assert.match(String(files["scene.toml"]), /^# .*\n\n\[camera\]\n/s);
+    await inFolder(files, (run) => run("render", "scene.toml", "--check"));
+  };
+  for (const [fragment, count] of [
+    ["shape=block&illuminant=A", 1], ["shape=ball", 1], ["shape=igloo", 2], ["shape=drift", 1], ["shape=sculpture", 2],
+  ]) {
+    await t.test(`the command takes the scene file of ${fragment}`, async () => {
+      await follow(page, fragment);
+      await check(await saved(page, "Scene TOML", count));
+    });
+  }
+
+  await t.test("the command takes the scene file of an own mesh", async () => {
+    await chooseMesh(page, "cube.ply", Buffer.from(cubePly()));
+    await page.waitForFunction(() => document.querySelector("#toolbar .own").ariaPressed === "true");
+    const files = await saved(page, "Scene TOML", 2);
+    assert.deepEqual(Object.keys(files).sort(), ["cube.ply", "scene.toml"]);
+    await check(files);
+  });
+
+  await t.test("the command reads the scene file of snow with impurities, and says that it needs a table", async () => {
+    await follow(page, "layer=thickness_cm:15,black-carbon:20,saharan-dust:3000");
+    const files = await saved(page, "Scene TOML");
+    const build = /^# snowblue database build .*--impurity black-carbon=20 --impurity saharan-dust=3000 -o snow\.nc$/m;
+    assert.match(String(files["scene.toml"]), build);
+    await inFolder(files, (run) => assert.rejects(run("render", "scene.toml", "--check"), /is not in the table/));
+  });
+});

@@ -1,0 +1,144 @@
+// What the tests share: a server of web/dist below a path, Chromium, and pages that fail on any error.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import { extname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import test, { after } from "node:test";
+import { chromium } from "playwright-core";
+
+const DIST = fileURLToPath(new URL("../dist", import.meta.url));
+/** The page must not depend on being at the root of its host. */
+const BELOW = "/snow/";
+const TYPES = {
+  ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm",
+  ".svg": "image/svg+xml",
+};
+/** Software rendering, so that machines without a graphics card show the same. */
+const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+/** Only against tests that hang: a busy machine may need many times as long as a free one. */
+const HANGS_MS = 120_000;
+
+/** Serves the page at `url` until `close`. */
+export async function serve() {
+  const server = createServer(async ({ url }, response) => {
+    const { pathname } = new URL(url, "http://host");
+    const file = pathname === BELOW ? "index.html" : pathname.slice(BELOW.length);
+    try {
+      const content = await readFile(join(DIST, file));
+      response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" }).end(content);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  const close = () => new Promise((resolve) => {
+    server.close(resolve);
+    server.closeAllConnections();
+  });
+  return { url: `http://127.0.0.1:${server.address().port}${BELOW}`, close };
+}
+
+const server = await serve();
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+after(async () => {
+  await browser.close();
+  await server.close();
+});
+
+/**
+ * A test with a page of its own, opened at a fragment. It fails on any error in the console or of the page, and on any
+ * request to somewhere else. `options` are those of a browser context, and `url` of another server. `body` gets the
+ * page, and the context of the test for parts of it.
+ */
+export function pageTest(name, { fragment = "", url = server.url, ...options }, body) {
+  test(name, { timeout: HANGS_MS }, async (t) => {
+    const context = await browser.newContext({ viewport: { width: 800, height: 600 }, ...options });
+    const problems = [];
+    context.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+    context.on("weberror", (error) => problems.push(error.error().message));
+    context.on("request", (request) => {
+      const address = request.url();
+      if (!address.startsWith(url) && !/^(blob|data):/.test(address)) problems.push(`request to ${address}`);
+    });
+    try {
+      const page = await context.newPage();
+      page.setDefaultTimeout(HANGS_MS / 2);
+      await page.goto(`${url}${fragment && `#${fragment}`}`);
+      await body(page, t);
+    } finally {
+      await context.close();
+    }
+    assert.deepEqual(problems, []);
+  });
+}
+
+/** A field, a select or a slider by its whole label. */
+export function control(page, label) {
+  return page.getByLabel(label, { exact: true });
+}
+
+/** Follows a link to another fragment; the page has taken it when this is done. */
+export async function follow(page, fragment) {
+  await page.evaluate((fragment) => new Promise((resolve) => {
+    addEventListener("hashchange", resolve, { once: true });
+    location.hash = fragment;
+  }), fragment);
+}
+
+/** Waits for the final spectrum of the present sample. */
+export async function final(page) {
+  await page.waitForFunction(() => document.getElementById("precision").textContent.startsWith("Final"));
+}
+
+/** Waits for the fine light field of the present view. */
+export async function lit(page) {
+  await page.waitForFunction(() => window.__snowblue);
+  await page.evaluate(() => window.__snowblue.ready);
+}
+
+/** A text to copy, by its title. */
+export function code(page, title) {
+  return page.getByRole("region", { name: title, exact: true }).textContent();
+}
+
+/** Presses a button below "Share and reproduce" and gives the files that it saves, by name. */
+export async function saved(page, button, count = 1) {
+  const downloads = [];
+  const all = new Promise((resolve) => {
+    page.on("download", (download) => downloads.push(download) === count && resolve());
+  });
+  await page.getByRole("button", { name: button, exact: true }).click();
+  await all;
+  page.removeAllListeners("download");
+  const files = downloads.map(async (one) => [one.suggestedFilename(), await readFile(await one.path())]);
+  return Object.fromEntries(await Promise.all(files));
+}
+
+/** Chooses a file as the visitor's own mesh. */
+export async function chooseMesh(page, name, buffer) {
+  await page.setInputFiles("#toolbar input[type=file]", { name, mimeType: "application/octet-stream", buffer });
+}
+
+/** Radiance of some pixels of the 3-D view by column and row: linear red, green, blue, and alpha. */
+export function pixels(page, places) {
+  return page.evaluate((places) => {
+    const { width, height } = document.querySelector(".sb-field");
+    const all = window.__snowblue.readPixels(0, 0, width, height);
+    return places.map(([x, y]) => [...all.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)]);
+  }, places.map((place) => place.map(Math.floor)));
+}
+
+/** Radiance of one pixel. */
+export async function pixel(page, place) {
+  return (await pixels(page, [place]))[0];
+}
+
+/** Width and height of the 3-D view in pixels. */
+export function viewSize(page) {
+  return page.evaluate(() => {
+    const { width, height } = document.querySelector(".sb-field");
+    return [width, height];
+  });
+}
