@@ -11,8 +11,10 @@ const MEAN_FREE_PATH_MM = 2;
 /** Greatest step in transport mean free paths: 50, with a margin. */
 const MOST_PATHS = 40;
 
-/** Distance of vertices in the fine field, in cells. At 2 cells half of the pixels of the wall are off by 2 %, here by
- * 1 %; a frame takes twice the time. */
+/**
+ * Distance of vertices in the fine field, in cells. At 2 cells half of the pixels of the wall are off by more than 2 %,
+ * here by more than 1 %; a frame takes twice the time.
+ */
 const CELLS_PER_EDGE = 0.7;
 
 export type Size = keyof typeof NODES;

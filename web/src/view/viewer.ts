@@ -6,6 +6,7 @@ import { automaticStops } from "./exposure";
 import { bakedGlb } from "./bake";
 import { FieldClient } from "./field-client";
 import { LampHandles } from "./lamps";
+import type { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
 import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
@@ -69,6 +70,8 @@ export class Viewer {
   /** What was shown before the visitor's mesh. */
   private beforeOwn: View | undefined;
   private stops = 0;
+  /** What the automatic exposure was computed from. */
+  private exposed: unknown[] = [];
   private notice: string | undefined;
   private waiting: { resolve(): void; reject(reason: Error): void }[] = [];
   /** How the visitor's mesh was scaled, and whether it has been lit. */
@@ -280,12 +283,18 @@ export class Viewer {
     const view = this.view;
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
-    if (view.exposure !== "auto") this.stops = view.exposure;
-    else if (lit !== undefined) {
-      this.stops = automaticStops(lit, view.lamps.map((lamp) => lamp.radiant_intensity_w_sr)) ?? this.stops;
-    }
+    if (view.exposure !== "auto") [this.stops, this.exposed] = [view.exposure, []];
+    else if (lit !== undefined) this.expose(lit, view.lamps.map((lamp) => lamp.radiant_intensity_w_sr));
     this.canvas.show(lit, view.lamps, 2 ** this.stops);
     this.trace(view);
+  }
+
+  /** Sets the automatic exposure, which looks at all vertices, if the light has changed. */
+  private expose(lit: LitBody, strengths: number[]): void {
+    const light = [lit, ...lit.lamps, ...strengths];
+    if (light.length === this.exposed.length && light.every((one, place) => one === this.exposed[place])) return;
+    this.exposed = light;
+    this.stops = automaticStops(lit, strengths) ?? this.stops;
   }
 
   /** Traces the picture beside the light field, once that is fine: automatic exposure is by the fine field. */
