@@ -13,6 +13,7 @@ import type { Size } from "./step";
 const COARSE_RAYS = 1 << 14;
 /** Rest of the lamps before the fine field is solved for, in ms. */
 const REST_MS = 300;
+
 export interface FieldEvents {
   /** There is something new to show. */
   changed(): void;
@@ -78,6 +79,8 @@ class Stage {
 }
 
 export class FieldClient {
+  /** Time from the last request to the coarse light of all lamps, in ms. */
+  latency_ms = 0;
   private version = 0;
   private bodies = 0;
   private input: FieldInput | undefined;
@@ -96,9 +99,6 @@ export class FieldClient {
     this.coarse = new Stage(version, { changed: () => this.coarseChanged(), error, failed });
     this.fine = new Stage(version, { changed: () => events.changed(), error, failed });
   }
-
-  /** Time from the last request to the coarse light of all lamps, in ms. */
-  latency_ms = 0;
 
   /** Asks for the light of a body. Nothing happens if it is known. */
   ask(input: FieldInput): void {

@@ -1,6 +1,6 @@
 /** Scenes as JSON for the module `scene`, and as TOML for `snowblue render`. */
 
-import type { Method, View } from "../state";
+import type { Method, Vector, View } from "../state";
 import { toml } from "../toml";
 import type { Body, Surface } from "./shapes";
 import type { SnowMaterial } from "./snow";
@@ -12,8 +12,6 @@ export interface Film {
   /** In stops. */
   exposure: number;
 }
-
-type Vector = [number, number, number];
 
 const NARROWER_FIELD_OF_VIEW_DEG = 30;
 const MATERIAL = "snow";

@@ -1,6 +1,6 @@
 /** The snow that the view shows: what scene files say of each shape, and where its camera and lamps are at first. */
 
-import type { Lamp, Shape, View } from "../state";
+import type { Shape, Vector, View } from "../state";
 import type { NamedMesh } from "./field-messages";
 import type { Size } from "./step";
 import { drift } from "./drift";
@@ -100,40 +100,22 @@ function areaOf({ positions, triangles }: Triangles): number {
   return area;
 }
 
-const lamp = (x: number, y: number, z: number, strength: number): Lamp => ({
-  position: [x, y, z],
-  illuminant: "D65",
-  radiant_intensity_w_sr: strength,
-});
+/** Where the lamp of a shape is at first, and azimuth, elevation and distance of its camera. */
+const PLACES: Record<Shape, { lamp: Vector; camera: Vector }> = {
+  block: { lamp: [-0.05, 0.3, 0.24], camera: [32, 14, 1.25] },
+  ball: { lamp: [0.08, 0.32, 0.28], camera: [0, 10, 1.1] },
+  igloo: { lamp: [0.07, 0.44, 0.26], camera: [18, 10, 1.6] },
+  drift: { lamp: [0, 0, 0], camera: [18, 24, 1.75] },
+  sculpture: { lamp: [0.1, 0.34, 0.4], camera: [0, 12, 1.4] },
+  own: { lamp: [0.1, 0.34, 0.4], camera: [0, 12, 1.4] },
+};
 
 /** Lamps and camera that suit a shape. */
 export function defaults(shape: Shape): Pick<View, "lamps" | "camera"> {
-  switch (shape) {
-    case "block":
-      return {
-        lamps: [lamp(-0.05, 0.3, 0.24, 10)],
-        camera: { azimuth_deg: 32, elevation_deg: 14, distance_m: 1.25 },
-      };
-    case "ball":
-      return {
-        lamps: [lamp(0.08, 0.32, 0.28, 10)],
-        camera: { azimuth_deg: 0, elevation_deg: 10, distance_m: 1.1 },
-      };
-    case "igloo":
-      return {
-        lamps: [lamp(0.07, 0.44, 0.26, 10)],
-        camera: { azimuth_deg: 18, elevation_deg: 10, distance_m: 1.6 },
-      };
-    case "drift":
-      return {
-        lamps: [lamp(0, 0, 0, 10)],
-        camera: { azimuth_deg: 18, elevation_deg: 24, distance_m: 1.75 },
-      };
-    case "sculpture":
-    case "own":
-      return {
-        lamps: [lamp(0.1, 0.34, 0.4, 10)],
-        camera: { azimuth_deg: 0, elevation_deg: 12, distance_m: 1.4 },
-      };
-  }
+  const { lamp, camera } = PLACES[shape];
+  const [azimuth_deg, elevation_deg, distance_m] = camera;
+  return {
+    lamps: [{ position: [...lamp], illuminant: "D65", radiant_intensity_w_sr: 10 }],
+    camera: { azimuth_deg, elevation_deg, distance_m },
+  };
 }
