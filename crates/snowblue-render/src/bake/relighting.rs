@@ -70,7 +70,7 @@ impl Relighting {
     /// Solves for the light of a lamp without any other, and returns it for each object.
     pub fn light(&mut self, lamp: PointLight) -> Vec<LampOnSnow> {
         let Self { scene, surfaces, .. } = self;
-        let is_snow = |object: &Object| matches!(scene.materials[object.material], Material::PcaSnow(_));
+        let is_snow = |object: &Object| scene.materials[object.material].is_snow();
         let holder = scene.objects.around(lamp.position, is_snow);
         let light = Light::Point(lamp);
         let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(&light)? }));

@@ -6,7 +6,6 @@ use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
-use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
@@ -55,7 +54,7 @@ impl Flight {
 impl<'scene> Surroundings<'scene> {
     pub(super) fn new(scene: &'scene Scene) -> Self {
         let list = scene.objects.list();
-        let is_snow = |object: &Object| matches!(scene.materials[object.material], Material::PcaSnow(_));
+        let is_snow = |object: &Object| scene.materials[object.material].is_snow();
         let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
         let is_first = |index: usize| {
             let body = &list[index].body;

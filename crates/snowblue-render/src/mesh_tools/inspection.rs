@@ -8,7 +8,6 @@ use crate::geometry::shape::Shape;
 use crate::mesh_tools::topology::{Topology, volume};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::scene::material::Material;
 use crate::scene::objects::Object;
 
 /// Number of random lines through each object.
@@ -42,7 +41,7 @@ impl Inspection {
 
 /// Checks every object of a scene.
 pub fn inspect(scene: &Scene) -> Vec<Inspection> {
-    let is_snow = |object: &Object| matches!(scene.materials[object.material], Material::PcaSnow(_));
+    let is_snow = |object: &Object| scene.materials[object.material].is_snow();
     let numbered = (0u32..).zip(scene.objects.list());
     numbered.map(|(number, object)| inspect_object(number, object, is_snow(object))).collect()
 }

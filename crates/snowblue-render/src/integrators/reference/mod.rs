@@ -153,7 +153,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
                 Material::PcaSnow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
             }
             if let Some(snow) = within {
-                let entering = matches!(self.scene.materials[surface.material], Material::PcaSnow(_));
+                let entering = self.scene.materials[surface.material].is_snow();
                 match self.scatter(path, snow, entering) {
                     SnowEnd::Absorbed => return,
                     SnowEnd::Missed => {

@@ -77,7 +77,7 @@ pub(super) fn read_gltf(
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
             made_of.check(&shape).map_err(misfit)?;
-            let must_be_closed = integrator.has_light_field() && matches!(made_of, Material::PcaSnow(_));
+            let must_be_closed = integrator.has_light_field() && made_of.is_snow();
             if must_be_closed && closed.insert((number, part)) {
                 check_closed(mesh.triangles()).map_err(misfit)?;
             }

@@ -23,12 +23,6 @@ pub(super) struct NamedMaterial {
     pub(super) material: Material,
 }
 
-impl NamedMaterial {
-    pub(super) fn is_snow(&self) -> bool {
-        matches!(self.material, Material::PcaSnow(_))
-    }
-}
-
 /// Builds all materials, in alphabetical order.
 pub(super) fn build_materials(
     descriptions: &BTreeMap<String, MaterialDescription>,

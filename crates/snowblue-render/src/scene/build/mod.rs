@@ -94,7 +94,7 @@ impl SceneDescription {
             }
         };
         let (view, path) = self.view(gltf.view)?;
-        if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
+        if let Some(index) = objects.around(view.position, |object| materials[object.material].material.is_snow()) {
             let name = &objects.list()[index].name;
             return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
         }
@@ -143,7 +143,7 @@ impl SceneDescription {
         let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
-            let is_snow = |object: &Object| materials[object.material].is_snow();
+            let is_snow = |object: &Object| materials[object.material].material.is_snow();
             let Some(object) = position.and_then(|position| objects.around(position, is_snow)) else { continue };
             let lamp = InnerLamp::new(light).ok_or_else(|| {
                 let name = &objects.list()[object].name;

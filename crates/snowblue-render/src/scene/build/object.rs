@@ -27,7 +27,6 @@ use crate::scene::description::{
     MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
 };
 use crate::scene::integrator::IntegratorKind;
-use crate::scene::material::Material;
 use crate::scene::objects::Object;
 use crate::shapes::drift::{Mound, drift};
 use crate::shapes::height_field::Heights;
@@ -66,7 +65,7 @@ impl<'scene> ObjectBuilder<'scene> {
     pub(super) fn build(&mut self, path: &KeyPath, object: &ObjectDescription) -> Result<Vec<Object>, RenderError> {
         let index = self.material(path, &object.common.material)?;
         let NamedMaterial { name: material_name, material } = &self.materials[index];
-        let is_snow = matches!(material, Material::PcaSnow(_));
+        let is_snow = material.is_snow();
         let mut body = object.common.body.clone();
         if body.is_some() && !is_snow {
             let reason = format!("joins snow, but the material \"{material_name}\" is diffuse");

@@ -21,6 +21,11 @@ pub enum Material {
 }
 
 impl Material {
+    /// Whether it is snow.
+    pub(crate) fn is_snow(&self) -> bool {
+        matches!(self, Self::PcaSnow(_))
+    }
+
     /// Checks that a shape has what the material needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         match self {
