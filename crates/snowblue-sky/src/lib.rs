@@ -1,0 +1,43 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Data flow
+//!
+//! ```text
+//! Place, DateTime ─► SunPosition ─► elevation ─► ClearSky, OvercastSky ─┬─► radiance of a direction
+//!                                                                       └─► Sky ─► Daylight on the ground
+//! ```
+//!
+//! A [`ClearSky`] evaluates the model of Hosek & Wilkie; `data/SOURCES.md` lists its coefficients. An [`OvercastSky`]
+//! hides the sun. [`Sky`] is either, and gives the direct and the diffuse [`Daylight`] on the ground as a spectral
+//! irradiance, an illuminance, or a photon flux. [`sun_position`] says where the sun stands.
+//!
+//! # Simplifications
+//!
+//! Wavelengths are those of the model, 320–720 nm, sampled every 40 nm: no absorption line of the air is resolved, and
+//! there is no near-infrared light. The ground is level and reflects all directions alike.
+//!
+//! # Out of scope
+//!
+//! Twilight, the moon, single clouds, the polarisation of the sky, and haze in front of distant objects.
+
+mod error;
+
+mod sun_position;
+mod time;
+
+mod rings;
+mod tables;
+
+mod clear_sky;
+mod luminous;
+mod overcast;
+
+mod daylight;
+
+pub use clear_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
+pub use daylight::{Daylight, Sky};
+pub use error::SkyError;
+pub use overcast::{OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
+pub use sun_position::{Place, SunPosition, sun_position};
+pub use tables::{WAVELENGTHS_NM, at_wavelength};
+pub use time::DateTime;

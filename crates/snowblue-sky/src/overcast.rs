@@ -1,0 +1,155 @@
+//! The overcast sky of the CIE.
+//!
+//! **Distribution** (Moon & Spencer 1942, Trans. Illum. Eng. Soc. 37, 707; CIE S 011 and ISO 15469, the traditional
+//! overcast sky): L(θ) = L_z (1 + 2 cos θ) / 3, with the radiance L_z at the zenith. Level ground receives 7π/9 L_z.
+//!
+//! **Strength** (Krochmann & Seidl 1974, Light. Res. Technol. 6, 165): under a sun at the elevation h₀, level ground
+//! receives 300 + 21000 sin h₀ lx.
+//!
+//! **Spectrum**: daylight D65 (CIE 015:2018).
+//!
+//! **Simplified.** All clouds are alike. Light that goes back and forth between snow and clouds is not added. With an
+//! albedo of 0.9 instead of 0.2 below clouds that reflect 0.6, it would nearly double the illuminance:
+//! (1 − 0.2 · 0.6) / (1 − 0.9 · 0.6) = 1.9.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use snowblue_color::Illuminant;
+
+use crate::clear_sky::check_elevation;
+use crate::error::{SkyError, check};
+use crate::luminous::ILLUMINANCE_LX;
+use crate::tables::WAVELENGTHS_NM;
+
+/// Irradiance of level ground divided by the radiance at the zenith, in sr: 7π/9.
+const IRRADIANCE_SR: f64 = 7.0 * PI / 9.0;
+
+/// Illuminance by the tabulated power of D65 as irradiance in W m⁻² nm⁻¹, in lx.
+static TABLE_ILLUMINANCE_LX: LazyLock<f64> =
+    LazyLock::new(|| ILLUMINANCE_LX.iter().map(|at| at.weight * d65(at.wavelength_nm)).sum());
+
+/// A sky covered by clouds that hide the sun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OvercastSky {
+    illuminance_lx: f64,
+}
+
+impl OvercastSky {
+    /// A sky that gives level ground an illuminance in lx, greater than 0.
+    ///
+    /// # Errors
+    /// [`SkyError::OutOfRange`] if it lies outside 0–200000 lx.
+    pub fn new(illuminance_lx: f64) -> Result<Self, SkyError> {
+        check("illuminance", illuminance_lx, (0.0, 200_000.0), " lx")?;
+        Ok(Self { illuminance_lx })
+    }
+
+    /// The sky of mean strength under a sun at an elevation of 0–90°, in degrees ([`overcast_illuminance_lx`]).
+    ///
+    /// # Errors
+    /// [`SkyError::SunBelowHorizon`], or [`SkyError::OutOfRange`] above 90°.
+    pub fn under_sun(sun_elevation_deg: f64) -> Result<Self, SkyError> {
+        Self::new(overcast_illuminance_lx(sun_elevation_deg)?)
+    }
+
+    /// Illuminance of level ground, in lx.
+    #[must_use]
+    pub fn illuminance_lx(self) -> f64 {
+        self.illuminance_lx
+    }
+
+    /// Radiance of the sky, in W m⁻² sr⁻¹ nm⁻¹; zero below the horizon.
+    ///
+    /// The zenith is three times as bright as the horizon:
+    /// ```
+    /// # use snowblue_sky::OvercastSky;
+    /// let sky = OvercastSky::under_sun(30.0)?;
+    /// assert!((sky.radiance(550.0, 1.0) / sky.radiance(550.0, 0.0) - 3.0).abs() < 1e-12);
+    /// # Ok::<(), snowblue_sky::SkyError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If the wavelength lies outside 320–720 nm.
+    #[must_use]
+    pub fn radiance(self, wavelength_nm: f64, cos_zenith: f64) -> f64 {
+        self.irradiance(wavelength_nm) / IRRADIANCE_SR * overcast_relative_radiance(cos_zenith)
+    }
+
+    /// Irradiance of level ground, in W m⁻² nm⁻¹.
+    ///
+    /// # Panics
+    /// If the wavelength lies outside 320–720 nm.
+    #[must_use]
+    pub fn irradiance(self, wavelength_nm: f64) -> f64 {
+        self.illuminance_lx / *TABLE_ILLUMINANCE_LX * d65(wavelength_nm)
+    }
+}
+
+/// Radiance of the overcast sky relative to the zenith: (1 + 2 cos θ) / 3 above the horizon, zero below.
+#[must_use]
+pub fn overcast_relative_radiance(cos_zenith: f64) -> f64 {
+    if cos_zenith < 0.0 { 0.0 } else { (1.0 + 2.0 * cos_zenith) / 3.0 }
+}
+
+/// Mean illuminance of level ground under an overcast sky, in lx, for an elevation of the sun of 0–90°, in degrees
+/// (Krochmann & Seidl 1974): 300 + 21000 sin h₀.
+///
+/// # Errors
+/// [`SkyError::SunBelowHorizon`], or [`SkyError::OutOfRange`] above 90°.
+pub fn overcast_illuminance_lx(sun_elevation_deg: f64) -> Result<f64, SkyError> {
+    check_elevation(sun_elevation_deg)?;
+    Ok(300.0 + 21_000.0 * sun_elevation_deg.to_radians().sin())
+}
+
+/// Relative power of D65.
+///
+/// # Panics
+/// If the wavelength lies outside the range of the clear sky, which is that of all skies here.
+fn d65(wavelength_nm: f64) -> f64 {
+    let (first_nm, last_nm) = (WAVELENGTHS_NM[0], WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]);
+    let known = (first_nm..=last_nm).contains(&wavelength_nm);
+    let power = Illuminant::D65.relative_power(wavelength_nm).ok().filter(|_| known);
+    power.unwrap_or_else(|| panic!("wavelength is {wavelength_nm} nm, but must lie in {first_nm}–{last_nm} nm"))
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "zero below the horizon")]
+mod tests {
+    use super::*;
+    use crate::rings::midpoints;
+
+    /// ∫ L cos θ dω = 2π ∫ L c dc = 7π/9 L_z.
+    #[test]
+    fn irradiance_is_the_integral_of_the_radiance() {
+        let sky = OvercastSky::new(10_000.0).unwrap();
+        let sum: f64 = midpoints(0.0, 1.0, 1000).map(|cosine| sky.radiance(480.0, cosine) * cosine).sum();
+        // The midpoint rule on a parabola: 1/(12 · 1000²) of its curvature.
+        assert!((2.0 * PI * sum / 1000.0 / sky.irradiance(480.0) - 1.0).abs() < 1e-6);
+        assert_eq!(sky.radiance(480.0, -0.1), 0.0);
+    }
+
+    #[test]
+    fn illuminance_is_that_of_krochmann_and_seidl() {
+        assert_eq!(overcast_illuminance_lx(0.0), Ok(300.0));
+        assert!((overcast_illuminance_lx(30.0).unwrap() - 10_800.0).abs() < 1e-9);
+        let sky = OvercastSky::under_sun(30.0).unwrap();
+        let illuminance_lx: f64 = ILLUMINANCE_LX.iter().map(|at| at.weight * sky.irradiance(at.wavelength_nm)).sum();
+        assert!((illuminance_lx / 10_800.0 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bad_input_is_refused_in_one_line() {
+        let message = |elevation_deg| OvercastSky::under_sun(elevation_deg).unwrap_err().to_string();
+        assert_eq!(message(-1.0), "sun elevation is -1°, but must lie in 0–90°: there is no model of twilight");
+        assert_eq!(message(91.0), "sun elevation is 91°, but must lie in 0–90°");
+        let message = |illuminance_lx| OvercastSky::new(illuminance_lx).unwrap_err().to_string();
+        assert_eq!(message(-1.0), "illuminance is -1 lx, but must lie in 0–200000 lx");
+    }
+
+    #[test]
+    #[should_panic(expected = "wavelength is 750 nm, but must lie in 320–720 nm")]
+    fn wavelengths_of_no_clear_sky_panic() {
+        let _ = OvercastSky::new(1.0).unwrap().irradiance(750.0);
+    }
+}
