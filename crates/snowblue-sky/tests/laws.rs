@@ -1,0 +1,114 @@
+//! Laws that every sky obeys.
+#![expect(clippy::unwrap_used, reason = "a test")]
+
+use std::f64::consts::PI;
+
+use snowblue_sky::{ClearSky, OvercastSky, Sky, WAVELENGTHS_NM};
+
+const TURBIDITIES: [f64; 6] = [1.0, 2.0, 3.3, 5.0, 7.5, 10.0];
+const ELEVATIONS_DEG: [f64; 9] = [0.0, 0.2, 1.0, 5.0, 15.0, 30.0, 50.0, 75.0, 90.0];
+
+fn clear(elevation_deg: f64, turbidity: f64, ground_albedo: f64) -> ClearSky {
+    ClearSky::new(elevation_deg, turbidity, &[ground_albedo; 11]).unwrap()
+}
+
+/// Zenith angle and azimuth from the sun of directions that cover the hemisphere, the horizon included.
+fn directions() -> impl Iterator<Item = (f64, f64)> {
+    (0..=30).flat_map(|row| (0..24).map(move |column| (f64::from(row) * PI / 60.0, f64::from(column) * PI / 12.0)))
+}
+
+#[test]
+fn radiance_is_never_negative() {
+    for turbidity in TURBIDITIES {
+        for elevation_deg in ELEVATIONS_DEG {
+            for ground_albedo in [0.0, 0.4, 1.0] {
+                let sky = clear(elevation_deg, turbidity, ground_albedo);
+                let elevation = elevation_deg.to_radians();
+                for (zenith, azimuth) in directions() {
+                    let cos_sun = zenith.cos() * elevation.sin() + zenith.sin() * elevation.cos() * azimuth.cos();
+                    let radiances = sky.radiance_at_nodes(zenith.cos().max(0.0), cos_sun);
+                    assert!(radiances.iter().all(|radiance| radiance.is_finite() && *radiance >= 0.0), "{radiances:?}");
+                }
+                assert!(WAVELENGTHS_NM.into_iter().all(|nm| sky.sun_radiance(nm, elevation.sin(), 0.0) >= 0.0));
+                assert_eq!(sky.radiance_at_nodes(-0.01, 0.0), [0.0; 11]);
+                assert_eq!(sky.sun_radiance(500.0, -0.001, 0.0).to_bits(), 0.0_f64.to_bits());
+                assert_eq!(sky.sun_radiance(500.0, elevation.sin(), 0.004_68).to_bits(), 0.0_f64.to_bits());
+            }
+        }
+    }
+}
+
+/// The sun is weaker than above the atmosphere (Gueymard 2004, doi:10.1016/j.solener.2003.08.039: at most 2.1 W m⁻²
+/// nm⁻¹ in steps of 5 nm), weaker the longer its path through the air, and weaker in hazier air.
+/// Below 1° it is nothing in the model.
+#[test]
+fn the_sun_loses_light_in_the_air() {
+    for wavelength_nm in [400.0, 470.0, 555.0, 700.0] {
+        for turbidity in TURBIDITIES {
+            let irradiances =
+                ELEVATIONS_DEG.map(|elevation_deg| clear(elevation_deg, turbidity, 0.2).sun_irradiance(wavelength_nm));
+            assert!(
+                irradiances[2..].windows(2).all(|pair| pair[0] < pair[1]),
+                "{turbidity}, {wavelength_nm}: {irradiances:?}"
+            );
+            assert!(irradiances[8] < 2.1);
+        }
+        for elevation_deg in [1.0, 15.0, 50.0, 90.0] {
+            let irradiances =
+                TURBIDITIES.map(|turbidity| clear(elevation_deg, turbidity, 0.2).sun_irradiance(wavelength_nm));
+            assert!(
+                irradiances.windows(2).all(|pair| pair[0] > pair[1]),
+                "{elevation_deg}, {wavelength_nm}: {irradiances:?}"
+            );
+        }
+    }
+}
+
+/// Light that a bright ground reflects comes back from the air.
+#[test]
+fn snow_brightens_the_sky() {
+    for elevation_deg in [5.0, 30.0, 75.0] {
+        let irradiance = |ground_albedo| clear(elevation_deg, 2.0, ground_albedo).sky_irradiance(450.0);
+        assert!(irradiance(0.0) < irradiance(0.5) && irradiance(0.5) < irradiance(1.0));
+    }
+}
+
+/// The same integral by a sum over zenith angle and azimuth.
+#[test]
+fn sky_irradiance_is_the_integral_of_the_radiance() {
+    for elevation_deg in [0.0, 20.0, 70.0, 90.0] {
+        let (sky, elevation) = (clear(elevation_deg, 3.0, 0.2), f64::to_radians(elevation_deg));
+        let (rows, columns) = (600, 300);
+        let mut sum = 0.0;
+        for row in 0..rows {
+            // Even steps in sin² θ: cos θ dω = d(sin² θ)/2 dφ.
+            let sine = ((f64::from(row) + 0.5) / f64::from(rows)).sqrt();
+            let cosine = (1.0 - sine * sine).sqrt();
+            for column in 0..columns {
+                let azimuth = PI * (f64::from(column) + 0.5) / f64::from(columns);
+                sum += sky.radiance(450.0, cosine, cosine * elevation.sin() + sine * elevation.cos() * azimuth.cos());
+            }
+        }
+        let expected = sum * PI / f64::from(rows * columns);
+        // The sum itself changes by 3e-4 if its steps are halved.
+        let irradiance = sky.sky_irradiance(450.0);
+        assert!((irradiance / expected - 1.0).abs() < 1e-3, "{elevation_deg}°: {irradiance} {expected}");
+    }
+}
+
+#[test]
+fn daylight_is_the_sum_of_its_parts() {
+    let sky = clear(35.0, 2.2, 0.6);
+    let [daylight] = Sky::Clear(sky.clone()).irradiance(&[517.0]).try_into().unwrap();
+    let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 1e-12;
+    assert!(near(daylight.direct_normal, sky.sun_irradiance(517.0)));
+    assert!(near(daylight.direct, f64::to_radians(35.0).sin() * sky.sun_irradiance(517.0)));
+    assert!(near(daylight.diffuse, sky.sky_irradiance(517.0)));
+    assert!(near(daylight.global(), daylight.direct + daylight.diffuse));
+
+    let clouds = OvercastSky::new(5000.0).unwrap();
+    let overcast = Sky::Overcast(clouds);
+    assert!(near(overcast.illuminance().global(), 5000.0));
+    let [daylight] = overcast.irradiance(&[517.0]).try_into().unwrap();
+    assert!(near(daylight.global(), clouds.irradiance(517.0)) && daylight.direct_normal.abs() < 1e-300);
+}
