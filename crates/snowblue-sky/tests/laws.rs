@@ -30,9 +30,9 @@ fn radiance_is_never_negative() {
                     assert!(radiances.iter().all(|radiance| radiance.is_finite() && *radiance >= 0.0), "{radiances:?}");
                 }
                 assert!(WAVELENGTHS_NM.into_iter().all(|nm| sky.sun_radiance(nm, elevation.sin(), 0.0) >= 0.0));
-                assert_eq!(sky.radiance_at_nodes(-0.01, 0.0), [0.0; 11]);
-                assert_eq!(sky.sun_radiance(500.0, -0.001, 0.0).to_bits(), 0.0_f64.to_bits());
-                assert_eq!(sky.sun_radiance(500.0, elevation.sin(), 0.004_68).to_bits(), 0.0_f64.to_bits());
+                assert!(sky.radiance_at_nodes(-0.01, 0.0).iter().all(|radiance| radiance.to_bits() == 0));
+                assert_eq!(sky.sun_radiance(500.0, -0.001, 0.0).to_bits(), 0);
+                assert_eq!(sky.sun_radiance(500.0, elevation.sin(), 0.004_68).to_bits(), 0);
             }
         }
     }

@@ -1,5 +1,4 @@
 //! Numbers that others published.
-#![expect(clippy::unwrap_used, reason = "a test")]
 
 use std::f64::consts::PI;
 
