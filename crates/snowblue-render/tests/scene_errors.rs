@@ -272,7 +272,7 @@ fn lamps_with_mistakes_are_named() {
         let integrator = "[integrator]\ntype = \"pcasnow\"\n";
         load(&format!("{before}{keys}[[object]]{after}{integrator}"), Some(PLY)).unwrap_err()
     };
-    assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment]"));
+    assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment] nor [sky]"));
     for (keys, expected) in [
         ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light[0].direction is [0, 0, 0]"),
         ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light[0].irradiance_w_m2 is missing"),

@@ -55,6 +55,7 @@ class Scene:
         material: Mapping[str, Mapping[str, Any]] | None = None,
         light: Iterable[Mapping[str, Any]] = (),
         environment: Mapping[str, Any] | None = None,
+        sky: Mapping[str, Any] | None = None,
         object: Iterable[Mapping[str, Any]] = (),
         gltf: str | None = None,
         folder: str | PathLike[str] = ".",
@@ -67,6 +68,7 @@ class Scene:
             "light_field": light_field,
             "material": material,
             "environment": environment,
+            "sky": sky,
         }
         document: dict[str, Any] = {name: table for name, table in tables.items() if table is not None}
         files: dict[str, bytes] = {}

@@ -7,7 +7,7 @@ use crate::scene::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lamp {
-    /// What it is: `point`, `spot`, `directional`, `sphere` or `rectangle`.
+    /// What it is: `point`, `spot`, `directional`, `sphere`, `rectangle` or `sun`.
     pub kind: &'static str,
     /// Index among the lights of the scene.
     pub(super) light: usize,
@@ -27,7 +27,8 @@ fn kind(light: &Light) -> Option<&'static str> {
         Light::Directional(_) => Some("directional"),
         Light::Sphere(_) => Some("sphere"),
         Light::Rectangle(_) => Some("rectangle"),
-        Light::Sky(_) | Light::Image(..) => None,
+        Light::Sun(..) => Some("sun"),
+        Light::Sky(_) | Light::Image(..) | Light::Dome(..) => None,
     }
 }
 

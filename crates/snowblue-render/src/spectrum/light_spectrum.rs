@@ -61,6 +61,11 @@ impl LightSpectrum {
         Ok(Self::of_power(&power))
     }
 
+    /// Luminance Y of a band density, 1 for equal energy of 1.
+    pub(crate) fn luminance(spectrum: &Spectrum) -> f32 {
+        narrow(luminance_of(&spectrum.0.map(f64::from)))
+    }
+
     fn of_power(power: &[f64; SAMPLES]) -> Self {
         let mean = power.iter().sum::<f64>() / power.len() as f64;
         let luminance = luminance_of(power);

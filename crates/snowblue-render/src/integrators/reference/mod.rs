@@ -52,7 +52,7 @@ pub(crate) struct ReferenceIntegrator<'scene> {
     weights: Vec<Spectrum>,
 }
 
-/// A light without extent.
+/// A light without extent, or a point of the sun.
 #[derive(Debug, Clone, Copy)]
 struct DeltaLight {
     sample: LightSample,
@@ -60,8 +60,8 @@ struct DeltaLight {
 }
 
 impl DeltaLight {
-    fn new(light: &Light) -> Option<Self> {
-        let sample = light.delta_sample()?;
+    fn new(light: &Light, sampler: &mut Sampler) -> Option<Self> {
+        let sample = light.small_sample(sampler)?;
         Some(Self { sample, power: light.power(&sample.origin) })
     }
 }
@@ -106,8 +106,8 @@ impl<'scene> ReferenceIntegrator<'scene> {
         Self {
             scene,
             surroundings: Surroundings::new(scene),
-            delta_lights: scene.lights.iter().filter_map(DeltaLight::new).collect(),
-            has_area_lights: scene.lights.iter().any(Light::has_extent),
+            delta_lights: Vec::with_capacity(scene.lights.len()),
+            has_area_lights: scene.lights.iter().any(|light| !light.is_small()),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
         }
     }
@@ -121,6 +121,9 @@ impl<'scene> ReferenceIntegrator<'scene> {
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
         let [pixel, sample] = sampler.address();
         self.surroundings.statistics.camera_rays += 1;
+        let mut of_lights = sampler.clone();
+        self.delta_lights.clear();
+        self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| DeltaLight::new(light, &mut of_lights)));
         let mut radiance = Spectrum::ZERO;
         for node in 0..self.weights.len() {
             let mut path = Path {
@@ -291,7 +294,8 @@ impl<'scene> ReferenceIntegrator<'scene> {
         if !self.has_area_lights {
             return;
         }
-        let hits = self.scene.lights.iter().filter_map(|light| light.full_hit_radiance(&path.ray, limit_m));
+        let lights = self.scene.lights.iter().filter(|light| !light.is_small());
+        let hits = lights.filter_map(|light| light.full_hit_radiance(&path.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
             let absorbed = snow.map_or(Spectrum::ONE, |(volume, lengths)| {
                 let to_light = PathLengths { pores_m: lengths.pores_m + f64::from(distance_m), ..*lengths };

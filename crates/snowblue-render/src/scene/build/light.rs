@@ -82,7 +82,11 @@ fn emitter<Shape>(shape: Shape, lamp: &LightSpectrum, radiance: f64, visible: bo
 }
 
 /// The spectrum of a light; in false colour all are alike.
-fn spectrum(path: &KeyPath, lamp: &LampDescription, sources: &Sources) -> Result<LightSpectrum, RenderError> {
+pub(super) fn spectrum(
+    path: &KeyPath,
+    lamp: &LampDescription,
+    sources: &Sources,
+) -> Result<LightSpectrum, RenderError> {
     let spectrum = match lamp {
         LampDescription::Illuminant(illuminant) => LightSpectrum::illuminant(*illuminant)
             .map_err(|error| path.key("illuminant").error(format!("is \"{illuminant}\": {error}")))?,

@@ -8,6 +8,7 @@ mod material;
 mod object;
 mod placing;
 mod recorded_files;
+mod sky;
 mod snow;
 mod sources;
 mod texture;
@@ -68,6 +69,7 @@ impl SceneDescription {
         if let Some(environment) = &self.environment {
             lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
         }
+        lights.extend(sky::build_sky(self, &sources)?);
         let mut objects = Vec::new();
         let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
@@ -79,7 +81,7 @@ impl SceneDescription {
         };
         lights.extend(gltf.lights);
         if lights.is_empty() {
-            return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment]").into());
+            return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
         }
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);

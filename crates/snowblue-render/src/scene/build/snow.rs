@@ -84,9 +84,14 @@ fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) 
             .error("applies to the integrator pcasnow only: set type = \"pcasnow\" in [integrator]")
             .into());
     }
-    let ice = fill::ice_from_metadata(&sources.table.metadata)
-        .map_err(|_| no_snow(path, &"the table does not name its ice (ice_constants): only pcasnow can render it"))?;
-    snow.sample_at(0.0).snow(ice).map_err(|error| no_snow(path, &error))
+    surface_sample(snow, sources).map_err(|reason| no_snow(path, &reason))
+}
+
+/// The sample of snow at a mask of 0, or why it is unknown.
+pub(super) fn surface_sample(snow: &PcaSnowDescription, sources: &Sources) -> Result<SnowSample, String> {
+    let ice = fill::ice_from_metadata(&sources.table.metadata);
+    let ice = ice.map_err(|_| "the table does not name its ice (ice_constants)".to_owned())?;
+    snow.sample_at(0.0).snow(ice).map_err(|error| error.to_string())
 }
 
 /// An error about snow that only PCASnow can render.

@@ -15,6 +15,7 @@ use super::material::{
 };
 use super::object::{HeightSource, IglooDescription, ObjectDescription, ShapeDescription};
 use super::scene::SceneDescription;
+use super::sky::{OvercastStrength, SkyDescription, SunDescription};
 use super::value::{ColorDescription, Scale, SnowProperty, point};
 use crate::film::exposure::{Exposure, FilmSettings};
 use crate::scene::camera::PinholeCamera;
@@ -39,6 +40,8 @@ const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
 const GREATEST_POWER: f64 = 1e12;
 const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
+const TURBIDITY: Range = Range::new(1.0, 10.0, "");
+const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
 const NOISE_TARGET: Range = Range::new(1e-4, 1.0, "");
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 const FIELD_MEMORY: Range = Range::new(16.0, 1_048_576.0, "MiB");
@@ -120,6 +123,9 @@ impl SceneDescription {
         }
         if let Some(environment) = &self.environment {
             check_environment(&KeyPath::root("environment"), environment)?;
+        }
+        if let Some(sky) = &self.sky {
+            check_sky(&KeyPath::root("sky"), sky)?;
         }
         for (index, object) in self.objects.iter().enumerate() {
             check_object(&KeyPath::root("object").index(index), object)?;
@@ -312,6 +318,44 @@ fn check_environment(path: &KeyPath, environment: &EnvironmentDescription) -> Ch
         EnvironmentDescription::Image(sky) => {
             IMAGE_SCALE.check(&path.key("scale"), sky.scale)?;
             ROTATION.check(&path.key("rotation_deg"), sky.rotation_deg)
+        }
+    }
+}
+
+fn check_sky(path: &KeyPath, sky: &SkyDescription) -> Checked {
+    match sky {
+        SkyDescription::Clear(clear) => {
+            check_sun(&path.key("sun"), &clear.sun)?;
+            TURBIDITY.check(&path.key("turbidity"), clear.turbidity)?;
+            if let Some(albedo) = clear.ground_albedo {
+                FRACTION.check(&path.key("ground_albedo"), albedo)?;
+            }
+            IMAGE_SCALE.check(&path.key("scale"), clear.scale)
+        }
+        SkyDescription::Overcast(overcast) => match &overcast.strength {
+            OvercastStrength::Irradiance { irradiance_w_m2 } => {
+                Range::power("W/m²").check(&path.key("irradiance_w_m2"), *irradiance_w_m2)
+            }
+            OvercastStrength::Sun { sun } => check_sun(&path.key("sun"), sun),
+        },
+    }
+}
+
+fn check_sun(path: &KeyPath, sun: &SunDescription) -> Checked {
+    match sun {
+        SunDescription::Direction { towards } => {
+            let path = path.key("towards");
+            DIRECTION.check_all(&path, towards)?;
+            check_direction(&path, point(*towards), "is [0, 0, 0], but must not be zero")
+        }
+        SunDescription::Angles { elevation_deg, azimuth_deg } => {
+            ELEVATION.check(&path.key("elevation_deg"), *elevation_deg)?;
+            ROTATION.check(&path.key("azimuth_deg"), *azimuth_deg)
+        }
+        SunDescription::Place { latitude_deg, longitude_deg, utc_offset_h, .. } => {
+            ELEVATION.check(&path.key("latitude_deg"), *latitude_deg)?;
+            Range::new(-180.0, 180.0, "deg").check(&path.key("longitude_deg"), *longitude_deg)?;
+            Range::new(-14.0, 14.0, "h").check(&path.key("utc_offset_h"), *utc_offset_h)
         }
     }
 }

@@ -228,6 +228,6 @@ impl ImageSkyDescription {
     }
 }
 
-fn visible() -> bool {
+pub(super) fn visible() -> bool {
     true
 }

@@ -10,6 +10,7 @@ pub(crate) mod light;
 pub(crate) mod material;
 pub(crate) mod object;
 mod scene;
+pub(crate) mod sky;
 pub(crate) mod value;
 
 pub use camera::CameraDescription;
@@ -26,4 +27,5 @@ pub use object::{
     MoundDescription, ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
 };
 pub use scene::SceneDescription;
+pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
 pub use value::{ColorDescription, Scale, SnowProperty};

@@ -8,6 +8,7 @@ use super::camera::CameraDescription;
 use super::light::{EnvironmentDescription, LightDescription};
 use super::material::MaterialDescription;
 use super::object::ObjectDescription;
+use super::sky::SkyDescription;
 use crate::film::exposure::FilmSettings;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 use crate::scene::material::pca_snow::PathMode;
@@ -36,6 +37,9 @@ pub struct SceneDescription {
     /// Light from all directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentDescription>,
+    /// Sun and sky.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky: Option<SkyDescription>,
     /// What is there.
     #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<ObjectDescription>,

@@ -30,6 +30,11 @@
 //!                          #   radiance_w_m2_sr, visible = true
 //! [environment]            # radiance_w_m2_sr, illuminant or spectrum, visible = true; or
 //!                          # image = "FILE.exr", scale = 1, rotation_deg = 0 (about z), visible = true
+//! [sky]                    # type = "clear" (default): sun, turbidity = 3 (1 to 10), ground_albedo (else that of the
+//!                          #   snow), scale = 1, visible = true; type = "overcast": irradiance_w_m2 (of level ground)
+//!                          #   or sun, illuminant or spectrum, visible = true
+//!                          # sun = { towards = [x, y, z] }, { elevation_deg, azimuth_deg = 180 } or { latitude_deg,
+//!                          #   longitude_deg, date = "2026-02-01", time = "12:00", utc_offset_h = 0 }
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
 //!                          # shape = "heights": size, bottom, heights = [[…], …] or file = "FILE.png" | "FILE.exr";
 //!                          # shape = "drift": size (x, y, depth), mounds = [[x, y, height, radius], …],
@@ -49,7 +54,8 @@
 //! the scene file under the same names, and else diffuse, with their base colour. Heights, row by row from far to near,
 //! are multiplied by the third number of `size`; a level `bottom` closes the solid. A drift is snow of a depth below
 //! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Snow objects of one `body` are
-//! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
+//! one solid. Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above
+//! the horizon. Below the horizon the sky is dark. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
 //! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 
 mod message;

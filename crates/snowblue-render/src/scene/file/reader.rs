@@ -7,9 +7,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::scene::description::light::LampKeys;
+use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
     EnvironmentDescription, KeyPath, LampDescription, LightDescription, LightSource, MaterialDescription,
-    ObjectDescription, ObjectSettings, SceneDescription, ShapeDescription, UniformSkyDescription,
+    ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription, SkyDescription,
+    UniformSkyDescription,
 };
 use crate::scene::file::message::{Mistake, explain};
 
@@ -17,8 +19,8 @@ type Read<T> = Result<T, Mistake>;
 
 /// Reads a document.
 pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescription> {
-    const KNOWN: [&str; 9] =
-        ["gltf", "camera", "film", "integrator", "light_field", "material", "light", "environment", "object"];
+    const KNOWN: [&str; 10] =
+        ["gltf", "camera", "film", "integrator", "light_field", "material", "light", "environment", "sky", "object"];
     let root = document.into_inner();
     if let Some(key) = root.keys().find(|key| !KNOWN.contains(&key.get_ref().as_ref())) {
         let reason = format!("unknown table `{}`; known are {}", key.get_ref(), KNOWN.join(", "));
@@ -52,6 +54,9 @@ pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescript
     }
     if let Some((value, path)) = value("environment") {
         scene.environment = Some(read_environment(value, &path)?);
+    }
+    if let Some((value, path)) = value("sky") {
+        scene.sky = Some(read_sky(value, &path)?);
     }
     if let Some((value, path)) = value("object") {
         scene.objects = list(value, &path, read_object)?;
@@ -94,6 +99,25 @@ fn read_environment(value: &Spanned<DeValue>, path: &KeyPath) -> Read<Environmen
     let lamp = read_lamp(&mut keys, path)?;
     let glow = keys.read(path, &LampKeys::NAMES)?;
     Ok(EnvironmentDescription::Uniform(UniformSkyDescription { lamp, glow }))
+}
+
+fn read_sky(value: &Spanned<DeValue>, path: &KeyPath) -> Read<SkyDescription> {
+    let mut keys = table(value, path)?;
+    let Some(kind) = keys.text("type", path)? else {
+        return keys.read(path, &["type"]).map(SkyDescription::Clear);
+    };
+    match kind.get_ref().as_str() {
+        "clear" => keys.read(path, &["type"]).map(SkyDescription::Clear),
+        "overcast" => {
+            let lamp = read_lamp(&mut keys, path)?;
+            let span = keys.span.clone();
+            let keys: OvercastKeys = keys.read(path, &["type", LampKeys::NAMES[0], LampKeys::NAMES[1]])?;
+            let reason = || format!("{path} must have either `irradiance_w_m2` or `sun`");
+            let strength = keys.strength().ok_or_else(|| Mistake { span, reason: reason() })?;
+            Ok(SkyDescription::Overcast(OvercastSkyDescription { lamp, strength, visible: keys.visible }))
+        }
+        _ => Err(none_of(&kind, &path.key("type"), &["clear", "overcast"])),
+    }
 }
 
 /// Takes the spectrum of a light out of its table.

@@ -8,16 +8,19 @@
 //! | point, spot | the point | I cos θ / r² |
 //! | directional | the direction | E⊥ cos θ |
 //! | sphere, rectangle | a point, by solid angle | L cos θ cos θ_l / (r² p), θ_l at the light, p per m² |
-//! | sky, uniform or an image | a direction | L cos θ / p, p per sr |
+//! | sky of any kind, sun | a direction | L cos θ / p, p per sr |
 //!
 //! Where several techniques sample a light, p is the sum of their densities: the balance heuristic of multiple
 //! importance sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
 //! doi:10.1145/218380.218498). Area lights are visible but occlude nothing.
 
+mod direction_table;
+pub(crate) mod dome;
 mod image;
 mod rectangle;
 mod sample;
 mod sphere;
+mod sun;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -28,12 +31,14 @@ use crate::sampling::{Sampler, cosine_direction, uniform_hemisphere_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 
+pub use dome::SkyDome;
 pub use image::{Panorama, SkyImage};
 pub use rectangle::{RectangleLight, RectanglePlace};
 pub use sample::SpotCone;
 use sample::{EmitterPoint, Falloff};
 pub(crate) use sample::{IncidentLight, LightDirection, LightOrigin, LightSample, SHADOW_EPSILON};
 pub use sphere::SphereLight;
+pub use sun::SunDisc;
 
 /// A point light, isotropic or a spot.
 #[derive(Debug, Clone, Copy)]
@@ -91,6 +96,10 @@ pub enum Light {
     Sky(DiffuseEmitter<UniformSky>),
     /// A sky from an image, and whether the camera sees it.
     Image(Box<SkyImage>, bool),
+    /// A clear or overcast sky, and whether the camera sees it.
+    Dome(Box<SkyDome>, bool),
+    /// The sun, and whether the camera sees it.
+    Sun(Box<SunDisc>, bool),
 }
 
 /// A way of sampling a point or a direction of a light.
@@ -102,7 +111,7 @@ pub(crate) enum SamplingTechnique {
     Cosine(SurfacePoint),
     /// Uniform in the hemisphere above a surface point, p = 1 / 2π.
     Hemisphere(SurfacePoint),
-    /// Proportional to the luminance of an image.
+    /// Proportional to the luminance of a sky or the sun, or nearly so.
     Luminance,
 }
 
@@ -129,9 +138,19 @@ impl Light {
         !matches!(self, Self::Point(_) | Self::Directional(_))
     }
 
+    /// Whether it is so small that rays do not find it by chance.
+    pub(crate) fn is_small(&self) -> bool {
+        matches!(self, Self::Point(_) | Self::Directional(_) | Self::Sun(..))
+    }
+
     /// Whether it shines evenly from all sides, so that only rays find it.
     pub(crate) fn is_diffuse(&self) -> bool {
         matches!(self, Self::Sky(_))
+    }
+
+    /// Whether it shines from all sides.
+    fn is_sky(&self) -> bool {
+        matches!(self, Self::Sky(_) | Self::Image(..) | Self::Dome(..))
     }
 
     /// The one sample of a light without extent.
@@ -147,11 +166,20 @@ impl Light {
         Some(LightSample { origin, falloff })
     }
 
+    /// The one sample of a light without extent, or a sample of the sun; none for other lights.
+    pub(crate) fn small_sample(&self, sampler: &mut Sampler) -> Option<LightSample> {
+        match self {
+            Self::Sun(..) => self.sample(0, &[Some(SamplingTechnique::Luminance), None, None], sampler),
+            _ => self.delta_sample(),
+        }
+    }
+
     /// A sample at the light's centre whose irradiance depends on neither distance nor angle; none for a sky.
     pub(crate) fn central_sample(&self) -> Option<LightSample> {
         let origin = match self {
             Self::Sphere(light) => LightOrigin::Point(light.shape.centre),
             Self::Rectangle(light) => LightOrigin::Point(light.shape.centre()),
+            Self::Sun(sun, _) => LightOrigin::Distant(sun.to_sun),
             _ => self.delta_sample()?.origin,
         };
         Some(LightSample { origin, falloff: Falloff::None })
@@ -162,7 +190,7 @@ impl Light {
     fn reflection_technique(&self, surface: &SurfacePoint) -> Option<SamplingTechnique> {
         match self {
             Self::Sphere(_) | Self::Rectangle(_) => Some(SamplingTechnique::SolidAngle(*surface)),
-            Self::Image(..) => Some(SamplingTechnique::Luminance),
+            Self::Image(..) | Self::Dome(..) | Self::Sun(..) => Some(SamplingTechnique::Luminance),
             Self::Point(_) | Self::Directional(_) | Self::Sky(_) => None,
         }
     }
@@ -176,9 +204,8 @@ impl Light {
 
     /// Samples of a light with extent as seen from a surface, which count together: one for each technique.
     pub(crate) fn samples_at(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
-        let cosine = matches!(self, Self::Sky(_) | Self::Image(..)).then_some(SamplingTechnique::Cosine(*surface));
-        let other = self.reflection_technique(surface).filter(|_| !matches!(self, Self::Sky(_)));
-        let techniques = [other, cosine, None];
+        let cosine = self.is_sky().then_some(SamplingTechnique::Cosine(*surface));
+        let techniques = [self.reflection_technique(surface), cosine, None];
         [0, 1].map(|chosen| self.sample(chosen, &techniques, sampler))
     }
 
@@ -209,8 +236,9 @@ impl Light {
             Self::Point(_) | Self::Directional(_) => None,
             Self::Sphere(light) => light.shape.hit(ray, limit_m).map(LightOrigin::Emitter),
             Self::Rectangle(light) => light.shape.hit(ray, limit_m).map(LightOrigin::Emitter),
-            Self::Sky(_) | Self::Image(..) if limit_m < f32::INFINITY => None,
-            Self::Sky(_) | Self::Image(..) => Some(LightOrigin::Distant(ray.direction)),
+            _ if limit_m < f32::INFINITY => None,
+            Self::Sky(_) | Self::Image(..) | Self::Dome(..) => Some(LightOrigin::Distant(ray.direction)),
+            Self::Sun(sun, _) => sun.holds(ray.direction).then_some(LightOrigin::Distant(ray.direction)),
         }
     }
 
@@ -227,10 +255,11 @@ impl Light {
                 [exit, lines, None].map(|surface| surface.copied().map(SamplingTechnique::SolidAngle))
             }
             // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
-            Self::Sky(_) | Self::Image(..) => [
+            Self::Sun(..) => [Some(SamplingTechnique::Luminance), None, None],
+            Self::Sky(_) | Self::Image(..) | Self::Dome(..) => [
                 exit.copied().map(SamplingTechnique::Cosine),
                 lines.copied().map(SamplingTechnique::Hemisphere),
-                matches!(self, Self::Image(..)).then_some(SamplingTechnique::Luminance),
+                (!self.is_diffuse()).then_some(SamplingTechnique::Luminance),
             ],
         }
     }
@@ -271,6 +300,8 @@ impl Light {
                 Some(LightOrigin::Distant(uniform_hemisphere_direction(surface.normal, u, v)))
             }
             (SamplingTechnique::Luminance, Self::Image(image, _)) => Some(LightOrigin::Distant(image.sample(numbers))),
+            (SamplingTechnique::Luminance, Self::Dome(dome, _)) => Some(LightOrigin::Distant(dome.sample(numbers))),
+            (SamplingTechnique::Luminance, Self::Sun(sun, _)) => Some(LightOrigin::Distant(sun.sample(numbers))),
             _ => None,
         }
     }
@@ -290,6 +321,8 @@ impl Light {
             }
             SamplingTechnique::Luminance => match (self, origin) {
                 (Self::Image(image, _), LightOrigin::Distant(direction)) => return image.density_per_sr(*direction),
+                (Self::Dome(dome, _), LightOrigin::Distant(direction)) => return dome.density_per_sr(*direction),
+                (Self::Sun(sun, _), LightOrigin::Distant(direction)) => return sun.density_per_sr(*direction),
                 _ => return 0.0,
             },
         };
@@ -304,7 +337,7 @@ impl Light {
         }
     }
 
-    /// The power of an origin that is the same for all origins of the light; none for an image.
+    /// The power of an origin that is the same for all origins of the light; none if they differ.
     pub(crate) fn uniform_power(&self) -> Option<&Spectrum> {
         match self {
             Self::Point(PointLight { intensity, .. }) => Some(intensity),
@@ -312,7 +345,7 @@ impl Light {
             Self::Sphere(DiffuseEmitter { radiance, .. })
             | Self::Rectangle(DiffuseEmitter { radiance, .. })
             | Self::Sky(DiffuseEmitter { radiance, .. }) => Some(radiance),
-            Self::Image(..) => None,
+            Self::Image(..) | Self::Dome(..) | Self::Sun(..) => None,
         }
     }
 
@@ -321,6 +354,8 @@ impl Light {
     pub(crate) fn power(&self, origin: &LightOrigin) -> Spectrum {
         match (self, origin) {
             (Self::Image(image, _), LightOrigin::Distant(direction)) => image.radiance(*direction),
+            (Self::Dome(dome, _), LightOrigin::Distant(direction)) => dome.radiance(*direction),
+            (Self::Sun(sun, _), LightOrigin::Distant(direction)) => sun.radiance(*direction),
             _ => self.uniform_power().copied().unwrap_or(Spectrum::ZERO),
         }
     }
@@ -334,6 +369,11 @@ impl Light {
             | (Self::Rectangle(DiffuseEmitter { relative, .. }), _)
             | (Self::Sky(DiffuseEmitter { relative, .. }), _) => *relative,
             (Self::Image(image, _), LightOrigin::Distant(direction)) => image.relative(*direction),
+            (Self::Dome(..) | Self::Sun(..), _) => {
+                let power = self.power(origin);
+                let luminance = LightSpectrum::luminance(&power);
+                if luminance > 0.0 { power * luminance.recip() } else { Spectrum::ZERO }
+            }
             (Self::Image(..), _) => Spectrum::ZERO,
         }
     }
@@ -344,7 +384,9 @@ impl Light {
             Self::Sphere(DiffuseEmitter { visible, .. })
             | Self::Rectangle(DiffuseEmitter { visible, .. })
             | Self::Sky(DiffuseEmitter { visible, .. })
-            | Self::Image(_, visible) => *visible,
+            | Self::Image(_, visible)
+            | Self::Dome(_, visible)
+            | Self::Sun(_, visible) => *visible,
         }
     }
 }

@@ -5,8 +5,10 @@
 use std::f64::consts::{PI, TAU};
 
 use snowblue_color::LinearRgb;
+use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
 
+use super::dome::Resampling;
 use super::*;
 use crate::geometry::ray::{Ray, narrow};
 use crate::sampling::Sampler;
@@ -52,6 +54,23 @@ fn image() -> Light {
     Light::Image(Box::new(SkyImage::new(&panorama, 0.1, 70.0, true).unwrap()), true)
 }
 
+/// A clear sky with its sun at 20° in the south-west.
+fn clear_sky() -> (ClearSky, Vec3A) {
+    let (elevation, azimuth) = (20f64.to_radians(), 230f64.to_radians());
+    let to_sun = glam::DVec3::new(elevation.cos() * azimuth.sin(), elevation.cos() * azimuth.cos(), elevation.sin());
+    (ClearSky::new(20.0, 2.5, &[0.8; WAVELENGTHS_NM.len()]).unwrap(), to_sun.as_vec3a())
+}
+
+fn dome() -> Light {
+    let (sky, to_sun) = clear_sky();
+    Light::Dome(Box::new(SkyDome::clear(sky, to_sun, Resampling::new(1.0, false)).unwrap()), true)
+}
+
+fn sun() -> Light {
+    let (sky, to_sun) = clear_sky();
+    Light::Sun(Box::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0, false))), true)
+}
+
 /// The density per sr of a technique in a direction from the place; 0 where the light is not there.
 fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
     let ray = Ray { origin: place().point, direction };
@@ -65,13 +84,14 @@ fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A
     })
 }
 
-fn techniques() -> [(&'static str, Light, SamplingTechnique); 5] {
+fn techniques() -> [(&'static str, Light, SamplingTechnique); 6] {
     [
         ("ball", ball(), SamplingTechnique::SolidAngle(place())),
         ("panel", panel(), SamplingTechnique::SolidAngle(place())),
         ("cosine", image(), SamplingTechnique::Cosine(place())),
         ("hemisphere", image(), SamplingTechnique::Hemisphere(place())),
         ("image", image(), SamplingTechnique::Luminance),
+        ("dome", dome(), SamplingTechnique::Luminance),
     ]
 }
 
@@ -127,7 +147,7 @@ fn directions_are_drawn_with_their_density() {
         }
         assert!(f64::from(rare_found) < rare + 6.0 * rare.sqrt() + 6.0, "{name}: {rare_found} for {rare}");
         let p = chi_squared_p_value(chi_squared, bins - 1.0);
-        assert!(p > sidak_level(LEVEL, 5), "{name}: χ² = {chi_squared} in {bins} bins, p = {p}");
+        assert!(p > sidak_level(LEVEL, 6), "{name}: χ² = {chi_squared} in {bins} bins, p = {p}");
     }
 }
 
@@ -262,4 +282,44 @@ fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
         assert!(mean.mean() < PI, "{} at {gap_m} m", mean.mean());
         assert!(mean.standard_error() < 0.02 * mean.mean(), "{mean:?}");
     }
+}
+
+#[test]
+fn the_sun_is_sampled_with_its_density_and_gives_its_irradiance() {
+    let light = sun();
+    let to_sun = clear_sky().1.as_dvec3();
+    let technique = SamplingTechnique::Luminance;
+    // By the midpoint rule in sin² of the angle to the centre, whose share of the solid angle is the same everywhere.
+    const RINGS: u32 = 4_000;
+    let sin_squared = SUN_RADIUS_RAD.sin().powi(2);
+    let (side, _) = to_sun.any_orthonormal_pair();
+    let ring_sr = PI * sin_squared / f64::from(RINGS);
+    let (mut total, mut irradiance) = (0.0, 0.0);
+    for ring in 0..RINGS {
+        let sin = ((f64::from(ring) + 0.5) / f64::from(RINGS) * sin_squared).sqrt();
+        let direction = (to_sun * (1.0 - sin * sin).sqrt() + side * sin).as_vec3a();
+        let origin = LightOrigin::Distant(direction);
+        total += f64::from(light.density(&technique, &origin)) * ring_sr;
+        irradiance += f64::from(light.power(&origin).0[15]) * ring_sr;
+    }
+    // Single precision of directions moves them by 10⁻⁷ of 5·10⁻³ rad.
+    assert!((total - 1.0).abs() < 1e-3, "{total}");
+    // The radiance is that at the elevation of the centre everywhere, and its profile is linear between 32 steps.
+    let expected = 310.0 * clear_sky().0.sun_irradiance(550.0);
+    assert!((irradiance / expected - 1.0).abs() < 1e-3, "{irradiance} for {expected}");
+    // The mean over samples is the same, with little noise: the density follows the radiance.
+    let mut mean = Moments::default();
+    let mut inner = 0;
+    for draw in 0..2_000 {
+        let origin = light.sample_origin(&technique, numbers(11, draw)).unwrap();
+        let LightOrigin::Distant(direction) = origin else { panic!("the sun is a distant light") };
+        let sin = direction.as_dvec3().cross(to_sun).length();
+        assert!(sin < SUN_RADIUS_RAD * 1.001, "{sin}");
+        inner += u32::from(sin < 0.5 * SUN_RADIUS_RAD);
+        mean.push(f64::from(light.power(&origin).0[15] / light.density(&technique, &origin)));
+    }
+    assert!((mean.mean() / expected - 1.0).abs() < 3e-3, "{} for {expected}", mean.mean());
+    assert!(mean.variance().sqrt() < 0.05 * mean.mean(), "{mean:?}");
+    // A quarter of an even disc lies within half of the radius; with limb darkening more.
+    assert!((520..640).contains(&inner), "{inner}");
 }

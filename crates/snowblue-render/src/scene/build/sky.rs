@@ -1,0 +1,126 @@
+//! Sun and sky.
+
+use glam::{DVec3, Vec3A};
+use snowblue_field::SnowOptics;
+use snowblue_sky::{ClearSky, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position};
+
+use crate::error::RenderError;
+use crate::geometry::ray::narrow;
+use crate::scene::build::light::spectrum;
+use crate::scene::build::snow::surface_sample;
+use crate::scene::build::sources::Sources;
+use crate::scene::description::{
+    ClearSkyDescription, DescriptionError, KeyPath, MaterialDescription, OvercastSkyDescription, OvercastStrength,
+    SceneDescription, SkyDescription, SunDescription,
+};
+use crate::scene::light::dome::{Resampling, SkyDome};
+use crate::scene::light::{Light, SunDisc};
+use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
+
+/// Reflectance of the ground if the scene has no snow: that of soil and rock.
+const BARE_GROUND_ALBEDO: f64 = 0.2;
+/// Rays through grains for the albedo of the ground, per node of the refractive index. The sky needs it to some percent.
+const ALBEDO_RAYS: u32 = 1 << 14;
+
+/// Builds the lights of the sky.
+pub(super) fn build_sky(description: &SceneDescription, sources: &Sources) -> Result<Vec<Light>, RenderError> {
+    let path = KeyPath::root("sky");
+    match &description.sky {
+        None => Ok(Vec::new()),
+        Some(SkyDescription::Clear(clear)) => {
+            let albedo = match clear.ground_albedo {
+                Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
+                None => snow_albedo(&path, description, sources)?,
+            };
+            Ok(clear_sky(&path, clear, &albedo, sources)?)
+        }
+        Some(SkyDescription::Overcast(overcast)) => Ok(vec![overcast_sky(&path, overcast, sources)?]),
+    }
+}
+
+fn clear_sky(
+    path: &KeyPath,
+    clear: &ClearSkyDescription,
+    albedo: &[f64; WAVELENGTHS_NM.len()],
+    sources: &Sources,
+) -> Result<Vec<Light>, DescriptionError> {
+    let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
+    let sky = ClearSky::new(position.elevation_deg, clear.turbidity, albedo);
+    let sky = sky.map_err(|error| path.key("sun").error(error.to_string()))?;
+    let resampling = Resampling::new(clear.scale, sources.is_false_color);
+    let sun = SunDisc::new(&sky, to_sun, &resampling);
+    let dome = SkyDome::clear(sky, to_sun, resampling).ok_or_else(|| path.error("is dark"))?;
+    Ok(vec![Light::Sun(Box::new(sun), clear.visible), Light::Dome(Box::new(dome), clear.visible)])
+}
+
+fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sources) -> Result<Light, RenderError> {
+    let lamp = spectrum(path, &overcast.lamp, sources)?;
+    let irradiance = match &overcast.strength {
+        OvercastStrength::Irradiance { irradiance_w_m2 } => lamp.unit * narrow(*irradiance_w_m2),
+        OvercastStrength::Sun { sun } => {
+            let path = path.key("sun");
+            let (position, _) = place_sun(&path, sun)?;
+            let illuminance_lx =
+                overcast_illuminance_lx(position.elevation_deg).map_err(|error| path.error(error.to_string()))?;
+            lamp.relative * narrow(illuminance_lx / lumens_per_watt_of_luminance_one())
+        }
+    };
+    let dome =
+        SkyDome::overcast(&irradiance).ok_or_else(|| path.key("irradiance_w_m2").error("is 0: the sky is dark"))?;
+    Ok(Light::Dome(Box::new(dome), overcast.visible))
+}
+
+/// The position of the sun, and the unit direction towards it. y points north and x east.
+fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A), DescriptionError> {
+    let position = match sun {
+        SunDescription::Direction { towards } => {
+            let [x, y, z] = *towards;
+            let elevation_deg = z.atan2(x.hypot(y)).to_degrees();
+            SunPosition { elevation_deg, azimuth_deg: x.atan2(y).to_degrees().rem_euclid(360.0) }
+        }
+        SunDescription::Angles { elevation_deg, azimuth_deg } => {
+            SunPosition { elevation_deg: *elevation_deg, azimuth_deg: *azimuth_deg }
+        }
+        SunDescription::Place { latitude_deg, longitude_deg, date, time, utc_offset_h } => {
+            let clock: Result<DateTime, _> = format!("{date}T{time}Z").parse();
+            let clock = clock.map_err(|_| {
+                let reason = format!("is \"{time}\" on \"{date}\", but must be like \"14:30\" on \"2026-02-01\"");
+                path.key("time").error(reason)
+            })?;
+            let place = Place { latitude_deg: *latitude_deg, longitude_deg: *longitude_deg };
+            let position = sun_position(place, DateTime { utc_offset_h: *utc_offset_h, ..clock });
+            position.map_err(|error| path.error(error.to_string()))?
+        }
+    };
+    let [elevation, azimuth] = [position.elevation_deg, position.azimuth_deg].map(f64::to_radians);
+    let direction = DVec3::new(elevation.cos() * azimuth.sin(), elevation.cos() * azimuth.cos(), elevation.sin());
+    Ok((position, direction.as_vec3a()))
+}
+
+/// Albedo of deep snow under diffuse light at the wavelengths of the sky, of the first snow that an object is made of;
+/// that of bare ground if there is none.
+///
+/// In diffusion the fluence rate under diffuse irradiance H is φ = 4H e^{−kz} / (1 + q ℓ* k) with k = √(3 μ_a/ℓ*), and
+/// the flux (ℓ*/3) k φ(0) is absorbed.
+fn snow_albedo(
+    path: &KeyPath,
+    description: &SceneDescription,
+    sources: &Sources,
+) -> Result<[f64; WAVELENGTHS_NM.len()], RenderError> {
+    let materials = description.objects.iter().filter_map(|object| description.materials.get(&object.common.material));
+    let snow = materials.filter_map(|material| match material {
+        MaterialDescription::PcaSnow(snow) => Some(snow),
+        MaterialDescription::Diffuse(_) => None,
+    });
+    let Some(snow) = snow.into_iter().next() else { return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]) };
+    let unknown = |reason: &dyn std::fmt::Display| {
+        path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {reason}"))
+    };
+    let sample = surface_sample(snow, sources).map_err(|reason| unknown(&reason))?;
+    let optics = SnowOptics::new(&sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| unknown(&error))?;
+    let extrapolation = optics.half_space.extrapolation();
+    Ok(std::array::from_fn(|node| {
+        let decay = (3.0 * optics.absorption_per_m[node] * optics.transport_lengths_m[node]).sqrt();
+        1.0 - 4.0 / 3.0 * decay / (1.0 + extrapolation * decay)
+    }))
+}

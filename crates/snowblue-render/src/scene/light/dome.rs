@@ -1,0 +1,127 @@
+//! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
+
+use glam::Vec3A;
+use snowblue_sky::{ClearSky, WAVELENGTHS_NM, overcast_relative_radiance};
+
+use crate::geometry::ray::narrow;
+use crate::scene::light::direction_table::DirectionTable;
+use crate::spectrum::light_spectrum::LightSpectrum;
+use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+
+/// Columns of the table by which directions are sampled; it has half as many rows.
+const COLUMNS: u16 = 512;
+
+/// The light of the sky without the sun.
+#[derive(Debug)]
+pub struct SkyDome {
+    model: Model,
+    table: DirectionTable,
+}
+
+/// How radiance depends on direction.
+#[derive(Debug)]
+enum Model {
+    Clear(Box<ClearRadiance>),
+    /// Relative to a spectrum.
+    Overcast(Spectrum),
+}
+
+/// Radiance of a clear sky.
+#[derive(Debug)]
+struct ClearRadiance {
+    sky: ClearSky,
+    to_sun: Vec3A,
+    resampling: Resampling,
+}
+
+/// From the wavelengths of the sky model to those of a picture, as band densities.
+#[derive(Debug)]
+pub(crate) struct Resampling {
+    /// For each wavelength the node of the model before it, and weights of that node and the next.
+    terms: [(usize, [f32; 2]); SAMPLES],
+    /// Whether all wavelengths take the mean.
+    is_grey: bool,
+}
+
+impl Resampling {
+    /// Multiplies radiance by `scale`. In false colour the light is as strong at all wavelengths.
+    pub(crate) fn new(scale: f64, is_false_color: bool) -> Self {
+        /// A band density is a quantity per nm times the width of the grid, in nm.
+        const BAND_NM: f64 = 10.0 * SAMPLES as f64;
+        let term = |nm: f64| {
+            let node = WAVELENGTHS_NM.partition_point(|at| *at <= nm).clamp(1, WAVELENGTHS_NM.len() - 1) - 1;
+            let share = (nm - WAVELENGTHS_NM[node]) / (WAVELENGTHS_NM[node + 1] - WAVELENGTHS_NM[node]);
+            (node, [1.0 - share, share].map(|weight| narrow(scale * BAND_NM * weight)))
+        };
+        Self { terms: wavelengths_nm().map(term), is_grey: is_false_color }
+    }
+
+    /// The band density of a quantity per nm at the model's wavelengths.
+    pub(crate) fn spectrum(&self, nodes: &[f64; WAVELENGTHS_NM.len()]) -> Spectrum {
+        let nodes = nodes.map(narrow);
+        let spectrum =
+            Spectrum(self.terms.map(|(node, [before, after])| before * nodes[node] + after * nodes[node + 1]));
+        if self.is_grey { Spectrum::constant(narrow(spectrum.mean())) } else { spectrum }
+    }
+}
+
+impl SkyDome {
+    /// The sky around a sun in the unit direction `to_sun`.
+    pub(crate) fn clear(sky: ClearSky, to_sun: Vec3A, resampling: Resampling) -> Option<Self> {
+        Self::new(Model::Clear(Box::new(ClearRadiance { sky, to_sun, resampling })))
+    }
+
+    /// An overcast sky that gives level ground an irradiance in W/m², as a band density.
+    pub(crate) fn overcast(irradiance: &Spectrum) -> Option<Self> {
+        // ∫ (1 + 2 cos θ)/3 cos θ dω = 7π/9.
+        const RELATIVE_IRRADIANCE: f32 = 7.0 * std::f32::consts::PI / 9.0;
+        Self::new(Model::Overcast(*irradiance * RELATIVE_IRRADIANCE.recip()))
+    }
+
+    fn new(model: Model) -> Option<Self> {
+        let (width, height) = (COLUMNS, COLUMNS / 2);
+        let brightness = |row: u16, column: u16| {
+            let polar = std::f32::consts::PI * (f32::from(row) + 0.5) / f32::from(height);
+            let longitude = std::f32::consts::FRAC_PI_2
+                - std::f32::consts::TAU * ((f32::from(column) + 0.5) / f32::from(width) - 0.5);
+            let (sin, z) = polar.sin_cos();
+            LightSpectrum::luminance(&model.radiance(Vec3A::new(sin * longitude.cos(), sin * longitude.sin(), z)))
+        };
+        let bright: Vec<f32> = (0..height)
+            .flat_map(|row| (0..width).map(move |column| (row, column)))
+            .map(|(r, c)| brightness(r, c))
+            .collect();
+        let table = DirectionTable::new(width.into(), &bright, 0.0)?;
+        Some(Self { model, table })
+    }
+
+    /// The radiance that comes from a direction, in W m⁻² sr⁻¹ as a band density.
+    pub(super) fn radiance(&self, direction: Vec3A) -> Spectrum {
+        self.model.radiance(direction)
+    }
+
+    /// A direction with the density [`density_per_sr`](Self::density_per_sr).
+    pub(super) fn sample(&self, numbers: [f32; 2]) -> Vec3A {
+        self.table.sample(numbers)
+    }
+
+    /// Density of [`sample`](Self::sample), in 1/sr.
+    pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
+        self.table.density_per_sr(direction)
+    }
+}
+
+impl Model {
+    fn radiance(&self, direction: Vec3A) -> Spectrum {
+        if direction.z <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        match self {
+            Self::Clear(clear) => {
+                let cos_sun = f64::from(direction.dot(clear.to_sun)).clamp(-1.0, 1.0);
+                clear.resampling.spectrum(&clear.sky.radiance_at_nodes(direction.z.into(), cos_sun))
+            }
+            Self::Overcast(zenith) => *zenith * narrow(overcast_relative_radiance(direction.z.into())),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The sun: a disc at infinity that is darker towards its limb.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::Vec3A;
+use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
+
+use crate::geometry::ray::narrow;
+use crate::scene::light::dome::Resampling;
+use crate::spectrum::Spectrum;
+
+/// Steps of the profile in the cosine at the sun's surface. Linear interpolation between them errs by some 10⁻⁴.
+const STEPS: u8 = 32;
+
+/// Directions are sampled with a density proportional to 1 − u + u μ, μ the cosine at the sun's surface. This linear
+/// limb darkening is near that of the luminance (Cox 2000, "Allen's Astrophysical Quantities", section 14.7).
+const LIMB_DARKENING: f32 = 0.6;
+
+/// The sun.
+#[derive(Debug)]
+pub struct SunDisc {
+    /// Unit direction from the scene towards its centre.
+    pub to_sun: Vec3A,
+    /// Radiance in W m⁻² sr⁻¹, as a band density, by the cosine at the sun's surface, from the limb to the centre.
+    profile: Vec<Spectrum>,
+    sin_squared_radius: f32,
+}
+
+impl SunDisc {
+    /// The sun of a sky in a unit direction.
+    pub(crate) fn new(sky: &ClearSky, to_sun: Vec3A, resampling: &Resampling) -> Self {
+        let sin_radius = SUN_RADIUS_RAD.sin();
+        let centre = sky.sun_centre_at_nodes(sky.sun_elevation_deg().to_radians().sin());
+        let radiance = |step: u8| {
+            let cos = f64::from(step) / f64::from(STEPS);
+            let darkening = limb_darkening_at_nodes((1.0 - cos * cos).sqrt() * sin_radius);
+            resampling.spectrum(&std::array::from_fn(|node| centre[node] * darkening[node]))
+        };
+        let sin_radius = narrow(sin_radius);
+        Self { to_sun, profile: (0..=STEPS).map(radiance).collect(), sin_squared_radius: sin_radius * sin_radius }
+    }
+
+    /// The radiance that comes from a direction, in W m⁻² sr⁻¹ as a band density; zero beside the disc.
+    pub(super) fn radiance(&self, direction: Vec3A) -> Spectrum {
+        let Some(cos) = self.cos_at_surface(direction) else { return Spectrum::ZERO };
+        let place = cos * f32::from(STEPS);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the profile")]
+        let below = (place as usize).min(self.profile.len() - 2);
+        let share = place - below as f32;
+        let mut radiance = self.profile[below] * (1.0 - share);
+        radiance += self.profile[below + 1] * share;
+        radiance
+    }
+
+    /// Whether a direction lies within the disc.
+    pub(super) fn holds(&self, direction: Vec3A) -> bool {
+        self.cos_at_surface(direction).is_some()
+    }
+
+    /// A direction with the density [`density_per_sr`](Self::density_per_sr), from two numbers in [0, 1).
+    pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
+        let cos = limb_cosine(u);
+        let sin_squared = (1.0 - cos * cos) * self.sin_squared_radius;
+        let (side, up) = self.to_sun.any_orthonormal_pair();
+        let (sin_turn, cos_turn) = (TAU * v).sin_cos();
+        let aside = (side * cos_turn + up * sin_turn) * sin_squared.sqrt();
+        (self.to_sun * (1.0 - sin_squared).sqrt() + aside).normalize()
+    }
+
+    /// Density of [`sample`](Self::sample), in 1/sr. The disc is so small that its solid angle is π sin² of its radius.
+    pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
+        let norm = PI * self.sin_squared_radius * (1.0 - LIMB_DARKENING / 3.0);
+        self.cos_at_surface(direction).map_or(0.0, |cos| (1.0 - LIMB_DARKENING * (1.0 - cos)) / norm)
+    }
+
+    /// Cosine of the angle at the sun's surface between its normal and the direction towards the scene; none beside
+    /// the disc.
+    fn cos_at_surface(&self, direction: Vec3A) -> Option<f32> {
+        // The cross product is accurate where the cosine of the angle to the centre is not.
+        let sin_squared = direction.cross(self.to_sun).length_squared();
+        // Directions that were sampled lie within the disc up to rounding.
+        let squared = 1.0 - sin_squared / self.sin_squared_radius;
+        (squared > -1e-3 && direction.dot(self.to_sun) > 0.0).then(|| squared.max(0.0).sqrt())
+    }
+}
+
+/// The cosine μ below which a share u of the light of the linear law lies: the solution of
+/// (1 − u′) μ²/2 + u′ μ³/3 = u (1/2 − u′/6) with u′ the darkening, by Newton's method from above.
+fn limb_cosine(u: f32) -> f32 {
+    const TOTAL: f32 = 0.5 - LIMB_DARKENING / 6.0;
+    let mut cos = 1.0_f32;
+    for _ in 0..8 {
+        let below = cos * cos * (0.5 * (1.0 - LIMB_DARKENING) + LIMB_DARKENING / 3.0 * cos);
+        let density = cos * (1.0 - LIMB_DARKENING + LIMB_DARKENING * cos);
+        cos -= (below - u * TOTAL) / density.max(1e-6);
+    }
+    cos.clamp(0.0, 1.0)
+}
