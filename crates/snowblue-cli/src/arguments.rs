@@ -11,6 +11,7 @@ use crate::commands::figures::Figures;
 use crate::commands::match_color::Match;
 use crate::commands::merge::Merge;
 use crate::commands::render::Render;
+use crate::commands::sky::Sky;
 use crate::commands::slab::Slab;
 use crate::commands::spectrum::Spectrum;
 use crate::commands::swatch::Swatch;
@@ -47,6 +48,7 @@ pub(crate) enum Command {
     Spectrum(Box<Spectrum>),
     Bsdf(Box<Bsdf>),
     Slab(Slab),
+    Sky(Sky),
     #[command(subcommand)]
     Database(Database),
     Merge(Merge),

@@ -32,6 +32,7 @@ fn run() -> Outcome {
         Command::Spectrum(command) => command.run(arguments.quiet),
         Command::Bsdf(command) => command.run(arguments.quiet),
         Command::Slab(command) => command.run(arguments.quiet),
+        Command::Sky(command) => command.run(arguments.quiet),
         Command::Database(command) => command.run(arguments.quiet),
         Command::Merge(command) => command.run(arguments.quiet),
         Command::Color(command) => command.run(arguments.quiet),

@@ -1,9 +1,10 @@
 //! Daylight on the ground: its direct and its diffuse part.
 
 use crate::clear_sky::ClearSky;
+use crate::error::{SkyError, check};
 use crate::luminous::{ILLUMINANCE_LX, PAR_UMOL_M2_S, Weight};
 use crate::overcast::OvercastSky;
-use crate::tables::at_wavelength;
+use crate::tables::{NODES, WAVELENGTHS_NM, at_wavelength};
 
 /// A sky with or without a sun.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,10 +37,15 @@ impl Daylight {
 impl Sky {
     /// Spectral irradiance at each wavelength, in W m⁻² nm⁻¹.
     ///
-    /// # Panics
-    /// If a wavelength lies outside 320–720 nm.
-    #[must_use]
-    pub fn irradiance(&self, wavelengths_nm: &[f64]) -> Vec<Daylight> {
+    /// # Errors
+    /// [`SkyError::OutOfRange`] if a wavelength lies outside 320–720 nm.
+    pub fn irradiance(&self, wavelengths_nm: &[f64]) -> Result<Vec<Daylight>, SkyError> {
+        let range = (WAVELENGTHS_NM[0], WAVELENGTHS_NM[NODES - 1]);
+        wavelengths_nm.iter().try_for_each(|wavelength_nm| check("wavelength", *wavelength_nm, range, " nm"))?;
+        Ok(self.known_irradiance(wavelengths_nm))
+    }
+
+    fn known_irradiance(&self, wavelengths_nm: &[f64]) -> Vec<Daylight> {
         match self {
             Self::Clear(sky) => {
                 let diffuse = sky.sky_irradiance_at_nodes();
@@ -85,7 +91,7 @@ impl Sky {
 
     fn integral(&self, weights: &[Weight]) -> Daylight {
         let wavelengths_nm: Vec<f64> = weights.iter().map(|at| at.wavelength_nm).collect();
-        let rows = self.irradiance(&wavelengths_nm);
+        let rows = self.known_irradiance(&wavelengths_nm);
         let sum = |part: fn(&Daylight) -> f64| weights.iter().zip(&rows).map(|(at, row)| at.weight * part(row)).sum();
         Daylight {
             direct_normal: sum(|row| row.direct_normal),

@@ -99,16 +99,19 @@ fn sky_irradiance_is_the_integral_of_the_radiance() {
 #[test]
 fn daylight_is_the_sum_of_its_parts() {
     let sky = clear(35.0, 2.2, 0.6);
-    let [daylight] = Sky::Clear(sky.clone()).irradiance(&[517.0]).try_into().unwrap();
+    let [daylight] = Sky::Clear(sky.clone()).irradiance(&[517.0]).unwrap().try_into().unwrap();
     let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 1e-12;
     assert!(near(daylight.direct_normal, sky.sun_irradiance(517.0)));
     assert!(near(daylight.direct, f64::to_radians(35.0).sin() * sky.sun_irradiance(517.0)));
     assert!(near(daylight.diffuse, sky.sky_irradiance(517.0)));
     assert!(near(daylight.global(), daylight.direct + daylight.diffuse));
 
+    let message = Sky::Clear(sky).irradiance(&[400.0, 750.0]).unwrap_err().to_string();
+    assert_eq!(message, "wavelength is 750 nm, but must lie in 320–720 nm");
+
     let clouds = OvercastSky::new(5000.0).unwrap();
     let overcast = Sky::Overcast(clouds);
     assert!(near(overcast.illuminance().global(), 5000.0));
-    let [daylight] = overcast.irradiance(&[517.0]).try_into().unwrap();
+    let [daylight] = overcast.irradiance(&[517.0]).unwrap().try_into().unwrap();
     assert!(near(daylight.global(), clouds.irradiance(517.0)) && daylight.direct_normal.abs() < 1e-300);
 }

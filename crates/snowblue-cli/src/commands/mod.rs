@@ -9,6 +9,7 @@ pub(crate) mod figures;
 pub(crate) mod match_color;
 pub(crate) mod merge;
 pub(crate) mod render;
+pub(crate) mod sky;
 pub(crate) mod slab;
 pub(crate) mod spectrum;
 pub(crate) mod swatch;

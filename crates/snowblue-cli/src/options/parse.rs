@@ -8,6 +8,7 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::{Aovs, FalseColor};
+use snowblue_sky::DateTime;
 use snowblue_transport::optics::{IceTable, Substance};
 use snowblue_transport::ordinates::Streams;
 use snowblue_transport::sample::{SizeMeasure, SnowType, TruncatedNormal};
@@ -224,6 +225,11 @@ pub(crate) fn window(words: &str) -> Result<Window, String> {
 /// Names of AOVs, separated by commas.
 pub(crate) fn aovs(words: &str) -> Result<Aovs, String> {
     words.parse::<Aovs>().map_err(|error| error.to_string())
+}
+
+/// A date, a time of day and its offset from UTC.
+pub(crate) fn time(words: &str) -> Result<DateTime, String> {
+    words.parse::<DateTime>().map_err(|error| error.to_string())
 }
 
 /// A time in minutes.

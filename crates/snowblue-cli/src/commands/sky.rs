@@ -1,0 +1,128 @@
+//! `snowblue sky`: daylight on the ground, per wavelength.
+
+use clap::Args;
+use snowblue_figures::{Cell, DataTable, Metadata};
+use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky as Model, SunPosition, sun_position};
+
+use crate::options::parse::{self, Wavelengths};
+use crate::output::{Failure, Outcome, OutputOptions};
+
+/// Compute the irradiance of level ground by the sun and the sky, per wavelength
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Columns: 'direct' is the light of the sun's disc, on a plane that faces it ('normal') and on level \
+ground; 'diffuse' is the light of the sky on level ground; 'global' is both, in W/(m² nm). A clear sky is that of \
+Hosek & Wilkie (2012, 2013), an overcast sky that of the CIE with the spectrum D65 and the mean illuminance of \
+Krochmann & Seidl (1974) for the sun's elevation.
+
+Examples:
+  snowblue sky --elevation 25 --turbidity 2
+  snowblue sky --latitude 47.27 --longitude 11.39 --time 2026-02-01T12:00:00+01:00 -o noon.csv
+  snowblue sky --elevation 25 --overcast --wavelengths 450,550,650"
+)]
+pub(crate) struct Sky {
+    /// Angle between the horizon and the sun, in degrees [0–90]
+    #[arg(
+        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
+        required_unless_present = "latitude", conflicts_with_all = ["latitude", "longitude", "time"]
+    )]
+    elevation: Option<f64>,
+    /// Latitude in degrees, north positive [-90–90]
+    #[arg(
+        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun", requires_all = ["longitude", "time"]
+    )]
+    latitude: Option<f64>,
+    /// Longitude in degrees, east positive [-180–180]
+    #[arg(long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun", requires = "latitude")]
+    longitude: Option<f64>,
+    /// Date, time and offset from UTC, as 2026-02-01T12:00:00+01:00 [years 1800–2200]
+    #[arg(long, value_name = "TIME", value_parser = parse::time, help_heading = "Sun", requires = "latitude")]
+    time: Option<DateTime>,
+    /// Use the elevation at which the sun is seen, lifted by the refraction of the air
+    #[arg(long, help_heading = "Sun", requires = "latitude")]
+    refraction: bool,
+    /// Haze: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy [1–10]
+    #[arg(
+        long, value_name = "T", value_parser = parse::number, default_value = "3", help_heading = "Sky",
+        conflicts_with = "overcast"
+    )]
+    turbidity: f64,
+    /// Fraction of light that the ground reflects into the sky [0–1]
+    #[arg(
+        long, value_name = "A", value_parser = parse::number, default_value = "0.8", help_heading = "Sky",
+        conflicts_with = "overcast"
+    )]
+    ground_albedo: f64,
+    /// An overcast sky instead of a clear one
+    #[arg(long, help_heading = "Sky")]
+    overcast: bool,
+    /// Wavelengths in nm: FIRST:LAST:STEP or a list [320–720]
+    #[arg(
+        long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky"
+    )]
+    wavelengths: Wavelengths,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Sky {
+    pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.output.check()?;
+        let position = self.position()?;
+        let elevation_deg = match (position, self.elevation) {
+            (Some(position), _) if self.refraction => position.apparent_elevation_deg(),
+            (Some(position), _) => position.elevation_deg,
+            (None, elevation_deg) => elevation_deg.unwrap_or_default(),
+        };
+        let sky = self.sky(elevation_deg).map_err(Failure::input)?;
+        let Wavelengths(wavelengths_nm) = &self.wavelengths;
+        let rows = sky.irradiance(wavelengths_nm).map_err(Failure::input)?;
+        let row = |(wavelength_nm, light): (&f64, &Daylight)| {
+            let values = [*wavelength_nm, light.direct_normal, light.direct, light.diffuse, light.global()];
+            values.map(Cell::Number).to_vec()
+        };
+        let columns =
+            vec!["wavelength_nm", "direct_normal_w_m2_nm", "direct_w_m2_nm", "diffuse_w_m2_nm", "global_w_m2_nm"];
+        let rows = wavelengths_nm.iter().zip(&rows).map(row).collect();
+        let metadata = self.metadata(&sky, elevation_deg, position);
+        self.output.write(&DataTable { columns, rows, metadata }, quiet)
+    }
+
+    /// Where the sun stands at the place and time, if they are given.
+    fn position(&self) -> Result<Option<SunPosition>, Failure> {
+        let (Some(latitude_deg), Some(longitude_deg), Some(time)) = (self.latitude, self.longitude, self.time) else {
+            return Ok(None);
+        };
+        sun_position(Place { latitude_deg, longitude_deg }, time).map(Some).map_err(Failure::input)
+    }
+
+    fn sky(&self, elevation_deg: f64) -> Result<Model, snowblue_sky::SkyError> {
+        if self.overcast {
+            OvercastSky::under_sun(elevation_deg).map(Model::Overcast)
+        } else {
+            ClearSky::new(elevation_deg, self.turbidity, &[self.ground_albedo; 11]).map(Model::Clear)
+        }
+    }
+
+    fn metadata(&self, sky: &Model, elevation_deg: f64, position: Option<SunPosition>) -> Metadata {
+        let mut metadata: Metadata = vec![("snowblue", env!("CARGO_PKG_VERSION").to_owned())];
+        if self.overcast {
+            metadata.push(("sky", "overcast".to_owned()));
+        } else {
+            metadata.push(("sky", "clear".to_owned()));
+            metadata.push(("turbidity", self.turbidity.to_string()));
+            metadata.push(("ground albedo", self.ground_albedo.to_string()));
+        }
+        metadata.push(("sun elevation", format!("{elevation_deg:.2}°")));
+        if let Some(position) = position {
+            metadata.push(("sun azimuth", format!("{:.2}°", position.azimuth_deg)));
+        }
+        let parts = |light: Daylight, unit: &str| {
+            format!("{:.0} {unit} direct, {:.0} {unit} diffuse", light.direct, light.diffuse)
+        };
+        metadata.push(("illuminance", parts(sky.illuminance(), "lx")));
+        metadata.push(("PAR", parts(sky.par(), "µmol/(m² s)")));
+        metadata
+    }
+}
