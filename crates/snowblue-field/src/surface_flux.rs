@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::element::shape;
-use crate::grid::{Cell, Grid, NONE};
+use crate::grid::{Cell, Grid};
+use crate::octree::NONE;
 
 /// Orientations: towards either end of each axis.
 const SIDES: usize = 6;
