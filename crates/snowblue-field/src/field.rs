@@ -182,7 +182,7 @@ impl SnowBody {
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
         let (cell, at) = self.grid.find_at_surface(point, normal)?;
-        Some(values.0.iter().map(move |group| self.surface_nodes.flux(group, cell, at, normal.as_vec3())))
+        Some(values.0.iter().map(move |group| self.surface_nodes.flux(&self.grid, group, (cell, at), normal.as_vec3())))
     }
 
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
