@@ -97,6 +97,12 @@ impl SnowBody {
         self.grid.free_count
     }
 
+    /// Memory of the grid and the systems, in bytes, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.grid.bytes() + self.systems.iter().map(System::bytes).sum::<usize>()
+    }
+
     /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
     /// F is the irradiance by one direction and K the escape function of its cosine, plus the diffuse irradiance.
     ///

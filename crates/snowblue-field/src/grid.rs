@@ -112,6 +112,19 @@ impl Grid {
         self.term_starts.len() - 1
     }
 
+    /// Memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let parts = self.cut_cells.iter().filter(|cell| cell.inside.is_some()).count() * size_of::<[f32; CELL_PARTS]>();
+        parts
+            + size_of_val(&*self.cells)
+            + size_of_val(&*self.cut_cells)
+            + size_of_val(&*self.surface)
+            + size_of_val(&*self.thickness_m)
+            + size_of_val(&*self.terms)
+            + size_of_val(&*self.term_starts)
+            + self.octree.bytes()
+    }
+
     /// The value of a node in terms of free nodes.
     #[inline]
     pub(crate) fn terms(&self, node: u32) -> &[Term] {

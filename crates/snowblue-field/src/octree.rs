@@ -104,6 +104,11 @@ impl Octree {
         (octree, leaves)
     }
 
+    /// Memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.children)
+    }
+
     /// Gives a cell that is not divided its number in the grid.
     pub(crate) fn set_cell(&mut self, leaf: &Leaf, cell: u32) {
         self.children[leaf.parent as usize][usize::from(leaf.child)] = cell;

@@ -126,6 +126,14 @@ impl System {
         self.inverse_diagonal.len()
     }
 
+    /// Memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.row_starts)
+            + size_of_val(&*self.columns)
+            + size_of_val(&*self.values)
+            + size_of_val(&*self.inverse_diagonal)
+    }
+
     /// A row times a vector.
     #[inline]
     pub(crate) fn row_product(&self, row: usize, vector: &[f32x4]) -> f32x4 {
