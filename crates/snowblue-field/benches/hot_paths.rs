@@ -25,7 +25,7 @@ fn block() -> SnowBody {
         Box::new(move |_| diffusion) as DiffusionAt
     });
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.3, 0.6));
-    SnowBody::new(&body, GridOptions { step_m: STEP_M, shift: DVec3::ZERO }, snow.into(), Q)
+    SnowBody::new(&body, GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: None }, snow.into(), Q)
 }
 
 /// The grid and its matrices.

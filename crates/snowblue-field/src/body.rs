@@ -38,6 +38,12 @@ pub(crate) struct Scanner<'b> {
     crossings: Vec<AxisCrossing>,
 }
 
+impl Segment {
+    pub(crate) fn length_m(&self) -> f64 {
+        self.leave.coordinate_m - self.enter.coordinate_m
+    }
+}
+
 impl<'b> Scanner<'b> {
     pub(crate) fn new(body: &'b dyn Body) -> Self {
         Self { body, crossings: Vec::new() }
@@ -46,12 +52,34 @@ impl<'b> Scanner<'b> {
     /// The segments of a line inside the body, in order. A line with an odd number of crossings, which grazes an edge
     /// or passes through a hole, has none.
     pub(crate) fn segments(&mut self, axis: usize, point: DVec3) -> impl Iterator<Item = Segment> {
+        if !self.cast(axis, point) {
+            self.crossings.clear();
+        }
+        self.found(axis)
+    }
+
+    /// The segments of the first of some lines that has an even number of crossings.
+    pub(crate) fn sound_segments(
+        &mut self,
+        axis: usize,
+        points: impl IntoIterator<Item = DVec3>,
+    ) -> impl Iterator<Item = Segment> {
+        if !points.into_iter().any(|point| self.cast(axis, point)) {
+            self.crossings.clear();
+        }
+        self.found(axis)
+    }
+
+    /// Finds the crossings of a line, and whether their number is even.
+    fn cast(&mut self, axis: usize, point: DVec3) -> bool {
         self.crossings.clear();
         self.body.crossings(axis, point, &mut self.crossings);
         self.crossings.sort_unstable_by(|a, b| a.coordinate_m.total_cmp(&b.coordinate_m));
-        if self.crossings.len() % 2 == 1 {
-            self.crossings.clear();
-        }
+        self.crossings.len().is_multiple_of(2)
+    }
+
+    /// The segments between the crossings that were found.
+    fn found(&self, axis: usize) -> impl Iterator<Item = Segment> {
         let outward = move |crossing: AxisCrossing, sign: f32| {
             let flip = if crossing.normal[axis] * sign < 0.0 { -1.0 } else { 1.0 };
             AxisCrossing { normal: crossing.normal * flip, ..crossing }

@@ -6,20 +6,23 @@ use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
-use crate::grid::{Cell, Grid, INWARD};
+use crate::grid::{Cell, Grid};
 use crate::scan::SurfaceElement;
+use crate::sizes::CellSizes;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
 use crate::system::{Diffusion, System, right_hand_side};
 
 /// How a body is divided into cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridOptions {
-    /// Greatest size of a cell at the surface, in m.
+#[derive(Debug, Clone, Copy)]
+pub struct GridOptions<'r> {
+    /// Greatest size of the finest cells, in m.
     pub step_m: f64,
     /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. Light must not depend on it.
     pub shift: DVec3,
+    /// Where cells at the surface may be larger; without, all have the finest size.
+    pub sizes: Option<&'r dyn CellSizes>,
 }
 
 /// The snow at a point, in m, for a group of four wavelengths.
@@ -71,7 +74,7 @@ impl SnowBody {
     /// Divides a body into cells and prepares its equations. `diffusion` gives the snow at a point in m for each group
     /// of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
     pub fn new(body: &dyn Body, options: GridOptions, diffusion: Vec<DiffusionAt>, extrapolation: f64) -> Self {
-        let grid = Grid::new(body, options.step_m, options.shift);
+        let grid = Grid::new(body, options);
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
         Self { surface_nodes: SurfaceNodes::new(&grid), grid, systems, diffusion, extrapolation }
     }
@@ -82,7 +85,7 @@ impl SnowBody {
         &self.grid.surface
     }
 
-    /// Greatest size of a cell at the surface, in m.
+    /// Size of the finest cells, in m. Without a rule for sizes it is that of all cells at the surface.
     #[must_use]
     pub fn step_m(&self) -> f64 {
         self.grid.lattice.step.max_element()
@@ -92,6 +95,12 @@ impl SnowBody {
     #[must_use]
     pub fn node_count(&self) -> usize {
         self.grid.free_count
+    }
+
+    /// Memory of the grid and the systems, in bytes, about.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.grid.bytes() + self.systems.iter().map(System::bytes).sum::<usize>()
     }
 
     /// Solves for light that enters at the surface: for each group of wavelengths Σ K F at each surface element, where
@@ -178,8 +187,8 @@ impl SnowBody {
         point: DVec3,
         normal: DVec3,
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.find(point, normal)?;
-        Some(values.0.iter().map(move |group| self.surface_nodes.flux(group, cell, at, normal.as_vec3())))
+        let (cell, at) = self.grid.find_at_surface(point, normal)?;
+        Some(values.0.iter().map(move |group| self.surface_nodes.flux(&self.grid, group, (cell, at), normal.as_vec3())))
     }
 
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
@@ -218,13 +227,6 @@ impl SnowBody {
                 std::array::from_fn(|axis| weighted(nodes, &corners, &slopes.map(|slope| slope[axis])))
             }),
         )
-    }
-
-    /// The cell at a point of the surface.
-    #[inline]
-    fn find(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
-        let step = self.grid.lattice.step;
-        INWARD.iter().find_map(|inward| self.grid.find(point - normal * step * *inward))
     }
 }
 

@@ -1,29 +1,25 @@
 //! The grid: an octree of cells through a body, finest at the surface.
 //!
-//! Cells that the surface cuts have the finest size. A cell far inside is as wide as about a third of its distance to
-//! the surface: light that varies on a shorter scale does not reach that depth. Neighbours differ by one level at most,
-//! and a node that lies on an edge or face of a larger cell takes the mean of that edge's or face's corners.
+//! Cells that the surface cuts have the finest size, or sizes by a rule ([`crate::sizes`]). A cell far inside is as
+//! wide as about a third of its distance to the surface: light that varies on a shorter scale does not reach that
+//! depth. Neighbours differ by one level at most, and a node that lies on an edge or face of a larger cell takes the
+//! mean of that edge's or face's corners.
+//!
+//! Memory grows with the surface: there is no array over the finest cells.
 
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use crate::body::Body;
+use crate::body::{Body, Scanner};
+use crate::cut_cells::{CutCells, INWARD};
 use crate::element::{CELL_PARTS, CORNERS};
+use crate::field::GridOptions;
 use crate::lattice::Lattice;
-use crate::scan::{Coverage, SurfaceElement, coverage, surface};
-
-/// Marks the absence of a cell or node.
-pub(crate) const NONE: u32 = u32::MAX;
-
-/// How far inwards from the surface, in cells, its cell is looked for: the surface may lie on the face of a cell, just
-/// outside of all, or where the body fills so little of a cell that its sampled volume is zero. Light cannot enter by a
-/// cell without volume.
-pub(crate) const INWARD: [f64; 4] = [1e-6, 0.1, 0.5, 1.0];
-/// Cells of the same level around a block of eight that may become one larger cell.
-const RING: usize = 3;
-/// Most levels of coarsening.
-const MOST_LEVELS: usize = 7;
+use crate::octree::{Leaf, NONE, Octree, key};
+use crate::scan::SurfaceElement;
+use crate::sizes::{LINES, demands};
 
 /// A cell of the octree.
 #[derive(Debug, Clone, Copy)]
@@ -61,10 +57,11 @@ pub(crate) struct Grid {
     pub(crate) lattice: Lattice,
     pub(crate) cells: Vec<Cell>,
     pub(crate) cut_cells: Vec<CutCell>,
-    /// The cell of each finest cell, or [`NONE`] outside.
-    cell_of: Vec<u32>,
+    octree: Octree,
     /// Surface elements, by cut cell.
     pub(crate) surface: Vec<SurfaceElement>,
+    /// For each surface element the length of snow below it, along its normal, in m.
+    pub(crate) thickness_m: Vec<f32>,
     /// The terms of node k are `terms[term_starts[k]..term_starts[k + 1]]`.
     term_starts: Vec<u32>,
     terms: Vec<Term>,
@@ -73,69 +70,59 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Divides a body into cells of at most `step_m` at its surface.
-    pub(crate) fn new(body: &dyn Body, step_m: f64, shift: DVec3) -> Self {
-        let lattice = Lattice::around(body, step_m, shift);
-        let mut inside = vec![None; lattice.cell_count()];
-        let mut state = vec![Finest::Empty; lattice.cell_count()];
-        for (column, cells) in coverage(body, &lattice).into_iter().enumerate() {
-            for (iz, coverage) in cells {
-                let index = column * lattice.counts[2] + iz;
-                state[index] = match coverage {
-                    Coverage::Whole => Finest::Whole,
-                    Coverage::Parts(parts) => {
-                        inside[index] = Some(parts);
-                        Finest::Cut
-                    }
-                };
-            }
-        }
-        let is_empty = |cell: usize| state[cell] == Finest::Empty;
-        let (surface, elements_of) = sorted_by_cell(surface(body, &lattice), &lattice, &is_empty);
-        let mut is_whole: Vec<bool> = state.iter().map(|state| *state == Finest::Whole).collect();
-        for &(index, _) in &elements_of {
-            // A cell that the surface only touches may be inside or outside.
-            if state[index] == Finest::Empty {
-                inside[index] = Some(Box::new([0.0; CELL_PARTS]));
-            }
-            state[index] = Finest::Cut;
-            is_whole[index] = false;
-        }
-        let levels = levels(&lattice, is_whole);
-        let mut cells = Vec::new();
-        let mut cut_cells = Vec::new();
-        let mut cell_of = vec![NONE; lattice.cell_count()];
-        let mut elements = elements_of.into_iter().peekable();
-        for index in 0..lattice.cell_count() {
-            let place = lattice.cell(index);
-            let width = 1 << levels[index];
-            let is_origin = place.iter().all(|k| k % width == 0);
-            if state[index] == Finest::Empty || !is_origin {
+    /// Divides a body into cells.
+    pub(crate) fn new(body: &dyn Body, options: GridOptions) -> Self {
+        let lattice = Lattice::around(body, options.step_m, options.shift);
+        let (mut octree, leaves, cut) = if let Some(sizes) = options.sizes {
+            let demands = demands(body, &lattice, sizes);
+            let (octree, leaves) = Octree::new(&lattice, &demands);
+            let cut = CutCells::of_octree(body, &lattice, &octree, &leaves);
+            (octree, leaves, cut)
+        } else {
+            let cut = CutCells::finest(body, &lattice);
+            let (octree, leaves) = Octree::new(&lattice, &[cut.keys()]);
+            (octree, leaves, cut)
+        };
+        let mut leaves: Vec<(u64, Leaf)> = leaves.into_iter().map(|leaf| (key(leaf.origin()), leaf)).collect();
+        leaves.par_sort_unstable_by_key(|(key, _)| *key);
+        let CutCells { cells: of_cut, surface, thickness_m } = cut;
+        let is_cut: Vec<bool> =
+            leaves.iter().map(|(key, _)| of_cut.binary_search_by_key(key, |cell| cell.key).is_ok()).collect();
+        let uncut = leaves.iter().zip(&is_cut).filter(|(_, is_cut)| !**is_cut).map(|((_, leaf), _)| *leaf);
+        let mut is_inside = inside(body, &lattice, &uncut.collect::<Vec<Leaf>>()).into_iter();
+        let (mut cells, mut cut_cells) = (Vec::new(), Vec::with_capacity(of_cut.len()));
+        let mut of_cut = of_cut.into_iter();
+        for ((_, leaf), is_cut) in leaves.iter().zip(is_cut) {
+            let mut cut = NONE;
+            if is_cut {
+                cut = number(cut_cells.len());
+                cut_cells.extend(of_cut.next().map(|cell| CutCell { inside: cell.inside, surface: cell.surface }));
+            } else if is_inside.next() != Some(true) {
                 continue;
             }
-            let cut = if state[index] == Finest::Cut {
-                let surface = elements.next_if(|(cell, _)| *cell == index).map_or([0, 0], |(_, range)| range);
-                cut_cells.push(CutCell { inside: inside[index].take(), surface });
-                number(cut_cells.len() - 1)
-            } else {
-                NONE
-            };
-            let cell = number(cells.len());
-            for x in place[0]..place[0] + width {
-                for y in place[1]..place[1] + width {
-                    let start = lattice.index([x, y, place[2]]);
-                    cell_of[start..start + width].fill(cell);
-                }
-            }
-            cells.push(Cell { origin: place.map(number), level: levels[index], cut, corners: [NONE; CORNERS] });
+            octree.set_cell(leaf, number(cells.len()));
+            cells.push(Cell { origin: leaf.origin(), level: leaf.level, cut, corners: [NONE; CORNERS] });
         }
-        let Nodes { term_starts, terms, free_count } = number_nodes(&lattice, &mut cells);
-        Self { lattice, cells, cut_cells, cell_of, surface, term_starts, terms, free_count }
+        let Nodes { term_starts, terms, free_count } = number_nodes(&mut cells);
+        Self { lattice, cells, cut_cells, octree, surface, thickness_m, term_starts, terms, free_count }
     }
 
     /// Number of nodes, free or not.
     pub(crate) fn node_count(&self) -> usize {
         self.term_starts.len() - 1
+    }
+
+    /// Memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let parts = self.cut_cells.iter().filter(|cell| cell.inside.is_some()).count() * size_of::<[f32; CELL_PARTS]>();
+        parts
+            + size_of_val(&*self.cells)
+            + size_of_val(&*self.cut_cells)
+            + size_of_val(&*self.surface)
+            + size_of_val(&*self.thickness_m)
+            + size_of_val(&*self.terms)
+            + size_of_val(&*self.term_starts)
+            + self.octree.bytes()
     }
 
     /// The value of a node in terms of free nodes.
@@ -167,8 +154,16 @@ impl Grid {
     /// The cell that holds a point, with the point's coordinates within it; none outside of all cells.
     #[inline]
     pub(crate) fn find(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
-        let cell = self.cells.get(self.cell_of[self.lattice.index(self.lattice.cell_at(point))] as usize)?;
+        let cell = self.cells.get(self.octree.find(self.lattice.cell_at(point)).0 as usize)?;
         Some((cell, self.within(cell, point)))
+    }
+
+    /// The cell at a point of the surface with an outward normal, with the point's coordinates within it.
+    #[inline]
+    pub(crate) fn find_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
+        let (_, level) = self.octree.find(self.lattice.cell_at(point));
+        let step = self.lattice.step * f64::from(1u32 << level);
+        INWARD.iter().find_map(|inward| self.find(point - normal * step * *inward))
     }
 
     /// Coordinates of a point within a cell, between 0 and 1.
@@ -181,89 +176,32 @@ impl Grid {
     }
 }
 
-/// A finest cell, before cells are merged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Finest {
-    /// Outside.
-    Empty,
-    /// Inside, and away from the surface.
-    Whole,
-    /// At the surface.
-    Cut,
-}
-
-/// Sorts surface elements by the finest cell that holds them, and gives the range of each cell that has any.
-fn sorted_by_cell(
-    elements: Vec<SurfaceElement>,
-    lattice: &Lattice,
-    is_empty: &dyn Fn(usize) -> bool,
-) -> (Vec<SurfaceElement>, Vec<(usize, [u32; 2])>) {
-    let cell = |element: &SurfaceElement| {
-        let inward = element.normal.as_dvec3() * lattice.step;
-        let cells = INWARD.map(|steps| lattice.index(lattice.cell_at(element.point.as_dvec3() - inward * steps)));
-        cells.into_iter().find(|cell| !is_empty(*cell)).unwrap_or(cells[0])
-    };
-    let mut keyed: Vec<(usize, SurfaceElement)> =
-        elements.into_iter().map(|element| (cell(&element), element)).collect();
-    keyed.sort_by_key(|(cell, _)| *cell);
-    let mut ranges: Vec<(usize, [u32; 2])> = Vec::new();
-    for (place, (cell, _)) in keyed.iter().enumerate() {
-        match ranges.last_mut() {
-            Some((last, range)) if last == cell => range[1] = number(place + 1),
-            _ => ranges.push((*cell, [number(place), number(place + 1)])),
-        }
-    }
-    (keyed.into_iter().map(|(_, element)| element).collect(), ranges)
-}
-
-/// The level of the cell that covers each finest cell.
-fn levels(lattice: &Lattice, is_whole: Vec<bool>) -> Vec<u8> {
-    let mut levels = vec![0; is_whole.len()];
-    let (mut counts, mut mergeable) = (lattice.counts, is_whole);
-    for level in 1..=MOST_LEVELS {
-        let inner = eroded(&mergeable, counts);
-        let coarse = counts.map(|count| count / 2);
-        let mut merged = vec![false; coarse.iter().product()];
-        let mut any = false;
-        for (index, merged) in merged.iter_mut().enumerate() {
-            let [x, y, z] = [index / (coarse[1] * coarse[2]), index / coarse[2] % coarse[1], index % coarse[2]];
-            *merged = (0..CORNERS).all(|corner| {
-                let [x, y, z] = [2 * x + (corner & 1), 2 * y + (corner >> 1 & 1), 2 * z + (corner >> 2)];
-                inner[(x * counts[1] + y) * counts[2] + z]
-            });
-            any |= *merged;
-        }
-        if !any {
-            break;
-        }
-        for (index, of_cell) in levels.iter_mut().enumerate() {
-            let [x, y, z] = lattice.cell(index).map(|k| k >> level);
-            let is_within = x < coarse[0] && y < coarse[1] && z < coarse[2];
-            if is_within && merged[(x * coarse[1] + y) * coarse[2] + z] {
-                *of_cell = u8::try_from(level).unwrap_or(u8::MAX);
-            }
-        }
-        (counts, mergeable) = (coarse, merged);
-    }
-    levels
-}
-
-/// The cells whose neighbours within [`RING`] cells are all marked.
-fn eroded(marked: &[bool], counts: [usize; 3]) -> Vec<bool> {
-    let strides = [counts[1] * counts[2], counts[2], 1];
-    let mut eroded = marked.to_vec();
-    for axis in 0..3 {
-        let (stride, count) = (strides[axis], counts[axis]);
-        let before = eroded;
-        let kept = |index: usize| {
-            let place = index / stride % count;
-            place >= RING
-                && place + RING < count
-                && (index - RING * stride..=index + RING * stride).step_by(stride).all(|other| before[other])
+/// Whether cells that the surface does not cut are inside.
+fn inside(body: &dyn Body, lattice: &Lattice, leaves: &[Leaf]) -> Vec<bool> {
+    // One line serves all cells of a column.
+    let column = |leaf: &Leaf| (leaf.level, leaf.place[0], leaf.place[1]);
+    let mut order: Vec<usize> = (0..leaves.len()).collect();
+    order.par_sort_unstable_by_key(|leaf| column(&leaves[*leaf]));
+    let columns: Vec<&[usize]> =
+        order.chunk_by(|one, other| column(&leaves[*one]) == column(&leaves[*other])).collect();
+    let of_column = |scanner: &mut Scanner, members: &[usize]| -> Vec<(usize, bool)> {
+        let lattice = lattice.coarsened(leaves[members[0]].level);
+        let corner = lattice.corner(leaves[members[0]].place);
+        let points = LINES.map(|[x, y]| corner + lattice.step * DVec3::new(x, y, 0.0));
+        let segments: Vec<[f64; 2]> = scanner
+            .sound_segments(2, points)
+            .map(|segment| [segment.enter.coordinate_m, segment.leave.coordinate_m])
+            .collect();
+        let is_inside = |leaf: usize| {
+            let height = lattice.corner(leaves[leaf].place).z + 0.5 * lattice.step.z;
+            segments.iter().any(|[enter, leave]| *enter < height && height < *leave)
         };
-        eroded = (0..before.len()).map(kept).collect();
-    }
-    eroded
+        members.iter().map(|leaf| (*leaf, is_inside(*leaf))).collect()
+    };
+    let found: Vec<Vec<(usize, bool)>> = columns.into_par_iter().map_init(|| Scanner::new(body), of_column).collect();
+    let mut inside = vec![false; leaves.len()];
+    found.into_iter().flatten().for_each(|(leaf, is_inside)| inside[leaf] = is_inside);
+    inside
 }
 
 struct Nodes {
@@ -293,34 +231,29 @@ fn edges_and_faces() -> Vec<([usize; 3], Vec<usize>)> {
 }
 
 /// Numbers the nodes of all cells and finds those that hang on a larger cell.
-fn number_nodes(lattice: &Lattice, cells: &mut [Cell]) -> Nodes {
-    let [_, ny, nz] = lattice.counts.map(|count| count + 1);
-    let key = |[x, y, z]: [usize; 3]| (x * ny + y) * nz + z;
-    let mut numbers = vec![NONE; lattice.counts.iter().map(|count| count + 1).product()];
+fn number_nodes(cells: &mut [Cell]) -> Nodes {
     let corner_key = |cell: &Cell, corner: usize| {
-        let width = 1 << cell.level;
-        key(std::array::from_fn(|k| cell.origin[k] as usize + (corner >> k & 1) * width))
+        key(std::array::from_fn(|k| cell.origin[k] + (number(corner) >> k & 1) * (1 << cell.level)))
     };
-    for cell in cells.iter() {
-        (0..CORNERS).for_each(|corner| numbers[corner_key(cell, corner)] = 0);
-    }
-    let mut count = 0;
-    for number in numbers.iter_mut().filter(|number| **number != NONE) {
-        *number = count;
-        count += 1;
-    }
-    for cell in cells.iter_mut() {
-        cell.corners = std::array::from_fn(|corner| numbers[corner_key(cell, corner)]);
-    }
-    let mut parents: Vec<Vec<u32>> = vec![Vec::new(); count as usize];
+    let mut keys: Vec<u64> =
+        cells.par_iter().flat_map_iter(|cell| (0..CORNERS).map(|corner| corner_key(cell, corner))).collect();
+    keys.par_sort_unstable();
+    keys.dedup();
+    let node = |key: u64| keys.binary_search(&key).map_or(NONE, number);
+    cells.par_iter_mut().for_each(|cell| {
+        cell.corners = std::array::from_fn(|corner| node(corner_key(cell, corner)));
+    });
+    let count = keys.len();
+    let most_levels = cells.iter().map(|cell| cell.level).max().unwrap_or(0);
+    let mut parents: Vec<Vec<u32>> = vec![Vec::new(); count];
     // Nodes that hang on larger cells come first, since others may hang on them.
     let mut hanging = Vec::new();
     let middles = edges_and_faces();
-    for level in (1..=MOST_LEVELS).rev() {
-        for cell in cells.iter().filter(|cell| usize::from(cell.level) == level) {
+    for level in (1..=most_levels).rev() {
+        for cell in cells.iter().filter(|cell| cell.level == level) {
             let half = 1 << (level - 1);
             for (at, ends) in &middles {
-                let node = numbers[key(std::array::from_fn(|k| cell.origin[k] as usize + at[k] * half))];
+                let node = node(key(std::array::from_fn(|k| cell.origin[k] + number(at[k]) * half)));
                 if node != NONE && parents[node as usize].is_empty() {
                     parents[node as usize] = ends.iter().map(|end| cell.corners[*end]).collect();
                     hanging.push(node);
@@ -328,7 +261,7 @@ fn number_nodes(lattice: &Lattice, cells: &mut [Cell]) -> Nodes {
             }
         }
     }
-    let mut expansions: Vec<Vec<Term>> = vec![Vec::new(); count as usize];
+    let mut expansions: Vec<Vec<Term>> = vec![Vec::new(); count];
     let mut free_count = 0;
     for (node, parents) in parents.iter().enumerate() {
         if parents.is_empty() {
@@ -351,7 +284,7 @@ fn number_nodes(lattice: &Lattice, cells: &mut [Cell]) -> Nodes {
         }
         expansions[node as usize] = terms;
     }
-    let mut term_starts = Vec::with_capacity(count as usize + 1);
+    let mut term_starts = Vec::with_capacity(count + 1);
     let mut terms = Vec::new();
     for expansion in expansions {
         term_starts.push(number(terms.len()));
@@ -362,7 +295,7 @@ fn number_nodes(lattice: &Lattice, cells: &mut [Cell]) -> Nodes {
 }
 
 /// A count as a 32-bit number.
-#[expect(clippy::cast_possible_truncation, reason = "a lattice has fewer than 2^31 cells")]
+#[expect(clippy::cast_possible_truncation, reason = "a grid has fewer than 2^31 cells, elements and nodes")]
 fn number(count: usize) -> u32 {
     count as u32
 }
@@ -370,24 +303,34 @@ fn number(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::across;
     use crate::shapes::{Ball, BoxBody};
 
     #[test]
     fn cells_cover_the_body_and_neighbours_differ_by_one_level() {
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.0, 0.9, 0.8));
-        let grid = Grid::new(&body, 0.02, DVec3::ZERO);
+        let grid = Grid::new(&body, GridOptions { step_m: 0.02, shift: DVec3::ZERO, sizes: None });
         let volume: f64 = grid.cells.iter().map(|cell| grid.cell_size(cell).to_array().iter().product::<f64>()).sum();
         assert!((volume / 0.72 - 1.0).abs() < 1e-9, "{volume}");
         assert!(grid.cells.iter().any(|cell| cell.level >= 2));
         assert!(grid.free_count < 50 * 45 * 40 * 6 / 10, "{}", grid.free_count);
-        let counts = grid.lattice.counts;
-        for index in 0..grid.lattice.cell_count() {
-            let place = grid.lattice.cell(index);
-            let level = |place| grid.cells[grid.cell_of[grid.lattice.index(place)] as usize].level;
-            for k in 0..3 {
-                let mut next = place;
-                next[k] += 1;
-                assert!(next[k] >= counts[k] || level(place).abs_diff(level(next)) <= 1);
+        assert_is_balanced(&grid);
+    }
+
+    /// Every finest cell on the faces of every cell has a neighbour that differs by one level at most.
+    fn assert_is_balanced(grid: &Grid) {
+        for cell in &grid.cells {
+            let width = 1u32 << cell.level;
+            for (axis, place) in (0..3).flat_map(|axis| (0..width * width).map(move |place| (axis, place))) {
+                let mut beside = cell.origin;
+                let [u, v] = across(axis);
+                beside[u] += place / width;
+                beside[v] += place % width;
+                beside[axis] += width;
+                if (0..3).all(|k| (beside[k] as usize) < grid.lattice.counts[k]) {
+                    let (_, level) = grid.octree.find(beside);
+                    assert!(level.abs_diff(cell.level) <= 1, "{cell:?} {beside:?} {level}");
+                }
             }
         }
     }
@@ -395,7 +338,7 @@ mod tests {
     #[test]
     fn hanging_nodes_reproduce_linear_functions() {
         let ball = Ball { centre: DVec3::ZERO, radius: 0.5 };
-        let grid = Grid::new(&ball, 0.02, DVec3::new(0.3, 0.2, 0.4));
+        let grid = Grid::new(&ball, GridOptions { step_m: 0.02, shift: DVec3::new(0.3, 0.2, 0.4), sizes: None });
         let (mut free, mut nodes) = (vec![DVec3::NAN; grid.free_count], vec![DVec3::NAN; grid.node_count()]);
         for cell in &grid.cells {
             for corner in 0..CORNERS {

@@ -1,4 +1,4 @@
-//! The lattice of finest cells around a body.
+//! The lattice of finest cells around a body, and those of coarser cells.
 
 use glam::DVec3;
 
@@ -15,6 +15,9 @@ pub(crate) struct Lattice {
     pub(crate) counts: [usize; 3],
 }
 
+/// Most cells along an axis: places have 21 bits, and cells and nodes may lie beyond the end.
+pub(crate) const MOST_ALONG_AXIS: usize = 1 << 20;
+
 impl Lattice {
     /// Cells of at most `step_m` around a body, which fit its bounds exactly unless they are shifted: by `shift` of a
     /// cell along each axis.
@@ -24,7 +27,7 @@ impl Lattice {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "positive, and checked by the grid"
+            reason = "positive, and bounded by the plan of the grid"
         )]
         let mut counts = size.to_array().map(|size| (size / step_m - 1e-6).ceil().max(1.0) as usize);
         let step = DVec3::from_array(std::array::from_fn(|k| size[k] / counts[k] as f64));
@@ -34,28 +37,41 @@ impl Lattice {
         Self { low: low - shift * step, step, counts }
     }
 
-    /// Number of cells.
-    pub(crate) fn cell_count(&self) -> usize {
-        self.counts.iter().product()
+    /// The lattice of cells of a level, which span 2^level of these along each axis. The last may go beyond the end.
+    pub(crate) fn coarsened(&self, level: u8) -> Self {
+        let step = self.step * f64::from(1u32 << level);
+        Self { step, counts: self.counts.map(|count| count.div_ceil(1 << level)), ..*self }
     }
 
-    /// The number of a cell.
-    #[inline]
-    pub(crate) fn index(&self, cell: [usize; 3]) -> usize {
-        (cell[0] * self.counts[1] + cell[1]) * self.counts[2] + cell[2]
+    /// The least level, from 1, at which one cell covers the lattice.
+    pub(crate) fn top_level(&self) -> u8 {
+        let most = self.counts.into_iter().max().unwrap_or(1);
+        u8::try_from(most.next_power_of_two().trailing_zeros()).unwrap_or(u8::MAX).max(1)
     }
 
-    /// The cell of a number.
-    pub(crate) fn cell(&self, index: usize) -> [usize; 3] {
-        let [_, ny, nz] = self.counts;
-        [index / (ny * nz), index / nz % ny, index % nz]
+    /// All columns of cells along an axis, in order, by their places on the two axes after it.
+    pub(crate) fn columns(&self, axis: usize) -> Vec<[u32; 2]> {
+        let [u, v] = across(axis).map(|k| self.counts[k]);
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        (0..number(u)).flat_map(|u| (0..number(v)).map(move |v| [u, v])).collect()
+    }
+
+    /// The corner of least coordinates of a cell, in m.
+    pub(crate) fn corner(&self, place: [u32; 3]) -> DVec3 {
+        self.low + self.step * DVec3::from_array(place.map(f64::from))
     }
 
     /// The cell that holds a point, or the nearest one.
     #[inline]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the lattice")]
-    pub(crate) fn cell_at(&self, point: DVec3) -> [usize; 3] {
+    pub(crate) fn cell_at(&self, point: DVec3) -> [u32; 3] {
         let place = (point - self.low) / self.step;
-        std::array::from_fn(|k| (place[k].max(0.0) as usize).min(self.counts[k] - 1))
+        std::array::from_fn(|k| (place[k].max(0.0) as usize).min(self.counts[k] - 1) as u32)
     }
+}
+
+/// The two axes after one, in cyclic order.
+#[inline]
+pub(crate) fn across(axis: usize) -> [usize; 2] {
+    [(axis + 1) % 3, (axis + 2) % 3]
 }

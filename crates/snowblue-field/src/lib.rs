@@ -1,14 +1,17 @@
 #![doc = include_str!("../README.md")]
 
 mod body;
+mod cut_cells;
 mod element;
 mod field;
 mod grid;
 mod lattice;
+mod octree;
 mod optics;
 mod plan;
 mod scan;
 pub mod shapes;
+mod sizes;
 mod solver;
 mod source;
 mod spectral_nodes;
@@ -20,6 +23,7 @@ pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, Surfa
 pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;
+pub use sizes::{CellSizes, SizeLimits, SizesByDistance};
 pub use source::VolumeSource;
 pub use spectral_nodes::{GROUP, SpectralNodes};
 pub use system::Diffusion;

@@ -3,9 +3,8 @@
 use glam::DVec3;
 
 use crate::body::Body;
-use crate::element::CELL_PARTS;
 use crate::lattice::Lattice;
-use crate::scan::{Coverage, coverage, surface};
+use crate::scan::{coverage, surface, volume_m3};
 use crate::system::System;
 
 /// Nodes that a body gets if its snow allows it: enough for details of a fortieth of its size.
@@ -79,14 +78,9 @@ impl Survey {
         let [low, high] = body.bounds();
         let bounds_m = high - low;
         let lattice = Lattice::around(body, bounds_m.max_element() / SURVEY_CELLS, DVec3::ZERO);
-        let cell_m3 = lattice.step.x * lattice.step.y * lattice.step.z;
-        let inside = |coverage: &Coverage| match coverage {
-            Coverage::Whole => 1.0,
-            Coverage::Parts(parts) => f64::from(parts.iter().sum::<f32>()) / CELL_PARTS as f64,
-        };
-        let covered = coverage(body, &lattice);
-        let volume_m3 = covered.iter().flatten().map(|(_, coverage)| cell_m3 * inside(coverage)).sum();
-        let area_m2 = surface(body, &lattice).iter().map(|element| f64::from(element.area_m2)).sum();
+        let volume_m3 = volume_m3(&coverage(body, &lattice, &lattice.columns(2)), &lattice);
+        let samples = surface(body, &lattice, &[0, 1, 2].map(|axis| lattice.columns(axis)));
+        let area_m2 = samples.iter().map(|sample| f64::from(sample.element.area_m2)).sum();
         if volume_m3 > 0.0 { Ok(Self { volume_m3, area_m2, bounds_m }) } else { Err(FieldError::NoVolume) }
     }
 
@@ -182,6 +176,7 @@ fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::GridOptions;
     use crate::grid::Grid;
     use crate::shapes::{Ball, BoxBody};
 
@@ -193,7 +188,7 @@ mod tests {
         for body in bodies {
             for step_m in [0.01, 0.02] {
                 let estimate = Survey::new(body).unwrap().nodes(step_m);
-                let count = Grid::new(body, step_m, DVec3::ZERO).free_count as f64;
+                let count = Grid::new(body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }).free_count as f64;
                 assert!(estimate > 0.6 * count && estimate < 1.7 * count, "{estimate} {count}");
             }
         }

@@ -1,22 +1,24 @@
 //! Scans a body with lines: which part of each cell is inside, and points on the surface with their areas.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::body::{Body, Scanner};
 use crate::element::{CELL_PARTS, PARTS};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, across};
 
 /// Lines per cell and axis that sample the surface.
 const SURFACE_LINES: usize = 2;
 
-/// How much of a cell is inside the body.
-#[derive(Debug, Clone)]
-pub(crate) enum Coverage {
-    /// All of it.
-    Whole,
-    /// These fractions of its parts.
-    Parts(Box<[f32; CELL_PARTS]>),
+/// Which cells of a column along z are inside the body.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Column {
+    /// The cells of which only some is inside, in order, with the fractions of their parts.
+    pub(crate) cut: Vec<(u32, Box<[f32; CELL_PARTS]>)>,
+    /// Ranges of cells that are inside as a whole, in order.
+    pub(crate) whole: Vec<Range<u32>>,
 }
 
 /// A point on the surface of a body with the area that it stands for.
@@ -30,13 +32,83 @@ pub struct SurfaceElement {
     pub area_m2: f32,
 }
 
-/// The coverage of each cell that is not empty, by columns along z.
-pub(crate) fn coverage(body: &dyn Body, lattice: &Lattice) -> Vec<Vec<(usize, Coverage)>> {
-    let [nx, ny, nz] = lattice.counts;
+/// A surface element with the length of snow below it, along its normal, in m.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    pub(crate) element: SurfaceElement,
+    pub(crate) thickness_m: f32,
+}
+
+/// A segment of one of the lines through a column, in parts from the start of the column.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    line: usize,
+    start: f64,
+    end: f64,
+    /// The parts that it touches.
+    first: usize,
+    last: usize,
+}
+
+impl Column {
+    /// Whether no part of a cell is inside.
+    pub(crate) fn is_empty(&self, cell: u32) -> bool {
+        let after = self.whole.partition_point(|range| range.start <= cell);
+        let is_whole = after > 0 && cell < self.whole[after - 1].end;
+        !is_whole && self.cut.binary_search_by_key(&cell, |(cell, _)| *cell).is_err()
+    }
+
+    /// The column of all segments of its lines.
+    fn of_runs(runs: &[Run]) -> Self {
+        // Cells in which segments end. Between them each line is inside or outside.
+        let mut ends: Vec<usize> =
+            runs.iter().flat_map(|run| [run.first / PARTS, run.last.saturating_sub(1) / PARTS]).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        let mut parts = vec![[0.0_f32; CELL_PARTS]; ends.len()];
+        for run in runs {
+            let reached = ends.partition_point(|cell| (cell + 1) * PARTS <= run.first)
+                ..ends.partition_point(|cell| cell * PARTS < run.last);
+            for (cell, parts) in ends[reached.clone()].iter().zip(&mut parts[reached]) {
+                for k in run.first.max(cell * PARTS)..run.last.min((cell + 1) * PARTS) {
+                    let length = run.end.min((k + 1) as f64) - run.start.max(k as f64);
+                    #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+                    let length = length as f32;
+                    parts[run.line * PARTS + k % PARTS] += length;
+                }
+            }
+        }
+        let mut column = Self::default();
+        for (place, (cell, parts)) in ends.iter().zip(parts).enumerate() {
+            column.push(*cell..cell + 1, &parts);
+            let Some(next) = ends.get(place + 1).filter(|next| **next > cell + 1) else { continue };
+            let mut parts = [0.0; CELL_PARTS];
+            for run in runs.iter().filter(|run| run.first / PARTS <= *cell && run.last > next * PARTS) {
+                parts[run.line * PARTS..(run.line + 1) * PARTS].fill(1.0);
+            }
+            column.push(cell + 1..*next, &parts);
+        }
+        column
+    }
+
+    /// Adds cells of the same parts.
+    fn push(&mut self, cells: Range<usize>, parts: &[f32; CELL_PARTS]) {
+        // A millionth of a part is the rounding of coordinates.
+        if parts.iter().all(|fraction| *fraction >= 1.0 - 1e-5) {
+            self.whole.push(number(cells.start)..number(cells.end));
+        } else if parts.iter().any(|fraction| *fraction > 0.0) {
+            self.cut.extend(cells.map(|cell| (number(cell), Box::new(parts.map(|fraction| fraction.min(1.0))))));
+        }
+    }
+}
+
+/// What of each cell of some columns along z is inside.
+pub(crate) fn coverage(body: &dyn Body, lattice: &Lattice, columns: &[[u32; 2]]) -> Vec<Column> {
+    let nz = lattice.counts[2];
     let part = lattice.step / PARTS as f64;
-    let column = |scanner: &mut Scanner, column: usize| {
-        let mut parts = vec![[0.0_f32; CELL_PARTS]; nz];
-        let (ix, iy) = (column / ny, column % ny);
+    let column = |scanner: &mut Scanner, [ix, iy]: [u32; 2]| {
+        let [ix, iy] = [ix as usize, iy as usize];
+        let mut runs = Vec::new();
         for line in 0..PARTS * PARTS {
             let (sx, sy) = (line / PARTS, line % PARTS);
             let x = lattice.low.x + ((ix * PARTS + sx) as f64 + 0.5) * part.x;
@@ -47,63 +119,71 @@ pub(crate) fn coverage(body: &dyn Body, lattice: &Lattice) -> Vec<Vec<(usize, Co
                 let (start, end) = (place(segment.enter.coordinate_m), place(segment.leave.coordinate_m));
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the lattice")]
                 let (first, last) = (start as usize, end.ceil() as usize);
-                for k in first..last {
-                    let length = end.min((k + 1) as f64) - start.max(k as f64);
-                    #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-                    let length = length as f32;
-                    parts[k / PARTS][line * PARTS + k % PARTS] += length;
+                if first < last {
+                    runs.push(Run { line, start, end, first, last });
                 }
             }
         }
-        let cells = parts.into_iter().enumerate().filter_map(|(iz, parts)| {
-            // A millionth of a part is the rounding of coordinates.
-            if parts.iter().all(|fraction| *fraction >= 1.0 - 1e-5) {
-                Some((iz, Coverage::Whole))
-            } else if parts.iter().any(|fraction| *fraction > 0.0) {
-                Some((iz, Coverage::Parts(Box::new(parts.map(|fraction| fraction.min(1.0))))))
-            } else {
-                None
-            }
-        });
-        cells.collect()
+        Column::of_runs(&runs)
     };
-    (0..nx * ny).into_par_iter().map_init(|| Scanner::new(body), column).collect()
+    columns.par_iter().map_init(|| Scanner::new(body), |scanner, at| column(scanner, *at)).collect()
 }
 
-/// Points on the surface, from lines along all three axes.
+/// Points on the surface, from lines along each axis through some columns of cells.
 ///
 /// Lines along axis k at a distance δ cross an area A with normal n in A |n_k| / δ² points. Points with the area
 /// δ² |n_k| therefore add up to A n_k², and those of all three axes to A.
-pub(crate) fn surface(body: &dyn Body, lattice: &Lattice) -> Vec<SurfaceElement> {
+pub(crate) fn surface(body: &dyn Body, lattice: &Lattice, columns: &[Vec<[u32; 2]>; 3]) -> Vec<Sample> {
     let spacing = lattice.step / SURFACE_LINES as f64;
-    let mut elements = Vec::new();
-    for axis in 0..3 {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let [lines_u, lines_v] = [u, v].map(|k| lattice.counts[k] * SURFACE_LINES);
-        let row = |scanner: &mut Scanner, i: usize| {
+    let mut samples = Vec::new();
+    for (axis, columns) in columns.iter().enumerate() {
+        let [u, v] = across(axis);
+        let row = |scanner: &mut Scanner, (columns, line): (&[[u32; 2]], usize)| {
             let mut found = Vec::new();
-            for j in 0..lines_v {
-                let mut point = DVec3::ZERO;
-                point[u] = lattice.low[u] + (i as f64 + 0.5) * spacing[u];
-                point[v] = lattice.low[v] + (j as f64 + 0.5) * spacing[v];
+            let mut point = DVec3::ZERO;
+            let place = |column: u32, line: usize| (column as usize * SURFACE_LINES + line) as f64 + 0.5;
+            for (column, across) in columns.iter().flat_map(|column| (0..SURFACE_LINES).map(move |line| (column, line)))
+            {
+                point[u] = lattice.low[u] + place(column[0], line) * spacing[u];
+                point[v] = lattice.low[v] + place(column[1], across) * spacing[v];
                 for segment in scanner.segments(axis, point) {
                     for crossing in [segment.enter, segment.leave] {
                         point[axis] = crossing.coordinate_m;
+                        let cos = crossing.normal[axis].abs();
                         #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-                        let area_m2 = (spacing[u] * spacing[v]) as f32 * crossing.normal[axis].abs();
+                        let (area_m2, length_m) = ((spacing[u] * spacing[v]) as f32 * cos, segment.length_m() as f32);
                         if area_m2 > 0.0 {
-                            found.push(SurfaceElement { point: point.as_vec3(), normal: crossing.normal, area_m2 });
+                            let element = SurfaceElement { point: point.as_vec3(), normal: crossing.normal, area_m2 };
+                            found.push(Sample { element, thickness_m: length_m * cos });
                         }
                     }
                 }
             }
             found
         };
-        let rows: Vec<Vec<SurfaceElement>> =
-            (0..lines_u).into_par_iter().map_init(|| Scanner::new(body), row).collect();
-        elements.extend(rows.into_iter().flatten());
+        let rows: Vec<(&[[u32; 2]], usize)> = columns
+            .chunk_by(|one, other| one[0] == other[0])
+            .flat_map(|columns| (0..SURFACE_LINES).map(move |line| (columns, line)))
+            .collect();
+        let rows: Vec<Vec<Sample>> = rows.into_par_iter().map_init(|| Scanner::new(body), row).collect();
+        samples.extend(rows.into_iter().flatten());
     }
-    elements
+    samples
+}
+
+/// The fractions of a body's cells that are inside, added up, times the volume of a cell, in m³.
+pub(crate) fn volume_m3(columns: &[Column], lattice: &Lattice) -> f64 {
+    let cells = |column: &Column| -> f64 {
+        let whole: u32 = column.whole.iter().map(|range| range.end - range.start).sum();
+        let cut = column.cut.iter().map(|(_, parts)| f64::from(parts.iter().sum::<f32>()) / CELL_PARTS as f64);
+        f64::from(whole) + cut.sum::<f64>()
+    };
+    columns.iter().map(cells).sum::<f64>() * lattice.step.x * lattice.step.y * lattice.step.z
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a lattice has at most 2^20 cells along an axis")]
+fn number(count: usize) -> u32 {
+    count as u32
 }
 
 #[cfg(test)]
@@ -112,15 +192,6 @@ mod tests {
     use crate::shapes::{Ball, BoxBody};
     use glam::{DMat3, EulerRot};
     use std::f64::consts::PI;
-
-    fn volume(body: &dyn Body, lattice: &Lattice) -> f64 {
-        let cell = lattice.step.x * lattice.step.y * lattice.step.z;
-        let fraction = |coverage: &Coverage| match coverage {
-            Coverage::Whole => 1.0,
-            Coverage::Parts(parts) => f64::from(parts.iter().sum::<f32>()) / CELL_PARTS as f64,
-        };
-        coverage(body, lattice).iter().flatten().map(|(_, coverage)| cell * fraction(coverage)).sum()
-    }
 
     #[test]
     fn lines_measure_volume_and_area_of_balls_and_turned_boxes() {
@@ -137,9 +208,10 @@ mod tests {
         ];
         for (body, expected_volume, expected_area) in bodies {
             let lattice = Lattice::around(body, 0.01, DVec3::ZERO);
-            let found = volume(body, &lattice);
+            let found = volume_m3(&coverage(body, &lattice, &lattice.columns(2)), &lattice);
             assert!((found / expected_volume - 1.0).abs() < 2e-3, "{found} {expected_volume}");
-            let elements = surface(body, &lattice);
+            let samples = surface(body, &lattice, &[0, 1, 2].map(|axis| lattice.columns(axis)));
+            let elements: Vec<SurfaceElement> = samples.into_iter().map(|sample| sample.element).collect();
             let area: f64 = elements.iter().map(|element| f64::from(element.area_m2)).sum();
             assert!((area / expected_area - 1.0).abs() < 0.01, "{area} {expected_area}");
             // ∮ n dA = 0 and ∮ x·n dA = 3 V (Gauss).

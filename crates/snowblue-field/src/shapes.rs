@@ -15,6 +15,17 @@ pub struct BoxBody {
     pub axes: DMat3,
 }
 
+/// A box with a hole: another box, with the same axes and within it or open to its surface.
+#[derive(Debug, Clone, Copy)]
+pub struct BoxWithHole {
+    /// The box.
+    pub outer: BoxBody,
+    /// Centre of the hole, in m.
+    pub hole_centre: DVec3,
+    /// Full size of the hole along the axes of the box, in m.
+    pub hole_size: DVec3,
+}
+
 /// A ball.
 #[derive(Debug, Clone, Copy)]
 pub struct Ball {
@@ -30,16 +41,9 @@ impl BoxBody {
     pub fn aligned(centre: DVec3, size: DVec3) -> Self {
         Self { centre, size, axes: DMat3::IDENTITY }
     }
-}
 
-impl Body for BoxBody {
-    fn bounds(&self) -> [DVec3; 2] {
-        let half = 0.5 * self.size;
-        let reach = self.axes.x_axis.abs() * half.x + self.axes.y_axis.abs() * half.y + self.axes.z_axis.abs() * half.z;
-        [self.centre - reach, self.centre + reach]
-    }
-
-    fn crossings(&self, axis: usize, point: DVec3, crossings: &mut Vec<AxisCrossing>) {
+    /// Where a line parallel to an axis enters and leaves.
+    fn segment(&self, axis: usize, point: DVec3) -> Option<[AxisCrossing; 2]> {
         let to_local = self.axes.transpose();
         let mut start = point - self.centre;
         start[axis] = 0.0;
@@ -49,7 +53,7 @@ impl Body for BoxBody {
             let half = 0.5 * self.size[k];
             if direction[k].abs() < 1e-12 {
                 if start[k].abs() >= half {
-                    return;
+                    return None;
                 }
                 continue;
             }
@@ -61,11 +65,46 @@ impl Body for BoxBody {
                 leave = (near + far, DVec3::AXES[k]);
             }
         }
-        if enter.0 < leave.0 {
-            crossings.extend([enter, leave].map(|(distance, normal)| AxisCrossing {
-                coordinate_m: self.centre[axis] + distance,
-                normal: (self.axes * normal).as_vec3(),
-            }));
+        let crossing = |(distance, normal): (f64, DVec3)| AxisCrossing {
+            coordinate_m: self.centre[axis] + distance,
+            normal: (self.axes * normal).as_vec3(),
+        };
+        (enter.0 < leave.0).then(|| [enter, leave].map(crossing))
+    }
+}
+
+impl Body for BoxBody {
+    fn bounds(&self) -> [DVec3; 2] {
+        let half = 0.5 * self.size;
+        let reach = self.axes.x_axis.abs() * half.x + self.axes.y_axis.abs() * half.y + self.axes.z_axis.abs() * half.z;
+        [self.centre - reach, self.centre + reach]
+    }
+
+    fn crossings(&self, axis: usize, point: DVec3, crossings: &mut Vec<AxisCrossing>) {
+        crossings.extend(self.segment(axis, point).into_iter().flatten());
+    }
+}
+
+impl Body for BoxWithHole {
+    fn bounds(&self) -> [DVec3; 2] {
+        self.outer.bounds()
+    }
+
+    fn crossings(&self, axis: usize, point: DVec3, crossings: &mut Vec<AxisCrossing>) {
+        let hole = BoxBody { centre: self.hole_centre, size: self.hole_size, axes: self.outer.axes };
+        let Some([enter, leave]) = self.outer.segment(axis, point) else { return };
+        let meets = |hole: &[AxisCrossing; 2]| {
+            hole[0].coordinate_m < leave.coordinate_m && enter.coordinate_m < hole[1].coordinate_m
+        };
+        let Some([hole_enter, hole_leave]) = hole.segment(axis, point).filter(meets) else {
+            crossings.extend([enter, leave]);
+            return;
+        };
+        if enter.coordinate_m < hole_enter.coordinate_m {
+            crossings.extend([enter, hole_enter]);
+        }
+        if hole_leave.coordinate_m < leave.coordinate_m {
+            crossings.extend([hole_leave, leave]);
         }
     }
 }

@@ -9,13 +9,13 @@
 //! 1: the flux of a lit face does not leak around the edge to a dark one. The average is sharpened once by averaging
 //! what it misses (Tukey's twicing), so that it keeps functions that are quadratic along the surface.
 
-use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::element::shape;
-use crate::grid::{Cell, Grid, NONE};
+use crate::grid::{Cell, Grid};
+use crate::octree::NONE;
 
 /// Orientations: towards either end of each axis.
 const SIDES: usize = 6;
@@ -25,29 +25,31 @@ const MOST_STEPS: usize = 6;
 /// Steps that average the noise itself.
 const STEPS_OF_ERROR: usize = 2;
 
-/// Where the surface elements are, as weights of nodes and orientations.
+/// Where the surface elements are, as weights of free nodes and orientations. The share of a node that hangs on a
+/// larger cell is that of the nodes whose mean it is, so that there is no jump where cells change their size.
 #[derive(Debug)]
 pub(crate) struct SurfaceNodes {
-    /// The number of each node among those near the surface, or [`NONE`].
+    /// The number of each free node among those near the surface, or [`NONE`].
     number: Vec<u32>,
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,
 }
 
-/// Numbers of the nodes around a node, itself included, with how many cells they share. Cells at the surface are all of
-/// the same size.
-type Neighbours = ArrayVec<(u32, f32), 27>;
+/// Numbers of the nodes around a node, itself included, with how many cells they share. They are 27 at most where cells
+/// have one size.
+type Neighbours = Vec<(u32, f32)>;
 
-/// The net flux of a group of wavelengths, times the area, at each node near the surface.
+/// The net flux of a group of wavelengths, times the area, at each free node near the surface.
 pub(crate) type NodeFlux = Vec<[f32x4; SIDES]>;
 
 impl SurfaceNodes {
     pub(crate) fn new(grid: &Grid) -> Self {
-        let mut nodes = Self { number: vec![NONE; grid.node_count()], area_m2: Vec::new() };
+        let mut nodes = Self { number: vec![NONE; grid.free_count], area_m2: Vec::new() };
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
-            for corner in cell.corners {
-                if nodes.number[corner as usize] == NONE {
-                    nodes.number[corner as usize] = u32::try_from(nodes.area_m2.len()).unwrap_or(NONE);
+            for term in cell.corners.iter().flat_map(|corner| grid.terms(*corner)) {
+                let number = &mut nodes.number[term.free as usize];
+                if *number == NONE {
+                    *number = u32::try_from(nodes.area_m2.len()).unwrap_or(NONE);
                     nodes.area_m2.push([0.0; SIDES]);
                 }
             }
@@ -66,7 +68,7 @@ impl SurfaceNodes {
             for index in elements {
                 let element = &grid.surface[index];
                 let at = grid.within(cell, element.point.as_dvec3());
-                missed[index] -= self.flux(&smoothed, cell, at, element.normal);
+                missed[index] -= self.flux(grid, &smoothed, (cell, at), element.normal);
             }
         }
         let correction = self.averaged(grid, &missed);
@@ -78,15 +80,18 @@ impl SurfaceNodes {
 
     /// The flux at a point of a cell on a surface with a normal.
     #[inline]
-    pub(crate) fn flux(&self, nodes: &NodeFlux, cell: &Cell, at: [f32; 3], normal: Vec3) -> f32x4 {
+    pub(crate) fn flux(&self, grid: &Grid, nodes: &NodeFlux, (cell, at): (&Cell, [f32; 3]), normal: Vec3) -> f32x4 {
         let weights = side_weights(normal);
         let (mut sum, mut area_m2) = (f32x4::ZERO, 0.0);
         for (corner, shape) in cell.corners.iter().zip(shape(at)) {
-            let number = self.number[*corner as usize] as usize;
-            let Some(flux) = nodes.get(number) else { continue };
-            for (side, weight) in weights {
-                sum += flux[side] * (shape * weight);
-                area_m2 += self.area_m2[number][side] * (shape * weight);
+            for term in grid.terms(*corner) {
+                let number = self.number[term.free as usize] as usize;
+                let Some(flux) = nodes.get(number) else { continue };
+                for (side, weight) in weights {
+                    let weight = shape * weight * term.weight;
+                    sum += flux[side] * weight;
+                    area_m2 += self.area_m2[number][side] * weight;
+                }
             }
         }
         quotient(sum, area_m2)
@@ -154,7 +159,8 @@ impl SurfaceNodes {
         for (cell, elements) in grid.surface_cells() {
             for index in elements {
                 let element = &grid.surface[index];
-                values[index] = self.flux(&result, cell, grid.within(cell, element.point.as_dvec3()), element.normal);
+                let at = grid.within(cell, element.point.as_dvec3());
+                values[index] = self.flux(grid, &result, (cell, at), element.normal);
             }
         }
     }
@@ -163,12 +169,15 @@ impl SurfaceNodes {
     fn neighbours(&self, grid: &Grid) -> Vec<Neighbours> {
         let mut neighbours = vec![Neighbours::new(); self.area_m2.len()];
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
-            let numbers = cell.corners.map(|corner| self.number[corner as usize]);
-            for (here, there) in numbers.iter().flat_map(|here| numbers.map(|there| (*here, there))) {
-                let around = &mut neighbours[here as usize];
-                match around.iter_mut().find(|(number, _)| *number == there) {
-                    Some((_, cells)) => *cells += 1.0,
-                    None => around.push((there, 1.0)),
+            let terms = cell.corners.iter().flat_map(|corner| grid.terms(*corner));
+            let nodes: Vec<(u32, f32)> =
+                terms.map(|term| (self.number[term.free as usize], term.weight)).collect();
+            for (here, there) in nodes.iter().flat_map(|here| nodes.iter().map(move |there| (here, there))) {
+                let around = &mut neighbours[here.0 as usize];
+                let cells = here.1 * there.1;
+                match around.iter_mut().find(|(number, _)| *number == there.0) {
+                    Some((_, sum)) => *sum += cells,
+                    None => around.push((there.0, cells)),
                 }
             }
         }
@@ -210,9 +219,11 @@ impl SurfaceNodes {
                 let element = &grid.surface[index];
                 let shape = shape(grid.within(cell, element.point.as_dvec3()));
                 for (corner, shape) in cell.corners.iter().zip(shape) {
-                    let number = self.number[*corner as usize] as usize;
-                    for (side, weight) in side_weights(element.normal) {
-                        visit(index, number, side, element.area_m2 * shape * weight);
+                    for term in grid.terms(*corner) {
+                        let number = self.number[term.free as usize] as usize;
+                        for (side, weight) in side_weights(element.normal) {
+                            visit(index, number, side, element.area_m2 * shape * weight * term.weight);
+                        }
                     }
                 }
             }

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::element::{CORNERS, CellIntegrals, ENTRIES, entry, shape};
-use crate::grid::{Cell, Grid, NONE, Term};
+use crate::grid::{Cell, Grid, Term};
+use crate::octree::NONE;
 
 /// Diffusion and absorption of snow at four wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +66,7 @@ impl System {
             let Diffusion { transport_length_m, absorption_per_m } = of_cells[number];
             let diffusion_m = transport_length_m * (1.0 / 3.0);
             if cell.cut == NONE {
-                let width = f32::from(1u16 << cell.level);
+                let width = (1u32 << cell.level) as f32;
                 return diffusion_m * (width * whole_stiffness[position])
                     + absorption_per_m * (width * width * width * whole_mass[position]);
             }
@@ -125,6 +126,14 @@ impl System {
         self.inverse_diagonal.len()
     }
 
+    /// Memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.row_starts)
+            + size_of_val(&*self.columns)
+            + size_of_val(&*self.values)
+            + size_of_val(&*self.inverse_diagonal)
+    }
+
     /// A row times a vector.
     #[inline]
     pub(crate) fn row_product(&self, row: usize, vector: &[f32x4]) -> f32x4 {
@@ -156,7 +165,8 @@ pub(crate) fn right_hand_side(
     let factor = single_value(4.0 / (3.0 * extrapolation));
     let mut sums = vec![f32x4::ZERO; grid.free_count];
     for (cell, elements) in grid.surface_cells() {
-        let correction = end_correction(&diffusion(grid.cell_centre(cell)), square_width_m2(grid, elements.clone()));
+        let correction =
+            end_correction(&diffusion(grid.cell_centre(cell)), square_width_m2(grid, cell, elements.clone()));
         for index in elements {
             let element = &grid.surface[index];
             let shape = shape(grid.within(cell, element.point.as_dvec3()));
@@ -181,8 +191,8 @@ fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
 }
 
 /// Mean square of the width of a cell across its surface elements, in m².
-fn square_width_m2(grid: &Grid, elements: Range<usize>) -> f32 {
-    let step = grid.lattice.step.as_vec3();
+fn square_width_m2(grid: &Grid, cell: &Cell, elements: Range<usize>) -> f32 {
+    let step = grid.cell_size(cell).as_vec3();
     let (mut area_m2, mut sum) = (f32::MIN_POSITIVE, 0.0);
     for element in &grid.surface[elements] {
         let width_m = element.normal.abs().dot(step);
@@ -208,11 +218,12 @@ fn cut_integrals(grid: &Grid, integrals: &CellIntegrals) -> Vec<CutIntegrals> {
                 }
             }
         }
+        let width = f64::from(1u32 << cell.level);
         CutIntegrals {
-            stiffness: single(stiffness),
-            mass: single(mass),
+            stiffness: single(stiffness.map(|value| width * value)),
+            mass: single(mass.map(|value| width * width * width * value)),
             surface,
-            square_width_m2: square_width_m2(grid, elements),
+            square_width_m2: square_width_m2(grid, cell, elements),
         }
     };
     cells.into_par_iter().map(of_cell).collect()

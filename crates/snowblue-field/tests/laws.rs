@@ -33,7 +33,8 @@ fn slabs_have_the_solution_of_one_dimension() {
     for (thickness_m, step_m) in [(0.01, 0.005), (0.05, 0.02), (0.15, 0.02), (0.3, 0.02)] {
         let width_m = 8.0 * thickness_m;
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(width_m, width_m, thickness_m));
-        let prepared = SnowBody::new(&body, GridOptions { step_m, shift: DVec3::ZERO }, vec![Box::new(snow)], Q);
+        let prepared =
+            SnowBody::new(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }, vec![Box::new(snow)], Q);
         // The sides are lit as the slab's own field would be there, so that the slab is as good as infinite: F = 1 on
         // the front, and on the sides no flux, 4 F = φ.
         let light: Vec<f32x4> = prepared
@@ -117,7 +118,7 @@ fn balls_have_the_solution_by_spherical_harmonics() {
     let body = Ball { centre: DVec3::new(0.01, 0.02, -0.03), radius: radius_m };
     let toward = DVec3::new(0.5, 0.85, 0.2).normalize();
     for (step_m, allowed_mean, allowed_worst) in [(0.005, 0.035, 0.08), (0.0025, 0.015, 0.04)] {
-        let options = GridOptions { step_m, shift: DVec3::new(0.3, 0.2, 0.4) };
+        let options = GridOptions { step_m, shift: DVec3::new(0.3, 0.2, 0.4), sizes: None };
         let prepared = SnowBody::new(&body, options, vec![Box::new(snow)], Q);
         let lit = |element: &SurfaceElement| f32x4::splat(element.normal.dot(toward.as_vec3()).max(0.0));
         let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
@@ -153,7 +154,7 @@ fn light_is_conserved_without_absorption() {
     };
     let white =
         |_: DVec3| Diffusion { transport_length_m: f32x4::splat(TRANSPORT_LENGTH_M), absorption_per_m: f32x4::ZERO };
-    let options = GridOptions { step_m: 0.01, shift: DVec3::ZERO };
+    let options = GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: None };
     let prepared = SnowBody::new(&turned, options, vec![Box::new(white)], Q);
     let lit = |element: &SurfaceElement| f32x4::splat(element.normal.z.max(0.0));
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
@@ -175,7 +176,7 @@ fn a_shift_of_the_grid_changes_little() {
     let body = BoxBody::aligned(DVec3::ZERO, size);
     let lamp = DVec3::new(0.05, 0.3, 0.02);
     let leaving = |shift: DVec3| -> Vec<f32> {
-        let prepared = SnowBody::new(&body, GridOptions { step_m: 0.004, shift }, vec![Box::new(snow)], Q);
+        let prepared = SnowBody::new(&body, GridOptions { step_m: 0.004, shift, sizes: None }, vec![Box::new(snow)], Q);
         let lit = |element: &SurfaceElement| {
             let way = lamp.as_vec3() - element.point;
             f32x4::splat(element.normal.dot(way).max(0.0) / way.length().powi(3))

@@ -365,7 +365,7 @@ impl<'a> PreparedBody<'a> {
             let everywhere = Diffusion { transport_length_m, absorption_per_m };
             Box::new(move |_| everywhere) as DiffusionAt
         });
-        let options = GridOptions { step_m, shift: DVec3::ZERO };
+        let options = GridOptions { step_m, shift: DVec3::ZERO, sizes: None };
         let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
         Ok(Self { solid, body, nodes, optics, before: None })
     }

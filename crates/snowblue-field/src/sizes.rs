@@ -1,0 +1,311 @@
+//! Cells of different sizes at the surface: as coarse as the surface is plain, and as fine as somebody looks.
+//!
+//! A wide body has too much surface for cells of one size. Where the surface in a cell is one flat sheet above thick
+//! snow, light varies along it only as the lighting does, and the cell may be large. Edges, holes, thin walls and
+//! curved surfaces need small cells, but only as small as a viewer can see.
+//!
+//! Lines along z, as far from each other as the smallest allowed cell at their place, find the surface. They are kept
+//! in the order of a quadtree, so that those through a cell are a range. From the largest cell down, one that is too
+//! large for what its lines meet is divided.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::body::{Body, Scanner};
+use crate::lattice::Lattice;
+use crate::octree::key;
+
+/// Greatest sizes of the cells that a surface cuts, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeLimits {
+    /// Where the surface is a flat sheet above snow of at least two such cells.
+    pub flat_m: f64,
+    /// Elsewhere: at edges, at holes and in thin walls.
+    pub detailed_m: f64,
+}
+
+/// A rule for the sizes of the cells at the surface.
+pub trait CellSizes: Debug + Sync {
+    /// The least limits at any point of the box between two corners, in m. A box within another has no smaller limits.
+    fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits;
+}
+
+/// Sizes that grow with the distance to a viewpoint.
+///
+/// A picture with an angle of α rad per pixel needs cells of some 4 α of the distance at details, and of some 30 α at
+/// flat sheets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizesByDistance {
+    /// Where the viewer is, in m.
+    pub viewpoint: DVec3,
+    /// Size at details over the distance.
+    pub detail_per_distance: f64,
+    /// Size at flat sheets over the distance.
+    pub flat_per_distance: f64,
+    /// Greatest size of all, in m.
+    pub greatest_m: f64,
+}
+
+impl CellSizes for SizesByDistance {
+    fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
+        let distance_m = self.viewpoint.distance(self.viewpoint.clamp(low, high));
+        let limit = |per_distance: f64| (per_distance * distance_m).min(self.greatest_m);
+        SizeLimits { flat_m: limit(self.flat_per_distance), detailed_m: limit(self.detail_per_distance) }
+    }
+}
+
+/// Least cosine between the normals of a flat sheet and their mean: 15°.
+const FLAT_COS: f32 = 0.966;
+/// Least vertical part of the normal of a flat sheet: 60°. Lines along z do not see steeper ones well.
+const STEEP_COS: f32 = 0.5;
+/// Greatest distance of a flat sheet from its mean plane, in cells. An arc of 15° to either side departs by that.
+const FLAT_CELLS: f64 = 0.125;
+/// Least thickness of the snow below a flat sheet, in cells. Two cells resolve light that passes through: where it
+/// decays within one cell, nothing passes through two.
+const THICK_CELLS: f64 = 2.0;
+/// Difference of height between neighbouring lines, over their distance, that is a wall between them.
+const WALL_SLOPE: f64 = 2.0;
+/// Where in a column its line is, as fractions along x and y, if the lines before have an odd number of crossings. The
+/// middle would meet the vertices of meshes too often.
+pub(crate) const LINES: [[f64; 2]; 4] = [[0.375, 0.625], [0.625, 0.375], [0.125, 0.875], [0.875, 0.125]];
+/// Lines from which on the parts of a cell are examined in parallel.
+const PARALLEL_LINES: usize = 1 << 12;
+
+/// A column of a quadtree over the plane of x and y, with one line along z.
+#[derive(Debug, Clone)]
+struct Line {
+    /// Its finest cell of least coordinates, in the order of the quadtree.
+    code: u64,
+    level: u8,
+    at: DVec2,
+    /// Its segments in [`Lines::segments`].
+    segments: Range<usize>,
+    /// Ranges of height in which the surface passes between it and a neighbour, in [`Lines::walls`].
+    walls: Range<usize>,
+}
+
+/// A segment of a line inside the body.
+#[derive(Debug, Clone, Copy)]
+struct Inside {
+    /// Heights of its ends, in m.
+    ends: [f64; 2],
+    /// The outward normals there.
+    normals: [Vec3; 2],
+}
+
+/// What lines along z meet.
+struct Lines<'a> {
+    lattice: &'a Lattice,
+    sizes: &'a dyn CellSizes,
+    lines: Vec<Line>,
+    segments: Vec<Inside>,
+    walls: Vec<[f64; 2]>,
+}
+
+/// The cells at the surface whose size must not be greater: for each level the keys of its cells, in order.
+pub(crate) fn demands(body: &dyn Body, lattice: &Lattice, sizes: &dyn CellSizes) -> Vec<Vec<u64>> {
+    let lines = Lines::new(body, lattice, sizes);
+    let top = lattice.top_level();
+    let mut demands = vec![Vec::new(); usize::from(top) + 1];
+    for (level, key) in lines.demands(top, [0; 3], 0..lines.lines.len()) {
+        demands[usize::from(level)].push(key);
+    }
+    demands.iter_mut().for_each(|keys| keys.sort_unstable());
+    demands
+}
+
+impl<'a> Lines<'a> {
+    fn new(body: &dyn Body, lattice: &'a Lattice, sizes: &'a dyn CellSizes) -> Self {
+        let mut columns = Vec::new();
+        visit_columns(lattice, body, sizes, (lattice.top_level(), [0; 2]), &mut columns);
+        let cast = |scanner: &mut Scanner, (level, place): &(u8, [u32; 2])| -> Vec<Inside> {
+            let lattice = lattice.coarsened(*level);
+            let corner = lattice.corner([place[0], place[1], 0]);
+            let points = LINES.map(|[x, y]| corner + lattice.step * DVec3::new(x, y, 0.0));
+            let segments = scanner.sound_segments(2, points).map(|segment| Inside {
+                ends: [segment.enter.coordinate_m, segment.leave.coordinate_m],
+                normals: [segment.enter.normal, segment.leave.normal],
+            });
+            segments.collect()
+        };
+        let found: Vec<Vec<Inside>> = columns.par_iter().map_init(|| Scanner::new(body), cast).collect();
+        let (mut lines, mut segments) = (Vec::with_capacity(columns.len()), Vec::new());
+        for ((level, place), found) in columns.into_iter().zip(found) {
+            let start = segments.len();
+            segments.extend(found);
+            let coarse = lattice.coarsened(level);
+            let middle = coarse.corner([place[0], place[1], 0]) + 0.5 * coarse.step;
+            let code = code(place.map(|k| k << level));
+            lines.push(Line { code, level, at: middle.truncate(), segments: start..segments.len(), walls: 0..0 });
+        }
+        let mut lines = Self { lattice, sizes, lines, segments, walls: Vec::new() };
+        lines.find_walls();
+        lines
+    }
+
+    /// Compares each line with those of the columns beside it.
+    fn find_walls(&mut self) {
+        let walls = |line: &Line| -> Vec<[f64; 2]> {
+            let half = self.lattice.coarsened(line.level).step.truncate() * 0.5;
+            let mut walls = Vec::new();
+            for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
+                let beside = self.line_at(line.at + side * (half + 0.5 * self.lattice.step.truncate()));
+                let distance = beside.map_or(half.max_element(), |beside| beside.at.distance(line.at));
+                // Heights at which one line is inside and the other is not lie between pairs of all their ends.
+                let segments = |line: &Line| self.segments[line.segments.clone()].iter();
+                let own = segments(line).chain(beside.into_iter().flat_map(segments));
+                let mut ends: Vec<f64> = own.flat_map(|inside| inside.ends).collect();
+                ends.sort_unstable_by(f64::total_cmp);
+                let apart = ends.as_chunks::<2>().0.iter().filter(|[low, high]| high - low > WALL_SLOPE * distance);
+                walls.extend(apart);
+            }
+            walls
+        };
+        let found: Vec<Vec<[f64; 2]>> = self.lines.par_iter().map(walls).collect();
+        for (line, found) in self.lines.iter_mut().zip(found) {
+            let start = self.walls.len();
+            self.walls.extend(found);
+            line.walls = start..self.walls.len();
+        }
+    }
+
+    /// The line of the column that holds a point; none outside of the lattice.
+    fn line_at(&self, at: DVec2) -> Option<&Line> {
+        let place = (at - self.lattice.low.truncate()) / self.lattice.step.truncate();
+        let [nx, ny, _] = self.lattice.counts.map(|count| count as f64);
+        if place.min_element() < 0.0 || place.x >= nx || place.y >= ny {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the lattice")]
+        let code = code([place.x as u32, place.y as u32]);
+        self.lines[..self.lines.partition_point(|line| line.code <= code)].last()
+    }
+
+    /// The demands within a cell through which a range of lines passes: levels and keys.
+    fn demands(&self, level: u8, place: [u32; 3], lines: Range<usize>) -> Vec<(u8, u64)> {
+        let coarse = self.lattice.coarsened(level);
+        let low = coarse.corner(place);
+        let high = low + coarse.step;
+        if !lines.clone().any(|line| self.meets(&self.lines[line], low.z, high.z)) {
+            return Vec::new();
+        }
+        let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
+        let size_m = coarse.step.max_element();
+        let is_smallest = level == 0 || self.lines[lines.start].level >= level;
+        if is_smallest || size_m <= detailed_m || size_m <= flat_m && self.is_flat(lines.clone(), low, high) {
+            return vec![(level, key(place))];
+        }
+        let is_wide = lines.len() >= PARALLEL_LINES;
+        let of_child = |child: u32| {
+            let place = [0, 1, 2].map(|k| 2 * place[k] + (child >> k & 1));
+            let first = code([place[0], place[1]].map(|k| k << (level - 1)));
+            let through = &self.lines[lines.clone()];
+            let start = lines.start + through.partition_point(|line| line.code < first);
+            let end = lines.start + through.partition_point(|line| line.code < first + (1 << (2 * (level - 1))));
+            self.demands(level - 1, place, start..end)
+        };
+        if is_wide {
+            (0..8).into_par_iter().flat_map_iter(of_child).collect()
+        } else {
+            (0..8).flat_map(of_child).collect()
+        }
+    }
+
+    /// Whether the surface is on a line, or between it and its neighbours, at some height between two.
+    fn meets(&self, line: &Line, low: f64, high: f64) -> bool {
+        let crosses = |inside: &Inside| inside.ends.iter().any(|end| (low..=high).contains(end));
+        self.segments[line.segments.clone()].iter().any(crosses)
+            || self.walls[line.walls.clone()].iter().any(|wall| wall[0] < high && wall[1] > low)
+    }
+
+    /// Whether the surface between two corners of a cell is one flat sheet above thick snow.
+    fn is_flat(&self, lines: Range<usize>, low: DVec3, high: DVec3) -> bool {
+        let lines = &self.lines[lines];
+        let size_m = (high - low).max_element();
+        let (mut normal, mut point, mut count) = (Vec3::ZERO, DVec3::ZERO, 0.0);
+        let mut least_thickness_m = f64::INFINITY;
+        let crossings = || {
+            let segments =
+                lines.iter().flat_map(|line| self.segments[line.segments.clone()].iter().zip(std::iter::repeat(line)));
+            let ends = segments.flat_map(|(inside, line)| [0, 1].map(|end| (line, inside, end)));
+            ends.filter(|(_, inside, end)| (low.z..=high.z).contains(&inside.ends[*end]))
+        };
+        for (line, inside, end) in crossings() {
+            normal += inside.normals[end];
+            point += line.at.extend(inside.ends[end]);
+            count += 1.0;
+            least_thickness_m = least_thickness_m.min(inside.ends[1] - inside.ends[0]);
+        }
+        let (normal, point) = (normal.normalize_or_zero(), point / count);
+        let is_plain = |(_, inside, end): (&Line, &Inside, usize)| inside.normals[end].dot(normal) >= FLAT_COS;
+        let rise = f64::from(normal.z);
+        if normal.z.abs() < STEEP_COS
+            || least_thickness_m * rise.abs() < THICK_CELLS * size_m
+            || !crossings().all(is_plain)
+        {
+            return false;
+        }
+        let slack_m = FLAT_CELLS * size_m / rise.abs();
+        lines.iter().all(|line| {
+            let aside = (line.at - point.truncate()).dot(normal.as_dvec3().truncate());
+            let height = (point.z - aside / rise).clamp(low.z - slack_m, high.z + slack_m);
+            // Heights that must be inside, and those that must be outside.
+            let (full, void) = if rise > 0.0 {
+                ([low.z, height - slack_m], [height + slack_m, high.z])
+            } else {
+                ([height + slack_m, high.z], [low.z, height - slack_m])
+            };
+            let mut segments = self.segments[line.segments.clone()].iter();
+            let is_full = full[0] >= full[1]
+                || segments.clone().any(|inside| inside.ends[0] <= full[0] && inside.ends[1] >= full[1]);
+            is_full && !segments.any(|inside| inside.ends[0].max(void[0]) < inside.ends[1].min(void[1]))
+        })
+    }
+}
+
+/// Adds the columns of a part of the quadtree, in its order: levels and places.
+fn visit_columns(
+    lattice: &Lattice,
+    body: &dyn Body,
+    sizes: &dyn CellSizes,
+    (level, place): (u8, [u32; 2]),
+    columns: &mut Vec<(u8, [u32; 2])>,
+) {
+    let coarse = lattice.coarsened(level);
+    if place[0] as usize >= coarse.counts[0] || place[1] as usize >= coarse.counts[1] {
+        return;
+    }
+    let low = coarse.corner([place[0], place[1], 0]);
+    let [bottom, top] = body.bounds().map(|corner| corner.z);
+    let high = (low + coarse.step).truncate().extend(top);
+    let limits = sizes.least_between(low.truncate().extend(bottom), high);
+    if level == 0 || coarse.step.truncate().max_element() <= limits.detailed_m {
+        columns.push((level, place));
+        return;
+    }
+    for child in 0..4 {
+        let place = [0, 1].map(|k| 2 * place[k] + (child >> k & 1));
+        visit_columns(lattice, body, sizes, (level - 1, place), columns);
+    }
+}
+
+/// The bits of two coordinates in turns: the order of a quadtree.
+fn code([x, y]: [u32; 2]) -> u64 {
+    let spread = |coordinate: u32| {
+        let mut bits = u64::from(coordinate);
+        for (shift, mask) in [
+            (16, 0x0000_ffff_0000_ffff),
+            (8, 0x00ff_00ff_00ff_00ff),
+            (4, 0x0f0f_0f0f_0f0f_0f0f),
+            (2, 0x3333_3333_3333_3333),
+            (1, 0x5555_5555_5555_5555),
+        ] {
+            bits = (bits | bits << shift) & mask;
+        }
+        bits
+    };
+    spread(x) | spread(y) << 1
+}
