@@ -5,7 +5,7 @@
 use divan::{Bencher, black_box};
 use glam::DVec3;
 use snowblue_field::shapes::BoxBody;
-use snowblue_field::{Diffusion, DiffusionAt, GridOptions, SnowBody, SolveOptions, SurfaceElement};
+use snowblue_field::{Diffusion, GridOptions, SnowBody, SolveOptions, SurfaceElement};
 use wide::f32x4;
 
 fn main() {
@@ -19,13 +19,13 @@ const STEP_M: f64 = 0.024;
 const ABSORPTION_PER_M: [[f32; 4]; 2] = [[0.0015, 0.02, 0.08, 0.23], [0.003, 0.04, 0.12, 0.4]];
 
 fn block() -> SnowBody {
-    let snow = ABSORPTION_PER_M.map(|absorption| {
-        let diffusion =
-            Diffusion { transport_length_m: f32x4::splat(0.002), absorption_per_m: f32x4::from(absorption) };
-        Box::new(move |_| diffusion) as DiffusionAt
+    let snow = ABSORPTION_PER_M.map(|absorption| Diffusion {
+        transport_length_m: f32x4::splat(0.002),
+        absorption_per_m: f32x4::from(absorption),
     });
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.3, 0.6));
-    SnowBody::new(&body, GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: None }, snow.into(), Q)
+    let options = GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: None };
+    SnowBody::new(&body, options, snow.len(), &|_| snow.to_vec(), Q)
 }
 
 /// The grid and its matrices.

@@ -54,7 +54,7 @@ fn main() {
     };
     let options = GridOptions { step_m: 0.0039, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let start = Instant::now();
-    let body = SnowBody::new(&counted, options, vec![Box::new(move |_| snow)], 0.714);
+    let body = SnowBody::new(&counted, options, 1, &|_| vec![snow], 0.714);
     let built = start.elapsed();
     let up = axes.z_axis.as_vec3();
     let light: Vec<f32x4> = body.surface().iter().map(|one| f32x4::splat(one.normal.dot(up).max(0.0))).collect();

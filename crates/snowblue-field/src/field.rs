@@ -25,15 +25,22 @@ pub struct GridOptions<'r> {
     pub sizes: Option<&'r dyn CellSizes>,
 }
 
-/// The snow at a point, in m, for a group of four wavelengths.
-pub type DiffusionAt = Box<dyn Fn(DVec3) -> Diffusion + Send + Sync>;
+/// A box with faces across the axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellBox {
+    /// Centre, in m.
+    pub centre: DVec3,
+    /// Length of its edges along each axis, in m.
+    pub size: DVec3,
+}
 
 /// A body that is ready to be lit: its grid and its systems of equations at some wavelengths, in groups of four.
 pub struct SnowBody {
     grid: Grid,
     surface_nodes: SurfaceNodes,
     systems: Vec<System>,
-    diffusion: Vec<DiffusionAt>,
+    /// The snow of each cell, for each group.
+    diffusion: Vec<Vec<Diffusion>>,
     extrapolation: f64,
 }
 
@@ -71,10 +78,24 @@ pub struct Fluence {
 }
 
 impl SnowBody {
-    /// Divides a body into cells and prepares its equations. `diffusion` gives the snow at a point in m for each group
+    /// Divides a body into cells and prepares its equations. `snow` gives the snow of a cell for each of `groups` groups
     /// of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
-    pub fn new(body: &dyn Body, options: GridOptions, diffusion: Vec<DiffusionAt>, extrapolation: f64) -> Self {
+    ///
+    /// # Panics
+    ///
+    /// If `snow` gives fewer groups.
+    pub fn new(
+        body: &dyn Body,
+        options: GridOptions,
+        groups: usize,
+        snow: &(dyn Fn(&CellBox) -> Vec<Diffusion> + Sync),
+        extrapolation: f64,
+    ) -> Self {
         let grid = Grid::new(body, options);
+        let of_cell = |cell| snow(&CellBox { centre: grid.cell_centre(cell), size: grid.cell_size(cell) });
+        let of_cells: Vec<Vec<Diffusion>> = grid.cells.par_iter().map(of_cell).collect();
+        let of_group = |group: usize| of_cells.iter().map(|groups| groups[group]).collect();
+        let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
         Self { surface_nodes: SurfaceNodes::new(&grid), grid, systems, diffusion, extrapolation }
     }
@@ -118,7 +139,7 @@ impl SnowBody {
             assert_eq!(light.len(), self.grid.surface.len());
             let mut right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
             for source in options.sources {
-                add_source(&self.grid, source, number, &diffusion(source.centre), &mut right);
+                add_source(&self.grid, source, number, diffusion, &mut right);
             }
             let start = options.start.map(|start| self.at_free_nodes(&start.nodes[number]));
             let solution = solve(system, &right, start, options.tolerance);

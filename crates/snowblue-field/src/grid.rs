@@ -134,9 +134,14 @@ impl Grid {
 
     /// The cells at the surface, with the indices of their surface elements.
     pub(crate) fn surface_cells(&self) -> impl Iterator<Item = (&Cell, Range<usize>)> {
-        self.cells.iter().filter(|cell| cell.cut != NONE).map(|cell| {
+        self.numbered_surface_cells().map(|(number, elements)| (&self.cells[number], elements))
+    }
+
+    /// The numbers of the cells at the surface, with the indices of their surface elements.
+    pub(crate) fn numbered_surface_cells(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        self.cells.iter().enumerate().filter(|(_, cell)| cell.cut != NONE).map(|(number, cell)| {
             let [start, end] = self.cut_cells[cell.cut as usize].surface;
-            (cell, start as usize..end as usize)
+            (number, start as usize..end as usize)
         })
     }
 
@@ -154,8 +159,15 @@ impl Grid {
     /// The cell that holds a point, with the point's coordinates within it; none outside of all cells.
     #[inline]
     pub(crate) fn find(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
-        let cell = self.cells.get(self.octree.find(self.lattice.cell_at(point)).0 as usize)?;
+        let cell = &self.cells[self.number_at(point)?];
         Some((cell, self.within(cell, point)))
+    }
+
+    /// The number of the cell at a point, in m; none outside.
+    #[inline]
+    pub(crate) fn number_at(&self, point: DVec3) -> Option<usize> {
+        let number = self.octree.find(self.lattice.cell_at(point)).0;
+        (number != NONE).then_some(number as usize)
     }
 
     /// The cell at a point of the surface with an outward normal, with the point's coordinates within it.

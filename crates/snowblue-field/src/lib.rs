@@ -19,7 +19,7 @@ mod surface_flux;
 mod system;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{DiffusionAt, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
+pub use field::{CellBox, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
 pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;

@@ -24,10 +24,16 @@ pub struct VolumeSource {
 /// Least radius of a source, in cells.
 const LEAST_CELLS: f64 = 1.5;
 
-/// Adds the power of a source to a right-hand side, for one group of wavelengths.
-pub(crate) fn add_source(grid: &Grid, source: &VolumeSource, group: usize, snow: &Diffusion, sums: &mut [f32x4]) {
-    let Some((cell, _)) = grid.find(source.centre) else { return };
-    let radius_m = source.radius_m.max(LEAST_CELLS * grid.cell_size(cell).max_element());
+/// Adds the power of a source to a right-hand side, for one group of wavelengths. `diffusion` is the snow of each cell.
+pub(crate) fn add_source(
+    grid: &Grid,
+    source: &VolumeSource,
+    group: usize,
+    diffusion: &[Diffusion],
+    sums: &mut [f32x4],
+) {
+    let Some(number) = grid.number_at(source.centre) else { return };
+    let radius_m = source.radius_m.max(LEAST_CELLS * grid.cell_size(&grid.cells[number]).max_element());
     let mut parts: Vec<(usize, [f32; 3], f32)> = Vec::new();
     for (number, cell) in grid.cells.iter().enumerate() {
         let size = grid.cell_size(cell);
@@ -44,7 +50,7 @@ pub(crate) fn add_source(grid: &Grid, source: &VolumeSource, group: usize, snow:
         }
     }
     let volume: f32 = parts.iter().map(|(_, _, volume)| volume).sum();
-    let density = source.power[group] * point_per_ball(snow, radius_m) / f32x4::splat(volume);
+    let density = source.power[group] * point_per_ball(&diffusion[number], radius_m) / f32x4::splat(volume);
     for (number, at, volume) in parts {
         for (node, value) in grid.cells[number].corners.iter().zip(shape(at)) {
             for Term { free, weight } in grid.terms(*node) {

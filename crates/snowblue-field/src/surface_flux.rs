@@ -170,8 +170,7 @@ impl SurfaceNodes {
         let mut neighbours = vec![Neighbours::new(); self.area_m2.len()];
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
             let terms = cell.corners.iter().flat_map(|corner| grid.terms(*corner));
-            let nodes: Vec<(u32, f32)> =
-                terms.map(|term| (self.number[term.free as usize], term.weight)).collect();
+            let nodes: Vec<(u32, f32)> = terms.map(|term| (self.number[term.free as usize], term.weight)).collect();
             for (here, there) in nodes.iter().flat_map(|here| nodes.iter().map(move |there| (here, there))) {
                 let around = &mut neighbours[here.0 as usize];
                 let cells = here.1 * there.1;

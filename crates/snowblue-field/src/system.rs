@@ -8,7 +8,6 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
@@ -23,6 +22,22 @@ pub struct Diffusion {
     pub transport_length_m: f32x4,
     /// Absorption coefficient μ_a, in 1/m.
     pub absorption_per_m: f32x4,
+}
+
+impl Diffusion {
+    /// The snow of a cell of which some shares, which add up to 1, are other snow: the means of μ_a and of 1/ℓ*.
+    ///
+    /// Across layers diffusing media are in series: the flux is the same in all, so that the drops of the fluence rate
+    /// add up, each as its 3/ℓ*.
+    #[must_use]
+    pub fn mixture(shares: impl IntoIterator<Item = (f32, Self)>) -> Self {
+        let (mut absorption_per_m, mut inverse_length_per_m) = (f32x4::ZERO, f32x4::ZERO);
+        for (share, snow) in shares {
+            absorption_per_m += snow.absorption_per_m * share;
+            inverse_length_per_m += f32x4::splat(share) / snow.transport_length_m;
+        }
+        Self { transport_length_m: f32x4::ONE / inverse_length_per_m, absorption_per_m }
+    }
 }
 
 /// Rows of a task. Sums over tasks in a fixed order do not depend on the number of threads.
@@ -55,15 +70,14 @@ struct CutIntegrals {
 }
 
 impl System {
-    /// Assembles the matrices of a grid. `diffusion` gives the snow at a point, in m, and `extrapolation` is q.
-    pub(crate) fn new(grid: &Grid, diffusion: &(dyn Fn(DVec3) -> Diffusion + Sync), extrapolation: f64) -> Self {
+    /// Assembles the matrices of a grid. `diffusion` is the snow of each cell, and `extrapolation` is q.
+    pub(crate) fn new(grid: &Grid, diffusion: &[Diffusion], extrapolation: f64) -> Self {
         let integrals = CellIntegrals::new(grid.lattice.step);
         let cut = cut_integrals(grid, &integrals);
-        let of_cells: Vec<Diffusion> = grid.cells.par_iter().map(|cell| diffusion(grid.cell_centre(cell))).collect();
         let [whole_stiffness, whole_mass] = [integrals.stiffness, integrals.mass].map(single);
         let surface_factor = single_value(1.0 / (3.0 * extrapolation));
         let cell_entry = |number: usize, cell: &Cell, position: usize| -> f32x4 {
-            let Diffusion { transport_length_m, absorption_per_m } = of_cells[number];
+            let Diffusion { transport_length_m, absorption_per_m } = diffusion[number];
             let diffusion_m = transport_length_m * (1.0 / 3.0);
             if cell.cut == NONE {
                 let width = (1u32 << cell.level) as f32;
@@ -73,7 +87,7 @@ impl System {
             let CutIntegrals { stiffness, mass, surface, square_width_m2 } = &cut[cell.cut as usize];
             diffusion_m * stiffness[position]
                 + absorption_per_m * mass[position]
-                + end_correction(&of_cells[number], *square_width_m2) * (surface_factor * surface[position])
+                + end_correction(&diffusion[number], *square_width_m2) * (surface_factor * surface[position])
         };
         let (use_starts, uses) = uses(grid);
         let rows = |rows: Range<usize>| {
@@ -155,18 +169,13 @@ pub(crate) fn tasks(rows: usize) -> Vec<Range<usize>> {
 }
 
 /// The right-hand side for light that enters at the surface: `light` is Σ K F at each surface element, and diffuse
-/// irradiance counts as it is.
-pub(crate) fn right_hand_side(
-    grid: &Grid,
-    light: &[f32x4],
-    diffusion: &(dyn Fn(DVec3) -> Diffusion + Sync),
-    extrapolation: f64,
-) -> Vec<f32x4> {
+/// irradiance counts as it is. `diffusion` is the snow of each cell.
+pub(crate) fn right_hand_side(grid: &Grid, light: &[f32x4], diffusion: &[Diffusion], extrapolation: f64) -> Vec<f32x4> {
     let factor = single_value(4.0 / (3.0 * extrapolation));
     let mut sums = vec![f32x4::ZERO; grid.free_count];
-    for (cell, elements) in grid.surface_cells() {
-        let correction =
-            end_correction(&diffusion(grid.cell_centre(cell)), square_width_m2(grid, cell, elements.clone()));
+    for (number, elements) in grid.numbered_surface_cells() {
+        let cell = &grid.cells[number];
+        let correction = end_correction(&diffusion[number], square_width_m2(grid, cell, elements.clone()));
         for index in elements {
             let element = &grid.surface[index];
             let shape = shape(grid.within(cell, element.point.as_dvec3()));

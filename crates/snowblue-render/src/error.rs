@@ -35,6 +35,16 @@ pub enum RenderError {
         /// The quantity, its value and its range.
         reason: String,
     },
+    /// A file of layers of snow is not valid.
+    #[error("{}:{line}: {reason}", path.display())]
+    Layers {
+        /// The file.
+        path: PathBuf,
+        /// Its line, counted from 1.
+        line: usize,
+        /// The quantity, its value and its range.
+        reason: String,
+    },
     /// An image of a sky, a texture or a part to merge cannot be used.
     #[error("{}: {reason}", path.display())]
     ReadImage {

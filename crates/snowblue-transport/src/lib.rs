@@ -12,7 +12,7 @@
 //!
 //! A [`SnowSample`] describes the snow, a [`Slab`] or a [`Stack`] describes thicknesses, light and wavelengths, and
 //! both engines return [`Radiometry`]: [`ordinates::solve`] and [`monte_carlo::solve`] for slabs,
-//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks.
+//! [`ordinates::solve_stack`] and [`monte_carlo::solve_stack`] for stacks. A [`layer_file`] describes layers as text.
 //!
 //! For the diffusion of light in bodies of snow, [`PhaseFunction`] tabulates the scattering angles of a sample, and
 //! [`ordinates::HalfSpace`] describes its surface: escape, extrapolation and reflection.
@@ -44,6 +44,8 @@ pub mod sample;
 
 pub mod slab;
 pub mod stack;
+
+pub mod layer_file;
 
 pub mod medium;
 

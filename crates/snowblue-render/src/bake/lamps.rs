@@ -39,8 +39,7 @@ pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result
     let alone = FieldScene {
         objects: &scene.objects,
         lights: std::slice::from_ref(light),
-        snow: &|object| field.of_object(object).map(BodyField::optics).cloned(),
-        walk_ends: &|_| None,
+        snow: &|object| field.of_object(object).map(BodyField::snow).cloned(),
         lamps_in_snow: inside.as_slice(),
         reflectance: &|_| None,
         max_bounces: 0,

@@ -8,7 +8,7 @@
 //!
 //! J is negative where more light enters than leaves: on lit faces.
 //!
-//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Faces of snow within other snow of the same body have no
+//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is. Faces of snow within other snow of the same body have no
 //! meaning; J there is 0, or that of the surface nearby.
 
 mod escape_polynomial;
@@ -262,11 +262,12 @@ fn surfaces(
         if count > most_vertices {
             return Err(too_many);
         }
-        let half_space = &body.optics().half_space;
+        let top = body.snow().top();
+        let half_space = top.half_space();
         let snow = SnowSurface {
             escape: EscapePolynomial::of(half_space),
             extrapolation: half_space.extrapolation(),
-            transport_length_m: body.transport_length_m().into(),
+            transport_length_m: top.transport_length_m().into(),
             step_m,
         };
         let (flux, exitance) = (Vec::new(), Vec::new());

@@ -76,14 +76,13 @@ impl Relighting {
         let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(&light)? }));
         let reflectance = |surface: &SurfaceInteraction| match &scene.materials[surface.material] {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(&scene.objects, surface)),
-            Material::PcaSnow(_) => None,
+            Material::PcaSnow(_) | Material::LayeredSnow(_) => None,
         };
         let Some(field) = self.field.take() else { return Vec::new() };
         let field = field.relit(&FieldScene {
             objects: &scene.objects,
             lights: std::slice::from_ref(&light),
             snow: &|_| None,
-            walk_ends: &|_| None,
             lamps_in_snow: inside.as_slice(),
             reflectance: &reflectance,
             max_bounces: scene.integrator.max_bounces,

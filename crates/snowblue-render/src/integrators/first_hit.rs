@@ -6,7 +6,7 @@ use snowblue_color::LinearRgb;
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
-use crate::geometry::chord::{ChordEnd, Line};
+use crate::geometry::chord::{ChordEnd, Exit, Line};
 use crate::geometry::ray::{Ray, narrow};
 use crate::scene::Scene;
 use crate::scene::light::Light;
@@ -26,7 +26,7 @@ pub(crate) fn add_first_hit(
     let Some(surface) = probe.camera_hit(ray) else { return };
     pixel.add_aov(Aov::Normal, surface.normal.to_array());
     let behind = match &scene.materials[surface.material] {
-        Material::PcaSnow(_) if channels.thickness || channels.angle || channels.albedo => {
+        Material::PcaSnow(_) | Material::LayeredSnow(_) if channels.thickness || channels.angle || channels.albedo => {
             behind(scene, probe, &surface)
         }
         _ => None,
@@ -54,10 +54,13 @@ struct Behind {
 
 /// The path through snow that does not depend on the lights: along the view in that mode, else straight in.
 fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction) -> Option<Behind> {
-    let Material::PcaSnow(snow) = &scene.materials[surface.material] else { return None };
-    let direction = snow.path.straight_direction(surface);
     let SurfaceInteraction { object, point, normal, .. } = *surface;
-    let chord = probe.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, snow.exit)?;
+    let (direction, exit) = match &scene.materials[surface.material] {
+        Material::Diffuse(_) => return None,
+        Material::PcaSnow(snow) => (snow.path.straight_direction(surface), snow.exit),
+        Material::LayeredSnow(_) => (-normal, Exit::default()),
+    };
+    let chord = probe.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, exit)?;
     let angle_deg = match (chord.exit, scene.lights.first().and_then(Light::central_sample)) {
         (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {
             let cos = normal.dot(sample.origin.direction_from(point).direction);
@@ -68,10 +71,15 @@ fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction)
     Some(Behind { depth_m: chord.depth_m, angle_deg })
 }
 
-/// Reflectance of what is seen; of snow for light that comes straight from above.
+/// Reflectance of what is seen; of snow for light that comes straight from above. A layer counts as deep.
 fn reflectance(scene: &Scene, probe: &SceneQueries, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
     match &scene.materials[surface.material] {
         Material::Diffuse(diffuse) => diffuse.reflectance(probe.objects(), surface),
         Material::PcaSnow(snow) => snow.reflectance(&snow.curves.at(probe.objects(), surface), 100.0 * depth_m, 1.0),
+        Material::LayeredSnow(_) => {
+            let field = scene.light_field.as_ref().and_then(|all| all.of_object(surface.object));
+            let at = field.map(|field| field.at(probe.objects(), surface.object, &surface.surface_point()));
+            at.map_or(Spectrum::ZERO, |at| at.layer.deep_reflectance(1.0))
+        }
     }
 }

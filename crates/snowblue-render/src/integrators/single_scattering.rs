@@ -16,7 +16,7 @@ use crate::geometry::ray::{Ray, SurfacePoint, narrow};
 use crate::integrators::surroundings::{Flight, Surroundings};
 use crate::scene::Scene;
 use crate::scene::light::{IncidentLight, LightSample};
-use crate::scene::light_field::BodyField;
+use crate::scene::light_field::SnowAt;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 
@@ -29,8 +29,7 @@ pub(super) struct SingleScattering<'scene> {
 
 /// A scattering at a random distance inside snow.
 pub(super) struct ScatteringPoint<'f> {
-    field: &'f BodyField,
-    extinction_per_m: f32,
+    snow: SnowAt<'f>,
     distance_m: f32,
     /// The ray, with its origin at the scattering; none if the snow ends before.
     ray: Option<Ray>,
@@ -50,13 +49,12 @@ impl<'scene> SingleScattering<'scene> {
     /// A scattering along a ray that enters snow, by a random number in [0, 1).
     pub(super) fn point<'f>(
         &mut self,
-        field: &'f BodyField,
+        snow: SnowAt<'f>,
         surface: &SurfaceInteraction,
         camera_ray: &Ray,
         number: f32,
     ) -> ScatteringPoint<'f> {
-        let extinction_per_m = field.extinction_per_m();
-        let distance_m = -(1.0 - number).ln() / extinction_per_m;
+        let distance_m = -(1.0 - number).ln() / snow.layer.extinction_per_m();
         let direction = surface.direction;
         let mut ray = *camera_ray;
         let way_out = self.surroundings.enter(surface.object, &mut ray);
@@ -64,7 +62,7 @@ impl<'scene> SingleScattering<'scene> {
         let is_inside = matches!(flight, Some(Flight::Free(_)));
         let ray = is_inside.then(|| Ray { origin: ray.at(distance_m), direction });
         let cos_exit = -surface.normal.dot(direction);
-        ScatteringPoint { field, extinction_per_m, distance_m, ray, direction, cos_exit }
+        ScatteringPoint { snow, distance_m, ray, direction, cos_exit }
     }
 
     /// What the half-space misses of a light, per unit of the light's power. `incident` is the light on the surface, if
@@ -75,18 +73,23 @@ impl<'scene> SingleScattering<'scene> {
         sample: &LightSample,
         incident: Option<&IncidentLight>,
     ) -> f32 {
-        let phase = point.field.half_space().phase();
+        let phase = point.snow.layer.half_space().phase();
         let per_sr = |to_light: Vec3A| narrow(phase.per_sr(f64::from(point.direction.dot(to_light))));
         let half_space = incident.map_or(0.0, |incident| {
-            let depth = point.extinction_per_m * point.distance_m * point.cos_exit / incident.cos_incidence;
+            let depth =
+                point.snow.layer.extinction_per_m() * point.distance_m * point.cos_exit / incident.cos_incidence;
             per_sr(incident.direction) * (-depth).exp() * incident.irradiance_per_power / incident.cos_incidence
         });
         let body = point.ray.map_or(0.0, |ray| {
             let normal = sample.origin.direction_from(ray.origin).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point: ray.origin, normal }) else { return 0.0 };
             let depth = self.surroundings.optical_depth(ray.origin, &sample.origin, &|object| {
+                // Light passes a few mm of snow unscattered: in this body of one layer, and hardly any of another body.
                 let field = self.scene.light_field.as_ref().and_then(|all| all.of_object(object));
-                field.map_or(0.0, BodyField::extinction_per_m)
+                field.map_or(0.0, |field| {
+                    let is_here = std::ptr::eq(field, point.snow.field);
+                    if is_here { point.snow.layer } else { field.snow().top() }.extinction_per_m()
+                })
             });
             depth.map_or(0.0, |depth| per_sr(normal) * (-depth).exp() * incident.irradiance_per_power)
         });

@@ -9,7 +9,7 @@ use crate::scene::light::LightOrigin;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
-use snowblue_transport::monte_carlo::PathLengths;
+use snowblue_transport::monte_carlo::{PathLengths, Volume};
 
 /// The objects of a scene, sorted for queries from inside snow.
 #[derive(Debug)]
@@ -31,6 +31,15 @@ struct SnowBody {
     /// Its first object.
     object: usize,
     material: usize,
+}
+
+/// The snow on the way to a light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Medium {
+    /// The layer that a path is in. Light passes a few mm of snow unscattered, and hardly any of another body.
+    pub(super) layer: usize,
+    /// Number of the index node.
+    pub(super) node: usize,
 }
 
 /// How a flight in snow ends.
@@ -213,7 +222,7 @@ impl<'scene> Surroundings<'scene> {
         &mut self,
         from: Vec3A,
         origin: &LightOrigin,
-        node: usize,
+        medium: Medium,
         chance: f64,
     ) -> Option<Spectrum> {
         let to_light = origin.direction_from(from);
@@ -221,9 +230,10 @@ impl<'scene> Surroundings<'scene> {
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
         for index in 0..self.bodies.len() {
-            let SnowBody { object, material } = self.bodies[index];
-            if let Some(volume) = &self.scene.volumes[material] {
-                depth += volume.nodes()[node].extinction_per_m() * self.snow_m(object, &ray, to_light.distance_m);
+            let body = self.bodies[index];
+            if let Some(volume) = self.volume(body, medium) {
+                let snow_m = self.snow_m(body.object, &ray, to_light.distance_m);
+                depth += volume.nodes()[medium.node].extinction_per_m() * snow_m;
             }
             // `chance` is at least 2⁻⁵⁴ = e^{−37.4}, so deep in snow no exponential is needed.
             if depth > 38.0 || chance > (-depth).exp() {
@@ -235,15 +245,21 @@ impl<'scene> Surroundings<'scene> {
         }
         let mut transmittance = Spectrum::ONE;
         for index in 0..self.bodies.len() {
-            let SnowBody { object, material } = self.bodies[index];
-            if let Some(volume) = &self.scene.volumes[material] {
-                let pores_m = self.snow_m(object, &ray, to_light.distance_m);
+            let body = self.bodies[index];
+            if let Some(volume) = self.volume(body, medium) {
+                let pores_m = self.snow_m(body.object, &ray, to_light.distance_m);
                 let mut attenuation = Spectrum::ZERO;
                 volume.attenuation(&PathLengths { pores_m, ..PathLengths::default() }, 0.0, &mut attenuation.0);
                 transmittance *= attenuation;
             }
         }
         Some(transmittance)
+    }
+
+    /// The snow of a body: that of the layer, or its last one.
+    fn volume(&self, body: SnowBody, medium: Medium) -> Option<&'scene Volume> {
+        let layers = &self.scene.volumes[body.material];
+        layers.get(medium.layer).or(layers.last())
     }
 
     /// Length of a ray inside a body of snow within `limit_m`, in m.

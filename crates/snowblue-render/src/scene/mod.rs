@@ -8,6 +8,7 @@ pub mod camera;
 pub mod description;
 pub mod file;
 pub(crate) mod integrator;
+pub(crate) mod layering;
 pub mod light;
 pub(crate) mod light_field;
 pub mod material;
@@ -43,8 +44,8 @@ pub struct Scene {
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
-    /// The snow of each material for the reference integrator; empty for others.
-    pub(crate) volumes: Vec<Option<Volume>>,
+    /// The layers of snow of each material, for random walks; empty without them.
+    pub(crate) volumes: Vec<Vec<Volume>>,
     /// The light in the snow, for the integrator that needs it.
     pub(crate) light_field: Option<LightField>,
     /// What the scene was built from.

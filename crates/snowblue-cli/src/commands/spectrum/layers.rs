@@ -1,37 +1,14 @@
-//! Layers of snow on a ground: options, the file of layers, and fluxes at depths.
-//!
-//! ```toml
-//! ice = "warren2008"          # or "picard2016"; for all layers
-//! [[layer]]                   # top first
-//! thickness_cm = 3            # the only required key
-//! grain_size_um = 200         # a mean, or [MIN, MAX]
-//! size_measure = "greatest-extension"   # or "volume-diameter", "optical-diameter"
-//! # ssa_m2_kg = 40            # instead of a grain size
-//! facetness = 0.3             # a mean, or [MIN, MAX, MEAN, SD]
-//! sphericity = 0.8            # one value, or [MIN, MAX, MEAN, SD]
-//! density_kg_m3 = 120
-//! # snow = "fresh"            # a kind of snow, for grain size and density where they are not given
-//! water_saturation = 0
-//! impurities_ng_g = { black-carbon = 10, saharan-dust = 500 }
-//! temperature_c = -5
-//! ```
-//!
-//! Missing keys have the defaults of the options.
+//! Layers of snow on a ground: options, and fluxes at depths.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde::Deserialize;
 use snowblue_figures::{Cell, Metadata};
-use snowblue_transport::TransportError;
-use snowblue_transport::optics::{IceTable, Substance};
+use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_transport::optics::Substance;
 use snowblue_transport::range::WavelengthRange;
-use snowblue_transport::sample::{SnowDescription, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
-use toml::Spanned;
 
 use crate::input::SettingsFile;
 use crate::options::parse;
@@ -81,7 +58,7 @@ impl StackOptions {
     /// The layers of the file, if there is one.
     pub(super) fn pack(&self) -> Result<Option<Pack>, Failure> {
         let Some(path) = &self.layers else { return Ok(None) };
-        let Layers { layers, ice } = read(path)?;
+        let LayerFile { layers, ice } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
         let is_present = |one: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *one));
         let sources: Vec<&str> = Substance::ALL.iter().filter(|one| is_present(one)).map(|one| one.source()).collect();
@@ -128,125 +105,11 @@ pub(super) fn profile_rows(answer: &StackRadiometry) -> impl Iterator<Item = Vec
     })
 }
 
-/// The file of layers.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LayerFile {
-    ice: Option<Spanned<String>>,
-    #[serde(default)]
-    layer: Vec<Spanned<LayerTable>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LayerTable {
-    thickness_cm: Spanned<f64>,
-    grain_size_um: Option<Spanned<Numbers>>,
-    size_measure: Option<Spanned<String>>,
-    ssa_m2_kg: Option<Spanned<f64>>,
-    facetness: Option<Spanned<Numbers>>,
-    sphericity: Option<Spanned<Numbers>>,
-    density_kg_m3: Option<Spanned<f64>>,
-    snow: Option<Spanned<String>>,
-    water_saturation: Option<Spanned<f64>>,
-    #[serde(default)]
-    impurities_ng_g: BTreeMap<Spanned<String>, Spanned<f64>>,
-    temperature_c: Option<Spanned<f64>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "must be a number or a list of numbers")]
-enum Numbers {
-    One(f64),
-    Several(Vec<f64>),
-}
-
-/// Layers of a file, and the table of ice that all of them use.
-struct Layers {
-    layers: Vec<Layer>,
-    ice: IceTable,
-}
-
-impl Numbers {
-    fn as_slice(&self) -> &[f64] {
-        match self {
-            Self::One(number) => std::slice::from_ref(number),
-            Self::Several(numbers) => numbers,
-        }
-    }
-}
-
 /// Reads and checks the layers of a file.
-fn read(path: &Path) -> Result<Layers, Failure> {
-    let name = path.display();
+fn read(path: &Path) -> Result<LayerFile, Failure> {
     let text = SettingsFile::read(path)?;
-    let source = SettingsFile { path, text: &text };
-    let file: LayerFile = source.parse()?;
-    if file.layer.is_empty() {
-        return Err(Failure::Input(format!("{name}: holds no [[layer]]")));
-    }
-    let ice = file.ice.as_ref().map(|ice| parsed(source, ice, |name| name.parse())).transpose()?.unwrap_or_default();
-    let layers: Result<_, _> = file.layer.iter().map(|table| read_layer(source, table.get_ref(), ice)).collect();
-    Ok(Layers { layers: layers?, ice })
-}
-
-/// Builds a layer key by key, and checks it after each key to report the line of an error.
-fn read_layer(source: SettingsFile, table: &LayerTable, ice: IceTable) -> Result<Layer, Failure> {
-    let mut snow = SnowDescription { ice: Some(ice), ..SnowDescription::default() };
-    let check = |snow: &SnowDescription, span: Range<usize>| {
-        let layer = snow.sample().map(|sample| Layer { sample, thickness_cm: *table.thickness_cm.get_ref() });
-        layer.and_then(|layer| layer.check().map(|()| layer)).map_err(|error| source.failure(&span, error))
-    };
-    let mut layer = check(&snow, table.thickness_cm.span())?;
-    if let Some(kind) = &table.snow {
-        snow.snow_type = Some(parsed(source, kind, |name| name.parse())?);
-        layer = check(&snow, kind.span())?;
-    }
-    if let Some(water_saturation) = &table.water_saturation {
-        snow.water_saturation = Some(*water_saturation.get_ref());
-        layer = check(&snow, water_saturation.span())?;
-    }
-    for (name, mass_fraction_ng_g) in &table.impurities_ng_g {
-        let substance = parsed(source, name, |name| name.parse())?;
-        snow.impurities = snow.impurities.with(substance, *mass_fraction_ng_g.get_ref());
-        layer = check(&snow, mass_fraction_ng_g.span())?;
-    }
-    if let Some(density_kg_m3) = &table.density_kg_m3 {
-        snow.density_kg_m3 = Some(*density_kg_m3.get_ref());
-        layer = check(&snow, density_kg_m3.span())?;
-    }
-    if let Some(temperature_c) = &table.temperature_c {
-        snow.temperature_c = Some(*temperature_c.get_ref());
-        layer = check(&snow, temperature_c.span())?;
-    }
-    if let Some(facetness) = &table.facetness {
-        snow.facetness = Some(parsed(source, facetness, |numbers| TruncatedNormal::facetness(numbers.as_slice()))?);
-        layer = check(&snow, facetness.span())?;
-    }
-    if let Some(sphericity) = &table.sphericity {
-        snow.sphericity = Some(parsed(source, sphericity, |numbers| TruncatedNormal::sphericity(numbers.as_slice()))?);
-        layer = check(&snow, sphericity.span())?;
-    }
-    if let Some(grain_size_um) = &table.grain_size_um {
-        snow.grain_size_um = Some(grain_size_um.get_ref().as_slice().to_vec());
-        layer = check(&snow, grain_size_um.span())?;
-    }
-    if let Some(measure) = &table.size_measure {
-        snow.size_measure = Some(parsed(source, measure, |name| name.parse())?);
-        layer = check(&snow, measure.span())?;
-    }
-    if let Some(area_m2_kg) = &table.ssa_m2_kg {
-        snow.surface_area_m2_kg = Some(*area_m2_kg.get_ref());
-        layer = check(&snow, area_m2_kg.span())?;
-    }
-    Ok(layer)
-}
-
-/// The value of a key, or an error on its line.
-fn parsed<K, V>(
-    source: SettingsFile,
-    key: &Spanned<K>,
-    parse: impl Fn(&K) -> Result<V, TransportError>,
-) -> Result<V, Failure> {
-    parse(key.get_ref()).map_err(|error| source.failure(&key.span(), error))
+    LayerFile::parse(&text).map_err(|LayerFileError { span, reason }| match span {
+        Some(span) => SettingsFile { path, text: &text }.failure(&span, reason),
+        None => Failure::Input(format!("{}: {reason}", path.display())),
+    })
 }

@@ -115,6 +115,7 @@ impl LightTable {
         let of_material = |material: &Material| match material {
             Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
             Material::Diffuse(Diffuse::Textured(_)) => MaterialResponse::Spectral,
+            Material::LayeredSnow(_) => MaterialResponse::Spectral,
             Material::PcaSnow(_) if scene.light_field.is_some() => MaterialResponse::Spectral,
             Material::PcaSnow(snow) => {
                 let single = snow.curves.single().filter(|_| *tables_left > 0);

@@ -28,7 +28,7 @@ use crate::integrators::survival_probability;
 use crate::integrators::walk::WalkTracer;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::{IncidentLight, Light, LightSample, SHADOW_EPSILON};
-use crate::scene::light_field::BodyField;
+use crate::scene::light_field::SnowAt;
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::pca_snow::Emission;
@@ -105,11 +105,11 @@ impl<'scene> PathIntegrator<'scene> {
         }
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface);
-        if let Shading::Field(field) = vertex.shading {
+        if let Shading::Field(snow) = vertex.shading {
             if let Some(walks) = &mut self.walks {
-                return PathRadiance { first, later: Some(walks.walk(field, &surface, camera_ray, sampler)) };
+                return PathRadiance { first, later: Some(walks.walk(snow, &surface, camera_ray, sampler)) };
             }
-            first += self.field_light(field, &vertex, camera_ray, sampler);
+            first += self.field_light(snow, &vertex, camera_ray, sampler);
             return PathRadiance { first, later: None };
         }
         first += self.direct_light::<C>(&vertex, sampler);
@@ -132,8 +132,8 @@ impl<'scene> PathIntegrator<'scene> {
             }
             let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
             let vertex = self.vertex(&surface);
-            if let Shading::Field(field) = vertex.shading {
-                radiance.add_product(1.0, &throughput, &field.mean_radiance(&surface.surface_point()));
+            if let Shading::Field(snow) = vertex.shading {
+                radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
             let direct = self.direct_light::<Spectrum>(&vertex, sampler);
@@ -171,19 +171,13 @@ impl<'scene> PathIntegrator<'scene> {
     }
 
     /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
-    fn field_light<C: Carried>(
-        &mut self,
-        field: &BodyField,
-        vertex: &Vertex,
-        camera_ray: &Ray,
-        sampler: &mut Sampler,
-    ) -> C {
+    fn field_light<C: Carried>(&mut self, snow: SnowAt, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> C {
         let surface = vertex.shading_point();
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
-        let mut radiance = field.diffuse_radiance(&surface, cos_exit);
+        let mut radiance = snow.diffuse_radiance(&surface, cos_exit);
         let mut light = C::ZERO;
         let [number, ..] = sampler.next_four();
-        let point = self.singles.as_mut().map(|singles| singles.point(field, vertex.surface, camera_ray, number));
+        let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights.len() {
             let source = &self.scene.lights[index];
             let samples = match self.tables.delta_sample(index) {
@@ -224,15 +218,13 @@ impl<'scene> PathIntegrator<'scene> {
     where
         'scene: 'a,
     {
-        let shading = match &self.scene.materials[surface.material] {
-            Material::Diffuse(Diffuse::Uniform(reflectance)) => Shading::Diffuse(reflectance),
-            Material::Diffuse(diffuse) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
-            Material::PcaSnow(snow) => {
-                match self.scene.light_field.as_ref().and_then(|all| all.of_object(surface.object)) {
-                    Some(field) => Shading::Field(field),
-                    None => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
-                }
-            }
+        let field = self.scene.light_field.as_ref().and_then(|all| all.of_object(surface.object));
+        let shading = match (field, &self.scene.materials[surface.material]) {
+            (Some(field), _) => Shading::Field(field.at(&self.scene.objects, surface.object, &surface.surface_point())),
+            (None, Material::Diffuse(Diffuse::Uniform(reflectance))) => Shading::Diffuse(reflectance),
+            (None, Material::Diffuse(diffuse)) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
+            (None, Material::PcaSnow(snow)) => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
+            (None, Material::LayeredSnow(_)) => unreachable!("only integrators with a light field have layers"),
         };
         let is_smooth = matches!(shading, Shading::Field(_));
         Vertex { surface, normal: if is_smooth { surface.shading_normal } else { surface.normal }, shading }

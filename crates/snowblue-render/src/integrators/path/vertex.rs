@@ -7,7 +7,7 @@ use snowblue_database::lookup::SnowMix;
 
 use crate::geometry::chord::{Chord, Line};
 use crate::geometry::ray::SurfacePoint;
-use crate::scene::light_field::BodyField;
+use crate::scene::light_field::SnowAt;
 use crate::scene::material::pca_snow::PcaSnowMaterial;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
@@ -30,7 +30,7 @@ pub(super) enum Shading<'a> {
     /// Snow by PCASnow.
     Snow(SnowVertex<'a>),
     /// Snow with the light field inside.
-    Field(&'a BodyField),
+    Field(SnowAt<'a>),
 }
 
 /// Snow at a point X_i of its surface.
@@ -58,14 +58,15 @@ impl Vertex<'_> {
             Shading::Diffuse(reflectance) => **reflectance,
             Shading::Textured(reflectance) => *reflectance,
             Shading::Snow(snow) => snow.reflectance(cos_incidence),
-            Shading::Field(field) => {
+            Shading::Field(snow) => {
                 let cos_exit = -normal.dot(direction);
                 // Both directions of propagation, projected on the surface.
                 let incident = normal * cos_incidence - to_light;
                 let exitant = -direction - normal * cos_exit;
                 let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
                 let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
-                Spectrum::constant(PI * field.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)))
+                let cos_azimuth = cos_azimuth.clamp(-1.0, 1.0);
+                Spectrum::constant(PI * snow.layer.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth))
             }
         }
     }

@@ -30,7 +30,7 @@ use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use crate::integrators::surroundings::{Flight, Surroundings};
+use crate::integrators::surroundings::{Flight, Medium, Surroundings};
 use crate::integrators::{attenuation, survival_probability};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
@@ -153,7 +153,9 @@ impl<'scene> ReferenceIntegrator<'scene> {
                         return;
                     }
                 }
-                Material::PcaSnow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
+                Material::PcaSnow(_) | Material::LayeredSnow(_) => {
+                    within = Some(Snow { object: surface.object, material: surface.material })
+                }
             }
             if let Some(snow) = within {
                 let entering = self.scene.materials[surface.material].is_snow();
@@ -186,7 +188,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
         for index in 0..self.delta_lights.len() {
             let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
             if let Some(incident) = sample.incident_at(&surface.surface_point())
-                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, path.node, chance)
+                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, path.medium(), chance)
             {
                 let factor = incident.irradiance_per_power * FRAC_1_PI;
                 path.radiance.add_product(factor, &(path.throughput * transmitted), &power);
@@ -206,7 +208,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.
     fn scatter(&mut self, path: &mut Path, snow: Snow, entering: bool) -> SnowEnd {
-        let Some(volume) = &self.scene.volumes[snow.material] else { return SnowEnd::Absorbed };
+        let Some(volume) = self.scene.volumes[snow.material].first() else { return SnowEnd::Absorbed };
         let node = &volume.nodes()[path.node];
         let mean_flight_m = node.extinction_per_m().recip();
         let mut lengths = PathLengths::default();
@@ -265,7 +267,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
             if self.surroundings.stays_inside(object, point, &sample.origin, narrow(-chance.ln() * mean_flight_m)) {
                 continue;
             }
-            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, path.node, chance) else {
+            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, path.medium(), chance) else {
                 continue;
             };
             let normal = sample.origin.direction_from(point).direction;
@@ -307,6 +309,11 @@ impl<'scene> ReferenceIntegrator<'scene> {
 }
 
 impl Path {
+    /// The snow that it is in, which has no layers.
+    fn medium(&self) -> Medium {
+        Medium { layer: 0, node: self.node }
+    }
+
     /// Turns the ray by a scattering angle, at a random azimuth.
     #[inline]
     fn turn(&mut self, cos_scattering: f32) {

@@ -16,6 +16,8 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
+//! In snow of layers a walk has the snow of the layer where it enters, for the few mm that it goes.
+//!
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
@@ -30,11 +32,11 @@ use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::attenuation;
-use crate::integrators::surroundings::{Flight, Surroundings};
+use crate::integrators::surroundings::{Flight, Medium, Surroundings};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
-use crate::scene::light_field::{BodyField, EndDepth, NearLight};
+use crate::scene::light_field::{EndDepth, NearLight, SnowAt};
 use crate::scene::material::Material;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
@@ -82,8 +84,14 @@ struct Snow<'a> {
     object: usize,
     volume: &'a Volume,
     node: &'a VolumeNode,
-    field: &'a BodyField,
+    at: SnowAt<'a>,
     end_depth: EndDepth,
+}
+
+impl Snow<'_> {
+    fn medium(&self) -> Medium {
+        Medium { layer: self.at.number, node: 0 }
+    }
 }
 
 /// How a walk in a body ends.
@@ -108,14 +116,15 @@ impl<'scene> WalkTracer<'scene> {
     /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
     pub(super) fn walk(
         &mut self,
-        field: &BodyField,
+        at: SnowAt,
         surface: &SurfaceInteraction,
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> Spectrum {
-        let Some(volume) = &self.scene.volumes[surface.material] else { return Spectrum::ZERO };
-        let end_depth = self.end_depth(surface, field.transport_length_m());
-        let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], field, end_depth };
+        let (field, transport_length_m) = (at.field, at.layer.transport_length_m());
+        let Some(volume) = self.scene.volumes[surface.material].get(at.number) else { return Spectrum::ZERO };
+        let end_depth = self.end_depth(surface, transport_length_m);
+        let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
             // The ray grazes a rim: the surface has no other side.
@@ -135,7 +144,7 @@ impl<'scene> WalkTracer<'scene> {
             radiance: Spectrum::ZERO,
         };
         let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
-        let match_depth_m = match_depth_lengths(end_depth) * field.transport_length_m();
+        let match_depth_m = match_depth_lengths(end_depth) * transport_length_m;
         let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
         let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
         loop {
@@ -196,12 +205,12 @@ impl<'scene> WalkTracer<'scene> {
         entry: SurfacePoint,
         walk: &mut Walk,
     ) -> TangentHalfSpace<'a> {
-        let mut tangent = TangentHalfSpace::new((snow.field, snow.end_depth), near, entry, walk.ray.direction);
+        let mut tangent = TangentHalfSpace::new((snow.at.layer, snow.end_depth), near, entry, walk.ray.direction);
         let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
             let Some(incident) = sample.incident_at(&entry) else { continue };
             let chance = walk.stream.uniform();
-            if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, 0, chance) {
+            if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance) {
                 tangent.light(index, &incident, *power * transmitted);
             }
         }
@@ -216,7 +225,7 @@ impl<'scene> WalkTracer<'scene> {
         near: Option<&NearLight>,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) -> BodyEnd {
-        let transport_length_m = snow.field.transport_length_m();
+        let transport_length_m = snow.at.layer.transport_length_m();
         let mean_flight_m = snow.node.extinction_per_m().recip();
         let mut end: Option<BodyEnd> = None;
         loop {
@@ -250,7 +259,7 @@ impl<'scene> WalkTracer<'scene> {
             let ahead = walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
             if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
-                let fluence = near.map_or_else(|| snow.field.fluence(ahead), |near| near.fluence(ahead));
+                let fluence = near.map_or_else(|| snow.at.field.fluence(ahead), |near| near.fluence(ahead));
                 let through = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                 walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
                 end = Some(BodyEnd::Inside);
@@ -288,7 +297,9 @@ impl<'scene> WalkTracer<'scene> {
             if !is_in_body || self.surroundings.stays_inside(snow.object, point, &sample.origin, seen_m) {
                 continue;
             }
-            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, 0, chance) else { continue };
+            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, snow.medium(), chance) else {
+                continue;
+            };
             let normal = sample.origin.direction_from(point).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
             let phase = snow.node.phase_per_sr(f64::from(walk.ray.direction.dot(normal)));
@@ -311,7 +322,7 @@ impl<'scene> WalkTracer<'scene> {
         for index in 0..self.lights.len() {
             let (WalkLight { sample, power }, chance) = (self.lights[index], walk.stream.uniform());
             if let Some(incident) = sample.incident_at(&surface.surface_point())
-                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, 0, chance)
+                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance)
             {
                 let factor = incident.irradiance_per_power * FRAC_1_PI;
                 walk.radiance.add_product(factor, &(walk.throughput * transmitted), &power);

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use snowblue_transport::SnowSample;
 use snowblue_transport::monte_carlo::Volume;
 
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
 use crate::images::png_image::PngImage;
-use crate::scene::build::snow::{build_snow, build_volume};
+use crate::scene::build::snow::{build_layered_snow, build_snow, build_volume, uniform_sample};
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
 use crate::scene::description::{DiffuseDescription, KeyPath, MaterialDescription};
@@ -27,42 +28,62 @@ pub(super) struct NamedMaterial {
 pub(super) fn build_materials(
     descriptions: &BTreeMap<String, MaterialDescription>,
     sources: &Sources,
+    integrator: IntegratorKind,
 ) -> Result<Vec<NamedMaterial>, RenderError> {
     let built = descriptions.iter().map(|(name, description)| {
         let path = KeyPath::root("material").key(name);
         let material = match description {
             MaterialDescription::Diffuse(diffuse) => Material::Diffuse(build_diffuse(&path, diffuse, sources)?),
             MaterialDescription::PcaSnow(snow) => Material::PcaSnow(Box::new(build_snow(&path, snow, sources)?)),
+            MaterialDescription::LayeredSnow(snow) => {
+                Material::LayeredSnow(build_layered_snow(&path, snow, sources, integrator)?)
+            }
         };
         Ok(NamedMaterial { name: name.clone(), material })
     });
     built.collect()
 }
 
-/// The snow of each material, in the same order, for random walks.
+/// The layers of snow of each material, in the same order, for random walks.
 pub(super) fn build_volumes(
-    descriptions: &BTreeMap<String, MaterialDescription>,
+    snow: &[Vec<SnowSample>],
+    materials: &[NamedMaterial],
     sources: &Sources,
     integrator: IntegratorKind,
-) -> Result<Vec<Option<Volume>>, RenderError> {
-    let mut volumes: Vec<Option<Volume>> = Vec::new();
-    for (name, description) in descriptions {
+) -> Result<Vec<Vec<Volume>>, RenderError> {
+    let mut volumes: Vec<Vec<Volume>> = Vec::new();
+    for (layers, NamedMaterial { name, .. }) in snow.iter().zip(materials) {
         let path = KeyPath::root("material").key(name);
-        let volume = match description {
-            MaterialDescription::Diffuse(_) => None,
-            MaterialDescription::PcaSnow(snow) => Some(build_volume(&path, snow, sources, integrator)?),
-        };
+        let of_layers: Result<Vec<Volume>, _> =
+            layers.iter().map(|sample| build_volume(&path, sample, sources, integrator)).collect();
+        let of_layers = of_layers?;
         let nodes = |volume: &Volume| volume.nodes().len();
-        if let (Some(one), Some(other)) = (&volume, volumes.iter().flatten().next())
+        if let (Some(one), Some(other)) = (of_layers.first(), volumes.iter().flatten().next())
             && nodes(one) != nodes(other)
         {
             let reason = "does not fit the other snow: the reference takes snow with particles, or more than half \
                           full of water, and other snow in separate scenes";
             return Err(path.error(reason).into());
         }
-        volumes.push(volume);
+        volumes.push(of_layers);
     }
     Ok(volumes)
+}
+
+/// The snow of each material, in the same order, layer by layer: none of other materials.
+pub(super) fn snow_samples(
+    descriptions: &BTreeMap<String, MaterialDescription>,
+    materials: &[NamedMaterial],
+    sources: &Sources,
+) -> Result<Vec<Vec<SnowSample>>, RenderError> {
+    let of_material = |NamedMaterial { name, material }: &NamedMaterial| match (descriptions.get(name), material) {
+        (Some(MaterialDescription::PcaSnow(snow)), _) => {
+            uniform_sample(&KeyPath::root("material").key(name), snow, sources).map(|sample| vec![sample])
+        }
+        (_, Material::LayeredSnow(snow)) => Ok(snow.samples.clone()),
+        _ => Ok(Vec::new()),
+    };
+    materials.iter().map(of_material).collect()
 }
 
 fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources) -> Result<Diffuse, RenderError> {

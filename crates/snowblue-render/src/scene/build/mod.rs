@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use snowblue_database::CompressedTable;
-use snowblue_field::SnowOptics;
+use snowblue_transport::SnowSample;
 use snowblue_transport::monte_carlo::{Volume, WalkEnds};
 
 use crate::error::RenderError;
@@ -25,16 +25,17 @@ use crate::files::SceneFiles;
 use crate::film::sensor::Sensor;
 use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{KeyPath, MaterialDescription, SceneDescription};
+use crate::scene::description::{KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
+use crate::scene::layering::Layering;
 use crate::scene::light::Light;
-use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField};
+use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
 
 use gltf_scene::{GltfScene, read_gltf};
-use material::{NamedMaterial, build_materials, build_volumes};
+use material::{NamedMaterial, build_materials, build_volumes, snow_samples};
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
 use snow::build_optics;
@@ -55,11 +56,17 @@ impl SceneDescription {
         };
         let files = RecordedFiles::new(files);
         let sources = Sources::new(table, &files, self.film.false_color.is_some());
-        let mut materials = build_materials(&self.materials, &sources)?;
+        let mut materials = build_materials(&self.materials, &sources, self.integrator.kind)?;
+        let snow = match self.integrator.kind {
+            IntegratorKind::PcaSnow => Vec::new(),
+            IntegratorKind::Diffusion | IntegratorKind::Hybrid | IntegratorKind::Reference => {
+                snow_samples(&self.materials, &materials, &sources)?
+            }
+        };
         let volumes = match self.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Vec::new(),
             IntegratorKind::Hybrid | IntegratorKind::Reference => {
-                build_volumes(&self.materials, &sources, self.integrator.kind)?
+                build_volumes(&snow, &materials, &sources, self.integrator.kind)?
             }
         };
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
@@ -69,7 +76,7 @@ impl SceneDescription {
         if let Some(environment) = &self.environment {
             lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
         }
-        lights.extend(sky::build_sky(self, &sources)?);
+        lights.extend(sky::build_sky(self, &materials, &sources)?);
         let mut objects = Vec::new();
         let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
@@ -92,7 +99,8 @@ impl SceneDescription {
         let light_field = match self.integrator.kind {
             IntegratorKind::PcaSnow | IntegratorKind::Reference => None,
             IntegratorKind::Diffusion | IntegratorKind::Hybrid => {
-                Some(self.light_field(&objects, &lights, &materials, (&volumes, &sources))?)
+                let snowpacks = snowpacks(&snow, &materials, &volumes, (&sources, self.light_field.grain_rays))?;
+                Some(self.light_field(&objects, &lights, &materials, &snowpacks)?)
             }
         };
         let (view, path) = self.view(gltf.view)?;
@@ -125,23 +133,8 @@ impl SceneDescription {
         objects: &Objects,
         lights: &[Light],
         materials: &[NamedMaterial],
-        (volumes, sources): (&[Option<Volume>], &Sources),
+        snowpacks: &[Option<Arc<Snowpack>>],
     ) -> Result<LightField, RenderError> {
-        let path = |name: &str| KeyPath::root("material").key(name);
-        let rays = self.light_field.grain_rays;
-        let mut optics = Vec::with_capacity(materials.len());
-        for NamedMaterial { name, .. } in materials {
-            optics.push(match self.materials.get(name) {
-                Some(MaterialDescription::PcaSnow(snow)) => Some(build_optics(&path(name), snow, sources, rays)?),
-                _ => None,
-            });
-        }
-        let walk_ends = |(volume, optics): (&Option<Volume>, &Option<SnowOptics>)| {
-            let length_m = optics.as_ref()?.transport_lengths_m[SAMPLES / 2];
-            let node = &volume.as_ref()?.nodes()[0];
-            Some(Arc::new(EndDepth::ALL.map(|depth| WalkEnds::new(node, length_m, depth.lengths().into()))))
-        };
-        let walk_ends: Vec<_> = volumes.iter().zip(&optics).map(walk_ends).collect();
         let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
@@ -156,13 +149,12 @@ impl SceneDescription {
         }
         let reflectance = |surface: &SurfaceInteraction| match &materials[surface.material].material {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
-            Material::PcaSnow(_) => None,
+            Material::PcaSnow(_) | Material::LayeredSnow(_) => None,
         };
         let scene = FieldScene {
             objects,
             lights,
-            snow: &|object| optics[objects.list()[object].material].clone(),
-            walk_ends: &|object| walk_ends.get(objects.list()[object].material)?.clone(),
+            snow: &|object| snowpacks.get(objects.list()[object].material)?.clone(),
             lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,
@@ -182,6 +174,33 @@ impl SceneDescription {
         let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
         Ok((view, KeyPath::root("gltf").key("camera")))
     }
+}
+
+/// The snow of each material for the light field, in the same order, by its samples. `rays` are those through grains.
+fn snowpacks(
+    snow: &[Vec<SnowSample>],
+    materials: &[NamedMaterial],
+    volumes: &[Vec<Volume>],
+    (sources, rays): (&Sources, u32),
+) -> Result<Vec<Option<Arc<Snowpack>>>, RenderError> {
+    let mut snowpacks = Vec::with_capacity(snow.len());
+    for (number, (samples, NamedMaterial { name, material })) in snow.iter().zip(materials).enumerate() {
+        let path = KeyPath::root("material").key(name);
+        let mut layers = Vec::with_capacity(samples.len());
+        for (layer, sample) in samples.iter().enumerate() {
+            let optics = build_optics(&path, sample, sources, rays)?;
+            let length_m = optics.transport_lengths_m[SAMPLES / 2];
+            let node = volumes.get(number).and_then(|volumes| volumes[layer].nodes().first());
+            let walk_ends = |node| EndDepth::ALL.map(|depth| WalkEnds::new(node, length_m, depth.lengths().into()));
+            layers.push(SnowLayer::new(optics, node.map(walk_ends)));
+        }
+        let layering = match material {
+            Material::LayeredSnow(snow) => snow.layering.clone(),
+            Material::PcaSnow(_) | Material::Diffuse(_) => Layering::uniform(),
+        };
+        snowpacks.push((!layers.is_empty()).then(|| Arc::new(Snowpack::new(layers, layering))));
+    }
+    Ok(snowpacks)
 }
 
 /// A body whose objects differ in material.

@@ -7,14 +7,16 @@ use snowblue_sky::{ClearSky, DateTime, Place, SunPosition, WAVELENGTHS_NM, overc
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
 use crate::scene::build::light::spectrum;
+use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::snow::surface_sample;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::{
-    ClearSkyDescription, DescriptionError, KeyPath, MaterialDescription, OvercastSkyDescription, OvercastStrength,
-    SceneDescription, SkyDescription, SunDescription,
+    ClearSkyDescription, DescriptionError, KeyPath, MaterialDescription, ObjectDescription, OvercastSkyDescription,
+    OvercastStrength, SceneDescription, SkyDescription, SunDescription,
 };
 use crate::scene::light::dome::{Resampling, SkyDome};
 use crate::scene::light::{Light, SunDisc};
+use crate::scene::material::Material;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 
 /// Reflectance of the ground if the scene has no snow: that of soil and rock.
@@ -23,14 +25,18 @@ const BARE_GROUND_ALBEDO: f64 = 0.2;
 const ALBEDO_RAYS: u32 = 1 << 14;
 
 /// Builds the lights of the sky.
-pub(super) fn build_sky(description: &SceneDescription, sources: &Sources) -> Result<Vec<Light>, RenderError> {
+pub(super) fn build_sky(
+    description: &SceneDescription,
+    materials: &[NamedMaterial],
+    sources: &Sources,
+) -> Result<Vec<Light>, RenderError> {
     let path = KeyPath::root("sky");
     match &description.sky {
         None => Ok(Vec::new()),
         Some(SkyDescription::Clear(clear)) => {
             let albedo = match clear.ground_albedo {
                 Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
-                None => snow_albedo(&path, description, sources)?,
+                None => snow_albedo(&path, description, materials, sources)?,
             };
             Ok(clear_sky(&path, clear, &albedo, sources)?)
         }
@@ -105,19 +111,25 @@ fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A
 fn snow_albedo(
     path: &KeyPath,
     description: &SceneDescription,
+    materials: &[NamedMaterial],
     sources: &Sources,
 ) -> Result<[f64; WAVELENGTHS_NM.len()], RenderError> {
-    let materials = description.objects.iter().filter_map(|object| description.materials.get(&object.common.material));
-    let snow = materials.filter_map(|material| match material {
-        MaterialDescription::PcaSnow(snow) => Some(snow),
-        MaterialDescription::Diffuse(_) => None,
-    });
-    let Some(snow) = snow.into_iter().next() else { return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]) };
-    let unknown = |reason: &dyn std::fmt::Display| {
+    let unknown = |reason: String| {
         path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {reason}"))
     };
-    let sample = surface_sample(snow, sources).map_err(|reason| unknown(&reason))?;
-    let optics = SnowOptics::new(&sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| unknown(&error))?;
+    let of_object = |object: &ObjectDescription| {
+        let named = materials.iter().find(|named| named.name == object.common.material)?;
+        match (&named.material, description.materials.get(&named.name)) {
+            (Material::LayeredSnow(snow), _) => snow.samples.first().copied().map(Ok),
+            (_, Some(MaterialDescription::PcaSnow(snow))) => Some(surface_sample(snow, sources)),
+            _ => None,
+        }
+    };
+    let Some(sample) = description.objects.iter().find_map(of_object) else {
+        return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]);
+    };
+    let sample = sample.map_err(unknown)?;
+    let optics = SnowOptics::new(&sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| unknown(error.to_string()))?;
     let extrapolation = optics.half_space.extrapolation();
     Ok(std::array::from_fn(|node| {
         let decay = (3.0 * optics.absorption_per_m[node] * optics.transport_lengths_m[node]).sqrt();

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use snowblue_database::{DatabaseError, PcaSnow, fill};
 use snowblue_field::SnowOptics;
 use snowblue_transport::SnowSample;
+use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::monte_carlo::{GrainPlan, Volume};
 
 use crate::error::RenderError;
@@ -12,8 +13,13 @@ use crate::geometry::ray::narrow;
 use crate::images::png_image::PngImage;
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
-use crate::scene::description::{DescriptionError, KeyPath, MaskDescription, PcaSnowDescription};
+use crate::scene::description::{
+    DescriptionError, KeyPath, LayeredSnowDescription, MaskDescription, PcaSnowDescription,
+};
+use crate::scene::file::line_of;
 use crate::scene::integrator::IntegratorKind;
+use crate::scene::layering::Layering;
+use crate::scene::material::layered_snow::LayeredSnow;
 use crate::scene::material::pca_snow::{Emission, PcaSnowMaterial, Reflection};
 use crate::scene::material::snow_curves::{Mask, SnowCurves};
 use crate::spectrum::wavelengths_nm;
@@ -44,18 +50,42 @@ pub(super) fn build_snow(
     })
 }
 
+/// Builds snow of layers from their file.
+pub(super) fn build_layered_snow(
+    path: &KeyPath,
+    snow: &LayeredSnowDescription,
+    sources: &Sources,
+    integrator: IntegratorKind,
+) -> Result<LayeredSnow, RenderError> {
+    let path = path.key("layers");
+    if !integrator.has_light_field() {
+        let reason = format!(
+            "applies to the integrators diffusion and hybrid only, but type is \"{}\" in [integrator]",
+            integrator.name()
+        );
+        return Err(path.error(reason).into());
+    }
+    let file = sources.open(&path, &snow.layers)?;
+    let text = file.text();
+    let LayerFile { layers, .. } = LayerFile::parse(&text).map_err(|LayerFileError { span, reason }| {
+        let line = line_of(&text, span.map_or(0, |span| span.start));
+        RenderError::Layers { path: file.path.clone(), line, reason }
+    })?;
+    let samples = layers.iter().map(|layer| layer.sample).collect();
+    Ok(LayeredSnow { samples, layering: Layering::new(&layers, snow.layers_top) })
+}
+
 /// Builds snow for random walks: long ones of the reference integrator, or short ones.
 pub(super) fn build_volume(
     path: &KeyPath,
-    snow: &PcaSnowDescription,
+    sample: &SnowSample,
     sources: &Sources,
     integrator: IntegratorKind,
 ) -> Result<Volume, RenderError> {
-    let sample = uniform_sample(path, snow, sources)?;
     let volume = if integrator == IntegratorKind::Reference {
-        Volume::new(&sample, &sources.wavelengths_nm, &GrainPlan::default())
+        Volume::new(sample, &sources.wavelengths_nm, &GrainPlan::default())
     } else {
-        Volume::with_one_index(&sample, &sources.wavelengths_nm, &GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 })
+        Volume::with_one_index(sample, &sources.wavelengths_nm, &GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 })
     };
     volume.map_err(|error| no_snow(path, &error))
 }
@@ -63,16 +93,19 @@ pub(super) fn build_volume(
 /// Builds snow for the integrator that solves for the light inside.
 pub(super) fn build_optics(
     path: &KeyPath,
-    snow: &PcaSnowDescription,
+    sample: &SnowSample,
     sources: &Sources,
     rays: u32,
 ) -> Result<SnowOptics, RenderError> {
-    let sample = uniform_sample(path, snow, sources)?;
-    SnowOptics::new(&sample, &sources.wavelengths_nm, rays).map_err(|error| no_snow(path, &error))
+    SnowOptics::new(sample, &sources.wavelengths_nm, rays).map_err(|error| no_snow(path, &error))
 }
 
 /// The sample of snow that is the same everywhere and follows no rule of PCASnow alone.
-fn uniform_sample(path: &KeyPath, snow: &PcaSnowDescription, sources: &Sources) -> Result<SnowSample, RenderError> {
+pub(super) fn uniform_sample(
+    path: &KeyPath,
+    snow: &PcaSnowDescription,
+    sources: &Sources,
+) -> Result<SnowSample, RenderError> {
     let keys = [
         ("mask", snow.mask.is_some()),
         ("reflectance", snow.reflectance.is_some()),

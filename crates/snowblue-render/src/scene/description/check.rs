@@ -11,7 +11,7 @@ use super::camera::CameraDescription;
 use super::key_path::{DescriptionError, KeyPath};
 use super::light::{EnvironmentDescription, LightSource};
 use super::material::{
-    DiffuseDescription, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
+    DiffuseDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
 };
 use super::object::{HeightSource, IglooDescription, ObjectDescription, ShapeDescription};
 use super::scene::SceneDescription;
@@ -182,6 +182,10 @@ fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {
             DiffuseDescription::Texture(texture) => check_texture(path, texture),
         },
         MaterialDescription::PcaSnow(snow) => check_snow(path, snow),
+        MaterialDescription::LayeredSnow(snow) => match snow.layers_top {
+            LayersTop::Surface => Ok(()),
+            LayersTop::Height(height_m) => COORDINATE.check(&path.key("layers_top"), height_m),
+        },
     }
 }
 

@@ -17,6 +17,9 @@ pub enum MaterialDescription {
     Diffuse(DiffuseDescription),
     /// Snow.
     PcaSnow(PcaSnowDescription),
+    /// Snow of layers. In a scene file it is `pca_snow` with the key `layers`.
+    #[serde(rename = "pca_snow")]
+    LayeredSnow(LayeredSnowDescription),
 }
 
 /// The reflectance of a Lambertian surface.
@@ -159,6 +162,34 @@ impl PcaSnowDescription {
         let given = further.into_iter().filter_map(|(property, value)| Some((property, value?)));
         given.chain(self.impurities()).fold(sample, |sample, (property, value)| sample.with(property, value.at(mask)))
     }
+}
+
+/// Snow of layers, for the integrators `diffusion` and `hybrid`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayeredSnowDescription {
+    /// A file of layers, top first ([`layer_file`](snowblue_transport::layer_file)). The last layer goes on below.
+    pub layers: String,
+    /// Where the first layer begins.
+    #[serde(default)]
+    pub layers_top: LayersTop,
+}
+
+impl LayeredSnowDescription {
+    /// The layers of a file, below the surface of the snow.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { layers: file.into(), layers_top: LayersTop::default() }
+    }
+}
+
+/// Where the first layer of snow begins, from which all depths count vertically.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum LayersTop {
+    /// At the topmost surface of the body above each point: layers follow the terrain.
+    #[default]
+    Surface,
+    /// At a height z, in m: layers are horizontal, and snow above is of the first.
+    Height(f64),
 }
 
 /// A number between 0 and 1 for each point of a surface.

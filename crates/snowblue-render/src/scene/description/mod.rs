@@ -21,7 +21,10 @@ pub use light::{
     LightSource, PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription,
     SpotLightDescription, UniformSkyDescription,
 };
-pub use material::{DiffuseDescription, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription};
+pub use material::{
+    DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription,
+    TextureDescription,
+};
 pub use object::{
     BoxDescription, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, MeshDescription,
     MoundDescription, ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,

@@ -7,6 +7,7 @@ use serde::de::{Error, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_color::{LinearRgb, Srgb8};
 
+use super::material::LayersTop;
 use crate::film::exposure::Exposure;
 use crate::geometry::ray::narrow;
 use crate::scene::integrator::IntegratorKind;
@@ -90,6 +91,15 @@ impl Serialize for Exposure {
         match self {
             Self::Auto => serializer.serialize_str("auto"),
             Self::Stops(stops) => serializer.serialize_f64(*stops),
+        }
+    }
+}
+
+impl Serialize for LayersTop {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Surface => serializer.serialize_str("surface"),
+            Self::Height(height_m) => serializer.serialize_f64(*height_m),
         }
     }
 }
@@ -252,6 +262,20 @@ impl<'de> Deserialize<'de> for Exposure {
             text: Some(|text| match text {
                 "auto" => Ok(Self::Auto),
                 other => Err(format!("is \"{other}\", but must be \"auto\" or a number of stops")),
+            }),
+            list: None,
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for LayersTop {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Self, 0> {
+            expected: "\"surface\" or a height in m",
+            number: Some(Self::Height),
+            text: Some(|text| match text {
+                "surface" => Ok(Self::Surface),
+                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
             }),
             list: None,
         })

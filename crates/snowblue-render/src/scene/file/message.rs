@@ -21,7 +21,7 @@ impl From<toml::de::Error> for Mistake {
 }
 
 /// The line of a place, counted from 1.
-pub(super) fn line_of(text: &str, place: usize) -> usize {
+pub(crate) fn line_of(text: &str, place: usize) -> usize {
     1 + text.as_bytes()[..place.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
 }
 

@@ -73,8 +73,10 @@ use crate::files::FilesIn;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 
-use message::{Mistake, line_of, span_of};
+use message::{Mistake, span_of};
 use reader::read_description;
+
+pub(crate) use message::line_of;
 
 /// A scene file that was read: its description, and where in the file its values stand.
 #[derive(Debug, Clone)]

@@ -70,6 +70,10 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
     let known = ["type"];
     match kind.get_ref().as_str() {
         "diffuse" => keys.read(path, &known).map(MaterialDescription::Diffuse),
+        "pca_snow" if keys.table.contains_key("layers") => {
+            keys.refuse_beside("layers", &["grain_size_um", "facetness", "density_kg_m3"], path)?;
+            keys.read(path, &known).map(MaterialDescription::LayeredSnow)
+        }
         "pca_snow" => keys.read(path, &known).map(MaterialDescription::PcaSnow),
         _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "pca_snow"])),
     }
@@ -173,6 +177,17 @@ impl<'text> Keys<'text> {
     fn required_text(&mut self, key: &str, path: &KeyPath) -> Read<Spanned<String>> {
         let span = self.span.clone();
         self.text(key, path)?.ok_or_else(|| Mistake { span, reason: format!("{} is missing", path.key(key)) })
+    }
+
+    /// Refuses keys beside one that they have no meaning with.
+    fn refuse_beside(&self, present: &str, others: &[&str], path: &KeyPath) -> Read<()> {
+        match self.table.iter().find(|(key, _)| others.contains(&key.get_ref().as_ref())) {
+            Some((key, _)) => {
+                let reason = format!("{path} has either `{present}` or `{}`, not both", key.get_ref());
+                Err(Mistake { span: key.span(), reason })
+            }
+            None => Ok(()),
+        }
     }
 
     /// Takes some keys out.

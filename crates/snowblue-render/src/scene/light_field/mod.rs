@@ -11,6 +11,7 @@ mod gather;
 mod illumination;
 mod inner_lamp;
 mod near_light;
+mod snowpack;
 mod solid;
 mod surface_light;
 
@@ -19,18 +20,16 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
-    Diffusion, DiffusionAt, Fluence, GridOptions, SnowBody, SnowOptics, SolveOptions, SpectralNodes, SurfaceValues,
-    Survey, VolumeSource,
+    Fluence, GridOptions, SnowBody, SolveOptions, SpectralNodes, SurfaceValues, Survey, VolumeSource,
 };
 use snowblue_transport::monte_carlo::WalkEnds;
-use snowblue_transport::ordinates::HalfSpace;
 use wide::f32x4;
 
 use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::scene::integrator::LightFieldSettings;
 use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
-use crate::spectrum::{SAMPLES, Spectrum};
+use crate::spectrum::Spectrum;
 
 use bright_snow::BrightSnow;
 use gather::{Exitance, GatheredPaths, MOST_GROUPS, Surroundings};
@@ -38,6 +37,8 @@ pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
+use snowpack::MeanSnow;
+pub(crate) use snowpack::{SnowLayer, Snowpack};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, NOISE, SurfaceLight, entering_light};
 
@@ -96,13 +97,18 @@ pub(crate) struct BodyField {
     /// For lights of each spectrum.
     lit: Vec<LitFluence>,
     nodes: SpectralNodes,
-    optics: SnowOptics,
-    /// ℓ* at the middle wavelength, in m.
-    transport_length_m: f32,
-    /// κ there, in 1/m.
-    extinction_per_m: f32,
-    /// Where random walks end, if there are any.
-    walk_ends: Option<Arc<WalkEndsByDepth>>,
+    snow: Arc<Snowpack>,
+    /// ℓ* of the whole pack at each wavelength, in m.
+    transport_lengths_m: Vec<f64>,
+}
+
+/// The light at a point of the surface of a body, with the snow there.
+#[derive(Clone, Copy)]
+pub(crate) struct SnowAt<'f> {
+    pub(crate) field: &'f BodyField,
+    /// The number of the layer.
+    pub(crate) number: usize,
+    pub(crate) layer: &'f SnowLayer,
 }
 
 /// The light in a body by lights of one spectrum.
@@ -120,10 +126,8 @@ struct LitFluence {
 pub(crate) struct FieldScene<'a> {
     pub(crate) objects: &'a Objects,
     pub(crate) lights: &'a [Light],
-    /// The optics of an object's snow, if it is snow.
-    pub(crate) snow: &'a dyn Fn(usize) -> Option<SnowOptics>,
-    /// Where random walks in an object's snow end, if there are any.
-    pub(crate) walk_ends: &'a dyn Fn(usize) -> Option<Arc<WalkEndsByDepth>>,
+    /// The snow of an object, if it is snow.
+    pub(crate) snow: &'a dyn Fn(usize) -> Option<Arc<Snowpack>>,
     /// Those of the lights that are inside snow.
     pub(crate) lamps_in_snow: &'a [LampInSnow],
     /// The reflectance of a diffuse surface; none for snow.
@@ -139,7 +143,9 @@ struct PreparedBody<'a> {
     solid: Solid<'a>,
     body: SnowBody,
     nodes: SpectralNodes,
-    optics: SnowOptics,
+    snow: Arc<Snowpack>,
+    /// ℓ* of the whole pack at each wavelength, in m.
+    transport_lengths_m: Vec<f64>,
     /// The solution for other light, from which the next starts.
     before: Option<Fluence>,
 }
@@ -173,28 +179,27 @@ impl LightField {
             if body_of[object].is_some() {
                 continue;
             }
-            let Some(optics) = (scene.snow)(object) else { continue };
+            let Some(snow) = (scene.snow)(object) else { continue };
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
             let solid = Solid::new(scene.objects, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
-            solids.push((solid, optics, survey));
+            solids.push((solid, snow, survey));
         }
         // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
         let thickest = solids
             .iter()
             .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
-        let nodes = thickest.map(|(_, optics, survey)| {
+        let nodes = thickest.map(|(_, snow, survey)| {
             let thickness_m = survey.mean_thickness_m();
-            SpectralNodes::for_thickness(&optics.transport_lengths_m, &optics.absorption_per_m, thickness_m)
+            let MeanSnow { transport_lengths_m, absorption_per_m } = snow.mean(thickness_m);
+            SpectralNodes::for_thickness(&transport_lengths_m, &absorption_per_m, thickness_m)
         });
         let mut prepared = Vec::with_capacity(solids.len());
-        for (solid, optics, survey) in solids {
-            let Some(nodes) = nodes.as_ref().map(|nodes| nodes.with_absorption(&optics.absorption_per_m)) else {
-                break;
-            };
+        for (solid, snow, survey) in solids {
+            let Some(nodes) = &nodes else { break };
             let object = solid.object;
-            let one = PreparedBody::new(solid, &survey, optics, nodes, scene.settings);
+            let one = PreparedBody::new(solid, &survey, snow, nodes, scene.settings);
             prepared.push(one.map_err(|reason| (object, reason))?);
         }
         Ok(Self::lit(prepared, body_of, scene))
@@ -206,12 +211,13 @@ impl LightField {
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
             let solid = object.and_then(|object| Solid::new(scene.objects, object));
-            let BodyField { body, lit, nodes, optics, .. } = one;
+            let BodyField { body, lit, nodes, snow, transport_lengths_m } = one;
             PreparedBody {
                 solid: solid.expect("a body with a light field has an object and bounds"),
                 body,
                 nodes,
-                optics,
+                snow,
+                transport_lengths_m,
                 before: lit.into_iter().next().map(|lit| lit.fluence),
             }
         });
@@ -236,17 +242,13 @@ impl LightField {
             let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
             let lit_bodies = lit.iter_mut().zip(&prepared).zip(&lightings).zip(solutions);
             for (((lit, one), lighting), solution) in lit_bodies {
-                let scale = |k: usize| narrow(one.optics.transport_lengths_m[k]) * spectrum.0[k];
+                let scale = |k: usize| narrow(one.transport_lengths_m[k]) * spectrum.0[k];
                 lit.push(one.lit(lighting, solution, Spectrum(std::array::from_fn(scale))));
             }
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { solid, body, nodes, optics, .. } = one;
-            let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
-            let walk_ends = (scene.walk_ends)(solid.object);
-            let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
-            let extinction_per_m = (transport_length_m * reduced).recip();
-            BodyField { body, lit, nodes, optics, transport_length_m, extinction_per_m, walk_ends }
+            let PreparedBody { body, nodes, snow, transport_lengths_m, .. } = one;
+            BodyField { body, lit, nodes, snow, transport_lengths_m }
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
@@ -347,27 +349,26 @@ impl<'a> PreparedBody<'a> {
     fn new(
         solid: Solid<'a>,
         survey: &Survey,
-        optics: SnowOptics,
-        nodes: SpectralNodes,
+        snow: Arc<Snowpack>,
+        nodes: &SpectralNodes,
         settings: LightFieldSettings,
     ) -> Result<Self, String> {
+        let MeanSnow { transport_lengths_m, absorption_per_m } = snow.mean(survey.mean_thickness_m());
+        let nodes = nodes.with_absorption(&absorption_per_m);
         let groups = nodes.indices().len() / snowblue_field::GROUP;
-        let shortest_m = optics.transport_lengths_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let shortest_m = snow.least_transport_length_m();
         let memory_mib = u64::from(settings.memory_mib);
         let step_m = match settings.step_mm {
             None => survey.choose_step_m(shortest_m, groups, memory_mib),
             Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
         };
-        let step_m = step_m.map_err(|error| error.to_string())?;
-        let lengths: Vec<f32x4> = nodes.gather(|index| narrow(optics.transport_lengths_m[index])).collect();
-        let absorption: Vec<f32x4> = nodes.gather(|index| narrow(optics.absorption_per_m[index])).collect();
-        let diffusion = lengths.into_iter().zip(absorption).map(|(transport_length_m, absorption_per_m)| {
-            let everywhere = Diffusion { transport_length_m, absorption_per_m };
-            Box::new(move |_| everywhere) as DiffusionAt
-        });
-        let options = GridOptions { step_m, shift: DVec3::ZERO, sizes: None };
-        let body = SnowBody::new(&solid, options, diffusion.collect(), optics.half_space.extrapolation());
-        Ok(Self { solid, body, nodes, optics, before: None })
+        let options =
+            GridOptions { step_m: step_m.map_err(|error| error.to_string())?, shift: DVec3::ZERO, sizes: None };
+        let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
+        // The extrapolation lengths of kinds of snow differ by less than 1 %.
+        let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
+        drop(of_cell);
+        Ok(Self { solid, body, nodes, snow, transport_lengths_m, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.
@@ -375,7 +376,7 @@ impl<'a> PreparedBody<'a> {
         let is_inside = |lamp: &&&LampInSnow| body_of[lamp.object] == body_of[self.solid.object];
         let inside = illumination.lamps.iter().filter(is_inside);
         Lighting {
-            direct: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.optics.half_space),
+            direct: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.snow),
             sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
         }
     }
@@ -438,14 +439,16 @@ fn add(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
 }
 
 impl BodyField {
-    /// Radiance that leaves a surface point without that of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as a band
-    /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
-    /// reflection function reflects.
-    pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let flux = self.flux(surface.point, surface.normal) * (self.escape(cos_exit) * FRAC_1_PI);
-        let mut sum = self.diffuse_irradiance(surface) * FRAC_1_PI;
-        sum += flux;
-        sum
+    /// The light at a point of the surface, with the snow there. `object` is the object at the point.
+    #[inline]
+    pub(crate) fn at(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> SnowAt<'_> {
+        let number = self.snow.number_at(objects, object, surface);
+        SnowAt { field: self, number, layer: &self.snow.layers[number] }
+    }
+
+    /// The snow.
+    pub(crate) fn snow(&self) -> &Arc<Snowpack> {
+        &self.snow
     }
 
     /// The irradiance H by uniform skies and other surfaces, in W m⁻² as a band density.
@@ -462,43 +465,6 @@ impl BodyField {
         self.exitance(surface.point, surface.normal) * FRAC_1_PI
     }
 
-    /// The reflection function R₀, in 1/sr.
-    #[inline]
-    pub(crate) fn reflection_per_sr(&self, cos_exit: f32, cos_incidence: f32, cos_azimuth: f32) -> f32 {
-        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth].map(f64::from);
-        narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
-    }
-
-    /// The escape function K.
-    #[inline]
-    pub(crate) fn escape(&self, cos: f32) -> f32 {
-        narrow(self.optics.half_space.escape(f64::from(cos)))
-    }
-
-    /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
-    pub(crate) fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
-        let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
-        ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
-    }
-
-    /// The half-space of its snow.
-    #[inline]
-    pub(crate) fn half_space(&self) -> &HalfSpace {
-        &self.optics.half_space
-    }
-
-    /// Transport mean free path at the middle wavelength, in m.
-    #[inline]
-    pub(crate) fn transport_length_m(&self) -> f32 {
-        self.transport_length_m
-    }
-
-    /// Extinction coefficient at the middle wavelength, in 1/m.
-    #[inline]
-    pub(crate) fn extinction_per_m(&self) -> f32 {
-        self.extinction_per_m
-    }
-
     /// The fluence rate inside, in W m⁻² as a band density.
     pub(crate) fn fluence(&self, point: Vec3A) -> Spectrum {
         self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
@@ -507,11 +473,6 @@ impl BodyField {
     /// Size of the cells at the surface, in m.
     pub(crate) fn step_m(&self) -> f64 {
         self.body.step_m()
-    }
-
-    /// The optics of the snow.
-    pub(crate) fn optics(&self) -> &SnowOptics {
-        &self.optics
     }
 
     /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
@@ -561,6 +522,18 @@ impl BodyField {
             (if is_positive { value.exp() } else { value }) * scale.0[wavelength]
         };
         Spectrum(std::array::from_fn(value))
+    }
+}
+
+impl SnowAt<'_> {
+    /// Radiance that leaves a surface point without that of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as a band
+    /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
+    /// reflection function reflects.
+    pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
+        let flux = self.field.flux(surface.point, surface.normal) * (self.layer.escape(cos_exit) * FRAC_1_PI);
+        let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
+        sum += flux;
+        sum
     }
 }
 

@@ -3,12 +3,12 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
-use snowblue_transport::ordinates::HalfSpace;
 use wide::f32x4;
 
-use crate::geometry::ray::{SurfacePoint, narrow};
+use crate::geometry::ray::SurfacePoint;
 use crate::sampling::Sampler;
 use crate::scene::light::{Light, LightSample};
+use crate::scene::light_field::snowpack::Snowpack;
 use crate::scene::light_field::solid::Solid;
 use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
@@ -54,7 +54,7 @@ pub(super) fn entering_light(
     body: &SnowBody,
     nodes: &SpectralNodes,
     lights: &[&Light],
-    half_space: &HalfSpace,
+    snow: &Snowpack,
 ) -> EnteringLight {
     let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);
@@ -69,9 +69,10 @@ pub(super) fn entering_light(
             let first = number.wrapping_mul(samples);
             let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
+            let layer = &snow.layers[snow.number_at(solid.objects, solid.object, &lit.surface)];
             visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, irradiance| {
                 let [escape_weighted, total] = &mut sums[usize::from(light.is_diffuse())];
-                *escape_weighted += irradiance * narrow(half_space.escape(f64::from(cos)));
+                *escape_weighted += irradiance * layer.escape(cos);
                 *total += irradiance;
             });
             entering.directed.push(nodes, &sums[0]);

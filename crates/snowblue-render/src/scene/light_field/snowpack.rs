@@ -1,0 +1,164 @@
+//! The snow of a body as the light field sees it: its layers, and what the surface of each does to light.
+
+use snowblue_field::{CellBox, Diffusion, GROUP, SnowOptics, SpectralNodes};
+use snowblue_transport::ordinates::HalfSpace;
+
+use super::{EndDepth, WalkEndsByDepth};
+use crate::geometry::ray::{SurfacePoint, narrow};
+use crate::scene::layering::Layering;
+use crate::scene::objects::Objects;
+use crate::spectrum::{SAMPLES, Spectrum};
+
+/// The layers of a body, top first. Snow that is the same everywhere is one layer.
+#[derive(Debug)]
+pub(crate) struct Snowpack {
+    pub(crate) layers: Vec<SnowLayer>,
+    layering: Layering,
+}
+
+/// The snow of a layer.
+#[derive(Debug)]
+pub(crate) struct SnowLayer {
+    pub(crate) optics: SnowOptics,
+    /// ℓ* at the middle wavelength, in m.
+    transport_length_m: f32,
+    /// κ there, in 1/m.
+    extinction_per_m: f32,
+    /// Where random walks end, if there are any.
+    walk_ends: Option<WalkEndsByDepth>,
+}
+
+/// Diffusion and absorption at each wavelength of a whole pack.
+pub(super) struct MeanSnow {
+    /// ℓ*, in m.
+    pub(super) transport_lengths_m: Vec<f64>,
+    /// μ_a, in 1/m.
+    pub(super) absorption_per_m: Vec<f64>,
+}
+
+impl Snowpack {
+    /// The layers of a body, at least one.
+    pub(crate) fn new(layers: Vec<SnowLayer>, layering: Layering) -> Self {
+        Self { layers, layering }
+    }
+
+    /// The uppermost layer.
+    pub(crate) fn top(&self) -> &SnowLayer {
+        &self.layers[0]
+    }
+
+    /// The number of the layer at a point of the surface of the body of an object.
+    #[inline]
+    pub(crate) fn number_at(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> usize {
+        self.layering.at_surface(objects, object, surface)
+    }
+
+    /// The least transport mean free path, in m.
+    pub(super) fn least_transport_length_m(&self) -> f64 {
+        let lengths = self.layers.iter().flat_map(|layer| &layer.optics.transport_lengths_m);
+        lengths.copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The snow of a pack of some thickness, in m, in which every layer counts by its thickness: the means of μ_a and
+    /// of 1/ℓ*.
+    pub(super) fn mean(&self, thickness_m: f64) -> MeanSnow {
+        if let [SnowLayer { optics, .. }] = &*self.layers {
+            let SnowOptics { transport_lengths_m, absorption_per_m, .. } = optics.clone();
+            return MeanSnow { transport_lengths_m, absorption_per_m };
+        }
+        let within = |depth_m: f64| depth_m.clamp(0.0, thickness_m) / thickness_m;
+        let shares: Vec<f64> = self.layering.ranges_m().map(|[start, end]| within(end) - within(start)).collect();
+        let mean = |of_layer: &dyn Fn(&SnowOptics) -> f64| -> f64 {
+            self.layers.iter().zip(&shares).map(|(layer, share)| share * of_layer(&layer.optics)).sum()
+        };
+        let wavelengths = 0..self.top().optics.absorption_per_m.len();
+        MeanSnow {
+            transport_lengths_m: wavelengths
+                .clone()
+                .map(|k| mean(&|optics| optics.transport_lengths_m[k].recip()).recip())
+                .collect(),
+            absorption_per_m: wavelengths.map(|k| mean(&|optics| optics.absorption_per_m[k])).collect(),
+        }
+    }
+
+    /// The snow of a cell of the body of an object, for each group of spectral nodes.
+    pub(super) fn diffusion<'a>(
+        &'a self,
+        objects: &'a Objects,
+        object: usize,
+        nodes: &SpectralNodes,
+    ) -> impl Fn(&CellBox) -> Vec<Diffusion> + Sync + use<'a> {
+        let of_layers: Vec<Vec<Diffusion>> = self.layers.iter().map(|layer| layer.diffusion(nodes)).collect();
+        let groups = nodes.indices().len() / GROUP;
+        move |cell| {
+            if let [everywhere] = &*of_layers {
+                return everywhere.clone();
+            }
+            let shares = self.layering.shares(objects, object, cell);
+            let of_group = |group: usize| shares.iter().zip(&of_layers).map(move |(share, snow)| (*share, snow[group]));
+            (0..groups).map(|group| Diffusion::mixture(of_group(group))).collect()
+        }
+    }
+}
+
+impl SnowLayer {
+    /// The layer of some snow.
+    pub(crate) fn new(optics: SnowOptics, walk_ends: Option<WalkEndsByDepth>) -> Self {
+        let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
+        let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
+        let extinction_per_m = (transport_length_m * reduced).recip();
+        Self { optics, transport_length_m, extinction_per_m, walk_ends }
+    }
+
+    fn diffusion(&self, nodes: &SpectralNodes) -> Vec<Diffusion> {
+        let lengths = nodes.gather(|index| narrow(self.optics.transport_lengths_m[index]));
+        let absorption = nodes.gather(|index| narrow(self.optics.absorption_per_m[index]));
+        let snow = |(transport_length_m, absorption_per_m)| Diffusion { transport_length_m, absorption_per_m };
+        lengths.zip(absorption).map(snow).collect()
+    }
+
+    /// The reflection function R₀, in 1/sr.
+    #[inline]
+    pub(crate) fn reflection_per_sr(&self, cos_exit: f32, cos_incidence: f32, cos_azimuth: f32) -> f32 {
+        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth].map(f64::from);
+        narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
+    }
+
+    /// The escape function K.
+    #[inline]
+    pub(crate) fn escape(&self, cos: f32) -> f32 {
+        narrow(self.optics.half_space.escape(f64::from(cos)))
+    }
+
+    /// Reflectance of much of the snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
+    /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
+    pub(crate) fn deep_reflectance(&self, cos: f32) -> Spectrum {
+        let SnowOptics { transport_lengths_m, absorption_per_m, .. } = &self.optics;
+        let lost = |k: usize| 4.0 * (absorption_per_m[k] * transport_lengths_m[k] / 3.0).sqrt();
+        Spectrum(std::array::from_fn(|k| (-self.escape(cos) * narrow(lost(k))).exp()))
+    }
+
+    /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
+    pub(crate) fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
+        let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
+        ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
+    }
+
+    /// The half-space of the snow.
+    #[inline]
+    pub(crate) fn half_space(&self) -> &HalfSpace {
+        &self.optics.half_space
+    }
+
+    /// Transport mean free path at the middle wavelength, in m.
+    #[inline]
+    pub(crate) fn transport_length_m(&self) -> f32 {
+        self.transport_length_m
+    }
+
+    /// Extinction coefficient at the middle wavelength, in 1/m.
+    #[inline]
+    pub(crate) fn extinction_per_m(&self) -> f32 {
+        self.extinction_per_m
+    }
+}
