@@ -38,6 +38,8 @@ pub(crate) mod bvh;
 
 pub mod images;
 
+pub(crate) mod height_files;
+
 pub mod mesh_files;
 
 pub mod shapes;

@@ -14,6 +14,7 @@ pub(crate) mod light_field;
 pub mod material;
 pub mod objects;
 pub mod queries;
+pub mod undisturbed;
 
 use std::collections::BTreeMap;
 

@@ -4,6 +4,7 @@
 //! keeps its material. The depth counts in the material of the object that is visible.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
 
@@ -13,6 +14,7 @@ use crate::geometry::bounds::{Bounds, Interval};
 use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
 use crate::geometry::shape::Shape;
 use crate::geometry::texture_coordinates::TextureCoordinates;
+use crate::scene::undisturbed::UndisturbedSurface;
 
 /// Up to this number objects are tested one by one; more get a hierarchy.
 const FEW_OBJECTS: usize = 6;
@@ -28,6 +30,8 @@ pub struct Object {
     pub material: usize,
     /// Objects of the same body are one solid. An object without a body is its own.
     pub body: Option<String>,
+    /// Its surface before prints were pressed into it; none where there are no prints.
+    pub undisturbed: Option<Arc<UndisturbedSurface>>,
 }
 
 /// A hit on an object.
@@ -429,7 +433,7 @@ mod tests {
     use std::sync::Arc;
 
     fn object(shape: Shape, material: usize) -> Object {
-        Object { name: String::new(), shape, material, body: None }
+        Object { name: String::new(), shape, material, body: None, undisturbed: None }
     }
 
     fn row(count: usize) -> Vec<Object> {

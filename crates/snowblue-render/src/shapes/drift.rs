@@ -37,6 +37,12 @@ impl Mound {
 ///
 /// When the surface dips below the bottom.
 pub fn drift(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Result<TriangleMesh, String> {
+    let heights = drift_heights(size_m, mounds, relief_m, seed)?;
+    heights.solid(Vec3::new(narrow(size_m.x), narrow(size_m.y), 1.0), narrow(-size_m.z))
+}
+
+/// The heights of the surface of a drift, in m.
+pub(crate) fn drift_heights(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Result<Heights, String> {
     let longer_m = size_m.x.max(size_m.y);
     let points = |side_m: f64| whole((GRID as f64 * side_m / longer_m).ceil().max(2.0));
     let (columns, rows) = (points(size_m.x), points(size_m.y));
@@ -48,8 +54,7 @@ pub fn drift(size_m: DVec3, mounds: &[Mound], relief_m: f64, seed: u32) -> Resul
             relief(position.extend(0.0), RELIEF_SIZE_M, seed) + 0.15 * relief(position.extend(9.0), 0.04, seed);
         narrow(relief_m * height + mounds.iter().map(|mound| mound.height_m(position)).sum::<f64>())
     };
-    let heights = Heights::new(columns, (0..columns * rows).map(height_m).collect())?;
-    heights.solid(Vec3::new(narrow(size_m.x), narrow(size_m.y), 1.0), narrow(-size_m.z))
+    Heights::new(columns, (0..columns * rows).map(height_m).collect())
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]

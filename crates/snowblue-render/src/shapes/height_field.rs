@@ -1,14 +1,9 @@
 //! Height fields: solids between a surface given by heights on a grid and a level bottom, closed by side walls.
 
-use std::io::Cursor;
+use glam::{DVec2, Vec2, Vec3};
 
-use exr::prelude::{ReadChannels, ReadLayers, read};
-use glam::{Vec2, Vec3};
-
-use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles, check_formats};
+use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::{TriangleMesh, closed_grids};
-use crate::images::png_image::PngImage;
 
 /// Heights on a grid, row by row from the far side (greatest y) to the near side, each from left to right.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,21 +32,49 @@ impl Heights {
         }
     }
 
-    /// Reads a grey PNG, where white is 1, or the first channel of an EXR.
-    ///
-    /// # Errors
-    ///
-    /// When the file cannot be read or has another extension.
-    pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let file = NamedFile::read(files, name)?;
-        check_formats(&file.path)?;
-        let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
-        let (columns, values) = match file.extension().as_str() {
-            "png" => read_png(&file)?,
-            "exr" => read_exr(&file).map_err(wrong)?,
-            other => return Err(wrong(format!("the extension is \"{other}\", but must be png or exr"))),
-        };
-        Self::new(columns, values).map_err(wrong)
+    /// Number of columns.
+    pub(crate) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.values.len() / self.columns
+    }
+
+    /// All heights.
+    pub(crate) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// The heights times a factor.
+    #[must_use]
+    pub(crate) fn scaled(mut self, factor: f32) -> Self {
+        self.values.iter_mut().for_each(|height| *height *= factor);
+        self
+    }
+
+    /// The heights less a height.
+    #[must_use]
+    pub(crate) fn lowered(mut self, by: f64) -> Self {
+        self.values.iter_mut().for_each(|height| *height = narrow(f64::from(*height) - by));
+        self
+    }
+
+    /// The height at a place in cells from the far left, on the two triangles of [`solid`](Self::solid) in each cell.
+    /// Places beyond the edge have the heights of the edge cell's triangles.
+    pub(crate) fn at(&self, place: DVec2) -> f64 {
+        let (column, across) = cell(place.x, self.columns);
+        let (row, down) = cell(place.y, self.rows());
+        let height = |right: usize, near: usize| f64::from(self.values[(row + near) * self.columns + column + right]);
+        let (far_left, near_right) = (height(0, 0), height(1, 1));
+        if across >= down {
+            let far_right = height(1, 0);
+            far_left + across * (far_right - far_left) + down * (near_right - far_right)
+        } else {
+            let near_left = height(0, 1);
+            far_left + down * (near_left - far_left) + across * (near_right - near_left)
+        }
     }
 
     /// The solid between these heights and a level bottom, centred on the z axis: a height h lies at z = h · `size.z`.
@@ -91,35 +114,17 @@ fn count(count: usize) -> u32 {
     count as u32
 }
 
-fn read_png(file: &NamedFile) -> Result<(usize, Vec<f32>), RenderError> {
-    let image = PngImage::decode(file)?;
-    if image.channels > 1 {
-        let reason = "the image is coloured, but must be grey".into();
-        return Err(RenderError::Mesh { path: file.path.clone(), reason });
-    }
-    Ok((image.width, image.values))
-}
-
-fn read_exr(file: &NamedFile) -> Result<(usize, Vec<f32>), String> {
-    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image =
-        image.from_buffered(Cursor::new(&file.bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
-    let layer = image.layer_data;
-    let channel = layer.channel_data.list.first().ok_or("the image has no channel")?;
-    Ok((layer.size.width(), channel.sample_data.values_as_f32().collect()))
+/// The cell that a place lies in, of those between some points, and where in it.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the cells")]
+fn cell(place: f64, points: usize) -> (usize, f64) {
+    let cell = place.floor().clamp(0.0, (points - 2) as f64);
+    (cell as usize, place - cell)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::files::FilesIn;
     use crate::mesh_tools::topology::{Topology, volume};
-
-    fn read(path: &Path) -> Result<Heights, RenderError> {
-        Heights::read(&FilesIn::beside(path), path.file_name().unwrap().to_str().unwrap())
-    }
 
     #[test]
     fn the_solid_is_closed_and_its_volume_is_area_times_mean_height() {
@@ -144,38 +149,18 @@ mod tests {
     }
 
     #[test]
-    fn reads_16_bit_png() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("drift.png");
-        let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), 2, 2);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Sixteen);
-        encoder.write_header().unwrap().write_image_data(&[0, 0, 0xff, 0xff, 0x80, 0, 0, 1]).unwrap();
-        let heights = read(&path).unwrap();
-        assert_eq!(heights, Heights::new(2, vec![0.0, 1.0, 32_768.0 / 65_535.0, 1.0 / 65_535.0]).unwrap());
-        std::fs::write(&path, b"no picture").unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("drift.png: not a readable PNG"));
-    }
-
-    #[test]
-    fn reads_the_first_channel_of_an_exr_from_far_to_near() {
-        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("drift.EXR");
-        let values = vec![0.25f32, -1.5, 3.0, 1e-3, 70_000.0, 0.0];
-        let height = AnyChannel::new("Y", FlatSamples::F32(values.clone()));
-        let other = AnyChannel::new("Z", FlatSamples::F32(vec![9.0; 6]));
-        let channels = AnyChannels::sort([other, height].into_iter().collect());
-        Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
-        let heights = read(&path).unwrap();
-        assert_eq!(heights, Heights::new(3, values).unwrap());
-        // The first row is the far one, at greatest y.
-        let solid = heights.solid(Vec3::new(4.0, 2.0, 0.1), -1.0).unwrap();
-        assert_eq!((solid.positions[0], solid.positions[5]), (Vec3::new(-2.0, 1.0, 0.025), Vec3::new(2.0, -1.0, 0.0)));
-        std::fs::write(&path, b"no picture").unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("drift.EXR: not a readable EXR"));
-        let hole = AnyChannel::new("Y", FlatSamples::F32(vec![0.0, 0.0, f32::NAN, 0.0]));
-        Image::from_channels((2, 2), AnyChannels::sort([hole].into_iter().collect())).write().to_file(&path).unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("a height is NaN, but must be finite"));
+    fn heights_between_grid_points_lie_on_the_triangles_of_the_solid() {
+        let heights = Heights::new(3, vec![0.0, 1.0, 5.0, 2.0, -3.0, 4.0, 7.0, 0.5, 1.5]).unwrap();
+        let solid = heights.solid(Vec3::new(2.0, 2.0, 1.0), -9.0).unwrap();
+        for triangle in 0..solid.indices.len() {
+            let corners = solid.corners(triangle).map(Vec3::as_dvec3);
+            let point = 0.5 * corners[0] + 0.3 * corners[1] + 0.2 * corners[2];
+            let is_top = corners.iter().all(|corner| corner.z > -9.0);
+            if is_top {
+                // From the far left: x and y run from −1 to 1.
+                let found = heights.at(DVec2::new(point.x + 1.0, 1.0 - point.y));
+                assert!((found - point.z).abs() < 1e-6, "{point}: {found}");
+            }
+        }
     }
 }

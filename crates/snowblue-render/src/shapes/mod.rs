@@ -3,4 +3,9 @@
 pub mod drift;
 pub mod height_field;
 pub mod igloo;
+pub(crate) mod imprint;
+mod quadtree;
 mod relief;
+pub(crate) mod sheet;
+pub(crate) mod snow_on_mesh;
+pub(crate) mod terrain;

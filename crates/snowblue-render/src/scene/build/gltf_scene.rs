@@ -81,7 +81,7 @@ pub(super) fn read_gltf(
             if must_be_closed && closed.insert((number, part)) {
                 check_closed(mesh.triangles()).map_err(misfit)?;
             }
-            objects.push(Object { name, shape, material, body: None });
+            objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
     let daylight = !sources.is_false_color;

@@ -3,6 +3,7 @@
 
 mod closed;
 mod gltf_scene;
+mod landscape;
 mod light;
 mod material;
 mod object;

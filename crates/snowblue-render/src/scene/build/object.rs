@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::RenderError;
 use crate::geometry::cuboid::Cuboid;
@@ -12,24 +12,22 @@ use crate::geometry::ellipsoid::Ellipsoid;
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::plane::Plane;
-use crate::geometry::ray::narrow;
 use crate::geometry::shape::Shape;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
 use crate::mesh_files::{is_y_up, read_mesh_from};
 use crate::scene::build::closed::check_closed;
+use crate::scene::build::landscape::{self, Land};
 use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{Placing, check_reach, placement};
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
 use crate::scene::description::{
-    DescriptionError, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, KeyPath,
-    MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
+    DescriptionError, IglooDescription, KeyPath, MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
 };
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::objects::Object;
-use crate::shapes::drift::{Mound, drift};
-use crate::shapes::height_field::Heights;
+use crate::scene::undisturbed::UndisturbedSurface;
 use crate::shapes::igloo::Igloo;
 
 /// A mesh of a file about its own middle.
@@ -72,6 +70,12 @@ impl<'scene> ObjectBuilder<'scene> {
             return Err(path.key("body").error(reason).into());
         }
         let placing = Placing::of(&object.common);
+        let mut undisturbed = None;
+        let mut land = |land: Land| {
+            let surface = land.undisturbed.and_then(|terrain| UndisturbedSurface::new(terrain, placing.to_scene()));
+            undisturbed = surface.map(Arc::new);
+            Ok::<_, DescriptionError>(vec![placed(path, &placing, land.solid)?])
+        };
         let shapes = match &object.shape {
             ShapeDescription::Box(cuboid) => {
                 let size = (point(cuboid.size).as_dvec3() * placing.scale).as_vec3a();
@@ -90,13 +94,11 @@ impl<'scene> ObjectBuilder<'scene> {
             }
             ShapeDescription::Plane(_) => vec![Shape::Plane(Plane::new(placing.position, placing.axes()))],
             ShapeDescription::Heights(heights) => {
-                let solid = self.height_field(path, heights)?;
-                vec![placed(path, &placing, solid)?]
+                land(landscape::height_field(path, heights, &object.imprints, self.sources)?)?
             }
-            ShapeDescription::Drift(description) => {
-                let solid = drift_solid(description);
-                let solid = solid.map_err(|reason| path.key("size").error(format!("is too small: {reason}")))?;
-                vec![placed(path, &placing, solid)?]
+            ShapeDescription::Drift(drift) => land(landscape::drift_land(path, drift, &object.imprints)?)?,
+            ShapeDescription::Snowpack(snowpack) => {
+                land(landscape::snowpack(path, snowpack, &object.imprints, self.sources)?)?
             }
             ShapeDescription::Igloo(igloo) => {
                 // The blocks of an igloo are one solid, whether it has a name or not.
@@ -114,7 +116,13 @@ impl<'scene> ObjectBuilder<'scene> {
             })?;
         }
         let name = object.shape.name();
-        let object = |shape| Object { name: name.clone(), shape, material: index, body: body.clone() };
+        let object = |shape| Object {
+            name: name.clone(),
+            shape,
+            material: index,
+            body: body.clone(),
+            undisturbed: undisturbed.clone(),
+        };
         Ok(shapes.into_iter().map(object).collect())
     }
 
@@ -124,24 +132,6 @@ impl<'scene> ObjectBuilder<'scene> {
             let names: Vec<_> = self.materials.iter().map(|material| material.name.as_str()).collect();
             path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
         })
-    }
-
-    fn height_field(&self, path: &KeyPath, description: &HeightFieldDescription) -> Result<TriangleMesh, RenderError> {
-        let heights = match &description.source {
-            HeightSource::Rows { heights } => {
-                let columns = heights.first().map_or(0, Vec::len);
-                Heights::new(columns, heights.iter().flatten().copied().map(narrow).collect())
-                    .map_err(|reason| path.key("heights").error(format!("are no grid: {reason}")))?
-            }
-            HeightSource::File { file } => Heights::read(self.sources.files, file)
-                .map_err(|error| self.sources.named(&path.key("file"), file, error))?,
-        };
-        let size = point(description.size);
-        // The reason begins with the name of the key.
-        let solid = heights
-            .solid(size.into(), narrow(description.bottom))
-            .map_err(|reason| path.key("bottom").error(reason.strip_prefix("bottom ").unwrap_or(&reason)))?;
-        Ok(solid)
     }
 
     fn mesh(
@@ -192,24 +182,13 @@ impl ShapeDescription {
             Self::Plane(_) => "plane",
             Self::Heights(_) => "heights",
             Self::Drift(_) => "drift",
+            Self::Snowpack(_) => "snowpack",
             Self::Igloo(_) => "igloo",
             Self::Mesh(MeshDescription { mesh, part: Some(part), .. }) => return format!("{mesh} {part}"),
             Self::Mesh(MeshDescription { mesh, part: None, .. }) => mesh,
         };
         name.to_owned()
     }
-}
-
-/// Ground under snow, with mounds.
-fn drift_solid(description: &DriftDescription) -> Result<TriangleMesh, String> {
-    let single = |number: f64| f64::from(narrow(number));
-    let mounds = description.mounds.iter().map(|mound| Mound {
-        centre_m: DVec2::new(single(mound.x), single(mound.y)),
-        height_m: single(mound.height),
-        radius_m: single(mound.radius),
-    });
-    let size_m = point(description.size).as_dvec3();
-    drift(size_m, &mounds.collect::<Vec<_>>(), description.relief, description.seed)
 }
 
 fn igloo_of(description: &IglooDescription) -> Igloo {

@@ -9,11 +9,15 @@ use snowblue_transport::sample::{
 
 use super::camera::CameraDescription;
 use super::key_path::{DescriptionError, KeyPath};
+use super::landscape::{
+    DepthDescription, GridSettings, GroundSource, HeightFieldDescription, HeightSource, ImprintDescription,
+    SnowpackDescription,
+};
 use super::light::{EnvironmentDescription, LightSource};
 use super::material::{
     DiffuseDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
 };
-use super::object::{HeightSource, IglooDescription, ObjectDescription, ShapeDescription};
+use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
 use super::scene::SceneDescription;
 use super::sky::{OvercastStrength, SkyDescription, SunDescription};
 use super::value::{ColorDescription, Scale, SnowProperty, point};
@@ -32,6 +36,12 @@ const DIRECTION: Range = Range::new(-1e6, 1e6, "");
 const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
 const ROTATION: Range = Range::new(-360.0, 360.0, "deg");
 const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
+/// A height above the sea or above a floor.
+const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
+/// A coordinate of a map.
+const MAP_COORDINATE: Range = Range::new(-1e8, 1e8, "m");
+const SNOW_DEPTH: Range = Range::new(-100.0, 100.0, "m");
+const TAPER: Range = Range::new(0.5, 60.0, "deg");
 const SCALE: Range = Range::new(1e-6, 1e6, "");
 const FRACTION: Range = Range::new(0.0, 1.0, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
@@ -372,38 +382,135 @@ fn check_object(path: &KeyPath, object: &ObjectDescription) -> Checked {
         Scale::Uniform(scale) => SCALE.check(&path.key("scale"), scale)?,
         Scale::Axes(scales) => SCALE.check_all(&path.key("scale"), &scales)?,
     }
-    let size = |size: &[f64]| SHAPE_SIZE.check_all(&path.key("size"), size);
+    for (index, imprint) in object.imprints.iter().enumerate() {
+        check_imprint(&path.key("imprint").index(index), imprint)?;
+    }
     match &object.shape {
-        ShapeDescription::Box(cuboid) => size(&cuboid.size),
+        ShapeDescription::Box(_)
+        | ShapeDescription::Sphere(_)
+        | ShapeDescription::Plane(_)
+        | ShapeDescription::Igloo(_)
+        | ShapeDescription::Mesh(_)
+        | ShapeDescription::Snowpack(SnowpackDescription { ground: GroundSource::Mesh { .. }, .. })
+            if !object.imprints.is_empty() =>
+        {
+            Err(path.key("imprint").error("needs a surface of heights: heights, drift, or snowpack on heights"))
+        }
+        ShapeDescription::Box(cuboid) => SHAPE_SIZE.check_all(&path.key("size"), &cuboid.size),
         ShapeDescription::Sphere(sphere) => SHAPE_SIZE.check(&path.key("radius"), sphere.radius),
         ShapeDescription::Plane(_) if common.scale != Scale::default() => {
             Err(path.key("scale").error("does not apply to a plane, which is infinite"))
         }
         ShapeDescription::Plane(_) | ShapeDescription::Mesh(_) => Ok(()),
-        ShapeDescription::Heights(heights) => {
-            size(&heights.size)?;
-            COORDINATE.check(&path.key("bottom"), heights.bottom)?;
-            match &heights.source {
-                HeightSource::Rows { heights } if heights.windows(2).any(|pair| pair[0].len() != pair[1].len()) => {
-                    Err(path.key("heights").error("must be a list of lists of numbers, all of one length"))
-                }
-                HeightSource::Rows { .. } | HeightSource::File { .. } => Ok(()),
-            }
-        }
-        ShapeDescription::Drift(drift) => {
-            size(&drift.size)?;
-            let path_to_mounds = path.key("mounds");
-            for (index, mound) in drift.mounds.iter().enumerate() {
-                let numbers = [mound.x, mound.y, mound.height, mound.radius];
-                if !numbers.iter().all(|number| number.is_finite()) || mound.height <= 0.0 || mound.radius <= 0.0 {
-                    let reason = "must be x, y, height and radius in m, the last two above 0";
-                    return Err(path_to_mounds.index(index).error(reason));
-                }
-            }
-            Range::new(0.0, 1.0, "m").check(&path.key("relief"), drift.relief)
-        }
+        ShapeDescription::Heights(heights) => check_height_field(path, heights),
+        ShapeDescription::Drift(drift) => check_drift(path, drift),
+        ShapeDescription::Snowpack(snowpack) => check_snowpack(path, snowpack),
         ShapeDescription::Igloo(igloo) => check_igloo(path, igloo),
     }
+}
+
+fn check_height_field(path: &KeyPath, heights: &HeightFieldDescription) -> Checked {
+    check_grid(path, &heights.grid)?;
+    if let Some(bottom) = heights.bottom {
+        COORDINATE.check(&path.key("bottom"), bottom)?;
+    }
+    let HeightSource::Rows { heights: rows } = &heights.source else { return Ok(()) };
+    check_rows(path, rows, &heights.grid)?;
+    heights.bottom.map(drop).ok_or_else(|| path.key("bottom").error("is missing"))
+}
+
+fn check_grid(path: &KeyPath, grid: &GridSettings) -> Checked {
+    if let Some(size) = grid.size {
+        SHAPE_SIZE.check_all(&path.key("size"), &size)?;
+    }
+    for (key, height) in [("datum", grid.datum), ("fill", grid.fill)] {
+        height.map_or(Ok(()), |height| HEIGHT.check(&path.key(key), height))?;
+    }
+    if let Some(crop) = grid.crop {
+        let path = path.key("crop");
+        MAP_COORDINATE.check_all(&path.key("centre"), &crop.centre)?;
+        SHAPE_SIZE.check_all(&path.key("size"), &crop.size)?;
+    }
+    grid.tolerance.map_or(Ok(()), |tolerance| Range::new(0.0, 1e4, "m").check(&path.key("tolerance"), tolerance))
+}
+
+fn check_rows(path: &KeyPath, heights: &[Vec<f64>], grid: &GridSettings) -> Checked {
+    if heights.windows(2).any(|pair| pair[0].len() != pair[1].len()) {
+        return Err(path.key("heights").error("must be a list of lists of numbers, all of one length"));
+    }
+    grid.size.map(drop).ok_or_else(|| path.key("size").error("is missing"))
+}
+
+fn check_drift(path: &KeyPath, drift: &DriftDescription) -> Checked {
+    SHAPE_SIZE.check_all(&path.key("size"), &drift.size)?;
+    let path_to_mounds = path.key("mounds");
+    for (index, mound) in drift.mounds.iter().enumerate() {
+        let numbers = [mound.x, mound.y, mound.height, mound.radius];
+        if !numbers.iter().all(|number| number.is_finite()) || mound.height <= 0.0 || mound.radius <= 0.0 {
+            let reason = "must be x, y, height and radius in m, the last two above 0";
+            return Err(path_to_mounds.index(index).error(reason));
+        }
+    }
+    Range::new(0.0, 1.0, "m").check(&path.key("relief"), drift.relief)
+}
+
+fn check_snowpack(path: &KeyPath, snowpack: &SnowpackDescription) -> Checked {
+    let is_mesh = match &snowpack.ground {
+        GroundSource::Rows { heights, grid } => {
+            check_grid(path, grid)?;
+            check_rows(path, heights, grid)?;
+            false
+        }
+        GroundSource::Heights { grid, .. } => {
+            check_grid(path, grid)?;
+            false
+        }
+        GroundSource::Mesh { .. } => true,
+    };
+    Range::new(0.0, 1.0, "m").check(&path.key("least_depth"), snowpack.least_depth)?;
+    if let Some(gap) = snowpack.gap {
+        Range::new(0.0, 10.0, "m").check(&path.key("gap"), gap)?;
+    }
+    let path = path.key("depth");
+    match &snowpack.depth {
+        DepthDescription::Uniform(depth) => Range::new(1e-3, SNOW_DEPTH.greatest, "m").check(&path, *depth),
+        DepthDescription::Attribute { .. } if !is_mesh => {
+            Err(path.error("is an attribute, but the ground is no mesh and has none"))
+        }
+        DepthDescription::Texture { range, .. } | DepthDescription::Attribute { range, .. } => {
+            SNOW_DEPTH.check_all(&path.key("range"), range)
+        }
+    }
+}
+
+fn check_imprint(path: &KeyPath, imprint: &ImprintDescription) -> Checked {
+    COORDINATE.check_all(&path.key("position"), &imprint.position())?;
+    let depth = Range::new(1e-3, 10.0, "m");
+    let (rim, rim_width, taper_deg) = match imprint {
+        ImprintDescription::Hole(hole) => {
+            Range::new(1e-3, 10.0, "m").check(&path.key("radius"), hole.radius)?;
+            depth.check(&path.key("depth"), hole.depth)?;
+            TAPER.check(&path.key("taper_deg"), hole.taper_deg)?;
+            let wall = hole.depth * hole.taper_deg.to_radians().tan();
+            if wall > hole.radius {
+                let reason = format!("is {} deg, which closes the hole above its depth", hole.taper_deg);
+                return Err(path.key("taper_deg").error(reason));
+            }
+            (hole.rim, hole.rim_width, hole.taper_deg)
+        }
+        ImprintDescription::Footprint(footprint) => {
+            ROTATION.check(&path.key("heading_deg"), footprint.heading_deg)?;
+            Range::new(0.05, 1.0, "m").check(&path.key("length"), footprint.length)?;
+            depth.check(&path.key("depth"), footprint.depth)?;
+            let toe_depth = footprint.toe_depth.unwrap_or(footprint.depth);
+            depth.check(&path.key("toe_depth"), toe_depth)?;
+            Range::new(0.0, footprint.depth.min(toe_depth), "m").check(&path.key("tread"), footprint.tread)?;
+            (footprint.rim, footprint.rim_width, footprint.taper_deg)
+        }
+    };
+    TAPER.check(&path.key("taper_deg"), taper_deg)?;
+    Range::new(0.0, 1.0, "m").check(&path.key("rim"), rim)?;
+    rim_width.map_or(Ok(()), |width| Range::new(1e-3, 10.0, "m").check(&path.key("rim_width"), width))
 }
 
 fn check_igloo(path: &KeyPath, igloo: &IglooDescription) -> Checked {

@@ -6,6 +6,7 @@
 pub(crate) mod camera;
 pub(crate) mod check;
 pub(crate) mod key_path;
+pub(crate) mod landscape;
 pub(crate) mod light;
 pub(crate) mod material;
 pub(crate) mod object;
@@ -16,6 +17,10 @@ pub(crate) mod value;
 pub use camera::CameraDescription;
 pub use check::GREATEST_STOPS;
 pub use key_path::{DescriptionError, KeyPath, Step};
+pub use landscape::{
+    CropDescription, DepthDescription, FootDescription, FootprintDescription, GridSettings, GroundSource,
+    HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, SnowpackDescription,
+};
 pub use light::{
     DirectionalLightDescription, EnvironmentDescription, ImageSkyDescription, LampDescription, LightDescription,
     LightSource, PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription,
@@ -26,8 +31,8 @@ pub use material::{
     TextureDescription,
 };
 pub use object::{
-    BoxDescription, DriftDescription, HeightFieldDescription, HeightSource, IglooDescription, MeshDescription,
-    MoundDescription, ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
+    BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,
+    ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
 };
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};

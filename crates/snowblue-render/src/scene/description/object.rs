@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::landscape::{HeightFieldDescription, ImprintDescription, SnowpackDescription};
 use super::value::{Scale, numbers};
 
 /// A shape with a transform and a material.
@@ -13,6 +14,9 @@ pub struct ObjectDescription {
     /// What it is made of and where it is.
     #[serde(flatten)]
     pub common: ObjectSettings,
+    /// What is pressed into its surface: into heights, drifts and snow on heights.
+    #[serde(rename = "imprint", skip_serializing_if = "Vec::is_empty")]
+    pub imprints: Vec<ImprintDescription>,
 }
 
 /// What all objects have.
@@ -50,7 +54,7 @@ impl ObjectDescription {
             rotation_deg: [0.0; 3],
             scale: Scale::default(),
         };
-        Self { shape, common }
+        Self { shape, common, imprints: Vec::new() }
     }
 
     /// The same shape with another transform.
@@ -81,6 +85,8 @@ pub enum ShapeDescription {
     Heights(HeightFieldDescription),
     /// Ground under snow, with mounds.
     Drift(DriftDescription),
+    /// Snow on a surface of heights or on a mesh.
+    Snowpack(SnowpackDescription),
     /// An igloo, one object for each block.
     Igloo(IglooDescription),
     /// A mesh from a file.
@@ -109,59 +115,6 @@ pub struct SphereDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneDescription {}
-
-/// A solid under a surface of heights.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "HeightFieldKeys")]
-pub struct HeightFieldDescription {
-    /// Lengths along x and y, and the height of the value 1, in m.
-    pub size: [f64; 3],
-    /// Where the solid ends below, in m.
-    pub bottom: f64,
-    /// The heights.
-    #[serde(flatten)]
-    pub source: HeightSource,
-}
-
-/// Where heights come from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum HeightSource {
-    /// Rows from far (greatest y) to near, each from left to right.
-    Rows {
-        /// The rows, all of one length.
-        heights: Vec<Vec<f64>>,
-    },
-    /// A grey PNG, white being 1, or the first channel of an OpenEXR image.
-    File {
-        /// The image file.
-        file: String,
-    },
-}
-
-/// The keys of a height field.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HeightFieldKeys {
-    #[serde(deserialize_with = "numbers")]
-    size: [f64; 3],
-    bottom: f64,
-    heights: Option<Vec<Vec<f64>>>,
-    file: Option<String>,
-}
-
-impl TryFrom<HeightFieldKeys> for HeightFieldDescription {
-    type Error = &'static str;
-
-    fn try_from(keys: HeightFieldKeys) -> Result<Self, &'static str> {
-        let source = match (keys.heights, keys.file) {
-            (Some(heights), None) => HeightSource::Rows { heights },
-            (None, Some(file)) => HeightSource::File { file },
-            _ => return Err("needs either `heights` or `file`"),
-        };
-        Ok(Self { size: keys.size, bottom: keys.bottom, source })
-    }
-}
 
 /// Ground under snow, with mounds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -9,9 +9,9 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use crate::scene::description::light::LampKeys;
 use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
-    EnvironmentDescription, KeyPath, LampDescription, LightDescription, LightSource, MaterialDescription,
-    ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription, SkyDescription,
-    UniformSkyDescription,
+    EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription, LightSource,
+    MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription,
+    SkyDescription, UniformSkyDescription,
 };
 use crate::scene::file::message::{Mistake, explain};
 
@@ -135,6 +135,10 @@ fn read_lamp(keys: &mut Keys, path: &KeyPath) -> Read<LampDescription> {
 fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescription> {
     let mut keys = table(value, path)?;
     let common = keys.split(&ObjectSettings::NAMES).read(path, &[])?;
+    let imprints = match keys.table.remove("imprint") {
+        Some(imprints) => list(&imprints, &path.key("imprint"), read_imprint)?,
+        None => Vec::new(),
+    };
     let mut known = ObjectSettings::NAMES.to_vec();
     let shape = match (keys.text("shape", path)?, keys.table.contains_key("mesh")) {
         (Some(shape), false) => {
@@ -145,9 +149,10 @@ fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescripti
                 "plane" => keys.read(path, &known).map(ShapeDescription::Plane),
                 "heights" => keys.read(path, &known).map(ShapeDescription::Heights),
                 "drift" => keys.read(path, &known).map(ShapeDescription::Drift),
+                "snowpack" => keys.read(path, &known).map(ShapeDescription::Snowpack),
                 "igloo" => keys.read(path, &known).map(ShapeDescription::Igloo),
                 _ => {
-                    let shapes = ["box", "sphere", "plane", "heights", "drift", "igloo"];
+                    let shapes = ["box", "sphere", "plane", "heights", "drift", "snowpack", "igloo"];
                     Err(none_of(&shape, &path.key("shape"), &shapes))
                 }
             }
@@ -155,7 +160,18 @@ fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescripti
         (None, true) => keys.read(path, &known).map(ShapeDescription::Mesh),
         _ => Err(Mistake { span: value.span(), reason: format!("{path} must have either `shape` or `mesh`") }),
     };
-    Ok(ObjectDescription { shape: shape?, common })
+    Ok(ObjectDescription { shape: shape?, common, imprints })
+}
+
+fn read_imprint(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ImprintDescription> {
+    let mut keys = table(value, path)?;
+    let kind = keys.required_text("type", path)?;
+    let known = ["type"];
+    match kind.get_ref().as_str() {
+        "hole" => keys.read(path, &known).map(ImprintDescription::Hole),
+        "footprint" => keys.read(path, &known).map(ImprintDescription::Footprint),
+        _ => Err(none_of(&kind, &path.key("type"), &["hole", "footprint"])),
+    }
 }
 
 /// The keys of a table that are still to be read.

@@ -1,0 +1,473 @@
+//! Land and snow with a surface of heights, as a closed solid whose triangles are as large as an error bound permits.
+//!
+//! Heights lie on a grid, with two triangles in each of its cells, as in a plain
+//! [height field](crate::shapes::height_field). Prints may be pressed into the surface. A [quadtree](Quadtree) of
+//! cells, the largest of many grid cells, the smallest parts of one, is divided until the surface at each grid point,
+//! and at points within prints, lies near the triangles of its cell. Two triangles make a cell; where neighbours are
+//! smaller, their corners divide these further, so that there are no cracks.
+
+use arrayvec::ArrayVec;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::geometry::ray::narrow;
+use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::shapes::height_field::Heights;
+use crate::shapes::imprint::{Imprint, displacement_m};
+use crate::shapes::quadtree::{Cell, Quadtree, Side};
+use crate::shapes::sheet::{Sheet, SheetVertex};
+
+/// Most halvings of the width of a surface: its finest cells then are 8 units in the last place of its coordinates.
+const MOST_LEVELS: u32 = 20;
+/// Most cells along a side of the lattice on which heights and depths are compared.
+const GREATEST_LATTICE: usize = 1 << 14;
+/// Divisions of a side of a cell on which a print is compared.
+const PRINT_SAMPLES: u32 = 4;
+/// Rounding of coordinates, as a fraction of the greatest.
+const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
+
+/// A surface of heights over a rectangle, and the solid below it.
+#[derive(Debug)]
+pub(crate) struct Terrain {
+    /// Heights in m.
+    pub(crate) heights: Heights,
+    /// Position of the first height, in m.
+    pub(crate) far_left_m: DVec2,
+    /// Distance between two columns and between two rows, in m.
+    pub(crate) cell_m: DVec2,
+    /// What the solid is.
+    pub(crate) filling: Filling,
+    /// What is pressed into its surface.
+    pub(crate) imprints: Vec<Imprint>,
+}
+
+/// The solid at a surface of heights.
+#[derive(Debug)]
+pub(crate) enum Filling {
+    /// All below the heights, down to a level in m.
+    Below(f64),
+    /// Snow upon the heights.
+    Snow(SnowCover),
+}
+
+/// Snow upon ground.
+#[derive(Debug)]
+pub(crate) struct SnowCover {
+    /// Depth of the snow.
+    pub(crate) depth: Depth,
+    /// Height of the snow's underside above the ground, in m.
+    pub(crate) gap_m: f64,
+    /// Depth below which there is no snow, in m.
+    pub(crate) least_depth_m: f64,
+}
+
+/// Depth of snow.
+#[derive(Debug)]
+pub(crate) enum Depth {
+    /// The same everywhere, in m.
+    Uniform(f64),
+    /// By an image, from edge to edge of the ground.
+    Varying {
+        /// Values on a grid.
+        values: Heights,
+        /// Depths where the value is 0 and where it is 1, in m.
+        range_m: [f64; 2],
+    },
+}
+
+/// The underside and the surface of a solid at a position, in m; equal where there is no solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Levels {
+    bottom_m: f64,
+    top_m: f64,
+}
+
+impl Depth {
+    /// The depth in m at a fraction of the way from left to right and from near to far.
+    pub(crate) fn at(&self, uv: DVec2) -> f64 {
+        match self {
+            Self::Uniform(depth_m) => *depth_m,
+            Self::Varying { values, range_m: [from_m, to_m] } => {
+                let cells = DVec2::new((values.columns() - 1) as f64, (values.rows() - 1) as f64);
+                from_m + values.at(DVec2::new(uv.x, 1.0 - uv.y) * cells) * (to_m - from_m)
+            }
+        }
+    }
+}
+
+impl SnowCover {
+    /// The depth at a fraction of the way from edge to edge, 0 where there is too little snow.
+    pub(crate) fn depth_m(&self, uv: DVec2) -> f64 {
+        let depth_m = self.depth.at(uv);
+        if depth_m < self.least_depth_m { 0.0 } else { depth_m }
+    }
+}
+
+impl Terrain {
+    /// Lengths of the rectangle, in m.
+    pub(crate) fn size_m(&self) -> DVec2 {
+        self.cell_m * DVec2::new((self.heights.columns() - 1) as f64, (self.heights.rows() - 1) as f64)
+    }
+
+    /// Height of the surface at a position before anything was pressed into it, in m; none beyond its edges.
+    pub(crate) fn undisturbed_m(&self, position_m: DVec2) -> Option<f64> {
+        let place = (position_m - self.far_left_m) * DVec2::new(1.0, -1.0) / self.cell_m;
+        let is_inside = place.cmpge(DVec2::ZERO).all() && place.cmple(self.size_m() / self.cell_m).all();
+        is_inside.then(|| self.levels(place, std::iter::empty()).top_m)
+    }
+
+    /// The solid. Its surface lies within `tolerance_m` of the heights, vertically; within a print, it lies within the
+    /// print's own tolerance. Texture coordinates run from (0, 0) at the near left to (1, 1) at the far right.
+    ///
+    /// # Errors
+    ///
+    /// When the bottom is not below the least height, there is no snow, or a print is too small for the surface.
+    pub(crate) fn solid(&self, tolerance_m: f64) -> Result<TriangleMesh, String> {
+        if let Filling::Below(bottom_m) = self.filling {
+            let least_m = self.heights.values().iter().copied().fold(f32::INFINITY, f32::min);
+            if bottom_m >= f64::from(least_m) {
+                return Err(format!("bottom is {bottom_m} m, but must lie below the least height of {least_m} m"));
+            }
+        }
+        let solid = Refinement::new(self, tolerance_m)?.sheet().solid();
+        if solid.indices.is_empty() {
+            return Err("has no snow anywhere".to_owned());
+        }
+        Ok(solid)
+    }
+
+    /// Underside and surface at a place in grid cells from the far left, with some prints.
+    fn levels<'a>(&self, place: DVec2, imprints: impl IntoIterator<Item = &'a Imprint>) -> Levels {
+        let height_m = self.heights.at(place);
+        let (bottom_m, depth_m, least_m) = match &self.filling {
+            Filling::Below(bottom_m) => (*bottom_m, height_m - bottom_m, 0.0),
+            Filling::Snow(snow) => {
+                let uv = self.uv(place);
+                (height_m + snow.gap_m, snow.depth_m(uv), snow.least_depth_m)
+            }
+        };
+        let left_m = depth_m + displacement_m(imprints, self.position_m(place));
+        let is_bare = depth_m <= 0.0 || left_m <= 0.0 || left_m < least_m;
+        Levels { bottom_m, top_m: if is_bare { bottom_m } else { bottom_m + left_m } }
+    }
+
+    fn position_m(&self, place: DVec2) -> DVec2 {
+        self.far_left_m + place * self.cell_m * DVec2::new(1.0, -1.0)
+    }
+
+    fn uv(&self, place: DVec2) -> DVec2 {
+        let across = place * self.cell_m / self.size_m();
+        DVec2::new(across.x, 1.0 - across.y)
+    }
+}
+
+/// The division of a surface into cells.
+struct Refinement<'a> {
+    terrain: &'a Terrain,
+    tolerance_m: f64,
+    /// Units of the quadtree in a cell of the grid.
+    per_grid_cell: u32,
+    /// Units in a cell of the lattice on which the heights, and depths of snow, are compared.
+    per_lattice_cell: u32,
+    /// Of each imprint, its square in units from the far left.
+    reaches: Vec<[DVec2; 2]>,
+    /// A square around all of these.
+    all_reaches: [DVec2; 2],
+}
+
+impl<'a> Refinement<'a> {
+    fn new(terrain: &'a Terrain, tolerance_m: f64) -> Result<Self, String> {
+        let longer = terrain.heights.columns().max(terrain.heights.rows()) - 1;
+        // Depths may be finer than the heights.
+        let finer = match &terrain.filling {
+            Filling::Snow(SnowCover { depth: Depth::Varying { values, .. }, .. }) => {
+                let ratio = |depths: usize, heights: usize| (depths - 1).div_ceil(heights - 1);
+                ratio(values.columns(), terrain.heights.columns()).max(ratio(values.rows(), terrain.heights.rows()))
+            }
+            _ => 1,
+        };
+        let per_cell = finer.next_power_of_two();
+        if longer * per_cell > GREATEST_LATTICE && per_cell > 1 {
+            return Err(format!(
+                "has depths on a grid {per_cell} times as fine as that of the ground, which is too fine"
+            ));
+        }
+        // Prints need smaller cells still.
+        let levels_of_lattice = (longer * per_cell).next_power_of_two().trailing_zeros();
+        let lattice_m = terrain.cell_m.max_element() / per_cell as f64;
+        let most_halvings = MOST_LEVELS.saturating_sub(levels_of_lattice);
+        let mut halvings = 0;
+        for (number, imprint) in terrain.imprints.iter().enumerate() {
+            let needed = (2.0 * lattice_m / imprint.tolerance_m()).log2().ceil().max(0.0);
+            let finest_m = lattice_m / f64::from(most_halvings).exp2();
+            if finest_m > imprint.coarsest_m() {
+                return Err(format!(
+                    "is {} m wide and has no triangles of less than {finest_m} m, but imprint {number} needs {} m; \
+                     `crop` makes it smaller",
+                    terrain.size_m().max_element(),
+                    imprint.coarsest_m(),
+                ));
+            }
+            while halvings < most_halvings && f64::from(halvings) < needed {
+                halvings += 1;
+            }
+        }
+        let per_lattice_cell = 1 << halvings;
+        let per_grid_cell = index(per_cell) * per_lattice_cell;
+        let units = f64::from(per_grid_cell);
+        let reach = |imprint: &Imprint| {
+            let middle = (imprint.centre_m - terrain.far_left_m) * DVec2::new(1.0, -1.0) / terrain.cell_m;
+            let half = DVec2::splat(imprint.reach_m()) / terrain.cell_m;
+            [(middle - half) * units, (middle + half) * units]
+        };
+        let reaches: Vec<_> = terrain.imprints.iter().map(reach).collect();
+        let all_reaches = reaches
+            .iter()
+            .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], reach| [low.min(reach[0]), high.max(reach[1])]);
+        // An error below the rounding of coordinates cannot be seen.
+        let tolerance_m = tolerance_m.max(ROUNDING * terrain.size_m().max_element());
+        Ok(Self { terrain, tolerance_m, per_grid_cell, per_lattice_cell, reaches, all_reaches })
+    }
+
+    /// The triangles of all cells.
+    fn sheet(&self) -> Sheet {
+        let heights = &self.terrain.heights;
+        let [columns, rows] = [heights.columns(), heights.rows()].map(|points| self.units(points - 1));
+        let mut tree = Quadtree::new(columns, rows, &|cell| self.must_split(cell, [false; 4]));
+        // The corners of smaller neighbours change the triangles of a cell.
+        let has_changed = |tree: &Quadtree, cell| {
+            let halved = Side::ALL.map(|side| tree.is_halved(cell, side));
+            halved.contains(&true) && self.must_split(cell, halved)
+        };
+        while tree.refine(&has_changed) {}
+        let cells = tree.cells();
+        let mut corners: Vec<u64> =
+            cells.par_iter().flat_map_iter(|cell| CORNERS.map(|corner| key(on_cell(*cell, corner)))).collect();
+        corners.par_sort_unstable();
+        corners.dedup();
+        let number = |point: [u32; 2]| index(corners.partition_point(|corner| *corner < key(point)));
+        let part_of = |cells: &[Cell]| {
+            let (mut triangles, mut boundary) = (Vec::with_capacity(2 * cells.len()), Vec::new());
+            for &cell in cells {
+                let number = |point| number(on_cell(cell, point));
+                let halved = Side::ALL.map(|side| tree.is_halved(cell, side));
+                triangles.extend(triangles_of(halved).into_iter().map(|triangle| triangle.map(number)));
+                let edges = Side::ALL.into_iter().filter(|side| tree.is_edge(cell, *side));
+                boundary.extend(edges.map(|side| edge_of(side).map(number)));
+            }
+            (triangles, boundary)
+        };
+        let mut sheet = Sheet::default();
+        for (triangles, boundary) in cells.par_chunks(1 << 12).map(part_of).collect::<Vec<_>>() {
+            sheet.triangles.extend(triangles);
+            sheet.boundary.extend(boundary);
+        }
+        sheet.vertices = corners.par_iter().map(|corner| self.vertex(*corner)).collect();
+        sheet
+    }
+
+    /// Units in some cells of the grid.
+    fn units(&self, grid_cells: usize) -> u32 {
+        index(grid_cells) * self.per_grid_cell
+    }
+
+    fn vertex(&self, corner: u64) -> SheetVertex {
+        let place = self.place(units_of(corner));
+        let Levels { bottom_m, top_m } = self.levels(place);
+        let position = self.terrain.position_m(place).extend(bottom_m).as_vec3();
+        SheetVertex { position, top: narrow(top_m), uv: self.terrain.uv(place).as_vec2() }
+    }
+
+    /// A place in grid cells, from one in units.
+    fn place(&self, units: DVec2) -> DVec2 {
+        units / f64::from(self.per_grid_cell)
+    }
+
+    fn levels(&self, place: DVec2) -> Levels {
+        let units = place * f64::from(self.per_grid_cell);
+        let is_near = units.cmpge(self.all_reaches[0]).all() && units.cmple(self.all_reaches[1]).all();
+        self.terrain.levels(place, if is_near { self.terrain.imprints.as_slice() } else { &[] })
+    }
+
+    /// Whether the triangles of a cell miss the surface. Of each side, `halved` says whether it has a corner in its
+    /// middle.
+    fn must_split(&self, cell: Cell, halved: [bool; 4]) -> bool {
+        let low = DVec2::new(cell.x.into(), cell.y.into());
+        let high = low + f64::from(cell.size);
+        let meets = |reach: &[DVec2; 2]| low.cmplt(reach[1]).all() && high.cmpgt(reach[0]).all();
+        let meets_any = meets(&self.all_reaches);
+        let printed = self.terrain.imprints.iter().zip(&self.reaches).filter(|(_, reach)| meets_any && meets(reach));
+        let limits = printed.map(|(imprint, _)| [imprint.coarsest_m(), imprint.tolerance_m()]);
+        let finest = limits.reduce(|[size, tolerance], [other_size, other_tolerance]| {
+            [size.min(other_size), tolerance.min(other_tolerance)]
+        });
+        let Some([coarsest_m, print_tolerance_m]) = finest else {
+            let divisions = cell.size / self.per_lattice_cell;
+            return divisions > 1 && self.misses(cell, halved, divisions, self.tolerance_m);
+        };
+        let side_m = f64::from(cell.size) / f64::from(self.per_grid_cell) * self.terrain.cell_m.max_element();
+        cell.size > self.per_lattice_cell || side_m > coarsest_m || self.misses_print(cell, halved, print_tolerance_m)
+    }
+
+    /// Whether the surface at some points of a cell is farther above or below its triangles than a tolerance.
+    fn misses(&self, cell: Cell, halved: [bool; 4], divisions: u32, tolerance_m: f64) -> bool {
+        let triangles = self.planes(cell, halved);
+        let step = f64::from(cell.size) / f64::from(divisions);
+        let mut is_off = false;
+        let mut has_snow = false;
+        for row in 0..=divisions {
+            for column in 0..=divisions {
+                let within = DVec2::new(column.into(), row.into()) / f64::from(divisions);
+                let units = DVec2::new(cell.x.into(), cell.y.into()) + DVec2::new(column.into(), row.into()) * step;
+                let levels = self.levels(self.place(units));
+                let found = triangles.at(within);
+                has_snow |= levels.top_m > levels.bottom_m;
+                is_off |= (levels.top_m - found.top_m).abs() > tolerance_m
+                    || (levels.bottom_m - found.bottom_m).abs() > tolerance_m;
+                if is_off && has_snow {
+                    return true;
+                }
+            }
+        }
+        // Where there is no snow, there is nothing to be seen.
+        false
+    }
+
+    /// The same with distances to the surface, which on the walls of a print are much less than differences of height.
+    fn misses_print(&self, cell: Cell, halved: [bool; 4], tolerance_m: f64) -> bool {
+        const SIDE: usize = PRINT_SAMPLES as usize + 1;
+        let triangles = self.planes(cell, halved);
+        let step = f64::from(cell.size) / f64::from(PRINT_SAMPLES);
+        let place_of = |column: usize, row: usize| {
+            let units = DVec2::new(cell.x.into(), cell.y.into()) + DVec2::new(column as f64, row as f64) * step;
+            self.place(units)
+        };
+        let levels: [[Levels; SIDE]; SIDE] =
+            std::array::from_fn(|row| std::array::from_fn(|column| self.levels(place_of(column, row))));
+        let step_m = self.terrain.cell_m * step / f64::from(self.per_grid_cell);
+        let slope = |before: Levels, after: Levels, steps: usize, step_m: f64| {
+            (after.top_m - before.top_m) / (step_m * steps as f64)
+        };
+        let both = |at: usize| [at.saturating_sub(1), (at + 1).min(SIDE - 1)];
+        (0..SIDE * SIDE).any(|number| {
+            let (column, row) = (number % SIDE, number / SIDE);
+            let ([left, right], [far, near]) = (both(column), both(row));
+            let across = slope(levels[row][left], levels[row][right], right - left, step_m.x);
+            let down = slope(levels[far][column], levels[near][column], near - far, step_m.y);
+            let steepness = DVec3::new(across, down, 1.0).length();
+            let found = triangles.at(DVec2::new(column as f64, row as f64) / f64::from(PRINT_SAMPLES));
+            let here = levels[row][column];
+            (here.top_m - found.top_m).abs() > tolerance_m * steepness
+                || (here.bottom_m - found.bottom_m).abs() > tolerance_m.max(self.tolerance_m)
+        })
+    }
+
+    /// The planes of a cell's triangles.
+    fn planes(&self, cell: Cell, halved: [bool; 4]) -> Planes {
+        let levels = |point| self.levels(self.place(units_of(key(on_cell(cell, point)))));
+        Planes(triangles_of(halved).into_iter().map(|points| Plane::new(points, points.map(levels))).collect())
+    }
+}
+
+/// A point of a cell, in halves of its side from the far left.
+type CellPoint = [u8; 2];
+
+const FAR_LEFT: CellPoint = [0, 0];
+const FAR_RIGHT: CellPoint = [2, 0];
+const NEAR_LEFT: CellPoint = [0, 2];
+const NEAR_RIGHT: CellPoint = [2, 2];
+const CORNERS: [CellPoint; 4] = [FAR_LEFT, FAR_RIGHT, NEAR_LEFT, NEAR_RIGHT];
+
+/// The ends of a side, counter-clockwise as seen from above.
+fn edge_of(side: Side) -> [CellPoint; 2] {
+    match side {
+        Side::Far => [FAR_RIGHT, FAR_LEFT],
+        Side::Right => [NEAR_RIGHT, FAR_RIGHT],
+        Side::Near => [NEAR_LEFT, NEAR_RIGHT],
+        Side::Left => [FAR_LEFT, NEAR_LEFT],
+    }
+}
+
+/// The triangles of a cell, counter-clockwise as seen from above; of each side, `halved` says whether it has a corner in
+/// its middle.
+///
+/// The diagonal from far left to near right always divides the cell, as it divides the cells of the grid.
+fn triangles_of([far, right, near, left]: [bool; 4]) -> ArrayVec<[CellPoint; 3], 6> {
+    let half = |from: CellPoint, corner: CellPoint, to: CellPoint, halved: [bool; 2]| {
+        let middle = |one: CellPoint, other: CellPoint| [(one[0] + other[0]) / 2, (one[1] + other[1]) / 2];
+        let (before, after) = (middle(from, corner), middle(corner, to));
+        let mut triangles = ArrayVec::<_, 3>::new();
+        match halved {
+            [false, false] => triangles.push([from, corner, to]),
+            [true, false] => triangles.extend([[from, before, to], [before, corner, to]]),
+            [false, true] => triangles.extend([[from, corner, after], [from, after, to]]),
+            [true, true] => triangles.extend([[before, corner, after], [from, before, after], [from, after, to]]),
+        }
+        triangles
+    };
+    let near_left = half(FAR_LEFT, NEAR_LEFT, NEAR_RIGHT, [left, near]);
+    near_left.into_iter().chain(half(NEAR_RIGHT, FAR_RIGHT, FAR_LEFT, [right, far])).collect()
+}
+
+/// A point of a cell, in units from the far left.
+fn on_cell(cell: Cell, [x, y]: CellPoint) -> [u32; 2] {
+    [cell.x + u32::from(x) * cell.size / 2, cell.y + u32::from(y) * cell.size / 2]
+}
+
+/// A point as a number that is sorted by rows.
+fn key([x, y]: [u32; 2]) -> u64 {
+    u64::from(y) << 32 | u64::from(x)
+}
+
+/// The point of a key, in units.
+fn units_of(key: u64) -> DVec2 {
+    let [x, y] = [key & u64::from(u32::MAX), key >> 32];
+    DVec2::new(x as f64, y as f64)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a surface has at most 2^28 heights, and is divided into 2^20")]
+fn index(place: usize) -> u32 {
+    place as u32
+}
+
+/// The triangles of a cell, to find the levels between their corners.
+struct Planes(ArrayVec<Plane, 6>);
+
+/// A triangle of a cell.
+struct Plane {
+    /// Its corners, as fractions of the cell's side.
+    corners: [DVec2; 3],
+    levels: [Levels; 3],
+}
+
+impl Plane {
+    fn new(points: [CellPoint; 3], levels: [Levels; 3]) -> Self {
+        Self { corners: points.map(|[x, y]| 0.5 * DVec2::new(x.into(), y.into())), levels }
+    }
+
+    /// The weights of the corners at a point, negative ones outside.
+    fn weights(&self, point: DVec2) -> [f64; 3] {
+        let [a, b, c] = self.corners;
+        let area = (b - a).perp_dot(c - a);
+        let [for_a, for_b] = [(c - b).perp_dot(point - b), (a - c).perp_dot(point - c)].map(|part| part / area);
+        [for_a, for_b, 1.0 - for_a - for_b]
+    }
+}
+
+impl Planes {
+    /// The levels of the triangles at a point, by fractions of the cell's side.
+    fn at(&self, point: DVec2) -> Levels {
+        let least = |weights: &[f64; 3]| weights.iter().copied().fold(f64::INFINITY, f64::min);
+        // The triangle that holds the point, or misses it by rounding only.
+        let mut best = ([f64::NEG_INFINITY; 3], &self.0[0]);
+        for plane in &self.0 {
+            let weights = plane.weights(point);
+            if least(&weights) > least(&best.0) {
+                best = (weights, plane);
+            }
+        }
+        let (weights, plane) = best;
+        let sum = |level: fn(&Levels) -> f64| weights.iter().zip(&plane.levels).map(|(w, one)| w * level(one)).sum();
+        Levels { bottom_m: sum(|one| one.bottom_m), top_m: sum(|one| one.top_m) }
+    }
+}
