@@ -7,7 +7,8 @@
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
-//! by its functions, or by a random walk ([`walk`](super::walk)), and later ones by their mean radiance.
+//! by its functions, or where it is not flat and evenly lit by a random walk ([`walk`](super::walk)), and later ones by
+//! their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](crate::scene::light)).
@@ -19,7 +20,9 @@ mod carried;
 mod transmission;
 mod vertex;
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+use glam::Vec3A;
 
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::{Ray, SurfacePoint};
@@ -42,6 +45,14 @@ use vertex::{Shading, SnowVertex, Vertex};
 
 pub(crate) use carried::LightTables;
 
+/// Points around a surface point that lamps must light alike, their distance and their height above the surface, in
+/// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
+const PROBES: usize = 4;
+const PROBE_RADIUS_LENGTHS: f32 = 3.0;
+const PROBE_HEIGHT_LENGTHS: f32 = 0.5;
+/// Distance within which the light of a lamp is uneven, in transport mean free paths.
+const NEAR_LIGHT_LENGTHS: f32 = 60.0;
+
 /// Traces paths through a scene.
 #[derive(Debug)]
 pub(crate) struct PathIntegrator<'scene> {
@@ -50,7 +61,7 @@ pub(crate) struct PathIntegrator<'scene> {
     queries: SceneQueries<'scene>,
     /// Random walks in snow, if there are any.
     walks: Option<WalkTracer<'scene>>,
-    /// Single scattering in snow, where the light field is read at the surface.
+    /// Single scattering in snow, where the light field is read at the surface; none for PCASnow.
     singles: Option<SingleScattering<'scene>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
@@ -69,7 +80,7 @@ impl<'scene> PathIntegrator<'scene> {
     pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
         let has_area_lights = scene.lights.iter().any(Light::has_extent);
         let walks = (scene.integrator.kind == IntegratorKind::Hybrid).then(|| WalkTracer::new(scene));
-        let singles = (scene.integrator.kind == IntegratorKind::Diffusion).then(|| SingleScattering::new(scene));
+        let singles = scene.integrator.kind.has_light_field().then(|| SingleScattering::new(scene));
         Self { scene, tables, queries: SceneQueries::new(&scene.objects), walks, singles, has_area_lights }
     }
 
@@ -106,7 +117,9 @@ impl<'scene> PathIntegrator<'scene> {
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface);
         if let Shading::Field(snow) = vertex.shading {
-            if let Some(walks) = &mut self.walks {
+            if !self.field_holds(snow, &surface, sampler)
+                && let Some(walks) = &mut self.walks
+            {
                 return PathRadiance { first, later: Some(walks.walk(snow, &surface, camera_ray, sampler)) };
             }
             first += self.field_light(snow, &vertex, camera_ray, sampler);
@@ -117,6 +130,42 @@ impl<'scene> PathIntegrator<'scene> {
             return PathRadiance { first, later: None };
         }
         PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
+    }
+
+    /// Whether light and snow are so even around a point of the surface that the light field holds there: the surface
+    /// is flat, and each lamp shines on the points around it alike. Then walks have the field's mean, and more noise.
+    fn field_holds(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
+        let length_m = snow.layer.transport_length_m();
+        if !self.walks.as_ref().is_some_and(|walks| walks.is_flat(surface, length_m)) {
+            return false;
+        }
+        let [turn, ..] = sampler.next_four();
+        let (side, up) = surface.normal.any_orthonormal_pair();
+        let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
+        let probes: [SurfacePoint; PROBES] = std::array::from_fn(|probe| {
+            let (sin, cos) = (TAU * (probe as f32 + turn) / PROBES as f32).sin_cos();
+            let point = middle + (side * cos + up * sin) * (PROBE_RADIUS_LENGTHS * length_m);
+            SurfacePoint { point, normal: surface.normal }
+        });
+        let lights = self.scene.lights.iter().enumerate();
+        let is_outside =
+            |index: usize| self.scene.light_field.as_ref().is_none_or(|all| all.lamp_inside(index).is_none());
+        let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
+        for sample in samples {
+            let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
+            if sample.origin.position().is_some_and(is_near) {
+                return false;
+            }
+            let mut sees = |probe: &SurfacePoint| {
+                sample.incident_at(probe).is_some()
+                    && sample.is_visible(&mut self.queries, probe, Side::Outer(surface.object))
+            };
+            let first = sees(&probes[0]);
+            if probes[1..].iter().any(|probe| sees(probe) != first) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.

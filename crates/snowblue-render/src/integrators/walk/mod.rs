@@ -123,7 +123,8 @@ impl<'scene> WalkTracer<'scene> {
     ) -> Spectrum {
         let (field, transport_length_m) = (at.field, at.layer.transport_length_m());
         let Some(volume) = self.scene.volumes[surface.material].get(at.number) else { return Spectrum::ZERO };
-        let end_depth = self.end_depth(surface, transport_length_m);
+        let is_flat = self.is_flat(surface, transport_length_m);
+        let end_depth = if is_flat { EndDepth::Flat } else { EndDepth::Edge };
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
@@ -171,12 +172,10 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// The depth at which walks end that enter at a surface.
-    fn end_depth(&self, surface: &SurfaceInteraction, transport_length_m: f32) -> EndDepth {
+    /// Whether a surface is flat around a point.
+    pub(super) fn is_flat(&self, surface: &SurfaceInteraction, transport_length_m: f32) -> bool {
         let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * transport_length_m);
-        let centre = surface.point - surface.normal * below_m;
-        let is_flat = self.scene.objects.holds_deeply(surface.object, centre, radius_m);
-        if is_flat { EndDepth::Flat } else { EndDepth::Edge }
+        self.scene.objects.holds_deeply(surface.object, surface.point - surface.normal * below_m, radius_m)
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
