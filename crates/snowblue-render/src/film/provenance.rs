@@ -98,7 +98,7 @@ fn scene_hash(scene: &Scene) -> u64 {
     description.light_field = LightFieldSettings::default();
     let mut hash = Fnv1a::new();
     hash.add(description.to_toml().as_bytes());
-    for (name, content) in &scene.file_hashes {
+    for (name, content) in &scene.file_hashes() {
         hash.add(name.as_bytes());
         hash.add(&content.to_le_bytes());
     }

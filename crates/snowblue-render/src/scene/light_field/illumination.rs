@@ -22,6 +22,8 @@ pub(crate) struct LampInSnow {
 
 /// Lights of proportional spectra.
 pub(super) struct Illumination<'a> {
+    /// Their indices in the scene.
+    pub(super) indices: Vec<usize>,
     pub(super) lights: Vec<&'a Light>,
     /// Those of them that are inside snow.
     pub(super) lamps: Vec<&'a LampInSnow>,
@@ -41,10 +43,14 @@ pub(super) fn illuminations<'a>(lights: &'a [Light], lamps: &'a [LampInSnow]) ->
         };
         match found.iter_mut().find(same) {
             Some(one) => {
+                one.indices.push(index);
                 one.lights.push(light);
                 one.lamps.extend(lamp);
             }
-            None => found.push(Illumination { lights: vec![light], lamps: lamp.into_iter().collect(), spectrum }),
+            None => {
+                let lamps = lamp.into_iter().collect();
+                found.push(Illumination { indices: vec![index], lights: vec![light], lamps, spectrum });
+            }
         }
     }
     found
