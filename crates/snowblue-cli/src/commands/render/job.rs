@@ -26,7 +26,9 @@ pub(super) struct RenderJob<'a> {
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
-    pub(super) preview: Option<Preview>,
+    pub(super) preview: Option<&'a mut Preview>,
+    /// What the progress counts.
+    pub(super) unit: String,
     pub(super) quiet: bool,
 }
 
@@ -42,7 +44,7 @@ impl RenderJob<'_> {
             return Ok(());
         }
         interrupt::listen(&self.file.path)?;
-        let bar = Progress::new("samples", self.quiet);
+        let bar = Progress::new(&self.unit, self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
         if sums.coverage().blocks().is_empty() {

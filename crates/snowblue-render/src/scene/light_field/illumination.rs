@@ -31,11 +31,15 @@ pub(super) struct Illumination<'a> {
     pub(super) spectrum: Option<Spectrum>,
 }
 
-/// Gathers lights of proportional spectra.
+/// Gathers lights of proportional spectra. Dark ones are left out.
 pub(super) fn illuminations<'a>(lights: &'a [Light], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
     let mut found: Vec<Illumination> = Vec::new();
     for (index, light) in lights.iter().enumerate() {
         let spectrum = light.uniform_power().copied();
+        // A dark light would be proportional to all others.
+        if spectrum.is_some_and(|spectrum| spectrum.maximum() <= 0.0) {
+            continue;
+        }
         let lamp = lamps.iter().find(|lamp| lamp.light == index);
         let same = |one: &&mut Illumination| match (&one.spectrum, &spectrum) {
             (Some(one), Some(other)) => are_proportional(one, other),
