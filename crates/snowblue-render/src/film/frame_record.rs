@@ -1,5 +1,5 @@
-//! What a frame of a film says of itself, so that a film can be resumed without rendering, or building the scene of, the
-//! frames that are there.
+//! What a frame of a film says of itself, so that a film can be resumed without building the scenes of the frames that
+//! are there.
 //!
 //! The record is a text of the picture, as JSON: in a PNG an `iTXt` chunk, in an EXR a line of the comments.
 

@@ -1,6 +1,7 @@
 //! `snowblue render --frames`: the frames of a film, each as a picture.
 //!
-//! One scene is built after the other, and keeps what did not change. A frame has the same bits in any part of the film.
+//! One scene is built after the other, and keeps what did not change. A frame has the same bits in any part of the
+//! film.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,6 +13,7 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::frame_record::FrameRecord;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::ResumableImage;
+use snowblue_render::render::with_variance;
 use snowblue_render::{Aovs, Scene, SceneFile, render};
 
 use super::job::RenderJob;
@@ -162,6 +164,10 @@ impl<'a> Film<'a> {
         let expected = record.provenance.of_same_files(&scene, &self.table, &files);
         if let Some(difference) = record.provenance.difference(&expected) {
             return Err(self.cannot_resume(number, &format!("it is another picture: {difference}")));
+        }
+        let aovs = with_variance(self.options.aovs, &scene.integrator);
+        if record.aovs != aovs {
+            return Err(self.cannot_resume(number, &format!("its AOVs are {}, not {aovs}", record.aovs)));
         }
         if record.coverage.missing_from(&self.options.target(&scene)?).is_empty() {
             return Ok(Some(record));

@@ -55,7 +55,9 @@ pub(crate) struct Render {
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     output: Option<PathBuf>,
     /// Frames of a film [2–1000000], by the [keyframes] of the scene; numbered from 0 on, with four digits or more
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), conflicts_with = "check")]
+    #[arg(
+        long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), conflicts_with = "check"
+    )]
     frames: Option<u32>,
     /// Only frames A to B-1 of the film, 0 ≤ A < B ≤ N
     #[arg(long, value_name = "A:B", value_parser = parse::whole_range, requires = "frames")]

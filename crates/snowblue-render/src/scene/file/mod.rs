@@ -53,13 +53,12 @@
 //! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
 //! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 //!
-//! **Keyframes.** `camera.position = [[0, -3, 1], [1, -2, 1]]` in `[keyframes]` moves the camera from the first frame of
-//! a film to the last, `light.0.radiance_w_m2_sr = { at = [0, 0.25, 1], values = [0, 5, 5] }` switches on the first
+//! **Keyframes.** `camera.position = [[0, -3, 1], [1, -2, 1]]` in `[keyframes]` moves the camera from the first frame
+//! of a film to the last, `light.0.radiance_w_m2_sr = { at = [0, 0.25, 1], values = [0, 5, 5] }` switches on the first
 //! light within its first quarter. Keys are those of the scene; items of lists are counted from 0. Numbers, lists of
 //! numbers and times of day ("08:00" or "08:00:00") are interpolated linearly, and rounded where the scene takes whole
-//! numbers only; other texts, true and false hold until the next key. A frame is the scene of the file with one value at
-//! each of these keys, whether the key is in the file or not. What is not said of a frame is said of the first: a
-//! [`SceneFile`] has the values of the first frame, and [`SceneFile::frame`] gives the others.
+//! numbers only; other texts, true and false hold until the next key. A frame is the scene of the file with one value
+//! at each of these keys. A [`SceneFile`] has those of the first frame, and [`SceneFile::frame`] gives the others.
 
 mod keyframes;
 mod message;
