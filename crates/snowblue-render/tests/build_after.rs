@@ -3,8 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::files::FilesInMemory;
+use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::render;
 use snowblue_render::scene::description::{LampDescription, LightSource, ShapeDescription};
 use snowblue_render::{Scene, SceneDescription, SceneFile};

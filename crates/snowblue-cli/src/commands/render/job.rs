@@ -113,8 +113,8 @@ impl RenderJob<'_> {
         }
     }
 
-    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed. An unfinished frame as PNG would
-    /// pass for a finished one, and is not written.
+    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed. An unfinished frame in PNG is
+    /// not written, since it would pass for a finished one.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
         let is_unfinished = !self.is_finished(sums);
         if is_unfinished && self.file.is_frame && self.file.format == PictureFormat::Png {
