@@ -88,7 +88,7 @@ fn what_is_kept_is_checked_again() {
         let error = scene.build_after(earlier, table, &FilesInMemory::default()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
-    refused(|scene| scene.camera.as_mut().unwrap().position = [0.0; 3], "camera.position lies inside the snow");
+    refused(|scene| scene.camera.as_mut().unwrap().position = [0.01, 0.0, 0.0], "camera.position lies inside the snow");
     refused(|scene| scene.lights.clear(), "has no light");
     refused(|scene| scene.camera.as_mut().unwrap().vertical_fov_deg = 200.0, "camera.vertical_fov_deg is 200");
     let plane = |scene: &mut SceneDescription| {

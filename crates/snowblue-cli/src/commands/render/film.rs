@@ -95,10 +95,11 @@ impl<'a> Film<'a> {
                 Some(record) => finished.push((number, record.exposure)),
             }
         }
-        if !finished.is_empty() {
-            self.print_note(&format!("{} of {} frames are finished\n", finished.len(), self.range.len()));
-        }
-        let Some(first) = missing.first() else { return Ok(()) };
+        let note = format!("{} of {} frames are finished\n", finished.len(), self.range.len());
+        let Some(first) = missing.first() else {
+            self.print_note(&note);
+            return Ok(());
+        };
         interrupt::listen(&self.names.path(*first))?;
         let mut preview = self.options.preview(file_name(&self.names.path(*first)))?;
         let mut scene = None;
@@ -109,6 +110,9 @@ impl<'a> Film<'a> {
                 let what = format!("its exposure is {found}, not {wanted}");
                 return Err(self.cannot_resume(number, &what));
             }
+        }
+        if missing.len() < self.range.len() {
+            self.print_note(&note);
         }
         for number in missing {
             self.check_interrupt(number)?;
