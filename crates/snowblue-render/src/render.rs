@@ -37,7 +37,7 @@ use crate::integrators::first_hit::add_first_hit;
 use crate::integrators::{Integrator, LightTables};
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
 use crate::scene::queries::{SceneQueries, Statistics};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, IntegratorSettings, Scene};
 use crate::spectrum::Spectrum;
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
@@ -93,8 +93,13 @@ pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering 
 
 /// An accumulator without samples for a window of a scene's image. With a noise target it has the variance.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
-    let aovs = Aovs { variance: aovs.variance || scene.integrator.noise_target.is_some(), ..aovs };
+    let aovs = with_variance(aovs, &scene.integrator);
     FilmAccumulator::new(scene.film.size(), window, aovs, scene.sensor.wavelengths_nm())
+}
+
+/// The AOVs that an image has if some are asked for: with a noise target also the variance.
+pub fn with_variance(aovs: Aovs, integrator: &IntegratorSettings) -> Aovs {
+    Aovs { variance: aovs.variance || integrator.noise_target.is_some(), ..aovs }
 }
 
 /// All samples of all pixels of a scene's image.

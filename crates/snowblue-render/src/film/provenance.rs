@@ -1,14 +1,19 @@
 //! What an image is made from. Parts of an image can be merged only if they agree in it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use snowblue_database::{CompressedTable, Space};
 
+use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
 use crate::hash::Fnv1a;
 use crate::scene::Scene;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{MaterialDescription, SceneDescription};
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
+
+/// The name of the list of files.
+const FILES: &str = "files";
 
 /// Names and values of everything that the samples of an image depend on: the version of this crate, the description of
 /// the scene, the content of the files that it names, and the table. The number of samples and the exposure do not
@@ -19,6 +24,19 @@ pub struct Provenance(Vec<(String, String)>);
 impl Provenance {
     /// What a scene was built from, and its settings.
     pub fn of(scene: &Scene, table: &CompressedTable) -> Self {
+        Self::new(&scene.description, table, &scene.file_hashes())
+    }
+
+    /// What a scene would be built from that names the same files as this one, without building it.
+    pub fn of_same_files(&self, scene: &SceneDescription, table: &CompressedTable, files: &dyn SceneFiles) -> Self {
+        let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
+        let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
+        let hashes = names.iter().filter_map(|name| Some((name.as_str(), hash(name)?))).collect();
+        Self::new(scene, table, &hashes)
+    }
+
+    /// That of a description, with hashes of the files that it names.
+    fn new(scene: &SceneDescription, table: &CompressedTable, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
         let colours = match film.false_color {
             None => "as seen".to_owned(),
@@ -27,7 +45,7 @@ impl Provenance {
         let mut entries = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("path", path_modes(scene)),
-            ("scene", format!("{:016x}", scene_hash(scene))),
+            ("scene", format!("{:016x}", scene_hash(scene, files))),
             ("table", format!("{:016x}", table_hash(table))),
             ("width", film.width.to_string()),
             ("height", film.height.to_string()),
@@ -38,10 +56,13 @@ impl Provenance {
             ("colours", colours),
         ];
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.description.light_field;
+            let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.light_field;
             entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
             entries
                 .push(("cells of the light field", step_mm.map_or("chosen".to_owned(), |step| format!("{step} mm"))));
+        }
+        if !files.is_empty() {
+            entries.push((FILES, serde_json::json!(files.keys().collect::<Vec<_>>()).to_string()));
         }
         Self(entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
     }
@@ -78,9 +99,9 @@ impl fmt::Display for Provenance {
 }
 
 /// The path modes of the scene's snow, each once, in the order of the materials.
-fn path_modes(scene: &Scene) -> String {
+fn path_modes(scene: &SceneDescription) -> String {
     let mut names = Vec::new();
-    for material in scene.description.materials.values() {
+    for material in scene.materials.values() {
         if let MaterialDescription::PcaSnow(snow) = material
             && !names.contains(&snow.path.name())
         {
@@ -92,13 +113,13 @@ fn path_modes(scene: &Scene) -> String {
 
 /// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries
 /// of their own are left out.
-fn scene_hash(scene: &Scene) -> u64 {
-    let mut description = scene.description.clone();
+fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
+    let mut description = scene.clone();
     (description.film, description.integrator) = (FilmSettings::default(), IntegratorSettings::default());
     description.light_field = LightFieldSettings::default();
     let mut hash = Fnv1a::new();
     hash.add(description.to_toml().as_bytes());
-    for (name, content) in &scene.file_hashes {
+    for (name, content) in files {
         hash.add(name.as_bytes());
         hash.add(&content.to_le_bytes());
     }
@@ -152,7 +173,11 @@ mod tests {
         files.insert("sky.csv", "400,1\n700,2\n");
         let mut hash = |text: &str, files: &FilesInMemory| {
             let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(&table(), files).unwrap();
-            hashes.push(scene_hash(&scene));
+            hashes.push(scene_hash(&scene.description, &scene.file_hashes()));
+            // The same without building the scene.
+            let provenance = Provenance::of(&scene, &table());
+            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, &table(), files);
+            assert_eq!(again, provenance);
         };
         hash(text, &files);
         hash(&text.replace("sr = 1", "sr = 2"), &files);
@@ -185,6 +210,25 @@ mod tests {
             reflectance: components(),
             metadata: vec![],
         }
+    }
+
+    #[test]
+    fn another_file_is_noticed_without_building_the_scene() {
+        let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
+                    [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
+        let mut files = FilesInMemory::from([("sky.csv", "400,1\n700,2\n")]);
+        let scene = SceneFile::parse(text, "scene.toml").unwrap().description;
+        let built = Provenance::of(&scene.build(&table(), &files).unwrap(), &table());
+        let difference = |scene: &SceneDescription, files: &FilesInMemory| {
+            built.difference(&built.of_same_files(scene, &table(), files))
+        };
+        assert_eq!(difference(&scene, &files), None);
+        let mut other = scene.clone();
+        other.integrator.seed = 7;
+        assert_eq!(difference(&other, &files).unwrap(), "seed is 1 in one and 7 in the other");
+        files.insert("sky.csv", "400,1\n700,3\n");
+        assert!(difference(&scene, &files).unwrap().contains("a file that it names, differs"));
+        assert!(difference(&scene, &FilesInMemory::default()).unwrap().contains("a file that it names, differs"));
     }
 
     #[test]

@@ -41,7 +41,10 @@ pub struct Scene {
     pub(crate) objects: Objects,
     /// Objects refer to these by index.
     pub(crate) materials: Vec<Material>,
+    /// The lights of the description, and then those of a glTF.
     pub(crate) lights: Vec<Light>,
+    /// How many of them the description has.
+    described_lights: usize,
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
@@ -49,10 +52,12 @@ pub struct Scene {
     pub(crate) volumes: Vec<Vec<Volume>>,
     /// The light in the snow, for the integrator that needs it.
     pub(crate) light_field: Option<LightField>,
+    solved_light_fields: usize,
     /// What the scene was built from.
     pub(crate) description: SceneDescription,
-    /// Hashes of the files that were read, by name.
-    pub(crate) file_hashes: BTreeMap<String, u64>,
+    /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
+    light_files: BTreeMap<String, u64>,
+    solid_files: BTreeMap<String, u64>,
 }
 
 impl Scene {
@@ -89,6 +94,17 @@ impl Scene {
     /// What the scene was built from, with the changes made since.
     pub fn description(&self) -> &SceneDescription {
         &self.description
+    }
+
+    /// Hashes of the files that were read, by name.
+    pub(crate) fn file_hashes(&self) -> BTreeMap<&str, u64> {
+        self.solid_files.iter().chain(&self.light_files).map(|(name, hash)| (&**name, *hash)).collect()
+    }
+
+    /// The number of light fields that were solved for when the scene was built, one for all lights of one spectrum.
+    /// Those that were kept of [an earlier scene](SceneDescription::build_after) do not count.
+    pub fn solved_light_fields(&self) -> usize {
+        self.solved_light_fields
     }
 
     /// Sets the number of paths per pixel.

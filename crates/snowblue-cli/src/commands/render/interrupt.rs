@@ -1,6 +1,7 @@
 //! Ctrl-C, and the signals by which a system or a cluster ends a program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use snowblue_database::file::partial_path;
@@ -8,14 +9,24 @@ use snowblue_database::file::partial_path;
 use crate::output::{Failure, INTERRUPTED, Outcome};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+static LISTENING: AtomicBool = AtomicBool::new(false);
+/// The file that may be half written.
+static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Installs the signal handler. The first signal sets the flag of [`is_requested`]; the second ends the program at once
-/// and removes the unfinished file of `output`.
+/// Installs the signal handler, or tells it the next file. The first signal sets the flag of [`is_requested`]; the
+/// second ends the program at once and removes the unfinished file of `output`.
 pub(super) fn listen(output: &Path) -> Outcome {
-    let unfinished = partial_path(output);
-    let handler = move || {
+    if let Ok(mut unfinished) = UNFINISHED.lock() {
+        *unfinished = partial_path(output);
+    }
+    if LISTENING.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
+    let handler = || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
-            if let Some(unfinished) = &unfinished {
+            if let Ok(unfinished) = UNFINISHED.lock()
+                && let Some(unfinished) = &*unfinished
+            {
                 // Usually there is none.
                 drop(std::fs::remove_file(unfinished));
             }

@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::render::{RenderControl, accumulator, render_missing};
+use snowblue_render::render::{RenderControl, accumulator, render_missing, with_variance};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
 use super::interrupt;
 use super::preview::Preview;
-use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
+use crate::output::{Failure, Outcome, PictureFile, PictureFormat, Progress, describe_samples, print_message};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
@@ -26,7 +26,9 @@ pub(super) struct RenderJob<'a> {
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
-    pub(super) preview: Option<Preview>,
+    pub(super) preview: Option<&'a mut Preview>,
+    /// What the progress counts.
+    pub(super) unit: String,
     pub(super) quiet: bool,
 }
 
@@ -42,7 +44,7 @@ impl RenderJob<'_> {
             return Ok(());
         }
         interrupt::listen(&self.file.path)?;
-        let bar = Progress::new("samples", self.quiet);
+        let bar = Progress::new(&self.unit, self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
         if sums.coverage().blocks().is_empty() {
@@ -64,8 +66,9 @@ impl RenderJob<'_> {
         if let Some(difference) = part.provenance.difference(&self.provenance) {
             return Err(differs(&format!("it is another picture: {difference}")));
         }
-        if part.aovs != self.aovs {
-            return Err(differs(&format!("its AOVs are {}, not {}", part.aovs, self.aovs)));
+        let aovs = with_variance(self.aovs, self.scene.integrator());
+        if part.aovs != aovs {
+            return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }
         part.read_sums().map(Some).map_err(Failure::input)
     }
@@ -110,10 +113,15 @@ impl RenderJob<'_> {
         }
     }
 
-    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
+    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed. An unfinished frame in PNG is
+    /// not written, since it would pass for a finished one.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
+        let is_unfinished = !self.is_finished(sums);
+        if is_unfinished && self.file.is_frame && self.file.format == PictureFormat::Png {
+            return Ok(());
+        }
         let mut file = self.file.clone();
-        file.keeps_sums |= !self.is_finished(sums);
+        file.keeps_sums |= is_unfinished;
         file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film().exposure }, &self.notes)
     }
 

@@ -1,6 +1,7 @@
 //! `snowblue render`: renders a scene as a picture.
 
 mod check;
+mod film;
 mod interrupt;
 mod job;
 mod preview;
@@ -15,11 +16,12 @@ use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile, render};
+use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::input::scene_table;
 use crate::options::parse;
 use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
+use film::Film;
 use job::RenderJob;
 use preview::{Preview, TEV};
 
@@ -39,6 +41,8 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    then merge
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
+  snowblue render day.toml --frames 240 -o 'film/{}.png'    a film by the scene's [keyframes]
+  snowblue render day.toml --frames 240 --frame-range 0:80 --resume -o 'film/{}.png'    the first third
 
 Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume continues an .exr. Pictures are \
 identical to the last bit however they are split into parts, and on any number of threads."
@@ -46,9 +50,18 @@ identical to the last bit however they are split into parts, and on any number o
 pub(crate) struct Render {
     /// Scene file (TOML)
     scene: PathBuf,
-    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit)
+    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit). In the name of the frames of a film {} stands
+    /// for their numbers
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     output: Option<PathBuf>,
+    /// Frames of a film [2–1000000], by the [keyframes] of the scene; numbered from 0 on, with four digits or more
+    #[arg(
+        long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), conflicts_with = "check"
+    )]
+    frames: Option<u32>,
+    /// Only frames A to B-1 of the film, 0 ≤ A < B ≤ N
+    #[arg(long, value_name = "A:B", value_parser = parse::whole_range, requires = "frames")]
+    frame_range: Option<Range<u32>>,
     /// Only report the objects: sizes in metres, open edges, rays that find them open; exit code 1 if snow is not
     /// watertight. -o then names a .csv, .json or .txt file
     #[arg(long)]
@@ -100,7 +113,8 @@ pub(crate) struct Render {
     /// Greatest size of the cells of the light field at the surface of snow in mm [0.01–1000], instead of the scene's
     #[arg(long, value_name = "X")]
     field_step_mm: Option<f64>,
-    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's
+    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' is the same for all frames of a
+    /// film, such that the brightest of five is not too bright
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are
@@ -117,7 +131,8 @@ pub(crate) struct Render {
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
     #[arg(long)]
     keep_sums: bool,
-    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp
+    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp. Of a film, frames that are finished
+    /// are kept, those in .png too
     #[arg(long)]
     resume: bool,
     /// Write the unfinished picture at this interval in minutes [0.01–100000]
@@ -144,24 +159,42 @@ impl Render {
                 return check::check(&loaded.scene, &output, quiet);
             }
         };
+        if let Some(frames) = self.frames {
+            return Film::open(self, output, frames, quiet)?.render();
+        }
         let file = self.file(output)?;
         let LoadedScene { scene, provenance } = self.load()?;
-        let preview = match &self.tev {
-            Some(address) => Some(Preview::connect(address, file_name(output))?),
-            None => None,
+        let mut preview = self.preview(file_name(output))?;
+        let target = self.target(scene.description())?;
+        let job = RenderJob {
+            scene: &scene,
+            provenance,
+            target,
+            notes: self.notes(),
+            preview: preview.as_mut(),
+            aovs: self.aovs,
+            file,
+            checkpoint: self.checkpoint,
+            unit: "samples".to_owned(),
+            quiet,
         };
-        let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
-        let notes = vec![("Scene", self.scene.display().to_string()), ("Table", table)];
-        let target = self.target(&scene)?;
-        let (aovs, checkpoint) = (self.aovs, self.checkpoint);
-        let job = RenderJob { scene: &scene, provenance, target, notes, preview, aovs, file, checkpoint, quiet };
         job.run(self.resume)
+    }
+
+    /// The connection to the viewer, if there is to be one.
+    fn preview(&self, name: String) -> Result<Option<Preview>, Failure> {
+        self.tev.as_ref().map(|address| Preview::connect(address, name)).transpose()
+    }
+
+    /// What a picture says of its scene.
+    fn notes(&self) -> Vec<(&'static str, String)> {
+        let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
+        vec![("Scene", self.scene.display().to_string()), ("Table", table)]
     }
 
     /// The output file, if the options agree with its format.
     fn file(&self, output: &Path) -> Result<PictureFile, Failure> {
-        let is_part = self.spp_range.is_some() || self.crop.is_some();
-        let file = PictureFile::new(output, self.keep_sums || self.resume || is_part)?;
+        let file = PictureFile::new(output, self.keep_sums || self.resume || self.is_part())?;
         for (is_given, option) in
             [(self.resume, "--resume"), (self.keep_sums, "--keep-sums"), (self.aovs != Aovs::default(), "--aovs")]
         {
@@ -172,9 +205,16 @@ impl Render {
         Ok(file)
     }
 
+    /// Whether not all samples of a picture are rendered.
+    fn is_part(&self) -> bool {
+        self.spp_range.is_some() || self.crop.is_some()
+    }
+
     /// The pixels and samples to render.
-    fn target(&self, scene: &Scene) -> Result<SampleBlock, Failure> {
-        let mut target = render::all_samples(scene);
+    fn target(&self, scene: &SceneDescription) -> Result<SampleBlock, Failure> {
+        let SceneDescription { film, integrator, .. } = scene;
+        let mut target =
+            SampleBlock { columns: 0..film.width, rows: 0..film.height, samples: 0..integrator.samples_per_pixel };
         if let Some(samples) = &self.spp_range {
             target.samples = samples.clone();
         }

@@ -45,14 +45,14 @@ pub(super) fn build_materials(
 }
 
 /// The layers of snow of each material, in the same order, for random walks.
-pub(super) fn build_volumes(
+pub(super) fn build_volumes<'a>(
     snow: &[Vec<SnowSample>],
-    materials: &[NamedMaterial],
+    names: impl Iterator<Item = &'a String>,
     sources: &Sources,
     integrator: IntegratorKind,
 ) -> Result<Vec<Vec<Volume>>, RenderError> {
     let mut volumes: Vec<Vec<Volume>> = Vec::new();
-    for (layers, NamedMaterial { name, .. }) in snow.iter().zip(materials) {
+    for (layers, name) in snow.iter().zip(names) {
         let path = KeyPath::root("material").key(name);
         let of_layers: Result<Vec<Volume>, _> =
             layers.iter().map(|sample| build_volume(&path, sample, sources, integrator)).collect();
@@ -73,17 +73,18 @@ pub(super) fn build_volumes(
 /// The snow of each material, in the same order, layer by layer: none of other materials.
 pub(super) fn snow_samples(
     descriptions: &BTreeMap<String, MaterialDescription>,
-    materials: &[NamedMaterial],
+    materials: &[Material],
     sources: &Sources,
 ) -> Result<Vec<Vec<SnowSample>>, RenderError> {
-    let of_material = |NamedMaterial { name, material }: &NamedMaterial| match (descriptions.get(name), material) {
-        (Some(MaterialDescription::PcaSnow(snow)), _) => {
-            uniform_sample(&KeyPath::root("material").key(name), snow, sources).map(|sample| vec![sample])
-        }
-        (_, Material::LayeredSnow(snow)) => Ok(snow.samples.clone()),
-        _ => Ok(Vec::new()),
-    };
-    materials.iter().map(of_material).collect()
+    let of_material =
+        |((name, description), material): ((&String, &MaterialDescription), &_)| match (description, material) {
+            (MaterialDescription::PcaSnow(snow), _) => {
+                uniform_sample(&KeyPath::root("material").key(name), snow, sources).map(|sample| vec![sample])
+            }
+            (_, Material::LayeredSnow(snow)) => Ok(snow.samples.clone()),
+            _ => Ok(Vec::new()),
+        };
+    descriptions.iter().zip(materials).map(of_material).collect()
 }
 
 fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources) -> Result<Diffuse, RenderError> {

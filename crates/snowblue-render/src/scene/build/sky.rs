@@ -7,7 +7,6 @@ use snowblue_sky::{ClearSky, DateTime, Place, SunPosition, WAVELENGTHS_NM, overc
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
 use crate::scene::build::light::spectrum;
-use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::snow::surface_sample;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::{
@@ -27,7 +26,7 @@ const ALBEDO_RAYS: u32 = 1 << 14;
 /// Builds the lights of the sky.
 pub(super) fn build_sky(
     description: &SceneDescription,
-    materials: &[NamedMaterial],
+    materials: &[Material],
     sources: &Sources,
 ) -> Result<Vec<Light>, RenderError> {
     let path = KeyPath::root("sky");
@@ -111,17 +110,17 @@ fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A
 fn snow_albedo(
     path: &KeyPath,
     description: &SceneDescription,
-    materials: &[NamedMaterial],
+    materials: &[Material],
     sources: &Sources,
 ) -> Result<[f64; WAVELENGTHS_NM.len()], RenderError> {
     let unknown = |reason: String| {
         path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {reason}"))
     };
     let of_object = |object: &ObjectDescription| {
-        let named = materials.iter().find(|named| named.name == object.common.material)?;
-        match (&named.material, description.materials.get(&named.name)) {
-            (Material::LayeredSnow(snow), _) => snow.samples.first().copied().map(Ok),
-            (_, Some(MaterialDescription::PcaSnow(snow))) => Some(surface_sample(snow, sources)),
+        let mut named = description.materials.iter().zip(materials);
+        match named.find(|((name, _), _)| **name == object.common.material)? {
+            (_, Material::LayeredSnow(snow)) => snow.samples.first().copied().map(Ok),
+            ((_, MaterialDescription::PcaSnow(snow)), _) => Some(surface_sample(snow, sources)),
             _ => None,
         }
     };

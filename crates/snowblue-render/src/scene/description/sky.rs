@@ -15,6 +15,16 @@ pub enum SkyDescription {
     Overcast(OvercastSkyDescription),
 }
 
+impl SkyDescription {
+    /// Number of lights of a scene that it is: sun and sky, or the sky alone.
+    pub(crate) fn light_count(&self) -> usize {
+        match self {
+            Self::Clear(_) => 2,
+            Self::Overcast(_) => 1,
+        }
+    }
+}
+
 /// A clear sky with its sun, by the model of [`snowblue_sky`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

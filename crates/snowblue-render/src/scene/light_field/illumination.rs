@@ -22,6 +22,8 @@ pub(crate) struct LampInSnow {
 
 /// Lights of proportional spectra.
 pub(super) struct Illumination<'a> {
+    /// Their indices in the scene.
+    pub(super) indices: Vec<usize>,
     pub(super) lights: Vec<&'a Light>,
     /// Those of them that are inside snow.
     pub(super) lamps: Vec<&'a LampInSnow>,
@@ -29,11 +31,15 @@ pub(super) struct Illumination<'a> {
     pub(super) spectrum: Option<Spectrum>,
 }
 
-/// Gathers lights of proportional spectra.
+/// Gathers lights of proportional spectra. Dark ones are left out.
 pub(super) fn illuminations<'a>(lights: &'a [Light], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
     let mut found: Vec<Illumination> = Vec::new();
     for (index, light) in lights.iter().enumerate() {
         let spectrum = light.uniform_power().copied();
+        // A dark light would be proportional to all others.
+        if spectrum.is_some_and(|spectrum| spectrum.maximum() <= 0.0) {
+            continue;
+        }
         let lamp = lamps.iter().find(|lamp| lamp.light == index);
         let same = |one: &&mut Illumination| match (&one.spectrum, &spectrum) {
             (Some(one), Some(other)) => are_proportional(one, other),
@@ -41,10 +47,14 @@ pub(super) fn illuminations<'a>(lights: &'a [Light], lamps: &'a [LampInSnow]) ->
         };
         match found.iter_mut().find(same) {
             Some(one) => {
+                one.indices.push(index);
                 one.lights.push(light);
                 one.lamps.extend(lamp);
             }
-            None => found.push(Illumination { lights: vec![light], lamps: lamp.into_iter().collect(), spectrum }),
+            None => {
+                let lamps = lamp.into_iter().collect();
+                found.push(Illumination { indices: vec![index], lights: vec![light], lamps, spectrum });
+            }
         }
     }
     found

@@ -89,6 +89,10 @@ pub(crate) struct LightField {
     body_of: Vec<Option<usize>>,
     lamps_in_snow: Vec<LampInSnow>,
     bright_snow: BrightSnow,
+    /// The lights of each solution, by their indices in the scene.
+    lights: Vec<Vec<usize>>,
+    /// Solutions that are not of an earlier light field.
+    solved_count: usize,
 }
 
 /// The light in a body of snow.
@@ -150,6 +154,9 @@ struct PreparedBody<'a> {
     before: Option<Fluence>,
 }
 
+/// A solution: its lights, by their indices in the scene, and what it is in each body.
+type LitBodies = (Vec<usize>, Vec<LitFluence>);
+
 /// The light of lamps and skies of one spectrum on and in a body.
 struct Lighting {
     direct: EnteringLight,
@@ -202,49 +209,61 @@ impl LightField {
             let one = PreparedBody::new(solid, &survey, snow, nodes, scene.settings);
             prepared.push(one.map_err(|reason| (object, reason))?);
         }
-        Ok(Self::lit(prepared, body_of, scene))
+        Ok(Self::lit(prepared, body_of, scene, Vec::new()))
     }
 
-    /// Solves for the light of other lamps in the same bodies.
+    /// Solves for the light of other lamps in the same bodies. The solutions start from one of the present light, so
+    /// they depend on it within their tolerance.
     pub(crate) fn relit(self, scene: &FieldScene) -> Self {
-        let Self { bodies, body_of, .. } = self;
+        let (mut prepared, solutions, body_of) = self.into_parts(scene.objects);
+        if let Some((_, lit)) = solutions.into_iter().next() {
+            prepared.iter_mut().zip(lit).for_each(|(one, lit)| one.before = Some(lit.fluence));
+        }
+        Self::lit(prepared, body_of, scene, Vec::new())
+    }
+
+    /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
+    /// others. The light field is the same, to the last bit, as a new one.
+    pub(crate) fn relit_where_changed(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
+        let (prepared, mut solutions, body_of) = self.into_parts(scene.objects);
+        solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
+        Self::lit(prepared, body_of, scene, solutions)
+    }
+
+    /// The bodies without light, the solutions, and the body of each object.
+    fn into_parts(self, objects: &Objects) -> (Vec<PreparedBody<'_>>, Vec<LitBodies>, Vec<Option<usize>>) {
+        let Self { bodies, body_of, lights, .. } = self;
+        let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
-            let solid = object.and_then(|object| Solid::new(scene.objects, object));
+            let solid = object.and_then(|object| Solid::new(objects, object));
             let BodyField { body, lit, nodes, snow, transport_lengths_m } = one;
-            PreparedBody {
-                solid: solid.expect("a body with a light field has an object and bounds"),
-                body,
-                nodes,
-                snow,
-                transport_lengths_m,
-                before: lit.into_iter().next().map(|lit| lit.fluence),
-            }
+            solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
+            let solid = solid.expect("a body with a light field has an object and bounds");
+            PreparedBody { solid, body, nodes, snow, transport_lengths_m, before: None }
         });
-        let prepared = prepared.collect();
-        Self::lit(prepared, body_of, scene)
+        (prepared.collect(), solutions, body_of)
     }
 
-    /// Solves for the light in bodies.
-    fn lit(prepared: Vec<PreparedBody>, body_of: Vec<Option<usize>>, scene: &FieldScene) -> Self {
+    /// Solves for the light in bodies where it is not known.
+    fn lit(
+        prepared: Vec<PreparedBody>,
+        body_of: Vec<Option<usize>>,
+        scene: &FieldScene,
+        mut known: Vec<LitBodies>,
+    ) -> Self {
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
+        let (mut lights, mut solved_count) = (Vec::new(), 0);
         for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
-            let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(&illumination, &body_of)).collect();
-            let paths = gathered_paths(scene, &illumination, &prepared);
-            let tolerance = if paths.is_empty() { SolveOptions::default().tolerance } else { GATHER_RESIDUAL };
-            let direct = |(one, lighting): (&PreparedBody, &Lighting)| {
-                one.solve(lighting, None, SolveOptions { tolerance, start: one.before.as_ref(), ..lighting.options() })
+            let of_bodies = match known.iter().position(|(lights, _)| *lights == illumination.indices) {
+                Some(number) => known.swap_remove(number).1,
+                None => {
+                    solved_count += 1;
+                    solve(scene, &illumination, &prepared, &body_of)
+                }
             };
-            let mut solutions: Vec<Solution> = prepared.iter().zip(&lightings).map(direct).collect();
-            if !paths.is_empty() {
-                gather_light(&paths, &lightings, &prepared, &mut solutions, &body_of);
-            }
-            let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
-            let lit_bodies = lit.iter_mut().zip(&prepared).zip(&lightings).zip(solutions);
-            for (((lit, one), lighting), solution) in lit_bodies {
-                let scale = |k: usize| narrow(one.transport_lengths_m[k]) * spectrum.0[k];
-                lit.push(one.lit(lighting, solution, Spectrum(std::array::from_fn(scale))));
-            }
+            lit.iter_mut().zip(of_bodies).for_each(|(lit, one)| lit.push(one));
+            lights.push(illumination.indices);
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
             let PreparedBody { body, nodes, snow, transport_lengths_m, .. } = one;
@@ -252,7 +271,12 @@ impl LightField {
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
-        Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow }
+        Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow, lights, solved_count }
+    }
+
+    /// The number of its solutions that are not of an earlier light field.
+    pub(crate) fn solved_count(&self) -> usize {
+        self.solved_count
     }
 
     /// A light of the scene as a lamp inside snow, if it is one.
@@ -276,6 +300,32 @@ impl LightField {
     pub(crate) fn of_object(&self, object: usize) -> Option<&BodyField> {
         self.body_of[object].map(|body| &self.bodies[body])
     }
+}
+
+/// Solves for the light of lights of one spectrum in all bodies.
+fn solve(
+    scene: &FieldScene,
+    illumination: &Illumination,
+    prepared: &[PreparedBody],
+    body_of: &[Option<usize>],
+) -> Vec<LitFluence> {
+    let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(illumination, body_of)).collect();
+    let paths = gathered_paths(scene, illumination, prepared);
+    let tolerance = if paths.is_empty() { SolveOptions::default().tolerance } else { GATHER_RESIDUAL };
+    let direct = |(one, lighting): (&PreparedBody, &Lighting)| {
+        one.solve(lighting, None, SolveOptions { tolerance, start: one.before.as_ref(), ..lighting.options() })
+    };
+    let mut solutions: Vec<Solution> = prepared.iter().zip(&lightings).map(direct).collect();
+    if !paths.is_empty() {
+        gather_light(&paths, &lightings, prepared, &mut solutions, body_of);
+    }
+    let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
+    let bodies = prepared.iter().zip(&lightings).zip(solutions);
+    let lit = bodies.map(|((one, lighting), solution)| {
+        let scale = |k: usize| narrow(one.transport_lengths_m[k]) * spectrum.0[k];
+        one.lit(lighting, solution, Spectrum(std::array::from_fn(scale)))
+    });
+    lit.collect()
 }
 
 /// The spectrum of the light on all bodies; white if there is none.

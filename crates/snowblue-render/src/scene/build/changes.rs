@@ -1,0 +1,72 @@
+//! What differs between two descriptions, so that the rest of a scene need not be built again.
+
+use crate::film::exposure::FilmSettings;
+use crate::scene::description::{SceneDescription, SkyDescription};
+use crate::scene::integrator::IntegratorSettings;
+
+/// What differs between two descriptions.
+#[derive(Debug, Clone)]
+pub(super) struct Changes {
+    /// Objects, materials, or what depends on the integrator.
+    pub(super) solids: bool,
+    /// The grids of the light field.
+    pub(super) grids: bool,
+    /// What is the same for each described light; none if their number differs.
+    same_lights: Option<Vec<bool>>,
+    /// The greatest number of surfaces on paths of light.
+    bounces: bool,
+}
+
+impl Changes {
+    pub(super) fn new(one: &SceneDescription, other: &SceneDescription) -> Self {
+        // All keys are named here, so that a new one must be given its place.
+        let SceneDescription {
+            gltf,
+            camera,
+            film: FilmSettings { width: _, height: _, exposure: _, false_color },
+            integrator: IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _ },
+            light_field,
+            materials,
+            lights,
+            environment,
+            sky,
+            objects,
+        } = one;
+        let solids = *gltf != other.gltf
+            || *materials != other.materials
+            || *objects != other.objects
+            || *kind != other.integrator.kind
+            || *false_color != other.film.false_color
+            // Without a camera there is that of the glTF.
+            || camera.is_some() != other.camera.is_some();
+        // The size of cells does not depend on the camera. If it did, another camera would change the grids.
+        let grids = solids || *light_field != other.light_field;
+        let count = |sky: &Option<SkyDescription>| sky.as_ref().map_or(0, SkyDescription::light_count);
+        let has_same_lights = lights.len() == other.lights.len()
+            && environment.is_some() == other.environment.is_some()
+            && count(sky) == count(&other.sky);
+        let same_lights = has_same_lights.then(|| {
+            let pairs = lights.iter().zip(&other.lights);
+            let same = pairs.map(|(one, other)| one == other);
+            let same = same.chain(environment.as_ref().map(|_| *environment == other.environment));
+            same.chain(std::iter::repeat_n(*sky == other.sky, count(sky))).collect()
+        });
+        Self { solids, grids, same_lights, bounces: *max_bounces != other.integrator.max_bounces }
+    }
+
+    /// Whether any described light differs.
+    pub(super) fn any_light(&self) -> bool {
+        self.same_lights.as_ref().is_none_or(|same| same.contains(&false))
+    }
+
+    /// Whether the light of a light of the scene, given by its index, differs. Those of a glTF follow the described
+    /// ones.
+    pub(super) fn has_light(&self, index: usize) -> bool {
+        self.bounces || self.same_lights.as_ref().is_none_or(|same| same.get(index) == Some(&false))
+    }
+
+    /// Whether anything of the light field differs.
+    pub(super) fn field(&self) -> bool {
+        self.grids || self.bounces || self.any_light()
+    }
+}
