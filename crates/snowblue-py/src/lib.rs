@@ -34,7 +34,7 @@ mod _native {
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
-    use super::sky::{sky, sun_position};
+    use super::sky::{sky, sun_position, sunlight};
     #[pymodule_export]
     use super::snow::{resolved, single_scattering};
     #[pymodule_export]

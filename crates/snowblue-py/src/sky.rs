@@ -4,6 +4,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky};
+use snowblue_transport::sunlight::spectral_irradiance;
 
 use crate::work::input;
 
@@ -17,6 +18,13 @@ pub(crate) fn sun_position(latitude_deg: f64, longitude_deg: f64, time: &str) ->
     let sun = snowblue_sky::sun_position(Place { latitude_deg, longitude_deg }, time).map_err(input)?;
     let seconds = 86_400.0 * (time.julian_day().map_err(input)? - UNIX_EPOCH);
     Ok((sun.elevation_deg, sun.apparent_elevation_deg(), sun.azimuth_deg, seconds))
+}
+
+/// Irradiance of the standard sun at each wavelength.
+#[pyfunction]
+pub(crate) fn sunlight(py: Python<'_>, wavelengths_nm: Vec<f64>) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let values = wavelengths_nm.into_iter().map(spectral_irradiance).collect::<Result<Vec<f64>, _>>();
+    Ok(PyArray1::from_vec(py, values.map_err(input)?))
 }
 
 /// Irradiance of level ground at each wavelength, illuminance and PAR. `haze` is the turbidity and the ground's albedo

@@ -16,7 +16,7 @@ from snowblue._color import color, match, swatch
 from snowblue._database import Database
 from snowblue._inversion import invert
 from snowblue._scene import Bake, BakedObject, Scene
-from snowblue._sky import sky, sun_position
+from snowblue._sky import sky, sun_position, sunlight
 from snowblue._spectra import bsdf, layers, single_scattering, spectrum
 
 __all__ = [
@@ -36,5 +36,6 @@ __all__ = [
     "sky",
     "spectrum",
     "sun_position",
+    "sunlight",
     "swatch",
 ]

@@ -38,6 +38,35 @@ _VARIABLES = {
 }
 
 
+def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArray:
+    """The sun's spectrum of ASTM G173-03: sun and clear sky on a plane that is tilted by 37° towards the sun.
+
+    It reaches into the near infrared, where :func:`sky` has no model.
+
+    Parameters
+    ----------
+    wavelength_nm : float or array, 300 to 2500
+
+    Returns
+    -------
+    xarray.DataArray
+        Irradiance in W m-2 nm-1.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> sun = snowblue.sunlight()
+    >>> bool(sun.sel(wavelength=slice(700, None)).integrate("wavelength") > 0.45 * sun.integrate("wavelength"))
+    True
+    """
+    import xarray as xr
+
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
+    made = {"units": _IRRADIANCE, "long_name": "irradiance by the standard sun"}
+    return xr.DataArray(_native.sunlight(wavelengths_nm), coords, ["wavelength"], "sunlight", made)
+
+
 def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.Dataset:
     """Where the sun stands, within 0.02°.
 
