@@ -102,7 +102,7 @@ def test_the_sun_stands_where_it_should():
     assert sun.apparent_elevation.item() == pytest.approx(sun.elevation.item() + 0.02, abs=0.002)
     assert sun.time.values == np.datetime64("2003-10-17T19:30:30")
     day = snowblue.sun_position(**INNSBRUCK, time=["2026-06-21T04:00Z", "2026-06-21T11:00Z", "2026-06-21T18:00Z"])
-    assert day.elevation.dims == ("time",) and day.elevation.argmax().item() == 1
+    assert day.elevation.dims == ("time",) and day.elevation.values.argmax() == 1
 
 
 @pytest.mark.parametrize("keywords, message", [

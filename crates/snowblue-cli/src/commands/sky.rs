@@ -30,7 +30,8 @@ pub(crate) struct Sky {
     elevation: Option<f64>,
     /// Latitude in degrees, north positive [-90–90]
     #[arg(
-        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun", requires_all = ["longitude", "time"]
+        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
+        requires_all = ["longitude", "time"]
     )]
     latitude: Option<f64>,
     /// Longitude in degrees, east positive [-180–180]
