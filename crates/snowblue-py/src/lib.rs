@@ -20,6 +20,8 @@ mod inversion;
 
 mod scene;
 
+mod sky;
+
 /// The native part of `snowblue`.
 #[pyo3::pymodule]
 mod _native {
@@ -31,6 +33,8 @@ mod _native {
     use super::inversion::invert;
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::sky::{sky, sun_position, sunlight};
     #[pymodule_export]
     use super::snow::{resolved, single_scattering};
     #[pymodule_export]

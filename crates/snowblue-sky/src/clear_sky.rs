@@ -268,7 +268,8 @@ pub fn limb_darkening_at_nodes(sin_sun: f64) -> [f64; NODES] {
 /// Checks that the sun is above the horizon, at an elevation in degrees.
 pub(crate) fn check_elevation(sun_elevation_deg: f64) -> Result<(), SkyError> {
     if sun_elevation_deg < ELEVATION_RANGE_DEG.0 {
-        return Err(SkyError::SunBelowHorizon { elevation_deg: sun_elevation_deg });
+        let elevation_deg = (1e4 * sun_elevation_deg).floor() / 1e4;
+        return Err(SkyError::SunBelowHorizon { elevation_deg });
     }
     check("sun elevation", sun_elevation_deg, ELEVATION_RANGE_DEG, "°")
 }

@@ -20,7 +20,7 @@ pub enum SkyError {
     /// The sun is below the horizon.
     #[error("sun elevation is {elevation_deg}°, but must lie in 0–90°: there is no model of twilight")]
     SunBelowHorizon {
-        /// Elevation of the sun, in degrees.
+        /// Elevation of the sun in degrees, rounded down to four decimals.
         elevation_deg: f64,
     },
     /// A month has fewer days.

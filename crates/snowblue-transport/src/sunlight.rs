@@ -162,6 +162,22 @@ impl Broadband {
     }
 }
 
+/// Spectral irradiance of the sun at a wavelength, in W m⁻² nm⁻¹.
+///
+/// The sun is brightest in the blue and the green:
+/// ```
+/// # use snowblue_transport::sunlight::spectral_irradiance;
+/// assert!(spectral_irradiance(500.0)? > 2.0 * spectral_irradiance(1000.0)?);
+/// # Ok::<(), snowblue_transport::TransportError>(())
+/// ```
+///
+/// # Errors
+/// [`TransportError::OutOfRange`] outside 300–2500 nm.
+pub fn spectral_irradiance(wavelength_nm: f64) -> Result<f64, TransportError> {
+    G173.wavelength_range().check("wavelength", wavelength_nm)?;
+    Ok(spectral_irradiance_w_m2_nm(wavelength_nm))
+}
+
 /// Irradiance of the sun over a range of wavelengths, in W/m².
 ///
 /// More than half of it is invisible:
@@ -286,6 +302,13 @@ mod tests {
             assert!((spectral_irradiance_w_m2_nm(nm) - printed).abs() < 1e-15);
         }
         assert!((irradiance_w_m2(WARREN) + 0.0015 + 7.79 - 1000.37).abs() < 0.01);
+    }
+
+    #[test]
+    fn wavelengths_outside_the_spectrum_are_refused() {
+        assert!((spectral_irradiance(550.0).unwrap() - 1.5399).abs() < 1e-15);
+        let message = spectral_irradiance(2600.0).unwrap_err().to_string();
+        assert_eq!(message, "wavelength is 2600 nm, but must lie in 300–2500 nm");
     }
 
     /// Sunlight has 4.57 µmol/J in 400–700 nm (Thimijan & Heins 1983, HortScience 18, 818, Table 3).

@@ -25,12 +25,13 @@ pub(crate) struct Sky {
     /// Angle between the horizon and the sun, in degrees [0–90]
     #[arg(
         long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
-        required_unless_present = "latitude", conflicts_with_all = ["latitude", "longitude", "time"]
+        conflicts_with_all = ["latitude", "longitude", "time", "refraction"]
     )]
     elevation: Option<f64>,
     /// Latitude in degrees, north positive [-90–90]
     #[arg(
-        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun", requires_all = ["longitude", "time"]
+        long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
+        requires_all = ["longitude", "time"]
     )]
     latitude: Option<f64>,
     /// Longitude in degrees, east positive [-180–180]
@@ -70,10 +71,13 @@ impl Sky {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.output.check()?;
         let position = self.position()?;
-        let elevation_deg = match (position, self.elevation) {
-            (Some(position), _) if self.refraction => position.apparent_elevation_deg(),
-            (Some(position), _) => position.elevation_deg,
-            (None, elevation_deg) => elevation_deg.unwrap_or_default(),
+        let elevation_deg = match (self.elevation, position) {
+            (Some(elevation_deg), _) => elevation_deg,
+            (None, Some(position)) if self.refraction => position.apparent_elevation_deg(),
+            (None, Some(position)) => position.elevation_deg,
+            (None, None) => {
+                return Err(Failure::Input("give --elevation, or --latitude, --longitude and --time".to_owned()));
+            }
         };
         let sky = self.sky(elevation_deg).map_err(Failure::input)?;
         let Wavelengths(wavelengths_nm) = &self.wavelengths;

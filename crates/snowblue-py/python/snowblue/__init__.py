@@ -16,6 +16,7 @@ from snowblue._color import color, match, swatch
 from snowblue._database import Database
 from snowblue._inversion import invert
 from snowblue._scene import Bake, BakedObject, Scene
+from snowblue._sky import sky, sun_position, sunlight
 from snowblue._spectra import bsdf, layers, single_scattering, spectrum
 
 __all__ = [
@@ -32,6 +33,9 @@ __all__ = [
     "layers",
     "match",
     "single_scattering",
+    "sky",
     "spectrum",
+    "sun_position",
+    "sunlight",
     "swatch",
 ]

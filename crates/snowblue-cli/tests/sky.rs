@@ -1,0 +1,84 @@
+//! `snowblue sky`: daylight on the ground.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod shell;
+
+use shell::{assert_names, assert_refused, stderr, stdout};
+
+const HEADER: &str = "wavelength_nm,direct_normal_w_m2_nm,direct_w_m2_nm,diffuse_w_m2_nm,global_w_m2_nm";
+
+/// The numbers of a CSV.
+fn rows(arguments: &[&str]) -> Vec<Vec<f64>> {
+    let text = stdout(arguments);
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some(HEADER));
+    lines.map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn parts_add_up_at_an_elevation() {
+    let rows = rows(&["sky", "--elevation", "30", "--turbidity", "2", "--wavelengths", "450,650"]);
+    assert_eq!(rows.len(), 2);
+    for row in &rows {
+        let [_, direct_normal, direct, diffuse, global] = row[..] else { panic!("{row:?}") };
+        // Nine significant digits each.
+        assert!((direct - 0.5 * direct_normal).abs() < 1e-8 && (direct + diffuse - global).abs() < 1e-8, "{row:?}");
+    }
+    assert!(rows[0][3] > 2.0 * rows[1][3], "the sky is blue: {rows:?}");
+}
+
+#[test]
+fn defaults_cover_the_model() {
+    let rows = rows(&["sky", "--elevation", "30"]);
+    assert_eq!(rows.len(), 41);
+    assert!((rows[0][0] - 320.0).abs() < 1e-9 && (rows[40][0] - 720.0).abs() < 1e-9);
+}
+
+/// The example of Reda & Andreas 2004 (doi:10.1016/j.solener.2003.12.003): elevation 39.87° without and 39.89° with
+/// refraction, azimuth 194.34°.
+#[test]
+fn place_and_time_give_the_sun() {
+    let place = ["sky", "--latitude", "39.742476", "--longitude", "-105.1786", "--time", "2003-10-17T12:30:30-07:00"];
+    let message = stderr(&place);
+    assert_names(&message, &["sky clear", "turbidity 3", "ground albedo 0.8", "sun elevation 39.87°"]);
+    assert_names(&message, &["sun azimuth 194.34°", "illuminance ", " lx direct, ", "PAR ", " µmol/(m² s) diffuse"]);
+    let refracted = stderr(&[&place[..], &["--refraction"]].concat());
+    assert_names(&refracted, &["sun elevation 39.89°"]);
+}
+
+#[test]
+fn an_overcast_sky_has_no_sun() {
+    let arguments = ["sky", "--elevation", "30", "--overcast", "--wavelengths", "450,650"];
+    for row in rows(&arguments) {
+        assert!(row[1].abs() < 1e-300 && row[2].abs() < 1e-300 && row[3] > 0.05, "{row:?}");
+    }
+    assert_names(&stderr(&arguments), &["sky overcast", "illuminance 0 lx direct, 10800 lx diffuse"]);
+}
+
+#[test]
+fn json_has_metadata_and_rows() {
+    let text = stdout(&["sky", "--elevation", "30", "--wavelengths", "550", "--format", "json"]);
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(document["metadata"]["sun elevation"], "30.00°");
+    assert_eq!(document["rows"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn bad_input_is_refused() {
+    assert_refused(&["sky", "--elevation", "-3.2"], &["sun elevation", "-3.2°", "0–90°", "twilight"]);
+    assert_refused(&["sky", "--elevation", "30", "--turbidity", "11"], &["turbidity", "11", "1–10"]);
+    assert_refused(&["sky", "--elevation", "30", "--ground-albedo", "2"], &["ground albedo", "2", "0–1"]);
+    assert_refused(&["sky", "--elevation", "30", "--wavelengths", "450,800"], &["wavelength", "800", "320–720 nm"]);
+    assert_refused(&["sky"], &["--elevation", "--latitude", "--longitude", "--time"]);
+    assert_refused(&["sky", "--elevation", "3", "--refraction"], &["--elevation", "--refraction"]);
+    assert_refused(&["sky", "--latitude", "47"], &["--longitude", "--time"]);
+    assert_refused(&["sky", "--elevation", "3", "--overcast", "--turbidity", "4"], &["--overcast", "--turbidity"]);
+    let at = |latitude: &'static str, time: &'static str| {
+        ["sky", "--latitude", latitude, "--longitude", "11.39", "--time", time]
+    };
+    assert_refused(&at("91", "2026-02-01T12:00Z"), &["latitude", "91°", "-90–90°"]);
+    assert_refused(&at("47", "2026-02-01T12:00"), &["2026-02-01T12:00", "offset from UTC"]);
+    assert_refused(&at("47", "2026-02-30T12:00Z"), &["day", "30", "28 days"]);
+    assert_refused(&at("47", "2026-02-01T00:00Z"), &["sun elevation is -59.4334°", "twilight"]);
+}

@@ -1,0 +1,204 @@
+"""Daylight on the ground, and where the sun stands."""
+
+from __future__ import annotations
+
+import datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snowblue import _native
+from snowblue._arguments import (
+    WAVELENGTH,
+    Quantity,
+    attributes,
+    is_several,
+    number,
+    numbers,
+    wavelength_coordinate,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SKY_NM = np.arange(320.0, 721.0, 10.0)
+ELEVATION = Quantity("elevation", "degree", "angle from the horizon to the sun")
+AZIMUTH = Quantity("azimuth", "degree", "angle of the sun from north, clockwise")
+
+_IRRADIANCE = "W m-2 nm-1"
+_VARIABLES = {
+    "direct_normal": (_IRRADIANCE, "irradiance by the sun of a plane that faces it"),
+    "direct": (_IRRADIANCE, "irradiance of level ground by the sun"),
+    "diffuse": (_IRRADIANCE, "irradiance of level ground by the sky"),
+    "global": (_IRRADIANCE, "irradiance of level ground by the sun and the sky"),
+    "illuminance_direct": ("lx", "illuminance of level ground by the sun"),
+    "illuminance_diffuse": ("lx", "illuminance of level ground by the sky"),
+    "par_direct": ("umol m-2 s-1", "photosynthetically active radiation on level ground, from the sun"),
+    "par_diffuse": ("umol m-2 s-1", "photosynthetically active radiation on level ground, from the sky"),
+}
+
+
+def sunlight(wavelength_nm: Any = np.arange(300.0, 2501.0, 10.0)) -> xr.DataArray:
+    """The sun's spectrum of ASTM G173-03: sun and clear sky on a plane that is tilted by 37° towards the sun.
+
+    It reaches into the near infrared, where :func:`sky` has no model.
+
+    Parameters
+    ----------
+    wavelength_nm : float or array, 300 to 2500
+
+    Returns
+    -------
+    xarray.DataArray
+        Irradiance in W m-2 nm-1.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> sun = snowblue.sunlight()
+    >>> bool(sun.sel(wavelength=slice(700, None)).integrate("wavelength") > 0.45 * sun.integrate("wavelength"))
+    True
+    """
+    import xarray as xr
+
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    coords = {"wavelength": wavelength_coordinate(wavelengths_nm)}
+    made = {"units": _IRRADIANCE, "long_name": "irradiance by the standard sun"}
+    return xr.DataArray(_native.sunlight(wavelengths_nm), coords, ["wavelength"], "sunlight", made)
+
+
+def sun_position(*, latitude_deg: float, longitude_deg: float, time: Any) -> xr.Dataset:
+    """Where the sun stands, within 0.02°.
+
+    Parameters
+    ----------
+    latitude_deg : float, -90 to 90
+        North is positive.
+    longitude_deg : float, -180 to 180
+        East is positive.
+    time : str, datetime with a time zone, or a list of them
+        Such as "2026-02-01T12:00:00+01:00". A list makes the axis `time`, in UTC.
+
+    Returns
+    -------
+    xarray.Dataset
+        `elevation` in degrees without refraction, negative below the horizon; `apparent_elevation`, at which the sun is
+        seen; `azimuth` in degrees from north, clockwise.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> sun = snowblue.sun_position(latitude_deg=78.22, longitude_deg=15.65, time="2025-12-21T12:00:00+01:00")
+    >>> bool(sun.elevation < -10)  # Longyearbyen has no day in December
+    True
+    """
+    import xarray as xr
+
+    dims, positions = _positions(latitude_deg, longitude_deg, time)
+    elevation, apparent, azimuth, seconds = positions
+    variables = {
+        "elevation": (dims, elevation, ELEVATION.attributes()),
+        "apparent_elevation": (dims, apparent, {"units": "degree", "long_name": "elevation of the sun, as it is seen"}),
+        "azimuth": (dims, azimuth, AZIMUTH.attributes()),
+    }
+    place = {"latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
+    return xr.Dataset(variables, {"time": _time_coordinate(dims, seconds)}, attributes(**place))
+
+
+def sky(
+    *,
+    elevation_deg: Any = None,
+    latitude_deg: float | None = None,
+    longitude_deg: float | None = None,
+    time: Any = None,
+    refraction: bool = False,
+    turbidity: float = 3.0,
+    ground_albedo: float = 0.8,
+    overcast: bool = False,
+    wavelength_nm: Any = SKY_NM,
+) -> xr.Dataset:
+    """Irradiance of level ground by the sun and the sky.
+
+    A clear sky is that of Hosek & Wilkie (2012, 2013), an overcast sky that of the CIE with the spectrum D65 and the
+    mean illuminance of Krochmann & Seidl (1974).
+
+    Parameters
+    ----------
+    elevation_deg : float or array, 0 to 90
+        Angle from the horizon to the sun, instead of a place and a time. An array makes the axis `elevation`.
+    latitude_deg, longitude_deg, time
+        As for :func:`sun_position`.
+    refraction : bool
+        Use the elevation at which the sun is seen at that place and time.
+    turbidity : float, 1 to 10
+        Haze of a clear sky: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy.
+    ground_albedo : float, 0 to 1
+        Fraction of light that the ground reflects into a clear sky.
+    overcast : bool
+        An overcast sky instead of a clear one.
+    wavelength_nm : float or array, 320 to 720
+
+    Returns
+    -------
+    xarray.Dataset
+        `direct`, `diffuse` and their sum `global`, and `direct_normal` on a plane that faces the sun, in W m-2 nm-1;
+        `illuminance_direct` and `illuminance_diffuse` in lx; `par_direct` and `par_diffuse`, the photons of 400 to
+        700 nm, in umol m-2 s-1.
+
+    Examples
+    --------
+    >>> import snowblue
+    >>> light = snowblue.sky(elevation_deg=30, turbidity=2, wavelength_nm=[450, 650])
+    >>> bool(light.diffuse.sel(wavelength=450) > 2 * light.diffuse.sel(wavelength=650))  # the sky is blue
+    True
+    """
+    import xarray as xr
+
+    coords: dict[str, Any] = {}
+    place = (latitude_deg, longitude_deg, time)
+    if elevation_deg is not None:
+        if any(part is not None for part in place) or refraction:
+            raise ValueError("give either elevation_deg, or latitude_deg, longitude_deg and time")
+        dims = ("elevation",) if is_several(elevation_deg) else ()
+        elevations = np.reshape(numbers(ELEVATION, elevation_deg), (-1,) if dims else ())
+    else:
+        if any(part is None for part in place):
+            raise ValueError("give either elevation_deg, or latitude_deg, longitude_deg and time")
+        dims, (elevation, apparent, azimuth, seconds) = _positions(*place)
+        elevations = apparent if refraction else elevation
+        coords = {"time": _time_coordinate(dims, seconds), "azimuth": (dims, azimuth, AZIMUTH.attributes())}
+    wavelengths_nm = numbers(WAVELENGTH, wavelength_nm)
+    haze = None if overcast else (number("turbidity", turbidity), number("ground_albedo", ground_albedo))
+    rows = [_native.sky(elevation, haze, wavelengths_nm) for elevation in np.ravel(elevations).tolist()]
+    variables = {}
+    for name, (unit, long_name) in _VARIABLES.items():
+        array = np.array([row[name] for row in rows])
+        own = (*dims, "wavelength") if array.ndim == 2 else dims
+        array = array.reshape([len(rows)] * len(dims) + list(array.shape[1:]))
+        variables[name] = (own, array, {"units": unit, "long_name": long_name})
+    coords["elevation"] = (dims, elevations, ELEVATION.attributes())
+    coords["wavelength"] = wavelength_coordinate(wavelengths_nm)
+    haze_made = {} if overcast else {"turbidity": float(turbidity), "ground_albedo": float(ground_albedo)}
+    made = {"sky": "overcast" if overcast else "clear", **haze_made}
+    return xr.Dataset(variables, coords, attributes(**made))
+
+
+def _positions(latitude_deg: Any, longitude_deg: Any, time: Any) -> tuple[tuple[str, ...], np.ndarray]:
+    """The dimensions of the time, and elevation, apparent elevation, azimuth and seconds since 1970."""
+    dims = ("time",) if is_several(time) else ()
+    place = (number("latitude_deg", latitude_deg), number("longitude_deg", longitude_deg))
+    rows = [_native.sun_position(*place, _time(one)) for one in (time if dims else [time])]
+    return dims, np.array(rows).T.reshape(4, *([len(rows)] if dims else []))
+
+
+def _time(time: Any) -> str:
+    if isinstance(time, datetime.datetime):
+        return time.isoformat()
+    if not isinstance(time, str):
+        raise ValueError(f"time is {time!r}, but must be a word such as '2026-02-01T12:00:00+01:00', or a datetime")
+    return time
+
+
+def _time_coordinate(dims: tuple[str, ...], seconds: np.ndarray) -> tuple[Any, ...]:
+    times = np.round(1000 * seconds).astype("datetime64[ms]").astype("datetime64[ns]")
+    return (dims, times, {"long_name": "time, UTC"})
