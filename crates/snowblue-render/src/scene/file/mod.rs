@@ -31,7 +31,13 @@
 //! [environment]            # radiance_w_m2_sr, illuminant or spectrum, visible = true; or
 //!                          # image = "FILE.exr", scale = 1, rotation_deg = 0 (about z), visible = true
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
-//!                          # shape = "heights": size, bottom, heights = [[…], …] or file = "FILE.png" | "FILE.exr";
+//!                          # shape = "heights": bottom, heights = [[…], …] or file = "FILE.png" | "FILE.exr" |
+//!                          #   "FILE.asc" | "FILE.tif", and the keys of a grid: size (else the map's), datum, fill,
+//!                          #   crop = { centre, size }, tolerance;
+//!                          # shape = "snowpack": heights = [[…], …] or ground = "FILE.tif" | …, with the keys of a
+//!                          #   grid, or ground = "FILE.ply" | … with part, up;
+//!                          #   depth = 0.8 | { texture = "FILE.png", range = [0, 1] } |
+//!                          #   { attribute = "NAME", range = [0, 1] }, least_depth = 0.001, gap;
 //!                          # shape = "drift": size (x, y, depth), mounds = [[x, y, height, radius], …],
 //!                          #   relief = 0, seed = 1;
 //!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
@@ -39,6 +45,12 @@
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
 //!                          #   smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
+//! [[object.imprint]]       # into heights, drift, and snowpack on heights:
+//!                          # type = "hole": position = [x, y], radius, depth, taper_deg = 2, rim = 0,
+//!                          #   rim_width = 2 radius
+//!                          # type = "footprint": position = [x, y], heading_deg = 0, foot = "right" | "left",
+//!                          #   length = 0.3, depth, toe_depth = depth, tread = 0.004, taper_deg = 8, rim = 0,
+//!                          #   rim_width = length / 6
 //! ```
 //!
 //! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces z
@@ -47,10 +59,12 @@
 //! and is turned to z; `up` overrides this for single meshes. `part` is an object or group of an OBJ file, or a node or
 //! mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat ones. A glTF's materials are those of
 //! the scene file under the same names, and else diffuse, with their base colour. Heights, row by row from far to near,
-//! are multiplied by the third number of `size`; a level `bottom` closes the solid. A drift is snow of a depth below
-//! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Snow objects of one `body` are
-//! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
-//! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
+//! are multiplied by the third number of `size`; a level `bottom` closes the solid. On a georeferenced map, x is east
+//! and y is north, the origin is the middle of the map or of `crop`, and the height there lies at z = 0 unless `datum`
+//! says another. Snow of a depth lies on ground that is another object. Prints are pressed into surfaces of heights. A
+//! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
+//! Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
+//! shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 
 mod message;
 mod reader;
