@@ -253,8 +253,9 @@ mod tests {
         let expected = whole.map(f32::from);
         assert_eq!(read(&file::<Gray8>(&whole, &tags, way)).unwrap().values, expected);
         assert_eq!(read(&file::<Gray16>(&whole.map(u16::from), &tags, way)).unwrap().values, expected);
-        assert_eq!(read(&file::<GrayI16>(&whole.map(|one| -i16::from(one)), &tags, way)).unwrap().values[2], -250.0);
-        assert_eq!(read(&file::<GrayI32>(&whole.map(|one| -i32::from(one)), &tags, way)).unwrap().values[2], -250.0);
+        let negative = expected.map(|one| -one);
+        assert_eq!(read(&file::<GrayI16>(&whole.map(|one| -i16::from(one)), &tags, way)).unwrap().values, negative);
+        assert_eq!(read(&file::<GrayI32>(&whole.map(|one| -i32::from(one)), &tags, way)).unwrap().values, negative);
         let values = file::<Gray64Float>(&whole.map(f64::from), &tags, PLAIN);
         assert_eq!(read(&values).unwrap().values, expected);
     }
