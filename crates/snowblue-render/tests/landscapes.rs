@@ -89,6 +89,21 @@ fn a_part_of_a_map_is_cut_out_in_its_coordinates() {
 }
 
 #[test]
+fn maps_of_depths_lie_in_their_place_on_maps_of_heights() {
+    let objects = "[[object]]\nshape = \"snowpack\"\nground = \"flat.asc\"\nmaterial = \"snow\"\ntolerance = 0\n\
+        crop = { centre = [1006, 2005], size = [6, 4] }\ndepth = { texture = \"depth.asc\" }\n";
+    // Depths rise to the north-east of the map's corner, and the snow from 1003 to 1009 m and 2003 to 2007 m is 0.1 m
+    // times the way from there.
+    let depths = map(|x, y| 0.1 * (x + y));
+    let scene = land(objects, &[("flat.asc", map(|_, _| 700.0)), ("depth.asc", depths)]);
+    let volume_m3 = check_watertight(&scene)[0].volume_m3.unwrap();
+    // The mean depth is that of the middle, 5 m and 4 m from the first height.
+    assert!((volume_m3 - 6.0 * 4.0 * 0.9).abs() < 1e-4, "{volume_m3}");
+    let [top, bottom] = heights(&scene, 0, 2.0, 1.0)[..] else { panic!("snow") };
+    assert!((top - bottom - 0.1 * (7.0 + 5.0)).abs() < 1e-4, "{top} {bottom}");
+}
+
+#[test]
 fn snow_lies_on_meshes_by_an_attribute_of_their_vertices() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
         property float snow_cm\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\

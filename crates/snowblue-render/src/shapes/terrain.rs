@@ -66,13 +66,21 @@ pub(crate) struct SnowCover {
 pub(crate) enum Depth {
     /// The same everywhere, in m.
     Uniform(f64),
-    /// By an image, from edge to edge of the ground.
-    Varying {
-        /// Values on a grid.
-        values: Heights,
-        /// Depths where the value is 0 and where it is 1, in m.
-        range_m: [f64; 2],
-    },
+    /// By an image.
+    Varying(DepthImage),
+}
+
+/// Depths by an image.
+#[derive(Debug)]
+pub(crate) struct DepthImage {
+    /// Values on a grid.
+    pub(crate) values: Heights,
+    /// Depths where the value is 0 and where it is 1, in m.
+    pub(crate) range_m: [f64; 2],
+    /// Where the ground begins at its far left, in cells of the grid.
+    pub(crate) first: DVec2,
+    /// Lengths of the ground, in cells of the grid.
+    pub(crate) span: DVec2,
 }
 
 /// The underside and the surface of a solid at a position, in m; equal where there is no solid.
@@ -84,14 +92,27 @@ struct Levels {
 
 impl Depth {
     /// The depth in m at a fraction of the way from left to right and from near to far.
-    pub(crate) fn at(&self, uv: DVec2) -> f64 {
+    fn at(&self, uv: DVec2) -> f64 {
         match self {
             Self::Uniform(depth_m) => *depth_m,
-            Self::Varying { values, range_m: [from_m, to_m] } => {
-                let cells = DVec2::new((values.columns() - 1) as f64, (values.rows() - 1) as f64);
-                from_m + values.at(DVec2::new(uv.x, 1.0 - uv.y) * cells) * (to_m - from_m)
-            }
+            Self::Varying(image) => image.at(uv),
         }
+    }
+}
+
+impl DepthImage {
+    /// An image that covers the ground from edge to edge.
+    pub(crate) fn from_edge_to_edge(values: Heights, range_m: [f64; 2]) -> Self {
+        let span = DVec2::new((values.columns() - 1) as f64, (values.rows() - 1) as f64);
+        Self { values, range_m, first: DVec2::ZERO, span }
+    }
+
+    /// The depth in m at a fraction of the way from left to right and from near to far.
+    pub(crate) fn at(&self, uv: DVec2) -> f64 {
+        let most = DVec2::new((self.values.columns() - 1) as f64, (self.values.rows() - 1) as f64);
+        let place = self.first + DVec2::new(uv.x, 1.0 - uv.y) * self.span;
+        let [from_m, to_m] = self.range_m;
+        from_m + self.values.at(place.clamp(DVec2::ZERO, most)) * (to_m - from_m)
     }
 }
 
@@ -180,16 +201,19 @@ impl<'a> Refinement<'a> {
         let longer = terrain.heights.columns().max(terrain.heights.rows()) - 1;
         // Depths may be finer than the heights.
         let finer = match &terrain.filling {
-            Filling::Snow(SnowCover { depth: Depth::Varying { values, .. }, .. }) => {
-                let ratio = |depths: usize, heights: usize| (depths - 1).div_ceil(heights - 1);
-                ratio(values.columns(), terrain.heights.columns()).max(ratio(values.rows(), terrain.heights.rows()))
+            Filling::Snow(SnowCover { depth: Depth::Varying(image), .. }) => {
+                (image.span * terrain.cell_m / terrain.size_m()).max_element()
             }
-            _ => 1,
+            _ => 1.0,
         };
-        let per_cell = finer.next_power_of_two();
+        let mut per_cell = 1;
+        while (per_cell as f64) < finer - 1e-6 {
+            per_cell *= 2;
+        }
         if longer * per_cell > GREATEST_LATTICE && per_cell > 1 {
             return Err(format!(
-                "has depths on a grid {per_cell} times as fine as that of the ground, which is too fine"
+                "has depths on a grid {finer} times as fine as that of the ground; at most {GREATEST_LATTICE} of its \
+                 cells may lie side by side"
             ));
         }
         // Prints need smaller cells still.
@@ -216,7 +240,7 @@ impl<'a> Refinement<'a> {
         let per_grid_cell = index(per_cell) * per_lattice_cell;
         let units = f64::from(per_grid_cell);
         let reach = |imprint: &Imprint| {
-            let middle = (imprint.centre_m - terrain.far_left_m) * DVec2::new(1.0, -1.0) / terrain.cell_m;
+            let middle = (imprint.centre_m() - terrain.far_left_m) * DVec2::new(1.0, -1.0) / terrain.cell_m;
             let half = DVec2::splat(imprint.reach_m()) / terrain.cell_m;
             [(middle - half) * units, (middle + half) * units]
         };
@@ -507,7 +531,7 @@ mod tests {
 
     fn hole(x: f64, y: f64, radius_m: f64, depth_m: f64) -> Imprint {
         let wall = Wall { width_m: depth_m * 2.0f64.to_radians().tan(), rim_m: 0.0, rim_width_m: 0.1 };
-        Imprint { centre_m: DVec2::new(x, y), kind: ImprintKind::Hole { radius_m, depth_m }, wall }
+        Imprint::new(DVec2::new(x, y), ImprintKind::Hole { radius_m, depth_m }, wall)
     }
 
     fn hills_m(position: DVec2) -> f64 {
@@ -562,14 +586,14 @@ mod tests {
         let value = |at: usize| if at % 17 < 8 { 1.0 } else { 0.0 };
         let values = Heights::new(17, (0..17 * 9).map(value).collect()).unwrap();
         let ground = |depth: Depth| terrain([5, 3], 0.5, snow(depth), |position| 0.1 * position.x);
-        let solid = ground(Depth::Varying { values, range_m: [0.0, 0.4] }).solid(0.0).unwrap();
+        let solid = ground(Depth::Varying(DepthImage::from_edge_to_edge(values, [0.0, 0.4]))).solid(0.0).unwrap();
         check_closed(&solid);
         // To x = −1/8 m the whole depth, over the next 1/8 m half of it; the snow is 1 m wide.
         assert!((volume(&solid) - 0.4 * (0.875 + 0.125 / 2.0)).abs() < 1e-5, "{}", volume(&solid));
         let far_right = solid.positions.iter().map(|vertex| vertex.x).fold(f32::NEG_INFINITY, f32::max);
         assert!(far_right.abs() < 1e-6);
         let none = Heights::new(2, vec![0.0; 4]).unwrap();
-        let message = ground(Depth::Varying { values: none, range_m: [0.0, 0.4] }).solid(0.0).unwrap_err();
+        let message = ground(Depth::Varying(DepthImage::from_edge_to_edge(none, [0.0, 0.4]))).solid(0.0).unwrap_err();
         assert_eq!(message, "has no snow anywhere");
     }
 
@@ -580,7 +604,7 @@ mod tests {
         land.imprints = vec![hole(0.13, -0.21, 0.03, 0.4)];
         let solid = land.solid(0.0).unwrap();
         check_closed(&solid);
-        let below_m = 0.03 - land.imprints[0].wall.width_m;
+        let below_m = 0.03 - 0.4 * 2.0f64.to_radians().tan();
         let cone_m3 = PI * 0.4 / 3.0 * (0.03f64.powi(2) + 0.03 * below_m + below_m.powi(2));
         // The wall lies within a 25th of the radius of 3 cm: 8 % of the volume at most, and less on average.
         let taken_m3 = whole_m3 - volume(&solid);
@@ -610,10 +634,8 @@ mod tests {
         let mut land = terrain([21, 21], 0.1, Filling::Below(-0.5), |position| 0.02 * (7.0 * position.x).sin());
         let wall = Wall { width_m: 0.011, rim_m: 0.01, rim_width_m: 0.05 };
         let sole = Sole::new(30.0, 0.3, [0.08, 0.06], 0.004, Foot::Left);
-        land.imprints = vec![
-            Imprint { centre_m: DVec2::new(-0.4, 0.3), kind: ImprintKind::Footprint(sole), wall },
-            hole(0.5, -0.5, 0.025, 0.3),
-        ];
+        land.imprints =
+            vec![Imprint::new(DVec2::new(-0.4, 0.3), ImprintKind::Footprint(sole), wall), hole(0.5, -0.5, 0.025, 0.3)];
         let solid = land.solid(0.0).unwrap();
         check_closed(&solid);
         assert!(solid.indices.len() < 300_000, "{} triangles", solid.indices.len());
@@ -623,7 +645,7 @@ mod tests {
             let mut far = 0;
             for k in 0..200u16 * 200 {
                 let within = DVec2::new(f64::from(k % 200) + 0.31, f64::from(k / 200) + 0.77) / 100.0 - 1.0;
-                let position_m = imprint.centre_m + within * imprint.reach_m();
+                let position_m = imprint.centre_m() + within * imprint.reach_m();
                 let place = (position_m - land.far_left_m) * DVec2::new(1.0, -1.0) / land.cell_m;
                 let point = position_m.extend(land.levels(place, &land.imprints).top_m).as_vec3a();
                 far += u32::from(!mesh.is_near(&identity, point, narrow(imprint.tolerance_m())));
