@@ -218,6 +218,108 @@ fn mistakes_in_shapes_are_named_too() {
     }
 }
 
+/// A map of 3 × 2 heights, 10 m apart, as the file that the scene lacks.
+const MAP: &str = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nnodata_value -1\n5 5 5\n5 5 -1\n";
+
+#[test]
+fn mistakes_in_landscapes_are_named() {
+    let cases = [
+        ("shape = \"heights\"\nfile = \"gone.asc\"", 25, "object[1].file cannot be used: 1 of 6 heights are missing"),
+        ("shape = \"heights\"\nfile = \"gone.tif\"", 25, "gone.tif does not exist"),
+        ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nbottom = 0", 23, "object[1].size is missing"),
+        ("shape = \"heights\"\nheights = [[1, 2], [1, 2]]\nsize = [1, 1, 1]", 23, "object[1].bottom is missing"),
+        ("shape = \"heights\"", 23, "object[1] needs either `heights` or `file`"),
+        (
+            "shape = \"heights\"\nfile = \"gone.asc\"\nfill = 5\ncrop = { centre = [50, 10], size = [20, 10] }",
+            27,
+            "object[1].crop reaches beyond the grid, which covers x = 5 to 25 m and y = 5 to 15 m",
+        ),
+        (
+            "shape = \"heights\"\nfile = \"gone.asc\"\nfill = 5\ncrop = { center = [15, 10], size = [20, 10] }",
+            27,
+            "unknown key `center` in object[1].crop",
+        ),
+        ("shape = \"heights\"\nfile = \"gone.asc\"\nfill = 5\ntolerance = -1", 27, "object[1].tolerance is -1 m"),
+        ("shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5", 23, "object[1].depth is missing"),
+        ("shape = \"snowpack\"\ndepth = 1", 23, "object[1] needs either `ground` or `heights`"),
+        ("shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = -1", 27, "object[1].depth is -1 m"),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texure = \"a.png\" }",
+            27,
+            "is no depth: write",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { texture = \"no.png\" }",
+            27,
+            "no.png does not exist",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.asc\"\nfill = 5\ndepth = { attribute = \"snow\" }",
+            27,
+            "object[1].depth is an attribute, but the ground is no mesh",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.ply\"\ndepth = { attribute = \"snow\" }",
+            26,
+            "depth.attribute is \"snow\", but gone.ply has only []",
+        ),
+        (
+            "shape = \"snowpack\"\nground = \"gone.ply\"\ndepth = { texture = \"no.png\" }",
+            26,
+            "depth.texture is \"no.png\", but gone.ply has no texture coordinates",
+        ),
+        ("shape = \"snowpack\"\nground = \"gone.ply\"\ndepth = 1\nfill = 2", 27, "has a mesh as ground"),
+        ("shape = \"snowpack\"\nground = \"gone.asc\"\npart = \"a\"\ndepth = 1", 26, "has no mesh as ground"),
+    ];
+    for (wrong, line, expected) in cases {
+        let message = landscape_mistake(&SCENE.replacen("mesh = \"gone.ply\"", wrong, 1));
+        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+        assert!(message.contains(expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+}
+
+#[test]
+fn mistakes_in_prints_are_named() {
+    let flat = "shape = \"heights\"\nsize = [1, 1, 1]\nbottom = -1\nheights = [[0, 0], [0, 0]]";
+    let hole = "type = \"hole\"\nposition = [0, 0]\nradius = 0.03\ndepth = 0.4\n";
+    let cases = [
+        ("type = \"pit\"\n".to_owned(), 30, "imprint[0].type is \"pit\", but must be one of hole, footprint"),
+        ("position = [0, 0]\n".to_owned(), 29, "object[1].imprint[0].type is missing"),
+        (hole.replace("0.03", "3e1"), 32, "imprint[0].radius is 30 m, but must lie in 0.001 to 10 m"),
+        (hole.replace("[0, 0]", "[0, 0.6]"), 31, "imprint[0].position is [0, 0.6], but must lie on the surface"),
+        (hole.replace("[0, 0]", "[0]"), 31, "must be a list of two numbers"),
+        (format!("{hole}taper_deg = 5\n"), 34, "taper_deg is 5 deg, which closes the hole above its depth"),
+        (format!("{hole}tread = 0.1\n"), 34, "unknown key `tread` in object[1].imprint[0]"),
+        ("type = \"footprint\"\nposition = [0, 0]\n".to_owned(), 29, "imprint[0].depth is missing"),
+        (
+            "type = \"footprint\"\nposition = [0, 0]\ndepth = 0.05\ntread = 0.06\n".to_owned(),
+            33,
+            "tread is 0.06 m, but must lie in 0 to 0.05 m",
+        ),
+    ];
+    let scene = |shape: &str, imprint: &str| {
+        let scene = SCENE.replacen("mesh = \"gone.ply\"", shape, 1);
+        scene.replacen("[integrator]", &format!("[[object.imprint]]\n{imprint}[integrator]"), 1)
+    };
+    for (wrong, line, expected) in cases {
+        let message = landscape_mistake(&scene(flat, &wrong));
+        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+        assert!(message.contains(expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+    let message = landscape_mistake(&scene("shape = \"sphere\"\nradius = 1", hole));
+    assert!(message.contains("object[1].imprint needs a surface of heights"), "{message}");
+}
+
+/// The mistake of a scene beside a map and a mesh.
+fn landscape_mistake(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("gone.asc"), MAP).unwrap();
+    std::fs::write(folder.path().join("gone.ply"), PLY).unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    Scene::load(&path, &analytic_table()).unwrap_err().to_string()
+}
+
 /// Replaces something right by something wrong, and looks for the line and the words of the complaint.
 fn check_mistake((right, wrong, line, expected): (&str, &str, usize, &str)) {
     let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY)).unwrap_err();
@@ -406,6 +508,43 @@ shape = "drift"
 size = [3, 2, 0.2]
 mounds = [[0, 0, 0.3, 0.5]]
 material = "a"
+[[object]]
+shape = "heights"
+file = "map.tif"
+crop = { centre = [600000, 5200000], size = [100, 100] }
+fill = 1200
+tolerance = 0.1
+material = "a"
+[[object]]
+shape = "snowpack"
+ground = "map.tif"
+depth = { texture = "depth.png", range = [0, 2] }
+gap = 0.01
+datum = 1000
+material = "c"
+[[object.imprint]]
+type = "hole"
+position = [1, 2]
+radius = 0.03
+depth = 0.4
+rim = 0.01
+[[object.imprint]]
+type = "footprint"
+position = [1, 3]
+depth = 0.1
+foot = "left"
+[[object]]
+shape = "snowpack"
+heights = [[0, 1], [2, 3]]
+size = [1, 1, 1]
+depth = 0.8
+material = "c"
+[[object]]
+shape = "snowpack"
+ground = "ground.obj"
+part = "hill"
+depth = { attribute = "red" }
+material = "c"
 [[object]]
 shape = "igloo"
 courses = 4

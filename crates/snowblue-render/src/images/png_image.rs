@@ -7,6 +7,9 @@ use png::{BitDepth, ColorType, Transformations};
 use crate::error::RenderError;
 use crate::files::{NamedFile, check_formats};
 
+/// Most pixels of an image: those of 16,384 × 16,384.
+const MOST_PIXELS: u64 = 1 << 28;
+
 /// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PngImage {
@@ -34,6 +37,10 @@ impl PngImage {
         let mut decoder = png::Decoder::new(png);
         decoder.set_transformations(Transformations::EXPAND);
         let mut reader = decoder.read_info().map_err(malformed)?;
+        let (width, height) = reader.info().size();
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            return Err(format!("the image is {width} × {height}, but must have at most {MOST_PIXELS} pixels"));
+        }
         let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
         let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
         bytes.truncate(frame.buffer_size());
@@ -113,6 +120,16 @@ mod tests {
         }
         let deep = PngImage::read(png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
+    }
+
+    #[test]
+    fn a_header_of_too_many_pixels_is_refused() {
+        let mut wide = Vec::new();
+        let mut encoder = png::Encoder::new(&mut wide, 0x7fff_0000, 0x7fff_0000);
+        encoder.set_color(ColorType::Grayscale);
+        drop(encoder.write_header().unwrap());
+        let message = PngImage::read(Cursor::new(wide)).unwrap_err();
+        assert!(message.contains("but must have at most 268435456 pixels"), "{message}");
     }
 
     #[test]

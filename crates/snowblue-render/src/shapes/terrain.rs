@@ -66,13 +66,21 @@ pub(crate) struct SnowCover {
 pub(crate) enum Depth {
     /// The same everywhere, in m.
     Uniform(f64),
-    /// By an image, from edge to edge of the ground.
-    Varying {
-        /// Values on a grid.
-        values: Heights,
-        /// Depths where the value is 0 and where it is 1, in m.
-        range_m: [f64; 2],
-    },
+    /// By an image.
+    Varying(DepthImage),
+}
+
+/// Depths by an image.
+#[derive(Debug)]
+pub(crate) struct DepthImage {
+    /// Values on a grid.
+    pub(crate) values: Heights,
+    /// Depths where the value is 0 and where it is 1, in m.
+    pub(crate) range_m: [f64; 2],
+    /// Where the ground begins at its far left, in cells of the grid.
+    pub(crate) first: DVec2,
+    /// Lengths of the ground, in cells of the grid.
+    pub(crate) span: DVec2,
 }
 
 /// The underside and the surface of a solid at a position, in m; equal where there is no solid.
@@ -84,14 +92,27 @@ struct Levels {
 
 impl Depth {
     /// The depth in m at a fraction of the way from left to right and from near to far.
-    pub(crate) fn at(&self, uv: DVec2) -> f64 {
+    fn at(&self, uv: DVec2) -> f64 {
         match self {
             Self::Uniform(depth_m) => *depth_m,
-            Self::Varying { values, range_m: [from_m, to_m] } => {
-                let cells = DVec2::new((values.columns() - 1) as f64, (values.rows() - 1) as f64);
-                from_m + values.at(DVec2::new(uv.x, 1.0 - uv.y) * cells) * (to_m - from_m)
-            }
+            Self::Varying(image) => image.at(uv),
         }
+    }
+}
+
+impl DepthImage {
+    /// An image that covers the ground from edge to edge.
+    pub(crate) fn from_edge_to_edge(values: Heights, range_m: [f64; 2]) -> Self {
+        let span = DVec2::new((values.columns() - 1) as f64, (values.rows() - 1) as f64);
+        Self { values, range_m, first: DVec2::ZERO, span }
+    }
+
+    /// The depth in m at a fraction of the way from left to right and from near to far.
+    pub(crate) fn at(&self, uv: DVec2) -> f64 {
+        let most = DVec2::new((self.values.columns() - 1) as f64, (self.values.rows() - 1) as f64);
+        let place = self.first + DVec2::new(uv.x, 1.0 - uv.y) * self.span;
+        let [from_m, to_m] = self.range_m;
+        from_m + self.values.at(place.clamp(DVec2::ZERO, most)) * (to_m - from_m)
     }
 }
 
@@ -180,16 +201,19 @@ impl<'a> Refinement<'a> {
         let longer = terrain.heights.columns().max(terrain.heights.rows()) - 1;
         // Depths may be finer than the heights.
         let finer = match &terrain.filling {
-            Filling::Snow(SnowCover { depth: Depth::Varying { values, .. }, .. }) => {
-                let ratio = |depths: usize, heights: usize| (depths - 1).div_ceil(heights - 1);
-                ratio(values.columns(), terrain.heights.columns()).max(ratio(values.rows(), terrain.heights.rows()))
+            Filling::Snow(SnowCover { depth: Depth::Varying(image), .. }) => {
+                (image.span * terrain.cell_m / terrain.size_m()).max_element()
             }
-            _ => 1,
+            _ => 1.0,
         };
-        let per_cell = finer.next_power_of_two();
+        let mut per_cell = 1;
+        while (per_cell as f64) < finer - 1e-6 {
+            per_cell *= 2;
+        }
         if longer * per_cell > GREATEST_LATTICE && per_cell > 1 {
             return Err(format!(
-                "has depths on a grid {per_cell} times as fine as that of the ground, which is too fine"
+                "has depths on a grid {finer} times as fine as that of the ground; at most {GREATEST_LATTICE} of its \
+                 cells may lie side by side"
             ));
         }
         // Prints need smaller cells still.
@@ -216,7 +240,7 @@ impl<'a> Refinement<'a> {
         let per_grid_cell = index(per_cell) * per_lattice_cell;
         let units = f64::from(per_grid_cell);
         let reach = |imprint: &Imprint| {
-            let middle = (imprint.centre_m - terrain.far_left_m) * DVec2::new(1.0, -1.0) / terrain.cell_m;
+            let middle = (imprint.centre_m() - terrain.far_left_m) * DVec2::new(1.0, -1.0) / terrain.cell_m;
             let half = DVec2::splat(imprint.reach_m()) / terrain.cell_m;
             [(middle - half) * units, (middle + half) * units]
         };
@@ -388,8 +412,7 @@ fn edge_of(side: Side) -> [CellPoint; 2] {
     }
 }
 
-/// The triangles of a cell, counter-clockwise as seen from above; of each side, `halved` says whether it has a corner in
-/// its middle.
+/// The triangles of a cell, counter-clockwise as seen from above; for each side, whether it has a corner in its middle.
 ///
 /// The diagonal from far left to near right always divides the cell, as it divides the cells of the grid.
 fn triangles_of([far, right, near, left]: [bool; 4]) -> ArrayVec<[CellPoint; 3], 6> {
@@ -469,5 +492,176 @@ impl Planes {
         let (weights, plane) = best;
         let sum = |level: fn(&Levels) -> f64| weights.iter().zip(&plane.levels).map(|(w, one)| w * level(one)).sum();
         Levels { bottom_m: sum(|one| one.bottom_m), top_m: sum(|one| one.top_m) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use glam::{DAffine3, Vec3A};
+
+    use super::*;
+    use crate::geometry::mesh_bvh::MeshBvh;
+    use crate::geometry::ray::Ray;
+    use crate::geometry::transform::Transform;
+    use crate::mesh_tools::topology::{Topology, volume};
+    use crate::shapes::imprint::{Foot, ImprintKind, Sole, Wall};
+
+    /// Heights by a function of x and y, about the origin.
+    fn terrain(points: [usize; 2], cell_m: f64, filling: Filling, height_m: impl Fn(DVec2) -> f64) -> Terrain {
+        let cells = DVec2::new((points[0] - 1) as f64, (points[1] - 1) as f64);
+        let far_left_m = 0.5 * cell_m * cells * DVec2::new(-1.0, 1.0);
+        let place = |at: usize| DVec2::new((at % points[0]) as f64, -((at / points[0]) as f64));
+        let height = |at: usize| narrow(height_m(far_left_m + cell_m * place(at)));
+        let heights = Heights::new(points[0], (0..points[0] * points[1]).map(height).collect()).unwrap();
+        Terrain { heights, far_left_m, cell_m: DVec2::splat(cell_m), filling, imprints: Vec::new() }
+    }
+
+    fn snow(depth: Depth) -> Filling {
+        Filling::Snow(SnowCover { depth, gap_m: 0.001, least_depth_m: 0.001 })
+    }
+
+    /// Closed, of one orientation, without cracks, T-junctions or doubled vertices.
+    fn check_closed(solid: &TriangleMesh) {
+        let topology = Topology::of(solid);
+        assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
+        assert_eq!((topology.merged_vertices, topology.degenerate_triangles), (0, 0), "{topology:?}");
+    }
+
+    fn hole(x: f64, y: f64, radius_m: f64, depth_m: f64) -> Imprint {
+        let wall = Wall { width_m: depth_m * 2.0f64.to_radians().tan(), rim_m: 0.0, rim_width_m: 0.1 };
+        Imprint::new(DVec2::new(x, y), ImprintKind::Hole { radius_m, depth_m }, wall)
+    }
+
+    fn hills_m(position: DVec2) -> f64 {
+        2.0 * (TAU * position.x / 40.0).cos() * (TAU * position.y / 20.0).cos()
+    }
+
+    #[test]
+    fn snow_has_the_volume_of_its_plan_times_its_depth() {
+        let slope_m = |position: DVec2| 0.3 * position.x - 0.1 * position.y;
+        let flat = terrain([9, 6], 0.5, snow(Depth::Uniform(0.8)), |_| 3.0).solid(0.0).unwrap();
+        let sloping = terrain([9, 6], 0.5, snow(Depth::Uniform(0.8)), slope_m).solid(0.0).unwrap();
+        for solid in [&flat, &sloping] {
+            check_closed(solid);
+            // Coordinates up to 4 m are rounded by 2e-7 m.
+            assert!((volume(solid) - 4.0 * 2.5 * 0.8).abs() < 1e-5, "{}", volume(solid));
+            // Each of 8 × 5 cells would have two above and below, and each of 26 at the edge two.
+            assert!(solid.indices.len() < (4 * 40 + 2 * 26) * 2 / 3, "{} triangles", solid.indices.len());
+        }
+        assert!((flat.positions.iter().map(|vertex| vertex.z).fold(0.0, f32::max) - 3.801).abs() < 1e-6);
+    }
+
+    #[test]
+    fn hills_keep_their_volume_and_their_heights_within_the_tolerance() {
+        let hills = terrain([321, 161], 0.25, Filling::Below(-3.0), hills_m);
+        let exact = hills.solid(0.0).unwrap();
+        let coarse = hills.solid(0.05).unwrap();
+        for solid in [&exact, &coarse] {
+            check_closed(solid);
+        }
+        // The mean height over whole waves is 0.
+        let whole_m3 = 80.0 * 40.0 * 3.0;
+        assert!((volume(&exact) - whole_m3).abs() < 1e-5 * whole_m3, "{}", volume(&exact));
+        assert!((volume(&coarse) - whole_m3).abs() < 0.05 * 80.0 * 40.0);
+        assert_eq!(exact.indices.len(), 4 * 320 * 160 + 4 * (320 + 160));
+        assert!(coarse.indices.len() < exact.indices.len() / 10, "{} triangles", coarse.indices.len());
+        let mesh = MeshBvh::new(coarse);
+        for row in 0..161u16 {
+            for column in 0..321u16 {
+                let position = DVec2::new(f64::from(column) * 0.25 - 40.0, 20.0 - f64::from(row) * 0.25);
+                // A little inwards, so that lines do not miss the edge; slopes are below 0.7.
+                let origin = Vec3A::new(narrow(0.9999 * position.x), narrow(0.9999 * position.y), 10.0);
+                let hit = mesh.first_hit(&Ray { origin, direction: Vec3A::NEG_Z }, f32::INFINITY).unwrap();
+                let error_m = f64::from(hit.point.z) - hills_m(position);
+                assert!(error_m.abs() < 0.05 + 0.7 * 0.005, "{position}: {error_m}");
+            }
+        }
+    }
+
+    #[test]
+    fn there_is_no_solid_where_there_is_no_snow() {
+        // A drift map finer than the ground: snow on the left half, in steps of 1/8 m.
+        let value = |at: usize| if at % 17 < 8 { 1.0 } else { 0.0 };
+        let values = Heights::new(17, (0..17 * 9).map(value).collect()).unwrap();
+        let ground = |depth: Depth| terrain([5, 3], 0.5, snow(depth), |position| 0.1 * position.x);
+        let solid = ground(Depth::Varying(DepthImage::from_edge_to_edge(values, [0.0, 0.4]))).solid(0.0).unwrap();
+        check_closed(&solid);
+        // To x = −1/8 m the whole depth, over the next 1/8 m half of it; the snow is 1 m wide.
+        assert!((volume(&solid) - 0.4 * (0.875 + 0.125 / 2.0)).abs() < 1e-5, "{}", volume(&solid));
+        let far_right = solid.positions.iter().map(|vertex| vertex.x).fold(f32::NEG_INFINITY, f32::max);
+        assert!(far_right.abs() < 1e-6);
+        let none = Heights::new(2, vec![0.0; 4]).unwrap();
+        let message = ground(Depth::Varying(DepthImage::from_edge_to_edge(none, [0.0, 0.4]))).solid(0.0).unwrap_err();
+        assert_eq!(message, "has no snow anywhere");
+    }
+
+    #[test]
+    fn a_hole_takes_the_volume_of_its_cone_out_of_the_snow() {
+        let mut land = terrain([5, 5], 0.5, snow(Depth::Uniform(0.8)), |_| 0.0);
+        let whole_m3 = volume(&land.solid(0.0).unwrap());
+        land.imprints = vec![hole(0.13, -0.21, 0.03, 0.4)];
+        let solid = land.solid(0.0).unwrap();
+        check_closed(&solid);
+        let below_m = 0.03 - 0.4 * 2.0f64.to_radians().tan();
+        let cone_m3 = PI * 0.4 / 3.0 * (0.03f64.powi(2) + 0.03 * below_m + below_m.powi(2));
+        // The wall lies within a 25th of the radius of 3 cm: 8 % of the volume at most, and less on average.
+        let taken_m3 = whole_m3 - volume(&solid);
+        assert!((taken_m3 / cone_m3 - 1.0).abs() < 0.04, "{taken_m3} m³ of {cone_m3} m³");
+        // The undisturbed surface is the one without the hole.
+        assert!((land.undisturbed_m(DVec2::new(0.13, -0.21)).unwrap() - 0.801).abs() < 1e-9);
+        assert_eq!(land.undisturbed_m(DVec2::new(1.01, 0.0)), None);
+    }
+
+    #[test]
+    fn a_hole_deeper_than_the_snow_ends_on_the_ground() {
+        let mut land = terrain([2, 2], 2.0, snow(Depth::Uniform(0.2)), |_| 0.0);
+        land.imprints = vec![hole(0.0, 0.0, 0.05, 0.5)];
+        let solid = land.solid(0.0).unwrap();
+        check_closed(&solid);
+        let mesh = MeshBvh::new(solid);
+        let down = |x: f32| {
+            let ray = Ray { origin: Vec3A::new(x, 0.003, 1.0), direction: Vec3A::NEG_Z };
+            mesh.first_hit(&ray, f32::INFINITY).map(|hit| hit.point.z)
+        };
+        assert_eq!(down(0.0), None);
+        assert!((down(0.2).unwrap() - 0.201).abs() < 1e-6);
+    }
+
+    #[test]
+    fn prints_lie_within_their_tolerance() {
+        let mut land = terrain([21, 21], 0.1, Filling::Below(-0.5), |position| 0.02 * (7.0 * position.x).sin());
+        let wall = Wall { width_m: 0.011, rim_m: 0.01, rim_width_m: 0.05 };
+        let sole = Sole::new(30.0, 0.3, [0.08, 0.06], 0.004, Foot::Left);
+        land.imprints =
+            vec![Imprint::new(DVec2::new(-0.4, 0.3), ImprintKind::Footprint(sole), wall), hole(0.5, -0.5, 0.025, 0.3)];
+        let solid = land.solid(0.0).unwrap();
+        check_closed(&solid);
+        assert!(solid.indices.len() < 300_000, "{} triangles", solid.indices.len());
+        let mesh = MeshBvh::new(solid);
+        let identity = Transform::new(&DAffine3::IDENTITY).unwrap();
+        for imprint in &land.imprints {
+            let mut far = 0;
+            for k in 0..200u16 * 200 {
+                let within = DVec2::new(f64::from(k % 200) + 0.31, f64::from(k / 200) + 0.77) / 100.0 - 1.0;
+                let position_m = imprint.centre_m() + within * imprint.reach_m();
+                let place = (position_m - land.far_left_m) * DVec2::new(1.0, -1.0) / land.cell_m;
+                let point = position_m.extend(land.levels(place, &land.imprints).top_m).as_vec3a();
+                far += u32::from(!mesh.is_near(&identity, point, narrow(imprint.tolerance_m())));
+            }
+            // The tolerance is checked at some points of each triangle only.
+            assert!(far < 40, "{far} of 40000 points are farther away");
+        }
+    }
+
+    #[test]
+    fn surfaces_without_room_are_refused() {
+        let low = terrain([3, 3], 1.0, Filling::Below(0.5), |position| 1.0 + 0.6 * position.x);
+        assert_eq!(low.solid(0.0).unwrap_err(), "bottom is 0.5 m, but must lie below the least height of 0.4 m");
+        let mut wide = terrain([4001, 3], 30.0, Filling::Below(-1.0), |_| 0.0);
+        wide.imprints = vec![hole(0.0, 0.0, 0.02, 0.1)];
+        let message = wide.solid(0.0).unwrap_err();
+        assert!(message.contains("is 120000 m wide") && message.contains("imprint 0 needs 0.01 m"), "{message}");
     }
 }

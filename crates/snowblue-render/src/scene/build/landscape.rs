@@ -21,7 +21,7 @@ use crate::shapes::drift::{Mound, drift, drift_heights};
 use crate::shapes::height_field::Heights;
 use crate::shapes::imprint::{Foot, Imprint, ImprintKind, Sole, Wall};
 use crate::shapes::snow_on_mesh::snow_on_mesh;
-use crate::shapes::terrain::{Depth, Filling, SnowCover, Terrain};
+use crate::shapes::terrain::{Depth, DepthImage, Filling, SnowCover, Terrain};
 
 /// Default tolerance of the triangles of a map, in distances between two heights.
 const TOLERANCE_OF_CELL: f64 = 0.05;
@@ -52,8 +52,8 @@ struct PlacedGrid {
     far_left_m: DVec2,
     cell_m: DVec2,
     tolerance_m: f64,
-    /// Whether the file says where they lie.
-    is_map: bool,
+    /// The object's origin in the coordinates of the file, if that says where its heights lie.
+    origin_on_map_m: Option<DVec2>,
 }
 
 /// A solid below heights.
@@ -85,7 +85,7 @@ pub(super) fn height_field(
     let longer_m = placed.size_m().max_element();
     let bottom_m = match bottom {
         Some(bottom) => f64::from(narrow(*bottom)),
-        None if placed.is_map => f64::from(placed.least_m()) - BOTTOM_OF_SIDE * longer_m,
+        None if placed.origin_on_map_m.is_some() => f64::from(placed.least_m()) - BOTTOM_OF_SIDE * longer_m,
         None => return Err(is_missing().into()),
     };
     let tolerance_m = placed.tolerance_m;
@@ -119,7 +119,7 @@ pub(super) fn drift_land(
         cell_m: size_m.truncate() / cells,
         heights,
         tolerance_m: 0.0,
-        is_map: false,
+        origin_on_map_m: None,
     };
     let terrain = placed.terrain(path, Filling::Below(-size_m.z), imprints)?;
     land(terrain, 0.0).map_err(|reason| match reason.strip_prefix("bottom ") {
@@ -148,7 +148,7 @@ pub(super) fn snowpack(
     let placed = place(path, &key, grid, settings)?;
     let tolerance_m = placed.tolerance_m;
     let cover = SnowCover {
-        depth: depth(&path.key("depth"), &description.depth, sources)?,
+        depth: depth(&path.key("depth"), &description.depth, &placed, sources)?,
         gap_m: description.gap.unwrap_or(GAP_M + 2.0 * tolerance_m + GAP_OF_SIDE * placed.size_m().max_element()),
         least_depth_m: description.least_depth,
     };
@@ -247,7 +247,6 @@ fn place(
         (None, Some(georeference)) => (georeference, 1.0),
         (None, None) => return Err(path.key("size").error("is missing, and the file does not say it")),
     };
-    let is_map = settings.size.is_none();
     let Georeference { far_left_m, cell_m } = georeference;
     let (grid, far_left_m, origin_m) = match settings.crop {
         None => (grid, far_left_m, far_left_m + 0.5 * cells * cell_m * DVec2::new(1.0, -1.0)),
@@ -261,30 +260,60 @@ fn place(
     let heights = heights_of(filled(grid, settings.fill, key)?, key)?;
     let far_left_m = far_left_m - origin_m;
     let of_origin = || heights.at(-far_left_m * DVec2::new(1.0, -1.0) / cell_m);
+    let is_map = settings.size.is_none();
     let datum_m = settings.datum.unwrap_or_else(|| if is_map { of_origin() } else { 0.0 });
     Ok(PlacedGrid {
         heights: heights.scaled(narrow(height_scale)).lowered(datum_m),
         far_left_m,
         cell_m,
         tolerance_m: settings.tolerance.unwrap_or(if is_map { TOLERANCE_OF_CELL * cell_m.min_element() } else { 0.0 }),
-        is_map,
+        origin_on_map_m: is_map.then_some(origin_m),
     })
 }
 
 /// The depth of snow on heights.
-fn depth(path: &KeyPath, description: &DepthDescription, sources: &Sources) -> Result<Depth, RenderError> {
+fn depth(
+    path: &KeyPath,
+    description: &DepthDescription,
+    ground: &PlacedGrid,
+    sources: &Sources,
+) -> Result<Depth, RenderError> {
     match description {
+        DepthDescription::Uniform(depth) => Ok(Depth::Uniform(*depth)),
+        DepthDescription::Attribute { .. } => Err(path.error("is an attribute, but the ground has none").into()),
         DepthDescription::Texture { texture, range } => {
             let path = path.key("texture");
             let grid = read_grid(&path, texture, sources)?;
-            let wrong = |reason: String| path.error(format!("is \"{texture}\": {reason}"));
-            let grid = grid.filled(None).map_err(wrong)?;
-            let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
-            Ok(Depth::Varying { values, range_m: *range })
+            let (place, origin_m) = (grid.georeference, ground.origin_on_map_m);
+            let mut depth = depth_of_grid(&path, texture, grid, *range)?;
+            // A map of depths on a map of heights lies in its place.
+            if let (Some(Georeference { far_left_m, cell_m }), Some(origin_m)) = (place, origin_m) {
+                let to_cells = DVec2::new(1.0, -1.0) / cell_m;
+                depth.first = (origin_m + ground.far_left_m - far_left_m) * to_cells;
+                depth.span = ground.size_m() / cell_m;
+                let last = depth.first + depth.span;
+                let most = DVec2::new((depth.values.columns() - 1) as f64, (depth.values.rows() - 1) as f64);
+                // Half a cell of either map is not covered at its edge.
+                if depth.first.cmplt(DVec2::splat(-1.0)).any() || last.cmpgt(most + 1.0).any() {
+                    return Err(path.error(format!("is \"{texture}\", which does not cover the ground")).into());
+                }
+            }
+            Ok(Depth::Varying(depth))
         }
-        DepthDescription::Uniform(depth) => Ok(Depth::Uniform(*depth)),
-        DepthDescription::Attribute { .. } => Err(path.error("is an attribute, but the ground has none").into()),
     }
+}
+
+/// Depths from edge to edge of an image.
+fn depth_of_grid(
+    path: &KeyPath,
+    file: &str,
+    grid: HeightGrid,
+    range_m: [f64; 2],
+) -> Result<DepthImage, DescriptionError> {
+    let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
+    let grid = grid.filled(None).map_err(wrong)?;
+    let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;
+    Ok(DepthImage::from_edge_to_edge(values, range_m))
 }
 
 /// A mesh that snow lies on.
@@ -329,11 +358,12 @@ fn snow_on_mesh_file(
             let reason = format!("is \"{texture}\", but {file} has no texture coordinates");
             return Err(path.key("depth").key("texture").error(reason).into());
         }
-        other => {
-            let depth = depth(&path.key("depth"), other, sources)?;
-            let within = |uv: DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
-            snow_on_mesh(&mesh, gap_m, |_, uv| at_least(depth.at(within(uv)), least_m))
+        DepthDescription::Texture { texture, range } => {
+            let path = path.key("depth").key("texture");
+            let image = depth_of_grid(&path, texture, read_grid(&path, texture, sources)?, *range)?;
+            snow_on_mesh(&mesh, gap_m, |_, uv| at_least(image.at(uv), least_m))
         }
+        DepthDescription::Uniform(depth_m) => snow_on_mesh(&mesh, gap_m, |_, _| *depth_m),
     };
     Ok(solid.map_err(wrong)?)
 }
@@ -352,11 +382,8 @@ fn imprint(description: &ImprintDescription) -> Imprint {
     match description {
         ImprintDescription::Hole(hole) => {
             let HoleDescription { position, radius, depth, taper_deg, rim, rim_width } = *hole;
-            Imprint {
-                centre_m: position.into(),
-                kind: ImprintKind::Hole { radius_m: radius, depth_m: depth },
-                wall: wall(depth, taper_deg, rim, rim_width.unwrap_or(2.0 * radius)),
-            }
+            let kind = ImprintKind::Hole { radius_m: radius, depth_m: depth };
+            Imprint::new(position.into(), kind, wall(depth, taper_deg, rim, rim_width.unwrap_or(2.0 * radius)))
         }
         ImprintDescription::Footprint(footprint) => {
             let FootprintDescription { position, heading_deg, foot, length, depth, toe_depth, tread, .. } = *footprint;
@@ -366,11 +393,9 @@ fn imprint(description: &ImprintDescription) -> Imprint {
                 FootDescription::Right => Foot::Right,
             };
             let rim_width = footprint.rim_width.unwrap_or(length / 6.0);
-            Imprint {
-                centre_m: position.into(),
-                kind: ImprintKind::Footprint(Sole::new(heading_deg, length, depths_m, tread, foot)),
-                wall: wall(depths_m[0].max(depths_m[1]), footprint.taper_deg, footprint.rim, rim_width),
-            }
+            let wall = wall(depths_m[0].max(depths_m[1]), footprint.taper_deg, footprint.rim, rim_width);
+            let sole = Sole::new(heading_deg, length, depths_m, tread, foot);
+            Imprint::new(position.into(), ImprintKind::Footprint(sole), wall)
         }
     }
 }

@@ -36,7 +36,13 @@
 //!                          # sun = { towards = [x, y, z] }, { elevation_deg, azimuth_deg = 180 } or { latitude_deg,
 //!                          #   longitude_deg, date = "2026-02-01", time = "12:00", utc_offset_h = 0 }
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";
-//!                          # shape = "heights": size, bottom, heights = [[…], …] or file = "FILE.png" | "FILE.exr";
+//!                          # shape = "heights": bottom, heights = [[…], …] or file = "FILE.png" | "FILE.exr" |
+//!                          #   "FILE.asc" | "FILE.tif", and the keys of a grid: size (else the map's), datum, fill,
+//!                          #   crop = { centre, size }, tolerance;
+//!                          # shape = "snowpack": heights = [[…], …] or ground = "FILE.tif" | …, with the keys of a
+//!                          #   grid, or ground = "FILE.ply" | … with part, up;
+//!                          #   depth = 0.8 | { texture = "FILE.png", range = [0, 1] } |
+//!                          #   { attribute = "NAME", range = [0, 1] }, least_depth = 0.001, gap;
 //!                          # shape = "drift": size (x, y, depth), mounds = [[x, y, height, radius], …],
 //!                          #   relief = 0, seed = 1;
 //!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
@@ -44,6 +50,12 @@
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
 //!                          #   smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
+//! [[object.imprint]]       # into heights, drift, and snowpack on heights:
+//!                          # type = "hole": position = [x, y], radius, depth, taper_deg = 2, rim = 0,
+//!                          #   rim_width = 2 radius
+//!                          # type = "footprint": position = [x, y], heading_deg = 0, foot = "right" | "left",
+//!                          #   length = 0.3, depth, toe_depth = depth, tread = 0.004, taper_deg = 8, rim = 0,
+//!                          #   rim_width = length / 6
 //! [keyframes]              # any of the keys above with several values, for a film: see below
 //! ```
 //!
@@ -53,11 +65,15 @@
 //! and is turned to z; `up` overrides this for single meshes. `part` is an object or group of an OBJ file, or a node or
 //! mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat ones. A glTF's materials are those of
 //! the scene file under the same names, and else diffuse, with their base colour. Heights, row by row from far to near,
-//! are multiplied by the third number of `size`; a level `bottom` closes the solid. A drift is snow of a depth below
-//! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Snow objects of one `body` are
-//! one solid. Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above
-//! the horizon. Below the horizon the sky is dark. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
-//! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
+//! are multiplied by the third number of `size`; a level `bottom` closes the solid. On a georeferenced map, x is east
+//! and y is north, the origin is the middle of the map or of `crop`, and the height there lies at z = 0 unless `datum`
+//! says another. Snow of a depth lies on ground that is another object. Prints are pressed into surfaces of heights. A
+//! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
+//! Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
+//! shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
+//!
+//! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
+//! horizon. Below the horizon the sky is dark.
 //!
 //! **Keyframes.** `camera.position = [[0, -3, 1], [1, -2, 1]]` in `[keyframes]` moves the camera from the first frame
 //! of a film to the last, `light.0.radiance_w_m2_sr = { at = [0, 0.25, 1], values = [0, 5, 5] }` switches on the first
