@@ -21,5 +21,5 @@ pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;
 pub use source::VolumeSource;
-pub use spectral_nodes::{GROUP, SpectralNodes};
+pub use spectral_nodes::{GROUP, LayerSpectrum, SpectralNodes};
 pub use system::Diffusion;

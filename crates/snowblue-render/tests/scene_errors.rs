@@ -312,7 +312,7 @@ fn a_description_can_be_changed_and_is_checked_again() {
     assert_eq!(scene.film().exposure, Exposure::Stops(2.0));
     let path_modes = scene.materials().iter().filter_map(|material| match material {
         Material::PcaSnow(snow) => Some(snow.path),
-        Material::Diffuse(_) => None,
+        Material::Diffuse(_) | Material::LayeredSnow(_) => None,
     });
     assert_eq!(path_modes.collect::<Vec<_>>(), [PathMode::View]);
     file.description.integrator.samples_per_pixel = 0;
