@@ -52,3 +52,22 @@ impl SnowOptics {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use snowblue_transport::SnowType;
+
+    use super::*;
+
+    /// A body of several kinds of snow has one extrapolation length: another kind is wrong as if it were thicker or
+    /// thinner by .01 ℓ*.
+    #[test]
+    fn kinds_of_snow_have_nearly_the_same_extrapolation_length() {
+        for kind in SnowType::ALL {
+            let optics = SnowOptics::new(&kind.sample().unwrap(), &[550.0], 1 << 14).unwrap();
+            let extrapolation = optics.half_space.extrapolation();
+            eprintln!("{kind} {extrapolation}");
+            assert!((extrapolation - 0.714).abs() < 0.01, "{kind}: {extrapolation}");
+        }
+    }
+}

@@ -100,7 +100,10 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
             for k in 0..SAMPLES {
                 let (t, r) = (known[k].whole.transmittance.value, known[k].whole.reflectance.value);
                 let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
-                eprintln!("{name} {angle_deg} {k}: {t:.5} {r:.5} {:+.4} {:+.4}", errors[0], errors[1]);
+                // Half a percent of diffusion. In the crust of 500 ng/g of soot light is absorbed before it is diffuse,
+                // which the functions of the surface leave out: 1.3 %.
+                let allowed = if name == "soot" { 0.015 } else { 0.005 };
+                assert!(errors.iter().all(|error| error.abs() < allowed), "{name} {angle_deg}° {k}: {errors:?}");
             }
         }
     }
@@ -123,12 +126,10 @@ fn walks_in_layers_agree_with_diffusion() {
         for (face, (field, walks)) in found[0].iter().zip(&found[1]).enumerate() {
             for (view, (field, walks)) in field.iter().zip(walks).enumerate() {
                 for k in [0, 5, 15, 30] {
-                    eprintln!(
-                        "{name} {face} {view} {k}: {} {} {:+.4}",
-                        field.0[k],
-                        walks.0[k],
-                        walks.0[k] / field.0[k] - 1.0
-                    );
+                    // Walks have the index of ice at the middle wavelength, which makes 1.7 % at 400 nm; 2048 of them
+                    // have a noise of up to .5 %.
+                    let error = walks.0[k] / field.0[k] - 1.0;
+                    assert!(error.abs() < 0.025, "{name} {face} {view} {k}: {error}");
                 }
             }
         }
@@ -185,14 +186,13 @@ fn layers_lie_below_the_surface_or_a_height() {
     };
     let text = format!("[environment]\nradiance_w_m2_sr = 1\n{}{}", step(-0.1, 0.1), step(0.1, 0.0));
     for integrator in ["diffusion", "hybrid"] {
-        for (top, depths) in [("\"surface\"", [0.1, 0.0]), ("0.05", [0.05, 0.05])] {
+        for (top, depths) in [("\"surface\"", [0.1, 0.0]), ("0", [0.0, 0.0])] {
             let mut scene = layered(integrator, &pack, top, &text);
             scene.set_samples_per_pixel(16);
             for (x, top_m) in [-0.1, 0.1].into_iter().zip(depths) {
                 for (depth_m, is_dark) in [(0.033, false), (0.044, true), (0.056, true), (0.067, false)] {
                     let at = Vec3A::new(x, -0.1, top_m - depth_m);
                     let seen = radiance(&mut scene, at - Vec3A::Y, at).0[15];
-                    eprintln!("{integrator} {top} {x} {depth_m}: {seen}");
                     assert_eq!(seen < 0.6, is_dark, "{integrator} {top} {x} {depth_m}: {seen}");
                 }
             }
@@ -232,7 +232,7 @@ fn mistakes_are_named() {
             "hybrid",
             &format!("{keys}grain_size_um = 400\n"),
             Some(good),
-            "scene.toml:11: material.snow has either `layers` or `grain_size_um`, not both",
+            "scene.toml:14: material.snow has either `layers` or `grain_size_um`, not both",
         ),
         (
             "hybrid",
