@@ -364,7 +364,7 @@ impl<'a> PreparedBody<'a> {
         };
         let options = GridOptions { step_m: step_m.map_err(|error| error.to_string())?, shift: DVec3::ZERO };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
-        // The extrapolation lengths of kinds of snow differ by less than 1 %.
+        // The extrapolation lengths of kinds of snow differ by less than .002.
         let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
         drop(of_cell);
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, before: None })
