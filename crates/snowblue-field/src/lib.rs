@@ -25,5 +25,5 @@ pub use plan::{FieldError, Survey};
 pub use scan::SurfaceElement;
 pub use sizes::{CellSizes, SizeLimits, SizesByDistance};
 pub use source::VolumeSource;
-pub use spectral_nodes::{GROUP, SpectralNodes};
+pub use spectral_nodes::{GROUP, LayerSpectrum, SpectralNodes};
 pub use system::Diffusion;

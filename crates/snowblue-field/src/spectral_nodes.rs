@@ -3,11 +3,28 @@
 //! At any place the logarithm of the fluence rate, over ℓ* and the spectrum of the light that enters, is a smooth
 //! and even function of √μ_a, since light decays over a distance as e^{−√(3 μ_a/ℓ*) z}. A cubic spline through a few
 //! nodes at equal distances in √μ_a, and through their mirror images at −√μ_a, gives all wavelengths.
+//!
+//! In snow of layers the light depends on the absorption of each. Soot in one layer absorbs blue light more than red,
+//! and ice the other way round, so that two wavelengths may have the same mean of μ_a and not the same light. But from
+//! one wavelength to the next, the point with the coordinates √(wμ_a) of all layers, w the share of a layer in the
+//! thickness, moves along a smooth curve. Its length from the origin on takes the place of √μ_a. Where the layers are
+//! the same and absorb more at each wavelength than at the one before, it is √μ_a.
 
 use wide::f32x4;
 
 /// Wavelengths of a group.
 pub const GROUP: usize = 4;
+
+/// A layer of snow at some wavelengths. Its thickness is that in a typical vertical through a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerSpectrum<'a> {
+    /// Transport mean free paths, in m.
+    pub transport_lengths_m: &'a [f64],
+    /// Absorption coefficients, in 1/m.
+    pub absorption_per_m: &'a [f64],
+    /// Thickness, in m.
+    pub thickness_m: f64,
+}
 
 /// Nodes among some wavelengths.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,15 +36,9 @@ pub struct SpectralNodes {
 }
 
 impl SpectralNodes {
-    /// Chooses nodes in `groups` groups of four for the absorption coefficients of all wavelengths, in 1/m. Some
-    /// wavelength may serve as several nodes if there are few.
-    ///
-    /// # Panics
-    ///
-    /// If there is no wavelength.
-    #[must_use]
-    pub fn new(absorption_per_m: &[f64], groups: usize) -> Self {
-        let roots: Vec<f64> = absorption_per_m.iter().map(|absorption| absorption.sqrt()).collect();
+    /// Chooses nodes in `groups` groups of four for all wavelengths, by their √μ_a. Some wavelength may serve as several
+    /// nodes if there are few.
+    fn new(roots: &[f64], groups: usize) -> Self {
         let mut order: Vec<usize> = (0..roots.len()).collect();
         order.sort_by(|a, b| roots[*a].total_cmp(&roots[*b]));
         let (least, greatest) = (roots[order[0]], roots[order[order.len() - 1]]);
@@ -44,43 +55,54 @@ impl SpectralNodes {
                 candidates.iter().min_by(|a, b| (roots[**a] - wanted).abs().total_cmp(&(roots[**b] - wanted).abs()));
             indices.push(*nearest.unwrap_or(&order[order.len() - 1]));
         }
-        Self::at(indices, absorption_per_m)
+        Self::at(indices, roots)
     }
 
-    /// The same nodes for other absorption coefficients, in 1/m.
+    /// The same nodes for other layers.
+    ///
+    /// # Panics
+    ///
+    /// If there is no layer.
     #[must_use]
-    pub fn with_absorption(&self, absorption_per_m: &[f64]) -> Self {
-        Self::at(self.indices.clone(), absorption_per_m)
+    pub fn with_layers(&self, layers: &[LayerSpectrum]) -> Self {
+        Self::at(self.indices.clone(), &roots(layers))
     }
 
-    fn at(indices: Vec<usize>, absorption_per_m: &[f64]) -> Self {
-        let at_nodes: Vec<f64> = indices.iter().map(|index| absorption_per_m[*index].sqrt()).collect();
-        let weights = absorption_per_m.iter().map(|absorption| spline_weights(&at_nodes, absorption.sqrt())).collect();
+    fn at(indices: Vec<usize>, roots: &[f64]) -> Self {
+        let at_nodes: Vec<f64> = indices.iter().map(|index| roots[*index]).collect();
+        let weights = roots.iter().map(|root| spline_weights(&at_nodes, *root)).collect();
         Self { indices, weights }
     }
 
-    /// Chooses as few groups of nodes as give the light behind a slab of a thickness, in m, with an error of less than
-    /// half a percent at all wavelengths: those of transport mean free paths in m and absorption coefficients in 1/m.
+    /// Chooses as few groups of nodes as give the light behind some layers with an error of less than half a percent at
+    /// all wavelengths, or else four groups.
+    ///
+    /// # Panics
+    ///
+    /// If there is no layer or no wavelength.
     #[must_use]
-    pub fn for_thickness(transport_lengths_m: &[f64], absorption_per_m: &[f64], thickness_m: f64) -> Self {
+    pub fn for_layers(layers: &[LayerSpectrum]) -> Self {
         const ALLOWED: f64 = 5e-3;
         const MOST_GROUPS: usize = 4;
         // Over ℓ*, a slab transmits k/sinh kd, which is 1/d without absorption.
-        let light = |index: usize| {
-            let k = (3.0 * absorption_per_m[index] / transport_lengths_m[index]).sqrt();
-            let depth = k * thickness_m;
+        let of_layer = |layer: &LayerSpectrum, index: usize| {
+            let k = (3.0 * layer.absorption_per_m[index] / layer.transport_lengths_m[index]).sqrt();
+            let (thickness_m, depth) = (layer.thickness_m, k * layer.thickness_m);
             if depth < 1e-6 { -thickness_m.ln() } else { (2.0 * k).ln() - depth - (-(-2.0 * depth).exp()).ln_1p() }
         };
+        let is_there = |layer: &&LayerSpectrum| layer.thickness_m > 0.0;
+        let light = |index: usize| -> f64 { layers.iter().filter(is_there).map(|layer| of_layer(layer, index)).sum() };
         let error = |nodes: &Self| {
             #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
             let at_nodes: Vec<f32> = nodes.indices.iter().map(|index| light(*index) as f32).collect();
             let of_index = |index| (f64::from(nodes.interpolate(index, &at_nodes)) - light(index)).abs();
-            (0..absorption_per_m.len()).map(of_index).fold(0.0, f64::max)
+            (0..nodes.weights.len()).map(of_index).fold(0.0, f64::max)
         };
-        let mut nodes = Self::new(absorption_per_m, 1);
+        let roots = roots(layers);
+        let mut nodes = Self::new(&roots, 1);
         for groups in 2..=MOST_GROUPS {
             if error(&nodes) > ALLOWED {
-                nodes = Self::new(absorption_per_m, groups);
+                nodes = Self::new(&roots, groups);
             }
         }
         nodes
@@ -103,6 +125,26 @@ impl SpectralNodes {
     pub fn interpolate(&self, wavelength: usize, nodes: &[f32]) -> f32 {
         self.weights[wavelength].iter().zip(nodes).map(|(weight, value)| weight * value).sum()
     }
+}
+
+/// What takes the place of √μ_a at each wavelength.
+fn roots(layers: &[LayerSpectrum]) -> Vec<f64> {
+    if let [only] = layers {
+        return only.absorption_per_m.iter().map(|absorption| absorption.sqrt()).collect();
+    }
+    let whole_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
+    let place =
+        |layer: &LayerSpectrum, index: usize| (layer.thickness_m / whole_m * layer.absorption_per_m[index]).sqrt();
+    let mut length = 0.0;
+    let root = |index: usize| {
+        let step = |layer: &LayerSpectrum| {
+            let before = if index == 0 { 0.0 } else { place(layer, index - 1) };
+            (place(layer, index) - before).powi(2)
+        };
+        length += layers.iter().map(step).sum::<f64>().sqrt();
+        length
+    };
+    (0..layers[0].absorption_per_m.len()).map(root).collect()
 }
 
 /// The weights of the nodes' values in the cubic spline through them and their mirror images, at `x`. Nodes that
@@ -165,7 +207,8 @@ mod tests {
     /// The largest error of the logarithm of the light behind a slab, over all wavelengths.
     fn worst(groups: usize, thickness_m: f64) -> f64 {
         let absorption = absorption();
-        let nodes = SpectralNodes::new(&absorption, groups);
+        let roots: Vec<f64> = absorption.iter().map(|absorption| absorption.sqrt()).collect();
+        let nodes = SpectralNodes::new(&roots, groups);
         assert_eq!((nodes.indices()[0], nodes.indices()[4 * groups - 1]), (0, 30));
         let light = |index: usize| {
             let k: f64 = (3.0 * absorption[index] / 0.002_f64).sqrt();
@@ -187,11 +230,47 @@ mod tests {
 
     #[test]
     fn few_wavelengths_are_nodes_several_times() {
-        let nodes = SpectralNodes::new(&[0.1, 0.2], 1);
+        let nodes = SpectralNodes::new(&[0.3, 0.4], 1);
         assert_eq!(nodes.indices().len(), 4);
         let values: Vec<f32> = nodes.indices().iter().map(|index| [3.0, 5.0][*index]).collect();
         assert!(
             (nodes.interpolate(0, &values) - 3.0).abs() < 1e-6 && (nodes.interpolate(1, &values) - 5.0).abs() < 1e-6
         );
+    }
+
+    /// A crust with 50 ng/g of soot over clean snow: blue and orange light have the same mean absorption, and not the
+    /// same light behind.
+    #[test]
+    fn layers_of_different_colour_have_nodes_for_all() {
+        let clean = absorption();
+        let soot = |k: i32| 0.5 * (550.0 / (400.0 + 10.0 * f64::from(k))).powf(1.2);
+        let dirty: Vec<f64> = (0..).zip(&clean).map(|(k, clean)| clean + soot(k)).collect();
+        let lengths = vec![0.002; 31];
+        let layer = |absorption_per_m, thickness_m| LayerSpectrum {
+            transport_lengths_m: &lengths,
+            absorption_per_m,
+            thickness_m,
+        };
+        let layers = [layer(&dirty, 0.02), layer(&clean, 0.08)];
+        let nodes = SpectralNodes::for_layers(&layers);
+        let light = |index: usize| {
+            let decay = |layer: &LayerSpectrum| {
+                let k = (3.0 * layer.absorption_per_m[index] / 0.002_f64).sqrt();
+                k / (k * layer.thickness_m).sinh()
+            };
+            layers.iter().map(decay).product::<f64>().ln()
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+        let at_nodes: Vec<f32> = nodes.indices().iter().map(|index| light(*index) as f32).collect();
+        for index in 0..31 {
+            let error = f64::from(nodes.interpolate(index, &at_nodes)) - light(index);
+            assert!(error.abs() < 5e-3, "{index}: {error}");
+        }
+        // The same snow in layers has the nodes of one.
+        let halves = [layer(&clean, 0.03), layer(&clean, 0.07)];
+        let whole = [layer(&clean, 0.1)];
+        for (one, other) in roots(&halves).iter().zip(roots(&whole)) {
+            assert!((one / other - 1.0).abs() < 1e-12, "{one} {other}");
+        }
     }
 }

@@ -1,13 +1,10 @@
 //! Arguments from Python: snow, light and engines.
 
-use std::collections::BTreeMap;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_color::{Colorimeter, Illuminant, Observer};
-use snowblue_transport::optics::Impurities;
 use snowblue_transport::ordinates::{OrdinatesOptions, Streams};
-use snowblue_transport::sample::{SnowDescription, SnowSample, TruncatedNormal};
+use snowblue_transport::sample::{SnowKeys, SnowSample};
 use snowblue_transport::slab::{Incidence, Slab};
 
 use crate::work::input;
@@ -20,36 +17,26 @@ pub(crate) enum Numbers {
 }
 
 /// What is known of a snow, by the names of the keyword arguments.
-#[derive(Default)]
-pub(crate) struct Snow {
-    snow: Option<String>,
-    grain_size_um: Option<Numbers>,
-    size_measure: Option<String>,
-    ssa_m2_kg: Option<f64>,
-    facetness: Option<Numbers>,
-    sphericity: Option<Numbers>,
-    density_kg_m3: Option<f64>,
-    water_saturation: Option<f64>,
-    impurities_ng_g: BTreeMap<String, f64>,
-    temperature_c: Option<f64>,
-    ice: Option<String>,
-}
+pub(crate) struct Snow(SnowKeys);
 
 /// Reads a dictionary. A key that is unknown is an error.
 impl<'py> FromPyObject<'_, 'py> for Snow {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let mut snow = Self::default();
+        let mut snow = SnowKeys::default();
+        let numbers = |value: Bound<'py, PyAny>| -> PyResult<Option<Vec<f64>>> {
+            Ok(value.extract::<Option<Numbers>>()?.map(Numbers::into_vec))
+        };
         for (key, value) in &*given.cast::<PyDict>()? {
             let key: String = key.extract()?;
             match &*key {
                 "snow" => snow.snow = value.extract()?,
-                "grain_size_um" => snow.grain_size_um = value.extract()?,
+                "grain_size_um" => snow.grain_size_um = numbers(value)?,
                 "size_measure" => snow.size_measure = value.extract()?,
                 "ssa_m2_kg" => snow.ssa_m2_kg = value.extract()?,
-                "facetness" => snow.facetness = value.extract()?,
-                "sphericity" => snow.sphericity = value.extract()?,
+                "facetness" => snow.facetness = numbers(value)?,
+                "sphericity" => snow.sphericity = numbers(value)?,
                 "density_kg_m3" => snow.density_kg_m3 = value.extract()?,
                 "water_saturation" => snow.water_saturation = value.extract()?,
                 "impurities_ng_g" => snow.impurities_ng_g = value.extract()?,
@@ -58,7 +45,7 @@ impl<'py> FromPyObject<'_, 'py> for Snow {
                 _ => return Err(input(format!("'{key}' is not a property of snow"))),
             }
         }
-        Ok(snow)
+        Ok(Self(snow))
     }
 }
 
@@ -102,9 +89,9 @@ pub(crate) struct Light {
 }
 
 impl Numbers {
-    pub(crate) fn as_slice(&self) -> &[f64] {
+    fn into_vec(self) -> Vec<f64> {
         match self {
-            Self::One(number) => std::slice::from_ref(number),
+            Self::One(number) => vec![number],
             Self::Several(numbers) => numbers,
         }
     }
@@ -113,33 +100,7 @@ impl Numbers {
 impl Snow {
     /// The snow. Only its grain size is checked.
     pub(crate) fn sample(&self) -> PyResult<SnowSample> {
-        self.description()?.sample().map_err(input)
-    }
-
-    fn description(&self) -> PyResult<SnowDescription> {
-        fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(word: Option<&String>) -> PyResult<Option<T>> {
-            word.map(|word| word.parse()).transpose().map_err(input)
-        }
-        let distribution = |numbers: &Option<Numbers>, of: fn(&[f64]) -> Result<TruncatedNormal, _>| {
-            numbers.as_ref().map(|numbers| of(numbers.as_slice())).transpose().map_err(input)
-        };
-        let mut impurities = Impurities::none();
-        for (name, mass_fraction_ng_g) in &self.impurities_ng_g {
-            impurities = impurities.with(name.parse().map_err(input)?, *mass_fraction_ng_g);
-        }
-        Ok(SnowDescription {
-            snow_type: parsed(self.snow.as_ref())?,
-            grain_size_um: self.grain_size_um.as_ref().map(|numbers| numbers.as_slice().to_vec()),
-            size_measure: parsed(self.size_measure.as_ref())?,
-            surface_area_m2_kg: self.ssa_m2_kg,
-            sphericity: distribution(&self.sphericity, TruncatedNormal::sphericity)?,
-            facetness: distribution(&self.facetness, TruncatedNormal::facetness)?,
-            density_kg_m3: self.density_kg_m3,
-            water_saturation: self.water_saturation,
-            impurities,
-            temperature_c: self.temperature_c,
-            ice: parsed(self.ice.as_ref())?,
-        })
+        self.0.description().and_then(|snow| snow.sample()).map_err(input)
     }
 }
 
@@ -147,8 +108,7 @@ impl Angle {
     pub(crate) fn incidence(&self) -> PyResult<Incidence> {
         match self {
             Self::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg: *angle_deg }),
-            Self::Word(word) if word == "diffuse" => Ok(Incidence::Diffuse),
-            Self::Word(word) => Err(input(format!("'{word}' is neither an angle in degrees nor 'diffuse'"))),
+            Self::Word(word) => word.parse().map_err(input),
         }
     }
 }

@@ -12,6 +12,7 @@ use snow::{analytic_table, radiance, scene_by};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::SceneFile;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
@@ -93,17 +94,176 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
                 -cos,
                 1.0 / cos
             );
-            for (integrator, samples) in [("diffusion", 1), ("hybrid", 16)] {
-                let mut scene = layered(integrator, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
-                scene.set_samples_per_pixel(samples);
-                let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -0.05), -1.0);
-                let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, 0.05), 1.0);
-                for k in (0..SAMPLES).step_by(3) {
-                    let (t, r) = (known[k].whole.transmittance.value, known[k].whole.reflectance.value);
-                    let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
-                    eprintln!("{name} {angle_deg} {integrator} {k}: {t:.5} {r:.5} {:+.4} {:+.4}", errors[0], errors[1]);
+            let mut scene = layered("diffusion", pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
+            let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -0.05), -1.0);
+            let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, 0.05), 1.0);
+            for k in 0..SAMPLES {
+                let (t, r) = (known[k].whole.transmittance.value, known[k].whole.reflectance.value);
+                let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
+                // Half a percent of diffusion. In the crust of 500 ng/g of soot light is absorbed before it is diffuse,
+                // which the functions of the surface leave out: 1.3 %.
+                let allowed = if name == "soot" { 0.015 } else { 0.005 };
+                assert!(errors.iter().all(|error| error.abs() < allowed), "{name} {angle_deg}° {k}: {errors:?}");
+            }
+        }
+    }
+}
+
+/// Walks end in the same field, with the snow of the layer where they enter.
+#[test]
+fn walks_in_layers_agree_with_diffusion() {
+    let lamp =
+        "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, -0.8]\nirradiance_w_m2 = 1\nilluminant = \"E\"\n";
+    for (name, pack) in PACKS {
+        let found = [("diffusion", 1), ("hybrid", 2048)].map(|(integrator, samples)| {
+            let mut scene = layered(integrator, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
+            scene.set_samples_per_pixel(samples);
+            [(0.05, 3.0), (-0.05, -3.0)].map(|(z, up)| {
+                [Vec3A::new(0.3, 0.2, up), Vec3A::new(1.5, 0.2, up)]
+                    .map(|eye| radiance(&mut scene, eye, Vec3A::new(0.003, 0.002, z)))
+            })
+        });
+        for (face, (field, walks)) in found[0].iter().zip(&found[1]).enumerate() {
+            for (view, (field, walks)) in field.iter().zip(walks).enumerate() {
+                for k in [0, 5, 15, 30] {
+                    // Walks have the index of ice at the middle wavelength, which makes 1.7 % at 400 nm; 2048 of them
+                    // have a noise of up to .5 %.
+                    let error = walks.0[k] / field.0[k] - 1.0;
+                    assert!(error.abs() < 0.025, "{name} {face} {view} {k}: {error}");
                 }
             }
         }
+    }
+}
+
+/// Radiance of some points of a turned block and a ball.
+fn radiances(scene: &mut Scene) -> Vec<Spectrum> {
+    let points = snow::directions(12).map(|direction| (direction * 2.0, direction * 0.02));
+    points.map(|(eye, target)| radiance(scene, eye, target)).collect()
+}
+
+const LIGHTS: &str = "[[light]]\ntype = \"point\"\nposition = [0.3, 0.4, 0.5]\nradiant_intensity_w_sr = 1\n\
+    [environment]\nradiance_w_m2_sr = 0.3\n";
+
+#[test]
+fn layers_of_the_same_snow_are_one() {
+    let layer = |thickness_cm: f64| {
+        format!("[[layer]]\nthickness_cm = {thickness_cm}\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n")
+    };
+    let bodies = "[[object]]\nshape = \"box\"\nsize = [0.06, 0.04, 0.05]\nrotation_deg = [10, 20, 30]\n\
+        material = \"snow\"\n[[object]]\nshape = \"sphere\"\nradius = 0.03\nposition = [0.1, 0, 0]\n\
+        material = \"snow\"\n";
+    let text = format!("{LIGHTS}{bodies}");
+    for integrator in ["diffusion", "hybrid"] {
+        let plain = radiances(&mut scene_by(integrator, &format!("{}{text}", snow::SNOW), &table(), &[]));
+        let one = radiances(&mut layered(integrator, &layer(1.0), "\"surface\"", &text));
+        assert_eq!(plain, one, "{integrator}");
+        let alike = [1.0, 0.7, 2.0].map(layer).concat();
+        for top in ["\"surface\"", "0.01"] {
+            let many = radiances(&mut layered(integrator, &alike, top, &text));
+            for (plain, many) in plain.iter().zip(&many) {
+                for (k, (plain, many)) in plain.0.iter().zip(many.0).enumerate() {
+                    assert!((many / plain - 1.0).abs() < 1e-4, "{integrator} {top} {k}: {plain} {many}");
+                }
+            }
+        }
+    }
+}
+
+/// Seen from the side, a layer of soot lies where the scene says.
+#[test]
+fn layers_lie_below_the_surface_or_a_height() {
+    let clean = |thickness_cm: f64| format!("[[layer]]\nthickness_cm = {thickness_cm}\ngrain_size_um = 200\n");
+    let dirty = format!("{}impurities_ng_g = {{ black-carbon = 100000 }}\n", clean(2.0));
+    let pack = [clean(4.0), dirty, clean(10.0)].concat();
+    // A stair of two steps, with the tops at z = 0.1 and z = 0.
+    let step = |x: f64, top: f64| {
+        format!(
+            "[[object]]\nshape = \"box\"\nsize = [0.2, 0.2, 0.2]\nposition = [{x}, 0, {}]\nmaterial = \"snow\"\n\
+             body = \"stair\"\n",
+            top - 0.1
+        )
+    };
+    let text = format!("[environment]\nradiance_w_m2_sr = 1\n{}{}", step(-0.1, 0.1), step(0.1, 0.0));
+    for integrator in ["diffusion", "hybrid"] {
+        for (top, depths) in [("\"surface\"", [0.1, 0.0]), ("0", [0.0, 0.0])] {
+            let mut scene = layered(integrator, &pack, top, &text);
+            scene.set_samples_per_pixel(16);
+            for (x, top_m) in [-0.1, 0.1].into_iter().zip(depths) {
+                for (depth_m, is_dark) in [(0.033, false), (0.044, true), (0.056, true), (0.067, false)] {
+                    let at = Vec3A::new(x, -0.1, top_m - depth_m);
+                    let seen = radiance(&mut scene, at - Vec3A::Y, at).0[15];
+                    assert_eq!(seen < 0.6, is_dark, "{integrator} {top} {x} {depth_m}: {seen}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn mistakes_are_named() {
+    let error = |integrator: &str, keys: &str, layers: Option<&str>| {
+        let text = format!(
+            "{}[material.snow]\ntype = \"pca_snow\"\n{keys}{LIGHTS}{}",
+            snow::camera_of(integrator),
+            slab(0.1, 0.1)
+        );
+        let file = match SceneFile::parse(text, "scene.toml") {
+            Ok(file) => file,
+            Err(error) => return error.to_string(),
+        };
+        let files = |name: &str| match layers {
+            Some(layers) if name == "pack.toml" => Ok(layers.as_bytes().to_vec()),
+            _ => Err(std::io::ErrorKind::NotFound.into()),
+        };
+        file.description.build(&table(), &files).unwrap_err().to_string()
+    };
+    let good = PACKS[0].1;
+    let bad = good.replace("density_kg_m3 = 250", "density_kg_m3 = 2500");
+    let keys = "layers = \"pack.toml\"\n";
+    let refused = "material.snow.layers applies to the integrators diffusion and hybrid only, but type is";
+    for (integrator, keys, layers, words) in [
+        ("hybrid", keys, None, "material.snow.layers is \"pack.toml\", but pack.toml does not exist"),
+        ("hybrid", keys, Some(""), "pack.toml:1: holds no [[layer]]"),
+        ("hybrid", keys, Some(&*bad), "pack.toml:9: density is 2500 kg/m³, but must lie in 10–900 kg/m³"),
+        ("pcasnow", keys, Some(good), &format!("{refused} \"pcasnow\" in [integrator]")),
+        ("reference", keys, Some(good), &format!("{refused} \"reference\" in [integrator]")),
+        (
+            "hybrid",
+            &format!("{keys}grain_size_um = 400\n"),
+            Some(good),
+            "scene.toml:14: material.snow has either `layers` or `grain_size_um`, not both",
+        ),
+        (
+            "hybrid",
+            &format!("{keys}path = \"view\"\n"),
+            Some(good),
+            "unknown key `path` in material.snow; known are type, layers, layers_top",
+        ),
+        (
+            "hybrid",
+            &format!("{keys}layers_top = \"ground\"\n"),
+            Some(good),
+            "material.snow.layers_top is \"ground\", but must be \"surface\" or a height in m",
+        ),
+        (
+            "hybrid",
+            &format!("{keys}layers_top = 1e9\n"),
+            Some(good),
+            "material.snow.layers_top is 1000000000 m, but must lie in -100000 to 100000 m",
+        ),
+    ] {
+        let message = error(integrator, keys, layers);
+        assert!(message.contains(words) && !message.contains('\n'), "{message}\n{words}");
+    }
+}
+
+/// A scene that is written reads as the same.
+#[test]
+fn layers_are_written_as_they_are_read() {
+    for top in ["\"surface\"", "0.25"] {
+        let scene = layered("diffusion", PACKS[0].1, top, &format!("{LIGHTS}{}", slab(0.1, 0.1)));
+        let text = scene.description().to_toml();
+        assert_eq!(SceneFile::parse(text, "scene.toml").unwrap().description, *scene.description());
     }
 }

@@ -61,6 +61,12 @@ pub enum TransportError {
         /// Known names.
         known: String,
     },
+    /// A word that is no angle of incidence.
+    #[error("'{word}' is neither an angle in degrees nor 'diffuse'")]
+    NoAngle {
+        /// Word given.
+        word: String,
+    },
     /// A quantity with too few or too many numbers.
     #[error("{quantity} has {count} numbers, but must be {expected}")]
     Count {

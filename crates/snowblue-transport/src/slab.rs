@@ -1,6 +1,7 @@
 //! A slab of snow under light, and its reflectance, transmittance and absorptance.
 
 use std::fmt;
+use std::str::FromStr;
 
 use crate::TransportError;
 use crate::range::ParameterRange;
@@ -31,6 +32,19 @@ impl fmt::Display for Incidence {
             Self::Beam { angle_deg } => write!(formatter, "{angle_deg}"),
             Self::Diffuse => formatter.write_str("diffuse"),
         }
+    }
+}
+
+/// An angle in degrees, or `diffuse`.
+impl FromStr for Incidence {
+    type Err = TransportError;
+
+    fn from_str(word: &str) -> Result<Self, TransportError> {
+        if word == "diffuse" {
+            return Ok(Self::Diffuse);
+        }
+        let angle_deg = word.trim().parse().map_err(|_| TransportError::NoAngle { word: word.to_owned() })?;
+        Ok(Self::Beam { angle_deg })
     }
 }
 

@@ -158,8 +158,7 @@ impl Angle {
     fn incidence(&self) -> Result<Incidence, String> {
         match self {
             Self::Degrees(angle_deg) => Ok(Incidence::Beam { angle_deg: *angle_deg }),
-            Self::Word(word) if word == "diffuse" => Ok(Incidence::Diffuse),
-            Self::Word(word) => Err(format!("'{word}' is neither an angle in degrees nor 'diffuse'")),
+            Self::Word(word) => word.parse().map_err(text),
         }
     }
 }

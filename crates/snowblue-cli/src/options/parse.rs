@@ -131,11 +131,7 @@ pub(crate) fn streams(word: &str) -> Result<Streams, String> {
 }
 
 pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
-    if word == "diffuse" {
-        return Ok(Incidence::Diffuse);
-    }
-    let angle_deg = number(word).map_err(|_| format!("'{word}' is neither an angle in degrees nor 'diffuse'"))?;
-    Ok(Incidence::Beam { angle_deg })
+    word.parse::<Incidence>().map_err(|error| error.to_string())
 }
 
 pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {

@@ -1,10 +1,11 @@
 //! The composition of snow: a [`SnowSample`], the ranges of its parameters, kinds of snow by name, a sample from what
-//! is known of a snow, and alternative readings of a sample.
+//! is known of a snow (as values or as words), and alternative readings of a sample.
 
 mod alternatives;
 mod grain_size;
 mod ranges;
 mod snow_description;
+mod snow_keys;
 mod snow_sample;
 mod snow_type;
 mod truncated_normal;
@@ -17,6 +18,7 @@ pub use ranges::{
     TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
 };
 pub use snow_description::SnowDescription;
+pub use snow_keys::SnowKeys;
 pub use snow_sample::SnowSample;
 pub use snow_type::SnowType;
 pub(crate) use truncated_normal::Quantiles;

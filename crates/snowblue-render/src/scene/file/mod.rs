@@ -19,7 +19,8 @@
 //!                          #   mask = { texture = "FILE.png", texture_scale_m = 1 } or
 //!                          #   mask = { attribute = "NAME", range = [0, 1] },
 //!                          #   path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
-//!                          #   emission = "transmitted" | "relative", reflectance (else the table's)
+//!                          #   emission = "transmitted" | "relative", reflectance (else the table's); or
+//!                          #   layers = "FILE.toml" (as `spectrum --layers`), layers_top = "surface" or a height z
 //! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
 //!                          # type = "point": position, radiant_intensity_w_sr
 //!                          # type = "spot": position, look_at, radiant_intensity_w_sr, inner_cone_deg = 0,
@@ -71,6 +72,7 @@
 //! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
 //! Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
 //! shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
+//! Layers of snow, of a [`layer_file`](snowblue_transport::layer_file), are for the integrators diffusion and hybrid.
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.

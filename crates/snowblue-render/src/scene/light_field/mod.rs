@@ -15,6 +15,9 @@ mod snowpack;
 mod solid;
 mod surface_light;
 
+#[cfg(test)]
+mod tests;
+
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
@@ -37,7 +40,6 @@ pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
-use snowpack::MeanSnow;
 pub(crate) use snowpack::{SnowLayer, Snowpack};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, NOISE, SurfaceLight, entering_light};
@@ -197,11 +199,8 @@ impl LightField {
         let thickest = solids
             .iter()
             .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
-        let nodes = thickest.map(|(_, snow, survey)| {
-            let thickness_m = survey.mean_thickness_m();
-            let MeanSnow { transport_lengths_m, absorption_per_m } = snow.mean(thickness_m);
-            SpectralNodes::for_thickness(&transport_lengths_m, &absorption_per_m, thickness_m)
-        });
+        let nodes =
+            thickest.map(|(_, snow, survey)| SpectralNodes::for_layers(&snow.spectra(survey.mean_thickness_m())));
         let mut prepared = Vec::with_capacity(solids.len());
         for (solid, snow, survey) in solids {
             let Some(nodes) = &nodes else { break };
@@ -403,8 +402,9 @@ impl<'a> PreparedBody<'a> {
         nodes: &SpectralNodes,
         settings: LightFieldSettings,
     ) -> Result<Self, String> {
-        let MeanSnow { transport_lengths_m, absorption_per_m } = snow.mean(survey.mean_thickness_m());
-        let nodes = nodes.with_absorption(&absorption_per_m);
+        let thickness_m = survey.mean_thickness_m();
+        let nodes = nodes.with_layers(&snow.spectra(thickness_m));
+        let transport_lengths_m = snow.transport_lengths_m(thickness_m);
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = snow.least_transport_length_m();
         let memory_mib = u64::from(settings.memory_mib);
@@ -415,7 +415,7 @@ impl<'a> PreparedBody<'a> {
         let options =
             GridOptions { step_m: step_m.map_err(|error| error.to_string())?, shift: DVec3::ZERO, sizes: None };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
-        // The extrapolation lengths of kinds of snow differ by less than 1 %.
+        // The extrapolation lengths of kinds of snow differ by less than .002.
         let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
         drop(of_cell);
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, before: None })

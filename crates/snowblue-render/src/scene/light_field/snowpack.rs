@@ -1,6 +1,6 @@
 //! The snow of a body as the light field sees it: its layers, and what the surface of each does to light.
 
-use snowblue_field::{CellBox, Diffusion, GROUP, SnowOptics, SpectralNodes};
+use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::{EndDepth, WalkEndsByDepth};
@@ -28,14 +28,6 @@ pub(crate) struct SnowLayer {
     walk_ends: Option<WalkEndsByDepth>,
 }
 
-/// Diffusion and absorption at each wavelength of a whole pack.
-pub(super) struct MeanSnow {
-    /// ℓ*, in m.
-    pub(super) transport_lengths_m: Vec<f64>,
-    /// μ_a, in 1/m.
-    pub(super) absorption_per_m: Vec<f64>,
-}
-
 impl Snowpack {
     /// The layers of a body, at least one.
     pub(crate) fn new(layers: Vec<SnowLayer>, layering: Layering) -> Self {
@@ -59,26 +51,27 @@ impl Snowpack {
         lengths.copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The snow of a pack of some thickness, in m, in which every layer counts by its thickness: the means of μ_a and
-    /// of 1/ℓ*.
-    pub(super) fn mean(&self, thickness_m: f64) -> MeanSnow {
-        if let [SnowLayer { optics, .. }] = &*self.layers {
-            let SnowOptics { transport_lengths_m, absorption_per_m, .. } = optics.clone();
-            return MeanSnow { transport_lengths_m, absorption_per_m };
-        }
-        let within = |depth_m: f64| depth_m.clamp(0.0, thickness_m) / thickness_m;
-        let shares: Vec<f64> = self.layering.ranges_m().map(|[start, end]| within(end) - within(start)).collect();
-        let mean = |of_layer: &dyn Fn(&SnowOptics) -> f64| -> f64 {
-            self.layers.iter().zip(&shares).map(|(layer, share)| share * of_layer(&layer.optics)).sum()
-        };
-        let wavelengths = 0..self.top().optics.absorption_per_m.len();
-        MeanSnow {
-            transport_lengths_m: wavelengths
-                .clone()
-                .map(|k| mean(&|optics| optics.transport_lengths_m[k].recip()).recip())
-                .collect(),
-            absorption_per_m: wavelengths.map(|k| mean(&|optics| optics.absorption_per_m[k])).collect(),
-        }
+    /// The layers in snow of some thickness, in m.
+    pub(super) fn spectra(&self, thickness_m: f64) -> Vec<LayerSpectrum<'_>> {
+        let within_m = |depth_m: f64| depth_m.clamp(0.0, thickness_m);
+        let layers = self.layers.iter().zip(self.layering.ranges_m());
+        layers
+            .map(|(layer, [start_m, end_m])| LayerSpectrum {
+                transport_lengths_m: &layer.optics.transport_lengths_m,
+                absorption_per_m: &layer.optics.absorption_per_m,
+                thickness_m: within_m(end_m) - within_m(start_m),
+            })
+            .collect()
+    }
+
+    /// The transport mean free path of snow of some thickness, in m, at each wavelength, in m: that of the layers one
+    /// after the other.
+    pub(super) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
+        let layers = self.spectra(thickness_m);
+        let inverse =
+            |layer: &LayerSpectrum, k: usize| layer.thickness_m / (thickness_m * layer.transport_lengths_m[k]);
+        let length_m = |k: usize| layers.iter().map(|layer| inverse(layer, k)).sum::<f64>().recip();
+        (0..SAMPLES).map(length_m).collect()
     }
 
     /// The snow of a cell of the body of an object, for each group of spectral nodes.
