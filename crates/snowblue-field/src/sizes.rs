@@ -68,6 +68,8 @@ const FLAT_CELLS: f64 = 0.125;
 const THICK_CELLS: f64 = 2.0;
 /// Difference of height between neighbouring lines, over their distance, that is a wall between them.
 const WALL_SLOPE: f64 = 2.0;
+/// Distance from a face within which a surface lies on it, in cells: the rounding of coordinates.
+const FACE_CELLS: f64 = 1e-6;
 /// Where in a column its line is, as fractions along x and y, if the lines before have an odd number of crossings. The
 /// middle would meet the vertices of meshes too often.
 pub(crate) const LINES: [[f64; 2]; 4] = [[0.375, 0.625], [0.625, 0.375], [0.125, 0.875], [0.875, 0.125]];
@@ -187,8 +189,9 @@ impl<'a> Lines<'a> {
     /// The demands within a cell through which a range of lines passes: levels and keys.
     fn demands(&self, level: u8, place: [u32; 3], lines: Range<usize>) -> Vec<(u8, u64)> {
         let coarse = self.lattice.coarsened(level);
-        let low = coarse.corner(place);
-        let high = low + coarse.step;
+        // A surface on the face of a cell belongs to the cells on both sides.
+        let low = coarse.corner(place) - FACE_CELLS * coarse.step;
+        let high = low + (1.0 + 2.0 * FACE_CELLS) * coarse.step;
         if !lines.clone().any(|line| self.meets(&self.lines[line], low.z, high.z)) {
             return Vec::new();
         }
