@@ -99,7 +99,6 @@ fn flat_slabs_of_coarse_cells_have_the_solution_of_one_dimension() {
             let allowed = 0.01 + (decay * width_m).powi(2) / 12.0;
             let expected = [(exact(0.0) - 4.0) / (3.0 * Q), exact(0.5 * thickness_m), exact(thickness_m) / (3.0 * Q)];
             for (found, expected) in [front[j], middle[j], back[j]].into_iter().zip(expected) {
-                println!("{angle} {j} {} {allowed}", found / expected - 1.0);
                 assert!((found / expected - 1.0).abs() < allowed, "{angle} {absorption}: {found} {expected}");
             }
         }
@@ -124,16 +123,16 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
     for k in 0..64 {
         let place = DVec3::new(f64::from(k % 8) - 3.5, f64::from(k / 8) - 3.5, 0.0) * 0.4 + DVec3::Z * 0.5;
         let found = values(prepared.flux(&fluence, axes * place, axes.z_axis))[0];
-        // Single precision, in means over cells.
-        assert!((found / expected - 1.0).abs() < 1e-4, "{k}: {found} {expected}");
+        // The grid's error at single elements is more than a half-space allows for. It is half of the flux in the mean.
+        assert!((found / expected - 1.0).abs() < 0.005, "{k}: {found} {expected}");
     }
 }
 
 /// A slab with a hole, seen from above the hole, beside one of fine cells everywhere.
 ///
-/// Cells within the hole have the same size in both. Around it they grow to a fifth of their distance to the hole, and
-/// the light that comes from there has the error of that size: below (κh)²/8 of it, and the less the farther. 2 % is
-/// what a shift of the fine grid changes (`laws.rs`).
+/// Cells within 4 cm of an edge of the hole have the same size in both. Farther off they grow to a quarter of their
+/// distance d to it. Light from there has decayed by e^{−κd}, and has the error of cells of a width h = d/4, (κh)²/12:
+/// together at most (2/e)²/192 < 0.3 %, for light from the sides and from below.
 #[test]
 fn a_hole_in_a_slab_has_the_light_of_a_fine_grid() {
     let body = BoxWithHole {
@@ -148,33 +147,30 @@ fn a_hole_in_a_slab_has_the_light_of_a_fine_grid() {
         greatest_m: 0.11,
     };
     let step_m = 0.0125;
-    let [fine, seen, shifted] = [(None,0.0), (Some(&sizes as &dyn CellSizes), 0.0), (None, 0.5)].map(|(sizes, shift)| {
-        let options = GridOptions { step_m, shift: DVec3::splat(shift), sizes };
+    let [fine, seen] = [None, Some(&sizes as &dyn CellSizes)].map(|sizes| {
+        let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let prepared = SnowBody::new(&body, options, vec![Box::new(snow)], Q);
         let light = downward_light(&prepared);
         let fluence = prepared.solve(&[&light], SolveOptions::default());
         (prepared, fluence)
     });
-    println!("{} {}", seen.0.node_count(), fine.0.node_count());
     assert!(3 * seen.0.node_count() < fine.0.node_count(), "{} {}", seen.0.node_count(), fine.0.node_count());
-    let compare = |found: [f64; 4], expected: [f64; 4], allowed: f64, place: DVec3| {
+    let compare = |found: [f64; 4], expected: [f64; 4], place: DVec3| {
         for j in 0..4 {
-            println!("{place} {j} {}", found[j] / expected[j] - 1.0);
-            if false {panic!("{allowed}")} //assert!((found[j] / expected[j] - 1.0).abs() < allowed, "{place} {j}: {found:?} {expected:?}");
+            assert!((found[j] / expected[j] - 1.0).abs() < 0.01, "{place} {j}: {found:?} {expected:?}");
         }
     };
     for k in 0..9 {
         let place = DVec3::new(f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0, 0.0) * 0.03;
         let [bottom, below] = [0.1, 0.02].map(|height| place + DVec3::Z * height);
         let [seen_flux, fine_flux] = [&seen, &fine].map(|(body, fluence)| values(body.flux(fluence, bottom, DVec3::Z)));
-        compare(seen_flux, fine_flux, 0.02, bottom);
-        compare(values(shifted.0.flux(&shifted.1, bottom, DVec3::Z)), fine_flux, 0.02, bottom);
+        compare(seen_flux, fine_flux, bottom);
         let wall = DVec3::new(0.05, place.x, 0.15 + place.y);
         let [seen_flux, fine_flux] =
             [&seen, &fine].map(|(body, fluence)| values(body.flux(fluence, wall, DVec3::NEG_X)));
-        compare(seen_flux, fine_flux, 0.02, wall);
+        compare(seen_flux, fine_flux, wall);
         let [seen_fluence, fine_fluence] = [&seen, &fine].map(|(body, fluence)| values(body.fluence(fluence, below)));
-        compare(seen_fluence, fine_fluence, 0.02, below);
+        compare(seen_fluence, fine_fluence, below);
     }
 }
 
@@ -231,13 +227,12 @@ fn light_is_conserved_where_cells_change_their_size() {
                 }
             }
         }
-        println!("{leaving} {absorbed} {entering} {}", prepared.node_count());
         // The tolerance of the solver, and the sum over points, by which light at the surface changes by 5 % a cell.
         assert!((leaving + absorbed).abs() < 1e-4 * entering + 0.02 * absorbed, "{leaving} {absorbed} {entering}");
     }
 }
 
-/// The fluence rate has no jump where cells change their size.
+/// The flux at the surface has no jump where cells change their size.
 #[test]
 fn the_flux_is_continuous_where_cells_change_their_size() {
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.6, 1.6, 0.4));
@@ -256,15 +251,14 @@ fn the_flux_is_continuous_where_cells_change_their_size() {
     };
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
     let fluence = prepared.solve(&[&light], SolveOptions::default());
-    let steps = 20_000; let mut count = 0;
+    let steps = 20_000;
     let mut before: Option<[f64; 4]> = None;
     for k in 0..steps {
         let point = DVec3::new(1.4 * (f64::from(k) / f64::from(steps) - 0.5), 0.0137, 0.2);
         let flux = values(prepared.flux(&fluence, point, DVec3::Z));
         if let Some(before) = before {
-            if (flux[0] - before[0]).abs() > 0.002 * before[0].abs() { count += 1; if count % 100 == 1 {println!("{k} {point} {} {}", flux[0], before[0]); }}
-            // The light falls to half over 10 cm at the fastest, and a step is 70 µm.
-            assert!((flux[0] - before[0]).abs() < 0.05 * before[0].abs(), "{point}: {flux:?} {before:?}");
+            // The smallest cells are 290 steps wide, and means at nodes differ by up to a factor of three.
+            assert!((flux[0] - before[0]).abs() < 0.01 * before[0].abs(), "{point}: {flux:?} {before:?}");
         }
         before = Some(flux);
     }
@@ -288,7 +282,6 @@ fn a_landscape_with_a_hole_has_few_nodes() {
     };
     let options = GridOptions { step_m: 0.0078, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let prepared = SnowBody::new(&slope, options, Vec::new(), Q);
-    println!("{}", prepared.node_count());
     assert!(prepared.node_count() < 250_000, "{}", prepared.node_count());
     let area = |holds: &dyn Fn(DVec3) -> bool| -> f64 {
         let elements = prepared.surface().iter().filter(|element| holds(axes.transpose() * element.point.as_dvec3()));
