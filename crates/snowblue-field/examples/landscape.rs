@@ -43,8 +43,8 @@ fn main() {
     let viewpoint = top + axes.z_axis;
     let sizes = SizesByDistance {
         viewpoint,
-        detail_per_distance: 4.0 * ANGLE_PER_PIXEL,
-        flat_per_distance: 30.0 * ANGLE_PER_PIXEL,
+        detail_per_distance: 10.0 * ANGLE_PER_PIXEL,
+        flat_per_distance: 60.0 * ANGLE_PER_PIXEL,
         greatest_m: 1.0,
     };
     let counted = Counted { body: &slope, lines: [0, 1, 2].map(|_| AtomicUsize::new(0)) };

@@ -12,7 +12,7 @@ use crate::sizes::CellSizes;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
-use crate::system::{Diffusion, System, right_hand_side};
+use crate::system::{Diffusion, System, WideCell, right_hand_side};
 
 /// How a body is divided into cells.
 #[derive(Debug, Clone, Copy)]
@@ -166,22 +166,26 @@ impl SnowBody {
     }
 
     /// The net flux outwards, J = (φ − 4 Σ K F) / (3q), for the light of the solution: for each group of wavelengths a
-    /// value at each surface element.
+    /// value at each surface element. Where light decays within a cell, that of a half-space, above thick snow.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
         #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
         let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
-        let of_group = |(nodes, light): (&Vec<f32x4>, &&[f32x4])| {
+        let of_group = |((nodes, light), diffusion): ((&Vec<f32x4>, &&[f32x4]), &DiffusionAt)| {
             let mut flux = vec![f32x4::ZERO; light.len()];
             for (cell, elements) in self.grid.surface_cells() {
+                let snow = diffusion(self.grid.cell_centre(cell));
+                let wide = WideCell::new(&self.grid, (cell, elements.clone()), &snow, self.extrapolation);
                 for index in elements {
                     let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
-                    flux[index] = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
+                    let of_grid = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
+                    let wide = wide.as_ref().map(|wide| wide.flux(of_grid, light[index], self.grid.thickness_m[index]));
+                    flux[index] = wide.unwrap_or(of_grid);
                 }
             }
             flux
         };
-        fluence.nodes.par_iter().zip(light).map(of_group).collect()
+        fluence.nodes.par_iter().zip(light).zip(&self.diffusion).map(of_group).collect()
     }
 
     /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of

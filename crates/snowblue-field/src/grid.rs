@@ -316,7 +316,9 @@ fn number(count: usize) -> u32 {
 mod tests {
     use super::*;
     use crate::lattice::across;
-    use crate::shapes::{Ball, BoxBody};
+    use crate::shapes::{Ball, BoxBody, BoxWithHole};
+    use crate::sizes::SizesByDistance;
+    use glam::{DMat3, EulerRot};
 
     #[test]
     fn cells_cover_the_body_and_neighbours_differ_by_one_level() {
@@ -345,6 +347,66 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A cell is as wide as the ring of cells around it allows: it has no cell at the surface within 3 (2^level − 1) finest
+    /// cells, and the next larger one at its place has.
+    #[test]
+    fn cells_are_as_large_as_their_distance_to_the_surface_allows() {
+        let ball = Ball { centre: DVec3::ZERO, radius: 0.6 };
+        let grid = Grid::new(&ball, GridOptions { step_m: 0.02, shift: DVec3::new(0.3, 0.2, 0.4), sizes: None });
+        let is_inner = |level: u8, place: [u32; 3]| {
+            let ring = 3 * ((1i64 << level) - 1);
+            let range = |k: usize| {
+                let start = i64::from(place[k]) << level;
+                start - ring..start + (1i64 << level) + ring
+            };
+            range(0).all(|x| {
+                range(1).all(|y| {
+                    range(2).all(|z| {
+                        let at = [x, y, z].map(|k| u32::try_from(k).ok());
+                        let [Some(x), Some(y), Some(z)] = at else { return false };
+                        let is_within = (0..3).all(|k| ([x, y, z][k] as usize) < grid.lattice.counts[k]);
+                        is_within
+                            && grid
+                                .cells
+                                .get(grid.octree.find([x, y, z]).0 as usize)
+                                .is_some_and(|cell| cell.cut == NONE)
+                    })
+                })
+            })
+        };
+        assert!(grid.cells.iter().any(|cell| cell.level == 2));
+        for cell in grid.cells.iter().filter(|cell| cell.cut == NONE).step_by(23) {
+            assert!(cell.level == 0 || is_inner(cell.level, cell.origin.map(|k| k >> cell.level)), "{cell:?}");
+            let level = cell.level + 1;
+            assert!(!is_inner(level, cell.origin.map(|k| k >> level)), "{cell:?}");
+        }
+    }
+
+    #[test]
+    fn cells_of_a_rule_cover_the_body_and_neighbours_differ_by_one_level() {
+        let axes = DMat3::from_euler(EulerRot::XYZ, 0.3, -0.2, 0.8);
+        let body = BoxWithHole {
+            outer: BoxBody { centre: DVec3::ZERO, size: DVec3::new(4.0, 3.0, 0.8), axes },
+            hole_centre: axes * DVec3::Z * 0.4,
+            hole_size: DVec3::new(0.1, 0.1, 0.2),
+        };
+        let viewpoint = axes * DVec3::Z * 0.8;
+        let sizes = SizesByDistance { viewpoint, detail_per_distance: 0.02, flat_per_distance: 0.25, greatest_m: 0.4 };
+        let grid = Grid::new(&body, GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: Some(&sizes) });
+        let surface_levels: Vec<u8> = grid.surface_cells().map(|(cell, _)| cell.level).collect();
+        assert!(surface_levels.iter().any(|level| *level <= 1) && surface_levels.iter().any(|level| *level >= 4));
+        assert_is_balanced(&grid);
+        let inside = |cell: &Cell| {
+            let parts = grid.cut_cells.get(cell.cut as usize).and_then(|cut| cut.inside.as_ref());
+            parts.map_or(1.0, |parts| f64::from(parts.iter().sum::<f32>()) / CELL_PARTS as f64)
+        };
+        let volume: f64 = grid.cells.iter().map(|cell| grid.cell_size(cell).element_product() * inside(cell)).sum();
+        // Lines see a corner that is cut off within an eighth of a cell.
+        assert!((volume / (4.0 * 3.0 * 0.8 - 0.001) - 1.0).abs() < 2e-3, "{volume}");
+        let area: f64 = grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
+        assert!((area / (2.0 * (12.0 + 3.2 + 2.4) + 0.04) - 1.0).abs() < 0.01, "{area}");
     }
 
     #[test]

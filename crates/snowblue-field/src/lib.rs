@@ -21,7 +21,7 @@ mod system;
 pub use body::{AxisCrossing, Body};
 pub use field::{CellBox, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
 pub use optics::{GRAIN_RAYS, SnowOptics};
-pub use plan::{FieldError, Survey};
+pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;
 pub use sizes::{CellSizes, SizeLimits, SizesByDistance};
 pub use source::VolumeSource;

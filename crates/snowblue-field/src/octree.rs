@@ -134,10 +134,10 @@ impl Octree {
 /// of others. `counts` is that of the next level.
 fn ringed(divided: &[u64], others: &[u64], counts: [usize; 3]) -> Vec<u64> {
     let mut keys: Vec<u64> = divided.iter().chain(others).copied().collect();
-    for axis in 0..3 {
-        let shift = KEY_BITS * (2 - number(axis));
+    for (axis, count) in (0..).zip(counts) {
+        let shift = KEY_BITS * (2 - axis);
         let mask = ((1 << KEY_BITS) - 1) << shift;
-        let last = counts[axis] as u64 - 1;
+        let last = count as u64 - 1;
         let around = |key: u64| {
             let at = (key & mask) >> shift;
             // The block of cells 2k and 2k + 1 has those from 2k − RING to 2k + 1 + RING within a ring.

@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use crate::body::Body;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, MOST_ALONG_AXIS};
+use crate::octree::Octree;
 use crate::scan::{coverage, surface, volume_m3};
+use crate::sizes::{CellSizes, SizeLimits, demands};
 use crate::system::System;
 
 /// Nodes that a body gets if its snow allows it: enough for details of a fortieth of its size.
@@ -15,8 +17,17 @@ const FINEST_LENGTHS: f64 = 1.0;
 const COARSE_LENGTHS: f64 = 10.0;
 /// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface is guesswork.
 const COARSEST_LENGTHS: f64 = 50.0;
+/// Greatest factor of the sizes of a rule that makes a grid fit into the memory.
+const MOST_FACTOR: f64 = 32.0;
 /// Lines along the longest side of a body that estimate its volume and area.
 const SURVEY_CELLS: f64 = 32.0;
+
+/// Least growth of the factor from one estimate to the next.
+const LEAST_GROWTH: f64 = 1.1;
+/// Nodes of a grid over the cells in which a rule's sizes are demanded, with those inside.
+const NODES_PER_DEMANDED_CELL: f64 = 2.2;
+/// Parts inside, surface elements and integrals of a cell at the surface.
+const BYTES_PER_SURFACE_CELL: f64 = 1200.0;
 
 /// Why a body cannot have a grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -47,6 +58,12 @@ pub enum FieldError {
         step_mm: f64,
         /// Greatest size that the snow allows, in mm.
         allowed_mm: f64,
+    },
+    /// A rule for the sizes of cells asks for too much.
+    #[error("needs cells more than {MOST_FACTOR:.0} times as large as its picture shows to fit into {memory_mib} MiB")]
+    TooMuchDetail {
+        /// Bound of the memory, in MiB.
+        memory_mib: u64,
     },
     /// The cells that were asked for do not fit into the memory.
     #[error("has cells of {step_mm} mm, but only cells of at least {needed_mm:.2} mm fit into {memory_mib} MiB")]
@@ -135,7 +152,8 @@ impl Survey {
     /// Size in m of the smallest cells that fit into a memory in MiB.
     fn smallest_step_m(&self, groups: usize, memory_mib: u64) -> f64 {
         let bytes = memory_mib as f64 * f64::from(1 << 20);
-        bisect(|step_m| self.bytes(step_m, groups) <= bytes)
+        let countable_m = self.bounds_m.max_element() / MOST_ALONG_AXIS as f64;
+        bisect(|step_m| self.bytes(step_m, groups) <= bytes).max(countable_m)
     }
 
     /// About how many nodes a grid has: those of layers of cells that double in size away from the surface.
@@ -151,16 +169,57 @@ impl Survey {
     }
 
     fn bytes(&self, step_m: f64, groups: usize) -> f64 {
-        /// The cell of each finest cell, its state while the grid is built, and its node.
-        const BYTES_PER_FINEST_CELL: f64 = 16.0;
-        /// Parts inside, surface elements and integrals of a cell at the surface.
-        const BYTES_PER_SURFACE_CELL: f64 = 1200.0;
-        let finest = self.bounds_m.x * self.bounds_m.y * self.bounds_m.z / step_m.powi(3);
         let at_surface = 1.5 * self.area_m2 / (step_m * step_m);
-        BYTES_PER_FINEST_CELL * finest
-            + BYTES_PER_SURFACE_CELL * at_surface
-            + (groups * System::BYTES_PER_NODE) as f64 * self.nodes(step_m)
+        BYTES_PER_SURFACE_CELL * at_surface + (groups * System::BYTES_PER_NODE) as f64 * self.nodes(step_m)
     }
+}
+
+/// A rule whose sizes are those of another, times a factor.
+#[derive(Debug, Clone, Copy)]
+pub struct ScaledSizes<'r> {
+    /// The other rule.
+    pub sizes: &'r dyn CellSizes,
+    /// The factor.
+    pub factor: f64,
+}
+
+impl CellSizes for ScaledSizes<'_> {
+    fn least_between(&self, low: DVec3, high: DVec3) -> SizeLimits {
+        let SizeLimits { flat_m, detailed_m } = self.sizes.least_between(low, high);
+        SizeLimits { flat_m: self.factor * flat_m, detailed_m: self.factor * detailed_m }
+    }
+}
+
+/// The least factor, of 1 and some above, of the sizes of a rule for which the grid of a body fits into a memory in
+/// MiB, at some number of groups of four wavelengths, and about how many nodes it then has. `step_m` is the size of the
+/// finest cells in m, and stays.
+///
+/// # Errors
+///
+/// If the factor were greater than 32.
+pub fn fit_sizes(
+    body: &dyn Body,
+    step_m: f64,
+    sizes: &dyn CellSizes,
+    groups: usize,
+    memory_mib: u64,
+) -> Result<(f64, usize), FieldError> {
+    let lattice = Lattice::around(body, step_m, DVec3::ZERO);
+    let memory = memory_mib as f64 * f64::from(1 << 20);
+    let mut factor = 1.0;
+    while factor <= MOST_FACTOR {
+        let demands = demands(body, &lattice, &ScaledSizes { sizes, factor });
+        let (_, leaves) = Octree::new(&lattice, &demands);
+        let at_surface = leaves.iter().filter(|leaf| leaf.is_demanded).count();
+        let nodes = NODES_PER_DEMANDED_CELL * at_surface as f64;
+        let bytes = (groups * System::BYTES_PER_NODE) as f64 * nodes + BYTES_PER_SURFACE_CELL * at_surface as f64;
+        if bytes <= memory {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
+            return Ok((factor, nodes.round() as usize));
+        }
+        factor *= (bytes / memory).sqrt().max(LEAST_GROWTH);
+    }
+    Err(FieldError::TooMuchDetail { memory_mib })
 }
 
 /// The least size in m for which a condition holds that holds for all greater ones.
@@ -178,7 +237,9 @@ mod tests {
     use super::*;
     use crate::field::GridOptions;
     use crate::grid::Grid;
-    use crate::shapes::{Ball, BoxBody};
+    use crate::shapes::{Ball, BoxBody, BoxWithHole};
+    use crate::sizes::SizesByDistance;
+    use glam::DMat3;
 
     #[test]
     fn the_estimate_of_nodes_is_near_their_number() {
@@ -192,6 +253,48 @@ mod tests {
                 assert!(estimate > 0.6 * count && estimate < 1.7 * count, "{estimate} {count}");
             }
         }
+    }
+
+    #[test]
+    fn a_survey_measures_a_wide_thin_slope() {
+        let axes = DMat3::from_rotation_y(0.3);
+        let slope = BoxBody { centre: DVec3::ZERO, size: DVec3::new(100.0, 100.0, 1.0), axes };
+        let survey = Survey::new(&slope).unwrap();
+        // 128 lines along x and y, of which each edge cuts one.
+        assert!((survey.volume_m3 / 1e4 - 1.0).abs() < 0.02, "{}", survey.volume_m3);
+        assert!((survey.area_m2 / 2.04e4 - 1.0).abs() < 0.03, "{}", survey.area_m2);
+    }
+
+    #[test]
+    fn the_sizes_of_a_rule_grow_until_the_grid_fits() {
+        let slope = BoxWithHole {
+            outer: BoxBody::aligned(DVec3::ZERO, DVec3::new(10.0, 10.0, 1.0)),
+            hole_centre: DVec3::Z * 0.5,
+            hole_size: DVec3::new(0.1, 0.1, 0.2),
+        };
+        let ball = Ball { centre: DVec3::ZERO, radius: 1.0 };
+        let sizes = SizesByDistance {
+            viewpoint: DVec3::Z * 1.5,
+            detail_per_distance: 0.03,
+            flat_per_distance: 0.15,
+            greatest_m: 0.5,
+        };
+        let wall = BoxBody::aligned(DVec3::ZERO, DVec3::new(3.0, 3.0, 0.15));
+        let turned = BoxBody { axes: DMat3::from_rotation_y(0.4), ..wall };
+        let bodies: [&dyn Body; 4] = [&slope, &ball, &wall, &turned];
+        for body in bodies {
+            for memory_mib in [1000, 16] {
+                let (factor, nodes) = fit_sizes(body, 0.01, &sizes, 1, memory_mib).unwrap();
+                assert_eq!(factor > 1.0, memory_mib == 16);
+                let sizes = ScaledSizes { sizes: &sizes, factor };
+                let options = GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: Some(&sizes) };
+                let count = Grid::new(body, options).free_count as f64;
+                let ratio = nodes as f64 / count;
+                assert!(ratio > 0.6 && ratio < 1.7, "{nodes} {count}");
+            }
+        }
+        let tiny = fit_sizes(&ball, 0.01, &sizes, 1, 0).unwrap_err();
+        assert!(tiny.to_string().contains("needs cells more than 32 times as large"), "{tiny}");
     }
 
     #[test]

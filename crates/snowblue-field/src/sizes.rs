@@ -68,6 +68,8 @@ const FLAT_CELLS: f64 = 0.125;
 const THICK_CELLS: f64 = 2.0;
 /// Difference of height between neighbouring lines, over their distance, that is a wall between them.
 const WALL_SLOPE: f64 = 2.0;
+/// Distance from a face within which a surface lies on it, in cells: the rounding of coordinates.
+const FACE_CELLS: f64 = 1e-6;
 /// Where in a column its line is, as fractions along x and y, if the lines before have an odd number of crossings. The
 /// middle would meet the vertices of meshes too often.
 pub(crate) const LINES: [[f64; 2]; 4] = [[0.375, 0.625], [0.625, 0.375], [0.125, 0.875], [0.875, 0.125]];
@@ -187,8 +189,9 @@ impl<'a> Lines<'a> {
     /// The demands within a cell through which a range of lines passes: levels and keys.
     fn demands(&self, level: u8, place: [u32; 3], lines: Range<usize>) -> Vec<(u8, u64)> {
         let coarse = self.lattice.coarsened(level);
-        let low = coarse.corner(place);
-        let high = low + coarse.step;
+        // A surface on the face of a cell belongs to the cells on both sides.
+        let low = coarse.corner(place) - FACE_CELLS * coarse.step;
+        let high = low + (1.0 + 2.0 * FACE_CELLS) * coarse.step;
         if !lines.clone().any(|line| self.meets(&self.lines[line], low.z, high.z)) {
             return Vec::new();
         }
@@ -240,11 +243,13 @@ impl<'a> Lines<'a> {
             least_thickness_m = least_thickness_m.min(inside.ends[1] - inside.ends[0]);
         }
         let (normal, point) = (normal.normalize_or_zero(), point / count);
+        let is_wall = |wall: &[f64; 2]| wall[0] < high.z && wall[1] > low.z;
         let is_plain = |(_, inside, end): (&Line, &Inside, usize)| inside.normals[end].dot(normal) >= FLAT_COS;
         let rise = f64::from(normal.z);
         if normal.z.abs() < STEEP_COS
             || least_thickness_m * rise.abs() < THICK_CELLS * size_m
             || !crossings().all(is_plain)
+            || lines.iter().any(|line| self.walls[line.walls.clone()].iter().any(is_wall))
         {
             return false;
         }
@@ -308,4 +313,56 @@ fn code([x, y]: [u32; 2]) -> u64 {
         bits
     };
     spread(x) | spread(y) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::octree::place;
+    use crate::shapes::{BoxBody, BoxWithHole};
+
+    #[test]
+    fn sizes_grow_with_the_distance_to_the_nearest_point_of_a_box() {
+        let rule = SizesByDistance {
+            viewpoint: DVec3::new(0.0, 0.0, 2.0),
+            detail_per_distance: 0.01,
+            flat_per_distance: 0.1,
+            greatest_m: 0.15,
+        };
+        let at = |low: DVec3, high: DVec3| rule.least_between(low, high);
+        let near = at(DVec3::new(-1.0, -1.0, 0.0), DVec3::ONE);
+        assert!((near.detailed_m - 0.01).abs() < 1e-12 && (near.flat_m - 0.1).abs() < 1e-12, "{near:?}");
+        let far = at(DVec3::new(3.0, 4.0, 2.0), DVec3::splat(9.0));
+        assert!((far.detailed_m - 0.05).abs() < 1e-12 && (far.flat_m - 0.15).abs() < 1e-12, "{far:?}");
+        let around = at(DVec3::splat(-3.0), DVec3::splat(3.0));
+        assert!(around.detailed_m.abs() < 1e-12 && around.flat_m.abs() < 1e-12, "{around:?}");
+    }
+
+    #[test]
+    fn cells_of_30_cm_do_not_miss_a_hole_of_10_cm() {
+        #[derive(Debug)]
+        struct Rule;
+        impl CellSizes for Rule {
+            fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
+                SizeLimits { flat_m: 0.3, detailed_m: 0.05 }
+            }
+        }
+        for x in [0.0, 0.013, 0.11] {
+            let hole_centre = DVec3::new(x, 0.4, 0.7);
+            let body = BoxWithHole {
+                outer: BoxBody::aligned(DVec3::ZERO, DVec3::new(4.8, 4.8, 1.4)),
+                hole_centre,
+                hole_size: DVec3::new(0.1, 0.1, 0.2),
+            };
+            let lattice = Lattice::around(&body, 0.0375, DVec3::ZERO);
+            let demands = demands(&body, &lattice, &Rule);
+            let at = lattice.cell_at(hole_centre - DVec3::Z * 0.1);
+            let demands_at = |level: usize, key: u64| place(key) == at.map(|k| k >> level);
+            let found = (0..demands.len()).find(|level| demands[*level].iter().any(|key| demands_at(*level, *key)));
+            assert_eq!(found, Some(0), "{x}");
+            // Far from the hole and the edges the top is flat.
+            let flat = lattice.cell_at(DVec3::new(-1.3, -1.3, 0.69)).map(|k| k >> 3);
+            assert!(demands[3].iter().any(|key| place(*key) == flat), "{x}");
+        }
+    }
 }

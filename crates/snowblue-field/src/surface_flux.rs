@@ -33,18 +33,21 @@ pub(crate) struct SurfaceNodes {
     number: Vec<u32>,
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,
+    /// The same, but larger cells count as if they had the finest size: the weight of a node's mean in interpolation. By
+    /// their area, the nodes of large cells would outweigh those of small ones in the cells between.
+    weight: Vec<[f32; SIDES]>,
 }
 
 /// Numbers of the nodes around a node, itself included, with how many cells they share. They are 27 at most where cells
 /// have one size.
 type Neighbours = Vec<(u32, f32)>;
 
-/// The net flux of a group of wavelengths, times the area, at each free node near the surface.
+/// The net flux of a group of wavelengths, times its weight, at each free node near the surface.
 pub(crate) type NodeFlux = Vec<[f32x4; SIDES]>;
 
 impl SurfaceNodes {
     pub(crate) fn new(grid: &Grid) -> Self {
-        let mut nodes = Self { number: vec![NONE; grid.free_count], area_m2: Vec::new() };
+        let mut nodes = Self { number: vec![NONE; grid.free_count], area_m2: Vec::new(), weight: Vec::new() };
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
             for term in cell.corners.iter().flat_map(|corner| grid.terms(*corner)) {
                 let number = &mut nodes.number[term.free as usize];
@@ -54,10 +57,17 @@ impl SurfaceNodes {
                 }
             }
         }
-        let mut area_m2 = std::mem::take(&mut nodes.area_m2);
-        nodes.visit_elements(grid, &mut |_, place, side, weight| area_m2[place][side] += weight);
-        nodes.area_m2 = area_m2;
-        nodes
+        let (mut area_m2, mut weight) = (std::mem::take(&mut nodes.area_m2), Vec::new());
+        weight.resize(area_m2.len(), [0.0; SIDES]);
+        let mut of_elements = vec![1.0; grid.surface.len()];
+        for (cell, elements) in grid.surface_cells() {
+            of_elements[elements].fill(0.25_f32.powi(cell.level.into()));
+        }
+        nodes.visit_elements(grid, &mut |index, place, side, area| {
+            area_m2[place][side] += area;
+            weight[place][side] += area * of_elements[index];
+        });
+        Self { area_m2, weight, ..nodes }
     }
 
     /// The smoothed flux of the fluxes of all surface elements.
@@ -82,7 +92,7 @@ impl SurfaceNodes {
     #[inline]
     pub(crate) fn flux(&self, grid: &Grid, nodes: &NodeFlux, (cell, at): (&Cell, [f32; 3]), normal: Vec3) -> f32x4 {
         let weights = side_weights(normal);
-        let (mut sum, mut area_m2) = (f32x4::ZERO, 0.0);
+        let (mut sum, mut sum_of_weights) = (f32x4::ZERO, 0.0);
         for (corner, shape) in cell.corners.iter().zip(shape(at)) {
             for term in grid.terms(*corner) {
                 let number = self.number[term.free as usize] as usize;
@@ -90,11 +100,11 @@ impl SurfaceNodes {
                 for (side, weight) in weights {
                     let weight = shape * weight * term.weight;
                     sum += flux[side] * weight;
-                    area_m2 += self.area_m2[number][side] * weight;
+                    sum_of_weights += self.weight[number][side] * weight;
                 }
             }
         }
-        quotient(sum, area_m2)
+        quotient(sum, sum_of_weights)
     }
 
     /// Takes the noise off a quantity of the surface elements that was sampled at random: averages it over as many
@@ -106,7 +116,7 @@ impl SurfaceNodes {
     pub(crate) fn denoise(&self, grid: &Grid, values: &mut [f32x4], tolerance: f32) {
         let areas = &self.area_m2;
         let sums = self.averaged(grid, values);
-        let means: NodeFlux = sums.iter().zip(areas).map(|(sums, areas)| quotients(sums, areas)).collect();
+        let means: NodeFlux = sums.iter().zip(&self.weight).map(|(sums, weights)| quotients(sums, weights)).collect();
         // Scatter of the elements around the means, of the sum over all wavelengths.
         let mut scatter = vec![[f32x4::ZERO; SIDES]; areas.len()];
         self.visit_elements(grid, &mut |index, place, side, weight| {
@@ -153,8 +163,8 @@ impl SurfaceNodes {
                 }
             }
         }
-        for (result, areas) in result.iter_mut().zip(areas) {
-            (0..SIDES).for_each(|side| result[side] *= areas[side]);
+        for (result, weights) in result.iter_mut().zip(&self.weight) {
+            (0..SIDES).for_each(|side| result[side] *= weights[side]);
         }
         for (cell, elements) in grid.surface_cells() {
             for index in elements {
@@ -205,9 +215,15 @@ impl SurfaceNodes {
         (0..means.len()).into_par_iter().map(|here| std::array::from_fn(|side| mean(here, side))).collect()
     }
 
+    /// The means at the nodes, times their weights.
     fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let mut sums = vec![[f32x4::ZERO; SIDES]; self.area_m2.len()];
-        self.visit_elements(grid, &mut |index, place, side, weight| sums[place][side] += flux[index] * weight);
+        self.visit_elements(grid, &mut |index, place, side, area| sums[place][side] += flux[index] * area);
+        for ((sums, areas), weights) in sums.iter_mut().zip(&self.area_m2).zip(&self.weight) {
+            for side in (0..SIDES).filter(|side| areas[*side] > 0.0) {
+                sums[side] *= weights[side] / areas[side];
+            }
+        }
         sums
     }
 
@@ -230,14 +246,14 @@ impl SurfaceNodes {
     }
 }
 
-/// Sums over areas.
+/// Sums over areas or weights.
 fn quotients(sums: &[f32x4; SIDES], areas: &[f32; SIDES]) -> [f32x4; SIDES] {
     std::array::from_fn(|side| quotient(sums[side], areas[side]))
 }
 
-/// A sum over an area; 0 where there is no area.
-fn quotient(sum: f32x4, area_m2: f32) -> f32x4 {
-    if area_m2 > 0.0 { sum / f32x4::splat(area_m2) } else { f32x4::ZERO }
+/// A sum over an area or weight; 0 where there is none.
+fn quotient(sum: f32x4, weight: f32) -> f32x4 {
+    if weight > 0.0 { sum / f32x4::splat(weight) } else { f32x4::ZERO }
 }
 
 /// How much two surfaces count as one by their brightness: the square of the ratio of the darker to the brighter.

@@ -199,6 +199,60 @@ fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
     f32x4::ONE + absorption_per_m / transport_length_m * (0.25 * square_width_m2)
 }
 
+/// Widths of a cell, in lengths 1/κ over which light decays, from which on and to which the flux at its surface changes
+/// from the grid's to that of a half-space.
+const UNRESOLVED_WIDTHS: [f32; 2] = [0.75, 1.75];
+/// The same for the thickness of the snow below. Less than e⁻² of the light passes through thicker snow.
+const HALF_SPACE_DEPTHS: [f32; 2] = [2.0, 3.0];
+/// In such cells the fluence rate at the surface may be greater than 4 Σ K F by this part of it. What it is greater by
+/// beyond is light from elsewhere.
+const OVERSHOOT: f32 = 0.1;
+
+/// What the elements in a cell at the surface have instead of the net flux that the grid gives, where the cell is wide.
+///
+/// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve that, and its
+/// surface absorbs too much or too little by how the surface cuts it. Where the snow is also thicker than a few 1/κ, the
+/// flux is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*), and what comes from elsewhere stays the grid's.
+pub(crate) struct WideCell {
+    /// κ, in 1/m.
+    decay_per_m: f32x4,
+    /// The part of the flux by its width.
+    share: f32x4,
+    /// The flux of a half-space over Σ K F.
+    half_space: f32x4,
+    /// The greatest flux over Σ K F that is the grid's error.
+    overshoot: f32x4,
+}
+
+impl WideCell {
+    /// For a cell with some surface elements; none if it is narrow at all wavelengths.
+    pub(crate) fn new(
+        grid: &Grid,
+        (cell, elements): (&Cell, Range<usize>),
+        diffusion: &Diffusion,
+        extrapolation: f64,
+    ) -> Option<Self> {
+        let Diffusion { transport_length_m, absorption_per_m } = *diffusion;
+        let decay_per_m = (absorption_per_m * 3.0 / transport_length_m).sqrt();
+        let share = part(UNRESOLVED_WIDTHS, decay_per_m * square_width_m2(grid, cell, elements).sqrt());
+        let slope = decay_per_m * transport_length_m;
+        let half_space = slope * (-4.0 / 3.0) / (f32x4::ONE + slope * single_value(extrapolation));
+        let overshoot = f32x4::splat(OVERSHOOT * single_value(4.0 / (3.0 * extrapolation)));
+        share.to_array().iter().any(|share| *share > 0.0).then_some(Self { decay_per_m, share, half_space, overshoot })
+    }
+
+    /// The net flux at an element, from the grid's, for the light Σ K F there and snow of a thickness in m.
+    pub(crate) fn flux(&self, of_grid: f32x4, light: f32x4, thickness_m: f32) -> f32x4 {
+        let share = self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m);
+        of_grid + share * (self.half_space * light - of_grid.fast_min(self.overshoot * light))
+    }
+}
+
+/// How far values lie between two ends, from 0 to 1.
+fn part([start, end]: [f32; 2], values: f32x4) -> f32x4 {
+    ((values - f32x4::splat(start)) / f32x4::splat(end - start)).fast_max(f32x4::ZERO).fast_min(f32x4::ONE)
+}
+
 /// Mean square of the width of a cell across its surface elements, in m².
 fn square_width_m2(grid: &Grid, cell: &Cell, elements: Range<usize>) -> f32 {
     let step = grid.cell_size(cell).as_vec3();
