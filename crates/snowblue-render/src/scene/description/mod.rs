@@ -4,6 +4,7 @@
 //! is read from TOML. Lengths are in metres; other units stand in the names of the keys.
 
 pub(crate) mod camera;
+pub(crate) mod carved;
 pub(crate) mod check;
 pub(crate) mod key_path;
 pub(crate) mod light;
@@ -13,6 +14,10 @@ mod scene;
 pub(crate) mod value;
 
 pub use camera::CameraDescription;
+pub use carved::{
+    CapsuleDescription, CarvedDescription, CylinderDescription, HalfSpaceDescription, SolidBoxDescription,
+    SolidDescription, SolidEllipsoidDescription,
+};
 pub use check::GREATEST_STOPS;
 pub use key_path::{DescriptionError, KeyPath, Step};
 pub use light::{
@@ -26,4 +31,4 @@ pub use object::{
     MoundDescription, ObjectDescription, ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
 };
 pub use scene::SceneDescription;
-pub use value::{ColorDescription, Scale, SnowProperty};
+pub use value::{ColorDescription, Radii, Scale, SnowProperty};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::carved::CarvedDescription;
 use super::value::{Scale, numbers};
 
 /// A shape with a transform and a material.
@@ -83,6 +84,8 @@ pub enum ShapeDescription {
     Drift(DriftDescription),
     /// An igloo, one object for each block.
     Igloo(IglooDescription),
+    /// Snow heaped up and hollowed out.
+    Carved(CarvedDescription),
     /// A mesh from a file.
     #[serde(untagged)]
     Mesh(MeshDescription),

@@ -36,9 +36,17 @@
 //!                          #   relief = 0, seed = 1;
 //!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
 //!                          #   seam_depth = wall / 4, seam_width = 0.05, seed = 1;
+//!                          # shape = "carved": cell, rounding = 0, relief = 0, relief_length = 0.3, seed = 1, and
+//!                          #   below it [[object.add]] and [[object.remove]];
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
 //!                          #   smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
+//! [[object.add]]           # of carved snow, as [[object.remove]]:
+//!                          # type = "ellipsoid": centre, radii, rotation_deg = [0, 0, 0];
+//!                          # type = "box": centre, size, rotation_deg = [0, 0, 0], edge = 0;
+//!                          # type = "capsule": from, to, radius or radius = [at from, at to];
+//!                          # type = "cylinder": from, to, radius, edge = 0;
+//!                          # type = "half_space" (only removed): point, normal (out of it)
 //! ```
 //!
 //! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces z
@@ -48,8 +56,9 @@
 //! mesh of a glTF. With `smooth = false` the faces of a mesh are shaded as flat ones. A glTF's materials are those of
 //! the scene file under the same names, and else diffuse, with their base colour. Heights, row by row from far to near,
 //! are multiplied by the third number of `size`; a level `bottom` closes the solid. A drift is snow of a depth below
-//! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Snow objects of one `body` are
-//! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
+//! z = 0, with mounds above it. An igloo is one object for each block, all of one body. Carved snow is the union of
+//! the solids that it adds without those that it removes. Snow objects of one `body` are one solid.
+//! [`texture`](crate::scene::material::texture) says where an image lies on a shape,
 //! [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 
 mod message;
