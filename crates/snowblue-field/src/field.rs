@@ -171,11 +171,11 @@ impl SnowBody {
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
         #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
         let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
-        let of_group = |((nodes, light), diffusion): ((&Vec<f32x4>, &&[f32x4]), &DiffusionAt)| {
+        let of_group = |((nodes, light), diffusion): ((&Vec<f32x4>, &&[f32x4]), &Vec<Diffusion>)| {
             let mut flux = vec![f32x4::ZERO; light.len()];
-            for (cell, elements) in self.grid.surface_cells() {
-                let snow = diffusion(self.grid.cell_centre(cell));
-                let wide = WideCell::new(&self.grid, (cell, elements.clone()), &snow, self.extrapolation);
+            for (number, elements) in self.grid.numbered_surface_cells() {
+                let cell = &self.grid.cells[number];
+                let wide = WideCell::new(&self.grid, (cell, elements.clone()), &diffusion[number], self.extrapolation);
                 for index in elements {
                     let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
                     let of_grid = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;

@@ -320,6 +320,83 @@ fn landscape_mistake(text: &str) -> String {
     Scene::load(&path, &analytic_table()).unwrap_err().to_string()
 }
 
+/// A ball of carved snow in place of the mesh, which ends on line 33.
+const CARVED: &str = "material = \"floor\"\nshape = \"carved\"\ncell = 0.05\nrounding = 0.1\nrelief = 0.01\n\
+    [[object.add]]\ntype = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.5, 0.5, 0.5]\n\
+    [[object.remove]]\ntype = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]\n";
+
+#[test]
+fn carved_snow_is_read_and_its_mistakes_are_named() {
+    let carved = SCENE.replace("mesh = \"gone.ply\"\nmaterial = \"floor\"\n", CARVED);
+    assert!(load(&carved, None).is_ok());
+    let cases = [
+        ("cell = 0.05\n", "", 23, "object[1].cell is missing"),
+        ("cell = 0.05", "cell = 0", 26, "object[1].cell is 0 m, but must lie in 0.0001 to 1000 m"),
+        ("cell = 0.05", "cell = 0.001", 26, "object[1].cell is 0.001 m, but must be at least 0.0013 m for solids of"),
+        ("cell = 0.05", "cel = 0.05", 26, "unknown key `cel` in object[1]; known are shape, material, body, position"),
+        ("rounding = 0.1", "rounding = -1", 27, "object[1].rounding is -1 m, but must lie in 0 to 1000 m"),
+        ("relief = 0.01", "relief = 0.1", 28, "object[1].relief is 0.1 m, but must lie in 0 to 0.075 m"),
+        ("relief = 0.01", "relief = 0.01\nrelief_length = 0.08", 29, "is 0.08 m, but must lie in 0.1 to 1000 m"),
+        ("[0.5, 0.5, 0.5]", "[0.5, 0, 0.5]", 32, "object[1].add[0].radii is 0 m, but must lie in"),
+        ("[0.5, 0.5, 0.5]", "[0.5, 0.5]", 32, "object[1].add[0].radii is invalid length 2"),
+        (
+            "[0.5, 0.5, 0.5]",
+            "[1, 1, 1]\nsize = 1",
+            33,
+            "unknown key `size` in object[1].add[0]; known are type, centre",
+        ),
+        ("centre = [0, 0, 0]", "centre = [0, 2000, 0]", 31, "is 2000 m, but must lie in -1000 to 1000 m"),
+        (
+            "type = \"ellipsoid\"",
+            "type = \"cone\"",
+            30,
+            "object[1].add[0].type is \"cone\", but must be one of ellipsoid",
+        ),
+        ("type = \"ellipsoid\"\n", "", 29, "object[1].add[0].type is missing"),
+        ("[[object.add]]", "[[object.remove]]", 24, "object[1].add is empty, but must have at least one solid"),
+        ("[[object.add]]", "[object.add]", 29, "object[1].add must be written as [[object.add]]"),
+        ("to = [0, 0, 1]", "to = [0, 0, 0]", 36, "object[1].remove[0].to must not be the point `from`"),
+        (
+            "[0.2, 0.1]",
+            "\"wide\"",
+            37,
+            "object[1].remove[0].radius is string \"wide\", but must be a number or a list of",
+        ),
+        ("[0.2, 0.1]", "[9, 9]", 24, "object[1] is empty: its solids are removed or smaller than a cell"),
+        (
+            "type = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.5, 0.5, 0.5]",
+            "type = \"half_space\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]",
+            30,
+            "object[1].add[0].type is \"half_space\", which has no end and can only be removed",
+        ),
+        (
+            "type = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]",
+            "type = \"half_space\"\npoint = [0, 0, 0]\nnormal = [0, 0, 0]",
+            36,
+            "object[1].remove[0].normal is [0, 0, 0], but must not be zero",
+        ),
+        (
+            "type = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]",
+            "type = \"box\"\ncentre = [0, 0, 0]\nsize = [1, 1, 0.2]\nedge = 0.2",
+            37,
+            "object[1].remove[0].edge is 0.2 m, but must lie in 0 to 0.1 m",
+        ),
+        (
+            "type = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]",
+            "type = \"cylinder\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = 0.2\nedge = 0.3",
+            38,
+            "object[1].remove[0].edge is 0.3 m, but must lie in 0 to 0.2 m",
+        ),
+    ];
+    for (right, wrong, line, expected) in cases {
+        assert!(carved.contains(right), "{right}");
+        let message = load(&carved.replacen(right, wrong, 1), None).unwrap_err();
+        assert!(message.contains(&format!("scene.toml:{line}: ")), "{wrong}: {message}");
+        assert!(message.contains(expected), "{wrong}: {message}");
+        assert!(!message.contains('\n'), "{message}");
+    }
+}
+
 /// Replaces something right by something wrong, and looks for the line and the words of the complaint.
 fn check_mistake((right, wrong, line, expected): (&str, &str, usize, &str)) {
     let message = load(&SCENE.replacen(right, wrong, 1), Some(PLY)).unwrap_err();
@@ -549,6 +626,41 @@ material = "c"
 shape = "igloo"
 courses = 4
 material = "a"
+[[object]]
+shape = "carved"
+cell = 0.1
+rounding = 0.2
+relief = 0.02
+relief_length = 0.4
+seed = 3
+position = [1, 0, 0]
+material = "a"
+[[object.add]]
+type = "ellipsoid"
+centre = [0, 0, 0]
+radii = [3, 2, 1]
+rotation_deg = [0, 0, 30]
+[[object.add]]
+type = "box"
+centre = [1, 0, 0]
+size = [1, 1, 1]
+rotation_deg = [0, 0, 45]
+edge = 0.1
+[[object.remove]]
+type = "capsule"
+from = [0, 0, 0]
+to = [3, 0, 0]
+radius = [0.5, 0.4]
+[[object.remove]]
+type = "cylinder"
+from = [0, 0, 0]
+to = [0, 0, 3]
+radius = 0.3
+edge = 0.05
+[[object.remove]]
+type = "half_space"
+point = [0, 0, -0.5]
+normal = [0, 0, 1]
 [[object]]
 mesh = "a.obj"
 part = "stone"

@@ -5,14 +5,22 @@ use glam::{DVec3, IVec3};
 /// Number of octaves of noise, each with half the scale and about half the amplitude of the previous one.
 const OCTAVES: u32 = 4;
 
+/// Greatest magnitude of the noise.
+pub(crate) const GREATEST_RELIEF: f64 = 2.0;
+
 /// Smooth noise of mean 0, mostly within ±1. The scale of the coarsest octave is `size_m`.
 pub(crate) fn relief(position: DVec3, size_m: f64, seed: u32) -> f64 {
+    relief_above(position, size_m, 0.0, seed)
+}
+
+/// The same noise without octaves whose scale is below `least_m`.
+pub(crate) fn relief_above(position: DVec3, size_m: f64, least_m: f64, seed: u32) -> f64 {
     let octave = |number: u32| {
         let finer = f64::from(1 << number);
         // The octaves are shifted, so that their lattices do not coincide at the origin.
         value_noise(position * (finer / size_m) + 17.3 * f64::from(number), seed.wrapping_add(number)) / finer
     };
-    (0..OCTAVES).map(octave).sum()
+    (0..OCTAVES).take_while(|number| size_m >= least_m * f64::from(1 << number)).map(octave).sum()
 }
 
 /// Value noise: random numbers at the points of the integer lattice, interpolated by 6t⁵ − 15t⁴ + 10t³ (Perlin 2002,
@@ -60,5 +68,16 @@ mod tests {
             assert!((relief(at + DVec3::X * 1e-6, 0.3, 5) - relief(at, 0.3, 5)).abs() < steepest * 1e-6);
         }
         assert!((relief(DVec3::ONE, 0.3, 5) - relief(DVec3::ONE, 0.3, 6)).abs() > 1e-3);
+    }
+
+    #[test]
+    fn fine_octaves_can_be_left_out() {
+        let at = DVec3::new(0.31, -0.17, 0.05);
+        assert_eq!(relief_above(at, 0.4, 0.05, 3).to_bits(), relief(at, 0.4, 3).to_bits());
+        assert_eq!(relief_above(at, 0.4, 0.3, 3).to_bits(), value_noise(at / 0.4, 3).to_bits());
+        assert!(relief_above(at, 0.4, 0.5, 3).abs() <= 0.0);
+        // The second octave adds at most half the height of the first.
+        let second = relief_above(at, 0.4, 0.2, 3) - relief_above(at, 0.4, 0.3, 3);
+        assert!(second.abs() > 1e-3 && second.abs() <= 0.5, "{second}");
     }
 }

@@ -1,6 +1,7 @@
 //! From a description to a scene: reads the files that it names, takes the curves of its snow from a table, and checks
 //! that all of it fits together.
 
+mod carved;
 mod changes;
 mod closed;
 mod gltf_scene;

@@ -16,6 +16,7 @@ use crate::geometry::shape::Shape;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
 use crate::mesh_files::{is_y_up, read_mesh_from};
+use crate::scene::build::carved::carved_mesh;
 use crate::scene::build::closed::check_closed;
 use crate::scene::build::landscape::{self, Land};
 use crate::scene::build::material::NamedMaterial;
@@ -108,6 +109,7 @@ impl<'scene> ObjectBuilder<'scene> {
                 let blocks = igloo_of(igloo).blocks().into_iter();
                 blocks.map(|block| placed(path, &placing, block)).collect::<Result<_, _>>()?
             }
+            ShapeDescription::Carved(carved) => vec![placed(path, &placing, carved_mesh(path, carved)?)?],
             ShapeDescription::Mesh(mesh) => vec![self.mesh(path, mesh, &placing, is_snow)?],
         };
         for shape in &shapes {
@@ -184,6 +186,7 @@ impl ShapeDescription {
             Self::Drift(_) => "drift",
             Self::Snowpack(_) => "snowpack",
             Self::Igloo(_) => "igloo",
+            Self::Carved(_) => "carved",
             Self::Mesh(MeshDescription { mesh, part: Some(part), .. }) => return format!("{mesh} {part}"),
             Self::Mesh(MeshDescription { mesh, part: None, .. }) => mesh,
         };

@@ -18,12 +18,11 @@ pub(super) struct Placing {
 impl Placing {
     /// That of an object.
     pub(super) fn of(settings: &ObjectSettings) -> Self {
-        let [x, y, z] = settings.rotation_deg.map(|degrees| f64::from(narrow(degrees)).to_radians());
         let scale = match settings.scale {
             Scale::Uniform(scale) => DVec3::splat(scale),
             Scale::Axes(scales) => DVec3::from(scales.map(|scale| f64::from(narrow(scale)))),
         };
-        Self { position: point(settings.position), rotation: DMat3::from_euler(EulerRot::ZYX, z, y, x), scale }
+        Self { position: point(settings.position), rotation: rotation(settings.rotation_deg), scale }
     }
 
     /// The directions of the shape's axes in the scene.
@@ -35,6 +34,12 @@ impl Placing {
     pub(super) fn to_scene(&self) -> DAffine3 {
         DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
     }
+}
+
+/// The rotations about x, then y, then z by some degrees.
+pub(super) fn rotation(rotation_deg: [f64; 3]) -> DMat3 {
+    let [x, y, z] = rotation_deg.map(|degrees| f64::from(narrow(degrees)).to_radians());
+    DMat3::from_euler(EulerRot::ZYX, z, y, x)
 }
 
 /// The placement by a map, or what is wrong with it.

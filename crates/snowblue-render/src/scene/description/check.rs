@@ -8,6 +8,7 @@ use snowblue_transport::sample::{
 };
 
 use super::camera::CameraDescription;
+use super::carved::{CarvedDescription, SolidDescription};
 use super::key_path::{DescriptionError, KeyPath};
 use super::landscape::{
     DepthDescription, GridSettings, GroundSource, HeightFieldDescription, HeightSource, ImprintDescription,
@@ -42,6 +43,9 @@ const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
 const MAP_COORDINATE: Range = Range::new(-1e8, 1e8, "m");
 const SNOW_DEPTH: Range = Range::new(-100.0, 100.0, "m");
 const TAPER: Range = Range::new(0.5, 60.0, "deg");
+/// Coordinates and sizes of solids of carved snow, which a mesh of single precision resolves.
+const CARVED_REACH: Range = Range::new(-1000.0, 1000.0, "m");
+const CARVED_SIZE: Range = Range::new(1e-4, 1000.0, "m");
 const SCALE: Range = Range::new(1e-6, 1e6, "");
 const FRACTION: Range = Range::new(0.0, 1.0, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
@@ -406,6 +410,7 @@ fn check_object(path: &KeyPath, object: &ObjectDescription) -> Checked {
         ShapeDescription::Drift(drift) => check_drift(path, drift),
         ShapeDescription::Snowpack(snowpack) => check_snowpack(path, snowpack),
         ShapeDescription::Igloo(igloo) => check_igloo(path, igloo),
+        ShapeDescription::Carved(carved) => check_carved(path, carved),
     }
 }
 
@@ -523,4 +528,72 @@ fn check_igloo(path: &KeyPath, igloo: &IglooDescription) -> Checked {
         Range::new(0.0, 0.4 * igloo.wall, "m").check(&path.key("seam_depth"), depth)?;
     }
     Range::new(0.005, 0.5, "m").check(&path.key("seam_width"), igloo.seam_width)
+}
+
+fn check_carved(path: &KeyPath, carved: &CarvedDescription) -> Checked {
+    CARVED_SIZE.check(&path.key("cell"), carved.cell)?;
+    Range::new(0.0, CARVED_REACH.greatest, "m").check(&path.key("rounding"), carved.rounding)?;
+    if carved.relief > 0.0 {
+        // Shorter unevenness would fall between the vertices.
+        let length = Range::new(2.0 * carved.cell, CARVED_REACH.greatest, "m");
+        length.check(&path.key("relief_length"), carved.relief_length)?;
+    }
+    // Higher unevenness would come apart.
+    Range::new(0.0, 0.25 * carved.relief_length, "m").check(&path.key("relief"), carved.relief)?;
+    let path_to_add = path.key("add");
+    if carved.add.is_empty() {
+        return Err(path_to_add.error("is empty, but must have at least one solid"));
+    }
+    for (index, solid) in carved.add.iter().enumerate() {
+        let path = path_to_add.index(index);
+        if matches!(solid, SolidDescription::HalfSpace(_)) {
+            return Err(path.key("type").error("is \"half_space\", which has no end and can only be removed"));
+        }
+        check_solid(&path, solid)?;
+    }
+    let path_to_remove = path.key("remove");
+    carved.remove.iter().enumerate().try_for_each(|(index, solid)| check_solid(&path_to_remove.index(index), solid))
+}
+
+fn check_solid(path: &KeyPath, solid: &SolidDescription) -> Checked {
+    let reach = |key: &str, coordinates: &[f64; 3]| CARVED_REACH.check_all(&path.key(key), coordinates);
+    let size = |key: &str, sizes: &[f64]| CARVED_SIZE.check_all(&path.key(key), sizes);
+    let rotation = |angles: &[f64; 3]| ROTATION.check_all(&path.key("rotation_deg"), angles);
+    let edge = |edge: f64, greatest: f64| Range::new(0.0, greatest, "m").check(&path.key("edge"), edge);
+    let apart = |from: &[f64; 3], to: &[f64; 3]| {
+        let axis = point(*to) - point(*from);
+        check_direction(&path.key("to"), axis, "must not be the point `from`")
+    };
+    match solid {
+        SolidDescription::Ellipsoid(ellipsoid) => {
+            reach("centre", &ellipsoid.centre)?;
+            size("radii", &ellipsoid.radii)?;
+            rotation(&ellipsoid.rotation_deg)
+        }
+        SolidDescription::Box(cuboid) => {
+            reach("centre", &cuboid.centre)?;
+            size("size", &cuboid.size)?;
+            rotation(&cuboid.rotation_deg)?;
+            edge(cuboid.edge, 0.5 * cuboid.size.iter().copied().fold(f64::INFINITY, f64::min))
+        }
+        SolidDescription::Capsule(capsule) => {
+            reach("from", &capsule.from)?;
+            reach("to", &capsule.to)?;
+            size("radius", &capsule.radius.ends())?;
+            apart(&capsule.from, &capsule.to)
+        }
+        SolidDescription::Cylinder(cylinder) => {
+            reach("from", &cylinder.from)?;
+            reach("to", &cylinder.to)?;
+            size("radius", &[cylinder.radius])?;
+            apart(&cylinder.from, &cylinder.to)?;
+            let half = 0.5 * f64::from(point(cylinder.from).distance(point(cylinder.to)));
+            edge(cylinder.edge, half.min(cylinder.radius))
+        }
+        SolidDescription::HalfSpace(half_space) => {
+            reach("point", &half_space.point)?;
+            DIRECTION.check_all(&path.key("normal"), &half_space.normal)?;
+            check_direction(&path.key("normal"), point(half_space.normal), "is [0, 0, 0], but must not be zero")
+        }
+    }
 }

@@ -11,6 +11,16 @@ pub enum Step {
     Index(usize),
 }
 
+impl Step {
+    /// The key, if the step is one.
+    pub(crate) fn key(&self) -> Option<&str> {
+        match self {
+            Self::Key(key) => Some(key),
+            Self::Index(_) => None,
+        }
+    }
+}
+
 /// The path to a value in a description, such as `object[3].size`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyPath(Vec<Step>);

@@ -4,6 +4,7 @@
 //! is read from TOML. Lengths are in metres; other units stand in the names of the keys.
 
 pub(crate) mod camera;
+pub(crate) mod carved;
 pub(crate) mod check;
 pub(crate) mod key_path;
 pub(crate) mod landscape;
@@ -15,6 +16,10 @@ pub(crate) mod sky;
 pub(crate) mod value;
 
 pub use camera::CameraDescription;
+pub use carved::{
+    CapsuleDescription, CarvedDescription, CylinderDescription, HalfSpaceDescription, SolidBoxDescription,
+    SolidDescription, SolidEllipsoidDescription,
+};
 pub use check::GREATEST_STOPS;
 pub use key_path::{DescriptionError, KeyPath, Step};
 pub use landscape::{
@@ -36,4 +41,4 @@ pub use object::{
 };
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
-pub use value::{ColorDescription, Scale, SnowProperty};
+pub use value::{ColorDescription, Radii, Scale, SnowProperty};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::carved::CarvedDescription;
 use super::landscape::{HeightFieldDescription, ImprintDescription, SnowpackDescription};
 use super::value::{Scale, numbers};
 
@@ -89,6 +90,8 @@ pub enum ShapeDescription {
     Snowpack(SnowpackDescription),
     /// An igloo, one object for each block.
     Igloo(IglooDescription),
+    /// Snow heaped up and hollowed out.
+    Carved(CarvedDescription),
     /// A mesh from a file.
     #[serde(untagged)]
     Mesh(MeshDescription),

@@ -55,6 +55,26 @@ pub enum Scale {
     Axes([f64; 3]),
 }
 
+/// Radii of the two ends of something: one for both, or one for each.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Radii {
+    /// The same at both ends, in m.
+    Same(f64),
+    /// At the first and at the second end, in m.
+    Ends([f64; 2]),
+}
+
+impl Radii {
+    /// The radii at the first and at the second end, in m.
+    pub fn ends(&self) -> [f64; 2] {
+        match *self {
+            Self::Same(radius) => [radius; 2],
+            Self::Ends(radii) => radii,
+        }
+    }
+}
+
 /// A colour: three numbers are linear sRGB, `#rrggbb` is encoded sRGB.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ColorDescription {
@@ -239,6 +259,17 @@ impl<'de> Deserialize<'de> for Scale {
             number: Some(Self::Uniform),
             text: None,
             list: Some(Self::Axes),
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Radii {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations {
+            expected: "a number or a list of two",
+            number: Some(Self::Same),
+            text: None,
+            list: Some(Self::Ends),
         })
     }
 }

@@ -48,6 +48,8 @@
 //!                          #   relief = 0, seed = 1;
 //!                          # shape = "igloo": inner_radius = 1.5, wall = 0.15, courses = 6, block_width = 0.6,
 //!                          #   seam_depth = wall / 4, seam_width = 0.05, seed = 1;
+//!                          # shape = "carved": cell, rounding = 0, relief = 0, relief_length = 0.3, seed = 1, and
+//!                          #   below it [[object.add]] and [[object.remove]];
 //!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
 //!                          #   smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
@@ -57,6 +59,12 @@
 //!                          # type = "footprint": position = [x, y], heading_deg = 0, foot = "right" | "left",
 //!                          #   length = 0.3, depth, toe_depth = depth, tread = 0.004, taper_deg = 8, rim = 0,
 //!                          #   rim_width = length / 6
+//! [[object.add]]           # of carved snow, as [[object.remove]]:
+//!                          # type = "ellipsoid": centre, radii, rotation_deg = [0, 0, 0];
+//!                          # type = "box": centre, size, rotation_deg = [0, 0, 0], edge = 0;
+//!                          # type = "capsule": from, to, radius or radius = [at from, at to];
+//!                          # type = "cylinder": from, to, radius, edge = 0;
+//!                          # type = "half_space" (only removed): point, normal (out of it)
 //! [keyframes]              # any of the keys above with several values, for a film: see below
 //! ```
 //!
@@ -70,7 +78,7 @@
 //! and y is north, the origin is the middle of the map or of `crop`, and the height there lies at z = 0 unless `datum`
 //! says another. Snow of a depth lies on ground that is another object. Prints are pressed into surfaces of heights. A
 //! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
-//! Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
+//! Carved snow is the union of the solids that it adds without those that it removes. Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
 //! shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
 //! Layers of snow, of a [`layer_file`](snowblue_transport::layer_file), are for the integrators diffusion and hybrid.
 //!

@@ -9,9 +9,9 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use crate::scene::description::light::LampKeys;
 use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
-    EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription, LightSource,
-    MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription,
-    SkyDescription, UniformSkyDescription,
+    CarvedDescription, EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription,
+    LightSource, MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription,
+    ShapeDescription, SkyDescription, SolidDescription, Step, UniformSkyDescription,
 };
 use crate::scene::file::keyframes::KEYFRAMES;
 use crate::scene::file::message::{Mistake, explain};
@@ -152,8 +152,9 @@ fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescripti
                 "drift" => keys.read(path, &known).map(ShapeDescription::Drift),
                 "snowpack" => keys.read(path, &known).map(ShapeDescription::Snowpack),
                 "igloo" => keys.read(path, &known).map(ShapeDescription::Igloo),
+                "carved" => read_carved(keys, path, known).map(ShapeDescription::Carved),
                 _ => {
-                    let shapes = ["box", "sphere", "plane", "heights", "drift", "snowpack", "igloo"];
+                    let shapes = ["box", "sphere", "plane", "heights", "drift", "snowpack", "igloo", "carved"];
                     Err(none_of(&shape, &path.key("shape"), &shapes))
                 }
             }
@@ -172,6 +173,30 @@ fn read_imprint(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ImprintDescrip
         "hole" => keys.read(path, &known).map(ImprintDescription::Hole),
         "footprint" => keys.read(path, &known).map(ImprintDescription::Footprint),
         _ => Err(none_of(&kind, &path.key("type"), &["hole", "footprint"])),
+    }
+}
+
+fn read_carved<'names>(mut keys: Keys, path: &KeyPath, mut known: Vec<&'names str>) -> Read<CarvedDescription> {
+    known.extend(["add", "remove"]);
+    let mut solids = |key: &str| match keys.table.remove(key) {
+        Some(value) => list(&value, &path.key(key), read_solid),
+        None => Ok(Vec::new()),
+    };
+    let (add, remove) = (solids("add")?, solids("remove")?);
+    Ok(CarvedDescription { add, remove, ..keys.read(path, &known)? })
+}
+
+fn read_solid(value: &Spanned<DeValue>, path: &KeyPath) -> Read<SolidDescription> {
+    let mut keys = table(value, path)?;
+    let kind = keys.required_text("type", path)?;
+    let known = ["type"];
+    match kind.get_ref().as_str() {
+        "ellipsoid" => keys.read(path, &known).map(SolidDescription::Ellipsoid),
+        "box" => keys.read(path, &known).map(SolidDescription::Box),
+        "capsule" => keys.read(path, &known).map(SolidDescription::Capsule),
+        "cylinder" => keys.read(path, &known).map(SolidDescription::Cylinder),
+        "half_space" => keys.read(path, &known).map(SolidDescription::HalfSpace),
+        _ => Err(none_of(&kind, &path.key("type"), &["ellipsoid", "box", "capsule", "cylinder", "half_space"])),
     }
 }
 
@@ -233,7 +258,9 @@ fn list<'text, T>(
     read: impl Fn(&Spanned<DeValue<'text>>, &KeyPath) -> Read<T>,
 ) -> Read<Vec<T>> {
     let Some(tables) = value.get_ref().as_array() else {
-        return Err(Mistake { span: value.span(), reason: format!("{path} must be written as [[{path}]]") });
+        let names: Vec<_> = path.steps().iter().filter_map(Step::key).collect();
+        let reason = format!("{path} must be written as [[{}]]", names.join("."));
+        return Err(Mistake { span: value.span(), reason });
     };
     tables.iter().enumerate().map(|(index, table)| read(table, &path.index(index))).collect()
 }

@@ -88,7 +88,7 @@ fn lamps_move_over_layers() {
         // Both solutions have a residual of 10⁻⁶.
         assert!((flux.g - f64::from(known[3 * vertex + 1])).abs() < 1e-4 * greatest, "{vertex}");
     }
-    assert!(there.file_hashes.contains_key("pack.toml"), "a changed file is another scene");
+    assert!(there.file_hashes().contains_key("pack.toml"), "a changed file is another scene");
 }
 
 /// Two steps of a stair, as one body: depth counts from the step above the point, and through a gap.
