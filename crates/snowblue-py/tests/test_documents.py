@@ -40,3 +40,52 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
         exec(compile(block, "python.md", "exec"), given)
         plt.close("all")
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
+
+
+def test_the_page_on_the_sun_and_depth_runs_and_prints_its_numbers(repository, monkeypatch, tmp_path):
+    page = (repository / "docs" / "src" / "sun_and_depth.md").read_text()
+    monkeypatch.chdir(tmp_path)
+    given = {}
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(block, "sun_and_depth.md", "exec"), given)
+        plt.close("all")
+    assert "<svg" in (tmp_path / "sun_and_depth.svg").read_text()
+    light, flux, par = given["light"], given["flux"], given["par"]
+
+    # The trapezoidal rule every 20 nm instead of every 5 nm.
+    assert abs(par.sel(depth=0).item() / (light.par_direct + light.par_diffuse).item() - 1) < 1e-3
+    # What the layers absorb is what the net flux loses.
+    absorbed = (given["absorbed_w_m3"] * 0.01 * flux.depth.diff("depth")).sum().item()
+    assert abs(absorbed / (flux[0] - flux[-1]).item() - 1) < 1e-12
+    assert (given["absorbed_w_m3"] > 0).all() and (par.diff("depth") < 0).all()
+
+    rows = [line.strip("| ").split("|") for line in page.splitlines() if re.match(r"\| [0-9.]+ \|", line)]
+    assert len(rows) == 10
+    quantities = [given[name] for name in ("par", "e_folding_cm", "absorbed_w_m3", "heating_k_h")]
+    for depth, *cells in rows:
+        for cell, quantity in zip(cells, quantities):
+            # Three digits.
+            if cell.strip():
+                assert abs(float(cell) / quantity.sel(depth=float(depth)).item() - 1) < 6e-3, (depth, cell)
+    shortwave = given["net"].sel(wavelength=slice(320, 720)).integrate("wavelength")
+    for text, value in (
+        ("576 µmol", light.par_direct), ("and 306 from", light.par_diffuse),
+        ("absorb 3.0 W", shortwave[0]), ("instead of 22.9.", flux[0]),
+    ):
+        assert text in page
+        number = float(re.search(r"[0-9.]*[0-9]", text).group())
+        assert abs(number - value.item()) < 0.51 * 10 ** -len(str(number).rstrip("0").partition(".")[2]), text
+    clean = [{name: value for name, value in layer.items() if name != "impurities_ng_g"} for layer in given["pack"]]
+    seen = dict(wavelength_nm=given["seen_nm"], angle_deg=given["snow"].angle.values, standard_errors=False)
+    down = snowblue.layers(clean, ground_albedo=0.2, depth_cm=[20], **seen).down.squeeze()
+    down = down.isel(angle=0) * light.direct + down.isel(angle=1) * light.diffuse
+    photons = (8.3593e-3 * down.wavelength * down).sel(wavelength=slice(400, 700)).integrate("wavelength").item()
+    assert "PAR at 20 cm would be 249" in page and abs(photons - 249) < 0.51
+
+    kinds = ["fresh", "rounded", "wind-packed", "faceted", "melt-forms", "firn"]
+    through = snowblue.spectrum(
+        snow=kinds, thickness_cm=10, angle_deg="diffuse", wavelength_nm=[500, 800], standard_errors=False).transmittance
+    assert "transmit 2–11 % and 0.1–5 % of diffuse light" in page
+    for wavelength_nm, least, greatest in ((500, 0.02, 0.11), (800, 0.001, 0.05)):
+        at = through.sel(wavelength=wavelength_nm)
+        assert least < at.min() < 1.5 * least and 0.9 * greatest < at.max() < 1.05 * greatest
