@@ -106,7 +106,7 @@ impl SceneDescription {
             None => Sensor::cie_1931(),
             Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
         };
-        let solids = match kept.solids {
+        let mut solids = match kept.solids {
             Some(solids) => solids,
             None => self.solids(table, files)?,
         };
@@ -114,9 +114,8 @@ impl SceneDescription {
             Some(lights) => lights,
             None => self.described_lights(table, files)?,
         };
-        let Solids { objects, materials, volumes, gltf_lights, gltf_view, files: solid_files } = solids;
         let described_lights = lights.len();
-        lights.extend(gltf_lights);
+        lights.append(&mut solids.gltf_lights);
         if lights.is_empty() {
             return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment]").into());
         }
@@ -125,11 +124,13 @@ impl SceneDescription {
             (false, _) => None,
             (true, KeptField::Everything(field)) => Some(field),
             (true, kept) => {
-                let field = self.light_field((&objects, &materials, &volumes), &lights, kept, table, files)?;
+                let sources = Sources::new(table, files, self.film.false_color.is_some());
+                let field = self.light_field(&solids, &lights, kept, &sources)?;
                 solved_light_fields = field.solved_count();
                 Some(field)
             }
         };
+        let Solids { objects, materials, volumes, gltf_view, files: solid_files, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
             let name = &objects.list()[index].name;
@@ -214,20 +215,19 @@ impl SceneDescription {
     /// Solves for the light in all snow.
     fn light_field(
         &self,
-        (objects, materials, volumes): (&Objects, &[Material], &[Option<Volume>]),
+        solids: &Solids,
         lights: &[Light],
         kept: KeptField,
-        table: &CompressedTable,
-        files: &dyn SceneFiles,
+        sources: &Sources,
     ) -> Result<LightField, RenderError> {
-        let sources = Sources::new(table, files, self.film.false_color.is_some());
+        let Solids { objects, materials, volumes, .. } = solids;
         let rays = self.light_field.grain_rays;
         let mut optics = Vec::with_capacity(materials.len());
         if !matches!(kept, KeptField::Grids(..)) {
             for (name, material) in &self.materials {
                 optics.push(match material {
                     MaterialDescription::PcaSnow(snow) => {
-                        Some(build_optics(&KeyPath::root("material").key(name), snow, &sources, rays)?)
+                        Some(build_optics(&KeyPath::root("material").key(name), snow, sources, rays)?)
                     }
                     MaterialDescription::Diffuse(_) => None,
                 });
