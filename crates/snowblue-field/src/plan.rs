@@ -124,6 +124,19 @@ impl Survey {
         Ok(wanted.max(smallest))
     }
 
+    /// Whether a body is so wide that even cells of ten transport mean free paths do not fit into a memory in MiB, at
+    /// some number of groups of four wavelengths.
+    #[must_use]
+    pub fn is_wide(&self, transport_length_m: f64, groups: usize, memory_mib: u64) -> bool {
+        self.smallest_step_m(groups, memory_mib) > COARSE_LENGTHS * transport_length_m
+    }
+
+    /// Size of the finest cells of a wide body, in m: what diffusion resolves, as far as cells can be counted.
+    #[must_use]
+    pub fn finest_step_m(&self, transport_length_m: f64) -> f64 {
+        (FINEST_LENGTHS * transport_length_m).max(self.bounds_m.max_element() / MOST_ALONG_AXIS as f64)
+    }
+
     /// The size of the cells at the surface that was asked for, in m, if the snow allows it and the grid fits into the
     /// memory; otherwise as [`choose_step_m`](Self::choose_step_m).
     ///

@@ -43,6 +43,7 @@ pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result
         lamps_in_snow: inside.as_slice(),
         reflectance: &|_| None,
         max_bounces: 0,
+        viewer: None,
         settings: scene.description.light_field,
     };
     LightField::new(&alone)

@@ -86,6 +86,7 @@ impl Relighting {
             lamps_in_snow: inside.as_slice(),
             reflectance: &reflectance,
             max_bounces: scene.integrator.max_bounces,
+            viewer: None,
             settings: scene.description.light_field,
         });
         let of_surface = |surface: &Surface| surface.lit(scene, &field, &light);

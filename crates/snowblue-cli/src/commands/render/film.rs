@@ -221,12 +221,11 @@ impl<'a> Film<'a> {
         Ok(Some(Exposure::Stops(stops)))
     }
 
-    fn render_frame(&self, number: u32, scene: &Scene, preview: Option<&mut Preview>) -> Outcome {
+    fn render_frame(&self, number: u32, scene: &Scene, mut preview: Option<&mut Preview>) -> Outcome {
         let path = self.names.path(number);
-        let preview = preview.map(|preview| {
+        if let Some(preview) = &mut preview {
             preview.begin(file_name(&path));
-            preview
-        });
+        }
         let job = RenderJob {
             scene,
             provenance: Provenance::of(scene, &self.table),

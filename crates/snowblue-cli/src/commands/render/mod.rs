@@ -54,7 +54,7 @@ pub(crate) struct Render {
     /// for their numbers
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     output: Option<PathBuf>,
-    /// Frames of a film [2–1000000], by the [keyframes] of the scene; numbered from 0 on, with four digits or more
+    /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
     #[arg(
         long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), conflicts_with = "check"
     )]

@@ -11,6 +11,8 @@ pub(super) struct Changes {
     pub(super) solids: bool,
     /// The grids of the light field.
     pub(super) grids: bool,
+    /// What a viewer sees, on which the cells of wide bodies depend.
+    pub(super) view: bool,
     /// What is the same for each described light; none if their number differs.
     same_lights: Option<Vec<bool>>,
     /// The greatest number of surfaces on paths of light.
@@ -23,7 +25,7 @@ impl Changes {
         let SceneDescription {
             gltf,
             camera,
-            film: FilmSettings { width: _, height: _, exposure: _, false_color },
+            film: FilmSettings { width: _, height, exposure: _, false_color },
             integrator: IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _ },
             light_field,
             materials,
@@ -39,7 +41,7 @@ impl Changes {
             || *false_color != other.film.false_color
             // Without a camera there is that of the glTF.
             || camera.is_some() != other.camera.is_some();
-        // The size of cells does not depend on the camera. If it did, another camera would change the grids.
+        let view = *camera != other.camera || *height != other.film.height;
         let grids = solids || *light_field != other.light_field;
         let count = |sky: &Option<SkyDescription>| sky.as_ref().map_or(0, SkyDescription::light_count);
         let has_same_lights = lights.len() == other.lights.len()
@@ -51,7 +53,7 @@ impl Changes {
             let same = same.chain(environment.as_ref().map(|_| *environment == other.environment));
             same.chain(std::iter::repeat_n(*sky == other.sky, count(sky))).collect()
         });
-        Self { solids, grids, same_lights, bounces: *max_bounces != other.integrator.max_bounces }
+        Self { solids, grids, view, same_lights, bounces: *max_bounces != other.integrator.max_bounces }
     }
 
     /// Whether any described light differs.

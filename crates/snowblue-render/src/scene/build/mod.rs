@@ -32,7 +32,7 @@ use crate::scene::description::{KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::layering::Layering;
 use crate::scene::light::Light;
-use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack};
+use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack, Viewer};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
@@ -110,7 +110,7 @@ impl SceneDescription {
             None => Sensor::cie_1931(),
             Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
         };
-        let solids = match kept.solids {
+        let mut solids = match kept.solids {
             Some(solids) => solids,
             None => self.solids(table, files)?,
         };
@@ -118,9 +118,8 @@ impl SceneDescription {
             Some(lights) => lights,
             None => self.described_lights(&solids.materials, table, files)?,
         };
-        let Solids { objects, materials, volumes, gltf_lights, gltf_view, files: solid_files } = solids;
         let described_lights = lights.len();
-        lights.extend(gltf_lights);
+        lights.append(&mut solids.gltf_lights);
         if lights.is_empty() {
             return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
         }
@@ -129,11 +128,14 @@ impl SceneDescription {
             (false, _) => None,
             (true, KeptField::Everything(field)) => Some(field),
             (true, kept) => {
-                let field = self.light_field((&objects, &materials, &volumes), &lights, kept, table, files)?;
+                let sources = Sources::new(table, files, self.film.false_color.is_some());
+                let (view, _) = self.view(solids.gltf_view)?;
+                let field = self.light_field(&solids, (&lights, &view), kept, &sources)?;
                 solved_light_fields = field.solved_count();
                 Some(field)
             }
         };
+        let Solids { objects, materials, volumes, gltf_view, files: solid_files, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
             let name = &objects.list()[index].name;
@@ -222,19 +224,18 @@ impl SceneDescription {
     /// Solves for the light in all snow.
     fn light_field(
         &self,
-        (objects, materials, volumes): (&Objects, &[Material], &[Vec<Volume>]),
-        lights: &[Light],
+        solids: &Solids,
+        (lights, view): (&[Light], &View),
         kept: KeptField,
-        table: &CompressedTable,
-        files: &dyn SceneFiles,
+        sources: &Sources,
     ) -> Result<LightField, RenderError> {
+        let Solids { objects, materials, volumes, .. } = solids;
         let snowpacks = if matches!(kept, KeptField::Grids(..)) {
             Vec::new()
         } else {
-            let sources = Sources::new(table, files, self.film.false_color.is_some());
-            let snow = snow_samples(&self.materials, materials, &sources)?;
+            let snow = snow_samples(&self.materials, materials, sources)?;
             let rays = self.light_field.grain_rays;
-            snowpacks(&snow, (self.materials.keys(), materials), volumes, (&sources, rays))?
+            snowpacks(&snow, (self.materials.keys(), materials), volumes, (sources, rays))?
         };
         let mut lamps_in_snow = Vec::new();
         for (index, light) in lights.iter().enumerate() {
@@ -260,6 +261,10 @@ impl SceneDescription {
             lamps_in_snow: &lamps_in_snow,
             reflectance: &reflectance,
             max_bounces: self.integrator.max_bounces,
+            viewer: Some(Viewer {
+                position: view.position,
+                pixel_rad: f64::from(view.vertical_fov_deg.to_radians()) / f64::from(self.film.height),
+            }),
             settings: self.light_field,
         };
         if let KeptField::Grids(field, changes) = kept {
@@ -321,6 +326,7 @@ impl Kept {
         let gltf_view = Some(view).filter(|_| description.camera.is_none());
         let solids = Solids { objects, materials, volumes, gltf_lights, gltf_view, files: earlier.solid_files };
         let light_field = match light_field {
+            Some(field) if field.depends_on_view() && changes.view => KeptField::Nothing,
             Some(field) if !changes.field() => KeptField::Everything(field),
             Some(field) if !changes.grids => KeptField::Grids(field, changes.clone()),
             _ => KeptField::Nothing,

@@ -236,14 +236,9 @@ fn set_in_table<'text>(
 ) -> Result<(), Mistake> {
     let Some((key, keys)) = keys.split_first() else { return Ok(()) };
     let path = path.key(key);
-    if table.get(key.as_str()).is_none() {
-        let empty = Spanned::new(value.span(), DeValue::Table(DeTable::new()));
-        table.insert(Spanned::new(value.span(), key.clone().into()), empty);
-    }
-    match table.get_mut(key.as_str()) {
-        Some(inner) => set(inner, keys, &path, value),
-        None => Ok(()),
-    }
+    let empty = Spanned::new(value.span(), DeValue::Table(DeTable::new()));
+    let inner = table.entry(Spanned::new(value.span(), key.clone().into())).or_insert(empty);
+    set(inner, keys, &path, value)
 }
 
 /// Sets the value to which keys lead from another.

@@ -23,7 +23,8 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
-    Fluence, GridOptions, SnowBody, SolveOptions, SpectralNodes, SurfaceValues, Survey, VolumeSource,
+    CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SizesByDistance, SnowBody, SolveOptions, SpectralNodes,
+    SurfaceValues, Survey, VolumeSource, fit_sizes,
 };
 use snowblue_transport::monte_carlo::WalkEnds;
 use wide::f32x4;
@@ -80,6 +81,11 @@ const GATHER_TOLERANCE: f64 = 0.01;
 const GATHER_RESIDUAL: f64 = 1e-3;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
+/// Cells of a wide body in pixels of the picture: where its surface has details, and where it is flat.
+const DETAIL_PIXELS: f64 = 4.0;
+const FLAT_PIXELS: f64 = 30.0;
+/// Greatest cells of a wide body at its surface, in m.
+const GREATEST_CELL_M: f64 = 1.0;
 /// Most spectral nodes.
 const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
 
@@ -106,6 +112,8 @@ pub(crate) struct BodyField {
     snow: Arc<Snowpack>,
     /// ℓ* of the whole pack at each wavelength, in m.
     transport_lengths_m: Vec<f64>,
+    /// Whether its cells have sizes for a viewer.
+    depends_on_view: bool,
 }
 
 /// The light at a point of the surface of a body, with the snow there.
@@ -140,8 +148,31 @@ pub(crate) struct FieldScene<'a> {
     pub(crate) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most surfaces after the first on a path of light.
     pub(crate) max_bounces: u32,
+    /// Who looks, if it is known: a wide body has small cells only where they are seen.
+    pub(crate) viewer: Option<Viewer>,
     /// Memory and cells of the grid of a body.
     pub(crate) settings: LightFieldSettings,
+}
+
+/// A viewpoint, and the fineness of its picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Viewer {
+    /// Where it is, in m.
+    pub(crate) position: Vec3A,
+    /// Angle of a pixel, in rad.
+    pub(crate) pixel_rad: f64,
+}
+
+impl Viewer {
+    /// Sizes of the cells of a wide body.
+    fn sizes(&self) -> SizesByDistance {
+        SizesByDistance {
+            viewpoint: self.position.as_dvec3(),
+            detail_per_distance: DETAIL_PIXELS * self.pixel_rad,
+            flat_per_distance: FLAT_PIXELS * self.pixel_rad,
+            greatest_m: GREATEST_CELL_M,
+        }
+    }
 }
 
 /// A body before its light is known.
@@ -152,6 +183,8 @@ struct PreparedBody<'a> {
     snow: Arc<Snowpack>,
     /// ℓ* of the whole pack at each wavelength, in m.
     transport_lengths_m: Vec<f64>,
+    /// Whether its cells have sizes for a viewer.
+    depends_on_view: bool,
     /// The solution for other light, from which the next starts.
     before: Option<Fluence>,
 }
@@ -205,7 +238,7 @@ impl LightField {
         for (solid, snow, survey) in solids {
             let Some(nodes) = &nodes else { break };
             let object = solid.object;
-            let one = PreparedBody::new(solid, &survey, snow, nodes, scene.settings);
+            let one = PreparedBody::new(solid, &survey, snow, nodes, scene);
             prepared.push(one.map_err(|reason| (object, reason))?);
         }
         Ok(Self::lit(prepared, body_of, scene, Vec::new()))
@@ -236,10 +269,10 @@ impl LightField {
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
             let solid = object.and_then(|object| Solid::new(objects, object));
-            let BodyField { body, lit, nodes, snow, transport_lengths_m } = one;
+            let BodyField { body, lit, nodes, snow, transport_lengths_m, depends_on_view } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
-            PreparedBody { solid, body, nodes, snow, transport_lengths_m, before: None }
+            PreparedBody { solid, body, nodes, snow, transport_lengths_m, depends_on_view, before: None }
         });
         (prepared.collect(), solutions, body_of)
     }
@@ -265,8 +298,8 @@ impl LightField {
             lights.push(illumination.indices);
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { body, nodes, snow, transport_lengths_m, .. } = one;
-            BodyField { body, lit, nodes, snow, transport_lengths_m }
+            let PreparedBody { body, nodes, snow, transport_lengths_m, depends_on_view, .. } = one;
+            BodyField { body, lit, nodes, snow, transport_lengths_m, depends_on_view }
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
@@ -287,6 +320,11 @@ impl LightField {
     /// paths go towards bright snow. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
     pub(crate) fn sample_reflection(&self, surface: &SurfacePoint, numbers: [f32; 3]) -> (Vec3A, f32) {
         self.bright_snow.sample(surface, numbers)
+    }
+
+    /// Whether its cells are those for a viewer.
+    pub(crate) fn depends_on_view(&self) -> bool {
+        self.bodies.iter().any(|body| body.depends_on_view)
     }
 
     /// Unknowns of a solution at each wavelength, of all bodies.
@@ -400,25 +438,36 @@ impl<'a> PreparedBody<'a> {
         survey: &Survey,
         snow: Arc<Snowpack>,
         nodes: &SpectralNodes,
-        settings: LightFieldSettings,
+        scene: &FieldScene,
     ) -> Result<Self, String> {
         let thickness_m = survey.mean_thickness_m();
         let nodes = nodes.with_layers(&snow.spectra(thickness_m));
         let transport_lengths_m = snow.transport_lengths_m(thickness_m);
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = snow.least_transport_length_m();
-        let memory_mib = u64::from(settings.memory_mib);
-        let step_m = match settings.step_mm {
-            None => survey.choose_step_m(shortest_m, groups, memory_mib),
-            Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
+        let memory_mib = u64::from(scene.settings.memory_mib);
+        let viewer = scene.viewer.filter(|_| survey.is_wide(shortest_m, groups, memory_mib));
+        let depends_on_view = viewer.is_some() && scene.settings.step_mm.is_none();
+        let refusal = |error: FieldError| error.to_string();
+        let (step_m, sizes) = match (scene.settings.step_mm, viewer) {
+            (Some(step_mm), _) => {
+                (survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib).map_err(refusal)?, None)
+            }
+            (None, None) => (survey.choose_step_m(shortest_m, groups, memory_mib).map_err(refusal)?, None),
+            (None, Some(viewer)) => {
+                let (step_m, sizes) = (survey.finest_step_m(shortest_m), viewer.sizes());
+                let (factor, _) = fit_sizes(&solid, step_m, &sizes, groups, memory_mib).map_err(refusal)?;
+                (step_m, Some((sizes, factor)))
+            }
         };
-        let options =
-            GridOptions { step_m: step_m.map_err(|error| error.to_string())?, shift: DVec3::ZERO, sizes: None };
+        let sizes = sizes.as_ref().map(|(sizes, factor)| ScaledSizes { sizes, factor: *factor });
+        let sizes = sizes.as_ref().map(|sizes| sizes as &dyn CellSizes);
+        let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
         // The extrapolation lengths of kinds of snow differ by less than .002.
         let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
         drop(of_cell);
-        Ok(Self { solid, body, nodes, snow, transport_lengths_m, before: None })
+        Ok(Self { solid, body, nodes, snow, transport_lengths_m, depends_on_view, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.
