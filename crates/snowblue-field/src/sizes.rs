@@ -34,9 +34,6 @@ pub trait CellSizes: Debug + Sync {
 }
 
 /// Sizes that grow with the distance to a viewpoint.
-///
-/// A picture with an angle of α rad per pixel needs cells of some 4 α of the distance at details, and of some 30 α at
-/// flat sheets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizesByDistance {
     /// Where the viewer is, in m.
@@ -47,6 +44,19 @@ pub struct SizesByDistance {
     pub flat_per_distance: f64,
     /// Greatest size of all, in m.
     pub greatest_m: f64,
+}
+
+/// Pixels of a picture that a cell may span at details, and at flat sheets.
+const PIXELS: [f64; 2] = [4.0, 30.0];
+
+impl SizesByDistance {
+    /// For a picture from a viewpoint, in m, with an angle per pixel in rad: cells of at most 4 pixels at details, of
+    /// 30 pixels at flat sheets, and of `greatest_m`.
+    #[must_use]
+    pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64) -> Self {
+        let [detail_per_distance, flat_per_distance] = PIXELS.map(|pixels| pixels * angle_per_pixel);
+        Self { viewpoint, detail_per_distance, flat_per_distance, greatest_m }
+    }
 }
 
 impl CellSizes for SizesByDistance {
