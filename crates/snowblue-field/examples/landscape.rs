@@ -8,11 +8,18 @@ use std::time::Instant;
 
 use glam::{DMat3, DVec3};
 use snowblue_field::shapes::{BoxBody, BoxWithHole};
-use snowblue_field::{AxisCrossing, Body, Diffusion, GridOptions, SizesByDistance, SnowBody, SolveOptions};
+use snowblue_field::{
+    AxisCrossing, Body, Diffusion, GridOptions, ScaledSizes, SizesByDistance, SnowBody, SolveOptions, fit_sizes,
+};
 use wide::f32x4;
 
 /// Angle of a pixel, in rad: 1000 pixels over 57°.
 const ANGLE_PER_PIXEL: f64 = 1e-3;
+
+/// Size of the finest cells, in m: as far as 4 pixels at 1 m.
+const STEP_M: f64 = 0.0039;
+/// Memory for the grid, in MiB.
+const MEMORY_MIB: u64 = 256;
 
 /// A body that counts its lines.
 struct Counted<'b> {
@@ -41,18 +48,17 @@ fn main() {
         hole_size: DVec3::new(0.1, 0.1, 0.2),
     };
     let viewpoint = top + axes.z_axis;
-    let sizes = SizesByDistance {
-        viewpoint,
-        detail_per_distance: 10.0 * ANGLE_PER_PIXEL,
-        flat_per_distance: 60.0 * ANGLE_PER_PIXEL,
-        greatest_m: 1.0,
-    };
+    let sizes = SizesByDistance::of_picture(viewpoint, ANGLE_PER_PIXEL, 1.0);
+    let start = Instant::now();
+    let (factor, nodes) = fit_sizes(&slope, STEP_M, &sizes, 1, MEMORY_MIB).expect("the grid fits into the memory");
+    println!("sizes of the picture times {factor:.2}, some {nodes} nodes: {:.2?}", start.elapsed());
+    let sizes = ScaledSizes { sizes: &sizes, factor };
     let counted = Counted { body: &slope, lines: [0, 1, 2].map(|_| AtomicUsize::new(0)) };
     let snow = Diffusion {
         transport_length_m: f32x4::splat(0.002),
         absorption_per_m: f32x4::from([0.0015, 0.02, 0.08, 0.23]),
     };
-    let options = GridOptions { step_m: 0.0039, shift: DVec3::ZERO, sizes: Some(&sizes) };
+    let options = GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let start = Instant::now();
     let body = SnowBody::new(&counted, options, 1, &|_| vec![snow], 0.714);
     let built = start.elapsed();

@@ -349,8 +349,8 @@ mod tests {
         }
     }
 
-    /// A cell is as wide as the ring of cells around it allows: it has no cell at the surface within 3 (2^level − 1) finest
-    /// cells, and the next larger one at its place has.
+    /// A cell is as wide as the ring of cells around it allows: it has no cell at the surface within 3 (2^level − 1)
+    /// finest cells, and the next larger one at its place has.
     #[test]
     fn cells_are_as_large_as_their_distance_to_the_surface_allows() {
         let ball = Ball { centre: DVec3::ZERO, radius: 0.6 };

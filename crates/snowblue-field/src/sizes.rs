@@ -34,9 +34,6 @@ pub trait CellSizes: Debug + Sync {
 }
 
 /// Sizes that grow with the distance to a viewpoint.
-///
-/// A picture with an angle of α rad per pixel needs cells of some 4 α of the distance at details, and of some 30 α at
-/// flat sheets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizesByDistance {
     /// Where the viewer is, in m.
@@ -47,6 +44,19 @@ pub struct SizesByDistance {
     pub flat_per_distance: f64,
     /// Greatest size of all, in m.
     pub greatest_m: f64,
+}
+
+/// Pixels of a picture that a cell may span at details, and at flat sheets.
+const PIXELS: [f64; 2] = [4.0, 30.0];
+
+impl SizesByDistance {
+    /// For a picture from a viewpoint, in m, with an angle per pixel in rad: cells of at most 4 pixels at details, of
+    /// 30 pixels at flat sheets, and of `greatest_m`.
+    #[must_use]
+    pub fn of_picture(viewpoint: DVec3, angle_per_pixel: f64, greatest_m: f64) -> Self {
+        let [detail_per_distance, flat_per_distance] = PIXELS.map(|pixels| pixels * angle_per_pixel);
+        Self { viewpoint, detail_per_distance, flat_per_distance, greatest_m }
+    }
 }
 
 impl CellSizes for SizesByDistance {
@@ -82,6 +92,7 @@ struct Line {
     /// Its finest cell of least coordinates, in the order of the quadtree.
     code: u64,
     level: u8,
+    /// Where it is, in m, unless it has an odd number of crossings.
     at: DVec2,
     /// Its segments in [`Lines::segments`].
     segments: Range<usize>,
@@ -139,9 +150,9 @@ impl<'a> Lines<'a> {
             let start = segments.len();
             segments.extend(found);
             let coarse = lattice.coarsened(level);
-            let middle = coarse.corner([place[0], place[1], 0]) + 0.5 * coarse.step;
+            let at = coarse.corner([place[0], place[1], 0]).truncate() + DVec2::from(LINES[0]) * coarse.step.truncate();
             let code = code(place.map(|k| k << level));
-            lines.push(Line { code, level, at: middle.truncate(), segments: start..segments.len(), walls: 0..0 });
+            lines.push(Line { code, level, at, segments: start..segments.len(), walls: 0..0 });
         }
         let mut lines = Self { lattice, sizes, lines, segments, walls: Vec::new() };
         lines.find_walls();
@@ -152,9 +163,10 @@ impl<'a> Lines<'a> {
     fn find_walls(&mut self) {
         let walls = |line: &Line| -> Vec<[f64; 2]> {
             let half = self.lattice.coarsened(line.level).step.truncate() * 0.5;
+            let middle = line.at + (DVec2::ONE - 2.0 * DVec2::from(LINES[0])) * half;
             let mut walls = Vec::new();
             for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
-                let beside = self.line_at(line.at + side * (half + 0.5 * self.lattice.step.truncate()));
+                let beside = self.line_at(middle + side * (half + 0.5 * self.lattice.step.truncate()));
                 let distance = beside.map_or(half.max_element(), |beside| beside.at.distance(line.at));
                 // Heights at which one line is inside and the other is not lie between pairs of all their ends.
                 let segments = |line: &Line| self.segments[line.segments.clone()].iter();

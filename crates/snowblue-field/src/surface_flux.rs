@@ -33,8 +33,8 @@ pub(crate) struct SurfaceNodes {
     number: Vec<u32>,
     /// Area of each node and orientation, in m².
     area_m2: Vec<[f32; SIDES]>,
-    /// The same, but larger cells count as if they had the finest size: the weight of a node's mean in interpolation. By
-    /// their area, the nodes of large cells would outweigh those of small ones in the cells between.
+    /// The same, but larger cells count as if they had the finest size: the weight of a node's mean in interpolation.
+    /// By their area, the nodes of large cells would outweigh those of small ones in the cells between.
     weight: Vec<[f32; SIDES]>,
 }
 

@@ -210,9 +210,9 @@ const OVERSHOOT: f32 = 0.1;
 
 /// What the elements in a cell at the surface have instead of the net flux that the grid gives, where the cell is wide.
 ///
-/// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve that, and its
-/// surface absorbs too much or too little by how the surface cuts it. Where the snow is also thicker than a few 1/κ, the
-/// flux is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*), and what comes from elsewhere stays the grid's.
+/// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve that, and
+/// absorbs too much or too little by how the surface cuts it. Where the snow is also thicker than a few 1/κ, the flux
+/// is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*), and what comes from elsewhere stays the grid's.
 pub(crate) struct WideCell {
     /// κ, in 1/m.
     decay_per_m: f32x4,
