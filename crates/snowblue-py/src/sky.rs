@@ -45,15 +45,13 @@ pub(crate) fn sky<'py>(
     };
     let rows = sky.irradiance(&wavelengths_nm).map_err(input)?;
     let dict = PyDict::new(py);
-    let parts: [(&str, fn(Daylight) -> f64); 4] = [
-        ("direct_normal", |light| light.direct_normal),
-        ("direct", |light| light.direct),
-        ("diffuse", |light| light.diffuse),
-        ("global", Daylight::global),
-    ];
-    for (name, part) in parts {
-        dict.set_item(name, PyArray1::from_vec(py, rows.iter().map(|row| part(*row)).collect()))?;
-    }
+    let add = |name: &str, part: fn(&Daylight) -> f64| {
+        dict.set_item(name, PyArray1::from_vec(py, rows.iter().map(part).collect()))
+    };
+    add("direct_normal", |light| light.direct_normal)?;
+    add("direct", |light| light.direct)?;
+    add("diffuse", |light| light.diffuse)?;
+    add("global", |light| light.global())?;
     for (name, light) in [("illuminance", sky.illuminance()), ("par", sky.par())] {
         dict.set_item(format!("{name}_direct"), light.direct)?;
         dict.set_item(format!("{name}_diffuse"), light.diffuse)?;

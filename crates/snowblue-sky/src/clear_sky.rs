@@ -16,8 +16,7 @@
 //! All of them are linear between the wavelengths: the sky, the sun's centre, and its limb darkening.
 //!
 //! **Simplified.** Close to the horizon under a low sun, the published fit of the sky's radiance falls below zero at
-//! some wavelengths, by up to a tenth of the mean radiance of that sky. The radiance is zero there. The elevation is
-//! that without refraction.
+//! some wavelengths, by up to 0.3 R. The radiance is zero there. Rays are straight: there is no refraction.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
