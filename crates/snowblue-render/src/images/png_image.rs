@@ -127,7 +127,7 @@ mod tests {
         let mut wide = Vec::new();
         let mut encoder = png::Encoder::new(&mut wide, 0x7fff_0000, 0x7fff_0000);
         encoder.set_color(ColorType::Grayscale);
-        drop(encoder.write_header().unwrap());
+        encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
         let message = PngImage::read(Cursor::new(wide)).unwrap_err();
         assert!(message.contains("but must have at most 268435456 pixels"), "{message}");
     }
