@@ -56,18 +56,8 @@ impl SceneDescription {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(table, &files, self.film.false_color.is_some());
         let mut materials = build_materials(&self.materials, &sources, self.integrator.kind)?;
-        let snow = match self.integrator.kind {
-            IntegratorKind::PcaSnow => Vec::new(),
-            IntegratorKind::Diffusion | IntegratorKind::Hybrid | IntegratorKind::Reference => {
-                snow_samples(&self.materials, &materials, &sources)?
-            }
-        };
-        let volumes = match self.integrator.kind {
-            IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Vec::new(),
-            IntegratorKind::Hybrid | IntegratorKind::Reference => {
-                build_volumes(&snow, &materials, &sources, self.integrator.kind)?
-            }
-        };
+        let snow = snow_samples(&self.materials, &materials, &sources, self.integrator.kind)?;
+        let volumes = build_volumes(&snow, &materials, &sources, self.integrator.kind)?;
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
         for (index, light) in self.lights.iter().enumerate() {
             lights.push(light::build_light(&KeyPath::root("light").index(index), light, &sources)?);
