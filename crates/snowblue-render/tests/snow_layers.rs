@@ -13,7 +13,7 @@ use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+use snowblue_render::spectrum::{Spectrum, wavelengths_nm};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
 use snowblue_transport::quadrature::Quadrature;
@@ -97,8 +97,8 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
             let mut scene = layered("diffusion", pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
             let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -0.05), -1.0);
             let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, 0.05), 1.0);
-            for k in 0..SAMPLES {
-                let (t, r) = (known[k].whole.transmittance.value, known[k].whole.reflectance.value);
+            for (k, known) in known.iter().enumerate() {
+                let (t, r) = (known.whole.transmittance.value, known.whole.reflectance.value);
                 let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
                 // Half a percent of diffusion. In the crust of 500 ng/g of soot light is absorbed before it is diffuse,
                 // which the functions of the surface leave out: 1.3 %.

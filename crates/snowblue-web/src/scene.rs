@@ -98,9 +98,9 @@ fn build(description: &SceneDescription, meshes: &Meshes) -> Result<snowblue_ren
 fn table(description: &SceneDescription) -> Result<CompressedTable, String> {
     let snow = description.materials.values().find_map(|material| match material {
         MaterialDescription::PcaSnow(snow) => Some(snow.sample_at(0.0)),
-        MaterialDescription::Diffuse(_) => None,
+        MaterialDescription::Diffuse(_) | MaterialDescription::LayeredSnow(_) => None,
     });
-    let mut axes = Axes::of_sample(&snow.ok_or("the scene has no snow")?);
+    let mut axes = Axes::of_sample(&snow.ok_or("the scene has no snow without layers")?);
     let (mut rays, mut components) = (TABLE_RAYS, COMPONENTS);
     if description.integrator.kind != IntegratorKind::PcaSnow {
         (axes.angles_deg, axes.thicknesses_cm, rays, components) = (vec![0.0], vec![1.0, 2.0], 16, 1);

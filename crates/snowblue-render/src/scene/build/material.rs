@@ -44,7 +44,7 @@ pub(super) fn build_materials(
     built.collect()
 }
 
-/// The layers of snow of each material, in the same order, for random walks.
+/// The layers of snow of each material, in the same order, for the integrators that walk through them.
 pub(super) fn build_volumes<'a>(
     snow: &[Vec<SnowSample>],
     names: impl Iterator<Item = &'a String>,
@@ -52,6 +52,9 @@ pub(super) fn build_volumes<'a>(
     integrator: IntegratorKind,
 ) -> Result<Vec<Vec<Volume>>, RenderError> {
     let mut volumes: Vec<Vec<Volume>> = Vec::new();
+    if matches!(integrator, IntegratorKind::PcaSnow | IntegratorKind::Diffusion) {
+        return Ok(volumes);
+    }
     for (layers, name) in snow.iter().zip(names) {
         let path = KeyPath::root("material").key(name);
         let of_layers: Result<Vec<Volume>, _> =
@@ -70,12 +73,16 @@ pub(super) fn build_volumes<'a>(
     Ok(volumes)
 }
 
-/// The snow of each material, in the same order, layer by layer: none of other materials.
+/// The snow of each material, in the same order, layer by layer: none of other materials, nor for PCASnow.
 pub(super) fn snow_samples(
     descriptions: &BTreeMap<String, MaterialDescription>,
     materials: &[Material],
     sources: &Sources,
+    integrator: IntegratorKind,
 ) -> Result<Vec<Vec<SnowSample>>, RenderError> {
+    if integrator == IntegratorKind::PcaSnow {
+        return Ok(Vec::new());
+    }
     let of_material =
         |((name, description), material): ((&String, &MaterialDescription), &_)| match (description, material) {
             (MaterialDescription::PcaSnow(snow), _) => {

@@ -184,13 +184,8 @@ impl SceneDescription {
             return Err(KeyPath::root("object").error(reason).into());
         }
         let materials: Vec<Material> = materials.into_iter().map(|named| named.material).collect();
-        let volumes = match self.integrator.kind {
-            IntegratorKind::PcaSnow | IntegratorKind::Diffusion => Vec::new(),
-            IntegratorKind::Hybrid | IntegratorKind::Reference => {
-                let snow = snow_samples(&self.materials, &materials, &sources)?;
-                build_volumes(&snow, self.materials.keys(), &sources, self.integrator.kind)?
-            }
-        };
+        let snow = snow_samples(&self.materials, &materials, &sources, self.integrator.kind)?;
+        let volumes = build_volumes(&snow, self.materials.keys(), &sources, self.integrator.kind)?;
         Ok(Solids {
             objects,
             materials,
@@ -233,7 +228,7 @@ impl SceneDescription {
         let snowpacks = if matches!(kept, KeptField::Grids(..)) {
             Vec::new()
         } else {
-            let snow = snow_samples(&self.materials, materials, sources)?;
+            let snow = snow_samples(&self.materials, materials, sources, self.integrator.kind)?;
             let rays = self.light_field.grain_rays;
             snowpacks(&snow, (self.materials.keys(), materials), volumes, (sources, rays))?
         };
