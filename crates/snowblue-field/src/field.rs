@@ -78,8 +78,8 @@ pub struct Fluence {
 }
 
 impl SnowBody {
-    /// Divides a body into cells and prepares its equations. `snow` gives the snow of a cell for each of `groups` groups
-    /// of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
+    /// Divides a body into cells and prepares its equations. `snow` gives the snow of a cell for each of `groups`
+    /// groups of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
     ///
     /// # Panics
     ///

@@ -36,8 +36,8 @@ pub struct SpectralNodes {
 }
 
 impl SpectralNodes {
-    /// Chooses nodes in `groups` groups of four for all wavelengths, by their √μ_a. Some wavelength may serve as several
-    /// nodes if there are few.
+    /// Chooses nodes in `groups` groups of four for all wavelengths, by their √μ_a. Some wavelength may serve as
+    /// several nodes if there are few.
     fn new(roots: &[f64], groups: usize) -> Self {
         let mut order: Vec<usize> = (0..roots.len()).collect();
         order.sort_by(|a, b| roots[*a].total_cmp(&roots[*b]));

@@ -65,8 +65,8 @@ fn slabs_have_the_solution_of_one_dimension() {
     }
 }
 
-/// Layers of different snow, top first: thickness in m, transport mean free path in m and absorption coefficient in 1/m.
-/// The first is a crust with soot, thinner than some cells, and all others lie across the faces of the cells.
+/// Layers of different snow, top first: thickness in m, transport mean free path in m and absorption coefficient in
+/// 1/m. The first is a crust with soot, thinner than some cells, and all others lie across the faces of the cells.
 const LAYERS: [(f64, f32, f32); 4] =
     [(0.007, 0.001, 0.5), (0.022, 0.004, 0.02), (0.009, 0.0015, 0.3), (0.062, 0.003, 0.05)];
 

@@ -8,8 +8,8 @@
 //!
 //! J is negative where more light enters than leaves: on lit faces.
 //!
-//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is. Faces of snow within other snow of the same body have no
-//! meaning; J there is 0, or that of the surface nearby.
+//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is. Faces of snow
+//! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
 
 mod escape_polynomial;
 mod glb;

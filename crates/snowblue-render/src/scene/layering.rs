@@ -28,7 +28,8 @@ thread_local! {
     static CROSSINGS: RefCell<Vec<Crossing>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Depth of a point in the body of an object below the body's topmost surface above the point, in m; 0 if there is none.
+/// Depth of a point in the body of an object below the body's topmost surface above the point, in m; 0 if there is
+/// none.
 pub(crate) fn depth_below_surface(objects: &Objects, object: usize, point: Vec3A) -> f32 {
     let up = Ray { origin: point, direction: Vec3A::Z };
     CROSSINGS.with_borrow_mut(|crossings| {

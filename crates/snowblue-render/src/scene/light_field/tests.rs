@@ -59,8 +59,8 @@ fn each_layer_absorbs_as_discrete_ordinates_say() {
             let net = |face: usize| known.profile[face].net.value;
             let expected = net(layer) - net(layer + 1);
             let error = absorbed / expected - 1.0;
-            // Diffusion counts the light in the first ℓ* (1 of 20 mm) as diffuse, so that soot there absorbs some 2 % more;
-            // further down it errs by a percent.
+            // Diffusion counts the light in the first ℓ* (1 of 20 mm) as diffuse, so that soot there absorbs some 2 %
+            // more; further down it errs by a percent.
             let allowed = [0.035, 0.02][layer];
             assert!(error.abs() < allowed, "{layer} {wavelength}: {absorbed} {expected}");
         }
