@@ -338,7 +338,12 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
         ("relief = 0.01", "relief = 0.1", 28, "object[1].relief is 0.1 m, but must lie in 0 to 0.075 m"),
         ("relief = 0.01", "relief = 0.01\nrelief_length = 0.08", 29, "is 0.08 m, but must lie in 0.1 to 1000 m"),
         ("[0.5, 0.5, 0.5]", "[0.5, 0, 0.5]", 32, "object[1].add[0].radii is 0 m, but must lie in"),
-        ("[0.5, 0.5, 0.5]", "[0.5, 0.5]", 32, "object[1].add[0].radii is invalid length 2"),
+        (
+            "[0.5, 0.5, 0.5]",
+            "[0.5, 0.5]",
+            32,
+            "object[1].add[0].radii is length 2, but must be a list of three numbers",
+        ),
         (
             "[0.5, 0.5, 0.5]",
             "[1, 1, 1]\nsize = 1",
@@ -353,7 +358,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
             "object[1].add[0].type is \"cone\", but must be one of ellipsoid",
         ),
         ("type = \"ellipsoid\"\n", "", 29, "object[1].add[0].type is missing"),
-        ("[[object.add]]", "[[object.remove]]", 24, "object[1].add is empty, but must have at least one solid"),
+        ("[[object.add]]", "[[object.remove]]", 23, "object[1].add is empty, but must have at least one solid"),
         ("[[object.add]]", "[object.add]", 29, "object[1].add must be written as [[object.add]]"),
         ("to = [0, 0, 1]", "to = [0, 0, 0]", 36, "object[1].remove[0].to must not be the point `from`"),
         (
@@ -362,7 +367,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
             37,
             "object[1].remove[0].radius is string \"wide\", but must be a number or a list of",
         ),
-        ("[0.2, 0.1]", "[9, 9]", 24, "object[1] is empty: its solids are removed or smaller than a cell"),
+        ("[0.2, 0.1]", "[9, 9]", 23, "object[1] is empty: its solids are removed or smaller than a cell"),
         (
             "type = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.5, 0.5, 0.5]",
             "type = \"half_space\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]",

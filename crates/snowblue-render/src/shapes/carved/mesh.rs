@@ -256,7 +256,10 @@ mod tests {
                 // Single precision at 1 m is 6e-8 m.
                 assert!((outwards.length() - radius_m).abs() < 2e-7, "{corner}");
                 let normal = mesh.normals.at(0, *indices, weights).unwrap();
-                assert!(normal.as_dvec3().distance(outwards.normalize()) < 1e-6, "{corner}");
+                // The third derivatives of a distance are at most 1.2/R², and h²/6 of them is the error of a central
+                // difference over ±h, in each of three components.
+                let allowed = 0.35 * (NORMAL_REACH * 0.03 / radius_m).powi(2) + 1e-6;
+                assert!(normal.as_dvec3().distance(outwards.normalize()) < allowed, "{corner}");
             }
             let face = face_normal(corners).as_dvec3();
             let outwards = (corners[0].as_dvec3() - centre).normalize();
@@ -270,7 +273,8 @@ mod tests {
         let (centre, axes) = (DVec3::new(0.1, 0.0, 0.2), DMat3::from_euler(EulerRot::ZYX, 0.4, -0.7, 1.1));
         let egg = Solid::Ellipsoid { centre, axes, radii_m: DVec3::new(1.0, 0.6, 0.8) };
         let block = Solid::Box { centre, axes, size_m: DVec3::new(1.5, 0.7, 1.0), edge_m: 0.0 };
-        for (solid, least_deg) in [(egg, 10.0), (block, 2.0)] {
+        // At sharp edges a few vertices come close to each other.
+        for (solid, few_deg) in [(egg, 20.0), (block, 4.0)] {
             let mesh = carved(0.04, &[solid], &[]).mesh().unwrap();
             let mut angles_deg = Vec::new();
             for triangle in 0..mesh.indices.len() {
@@ -280,14 +284,9 @@ mod tests {
                 }
             }
             angles_deg.sort_unstable_by(f32::total_cmp);
-            println!(
-                "{} {} {} {}",
-                angles_deg[0],
-                angles_deg[angles_deg.len() / 1000],
-                angles_deg[angles_deg.len() / 100],
-                angles_deg[angles_deg.len() / 20]
-            );
-            assert!(angles_deg[0] > least_deg, "{}", angles_deg[0]);
+            let [thousandth, hundredth] = [1000, 100].map(|part| angles_deg[angles_deg.len() / part]);
+            assert!(thousandth > few_deg && hundredth > 25.0, "{thousandth} {hundredth}");
+            assert_eq!(Topology::of(&mesh).degenerate_triangles, 0);
         }
     }
 
