@@ -43,6 +43,8 @@ pub mod lab;
 pub mod ciede2000;
 pub mod difference;
 
+pub mod dominant;
+
 pub mod adaptation;
 pub mod transfer;
 
@@ -58,6 +60,7 @@ pub mod exposure;
 pub use adaptation::ChromaticAdaptation;
 pub use colorimeter::Colorimeter;
 pub use difference::ColorDifference;
+pub use dominant::DominantWavelength;
 pub use error::ColorError;
 pub use illuminant::Illuminant;
 pub use lab::Lab;

@@ -16,6 +16,8 @@ mod solid;
 mod surface_light;
 
 #[cfg(test)]
+mod depth_tests;
+#[cfg(test)]
 mod tests;
 
 use std::f32::consts::FRAC_1_PI;
