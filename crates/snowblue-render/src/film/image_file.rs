@@ -109,6 +109,11 @@ pub(crate) fn exr_text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
+/// A text of OpenEXR that [`exr_text`] made.
+pub(crate) fn of_exr_text(text: &Text) -> String {
+    String::from_utf8_lossy(text.bytes()).into_owned()
+}
+
 /// Writes a complete file, or nothing if encoding or writing fails.
 pub(crate) fn write_file(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
     let error = |reason: String| RenderError::WriteImage { path: path.into(), reason };

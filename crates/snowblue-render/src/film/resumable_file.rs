@@ -10,7 +10,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::attribute::{AttributeValue, IntegerBounds};
 use exr::meta::header::Header;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Vec2, WritableImage, read,
@@ -21,7 +21,7 @@ use crate::film::accumulator::FilmAccumulator;
 use crate::film::aov::Aovs;
 use crate::film::channels::{Channel, channels};
 use crate::film::exposure::Exposure;
-use crate::film::image_file::{Metadata, attributes, exr_text, write_file};
+use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text, write_file};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
@@ -228,7 +228,7 @@ impl ResumableImage {
 /// A text attribute of a layer.
 fn text(header: &Header, name: &str) -> Option<String> {
     match header.own_attributes.other.get(&exr_text(name)) {
-        Some(AttributeValue::Text(text)) => Some(Text::to_string(text)),
+        Some(AttributeValue::Text(text)) => Some(of_exr_text(text)),
         _ => None,
     }
 }
