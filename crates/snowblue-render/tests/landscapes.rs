@@ -5,10 +5,16 @@
 mod snow;
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, scene};
+use snow::{SNOW, analytic_table, camera_of, radiance, scene};
+use snowblue_database::CompressedTable;
+use snowblue_database::table::Attribute;
 use snowblue_render::geometry::ray::{Crossing, Ray};
 use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::file::SceneFile;
+use snowblue_transport::ordinates::{OrdinatesOptions, solve};
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::{Incidence, Slab};
 
 const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\n[material.rock]\ntype = \"diffuse\"\nreflectance = 0.2\n";
 
@@ -160,4 +166,47 @@ fn undisturbed_surfaces_follow_their_objects() {
         assert!((surface.height_m(x, y).unwrap() - height_m).abs() < 1e-5, "{x}, {y}");
     }
     assert!(land("rotation_deg = [5, 0, 0]\n").objects().list()[0].undisturbed.is_none(), "tilted");
+}
+
+/// Under a white sky, thin snow reflects what the slab of the same depth does by discrete ordinates on the same ground.
+#[test]
+fn the_ground_shines_through_thin_snow() {
+    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
+    let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
+    let brightness = |reflectance: f64| {
+        let ground = "size = [1.5, 1.5, 1]\nheights = [[0, 0.1], [0, 0.1]]\n";
+        let text = format!(
+            "{}{SNOW}[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n[material.rock]\ntype = \"diffuse\"\n\
+             reflectance = {reflectance}\n[[object]]\nshape = \"heights\"\n{ground}bottom = -0.1\n\
+             material = \"rock\"\n[[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n",
+            camera_of("diffusion").replace("max_bounces = 0", "max_bounces = 8")
+        );
+        let description = SceneFile::parse(text, "scene.toml").unwrap().description;
+        let no_files = |_: &str| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+        let mut scene = description.build(&table, &no_files).unwrap();
+        let eye = Vec3A::new(0.0, -1.0, 3.0);
+        let [snow, sky] = [Vec3A::new(0.0, 0.0, 0.07), Vec3A::new(0.0, 0.0, 9.0)]
+            // At 450 nm.
+            .map(|target| radiance(&mut scene, eye, target).0[5]);
+        snow / sky
+    };
+    // The camera sees the snow at 19° from its normal, and by reciprocity with the reflectance for a beam from there.
+    let slab = Slab {
+        sample: SnowSample::default(),
+        thicknesses_cm: vec![2.0],
+        incidences: vec![Incidence::Beam { angle_deg: 19.0 }, Incidence::Diffuse],
+        wavelengths_nm: vec![450.0],
+    };
+    let known = solve(&slab, &OrdinatesOptions::default()).unwrap();
+    let of = |incidence: Incidence| known.iter().find(|known| known.incidence == incidence).unwrap();
+    let (beam, diffuse) = (of(slab.incidences[0]), of(Incidence::Diffuse));
+    for ground in [0.0, 0.5] {
+        // Light that the slab lets through goes to and fro between it and the ground.
+        let to_and_fro = ground / (1.0 - diffuse.reflectance.value * ground);
+        let through = beam.transmittance.value * diffuse.transmittance.value * to_and_fro;
+        let expected = beam.reflectance.value + through;
+        let found = f64::from(brightness(ground));
+        // The error of diffusion in a slab of this depth, and 1 % at which gathering of light ends.
+        assert!((found / expected - 1.0).abs() < 0.01, "{ground}: {found} for {expected}");
+    }
 }

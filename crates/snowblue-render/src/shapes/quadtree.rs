@@ -104,6 +104,11 @@ impl Quadtree {
         self.leaves().into_iter().map(|(_, cell)| cell).collect()
     }
 
+    /// Whether a cell is divided into smaller ones.
+    pub(crate) fn is_split(&self, cell: Cell) -> bool {
+        self.leaf_at([cell.x, cell.y]).is_some_and(|(_, leaf)| leaf.size < cell.size)
+    }
+
     /// Whether the neighbours across a side are smaller, so that they share a corner in its middle.
     pub(crate) fn is_halved(&self, cell: Cell, side: Side) -> bool {
         self.neighbour(cell, side).is_some_and(|(_, other)| other.size < cell.size)

@@ -19,7 +19,8 @@ pub(crate) struct SheetVertex {
 }
 
 impl SheetVertex {
-    fn is_raised(&self) -> bool {
+    /// Whether there is a solid.
+    pub(crate) fn is_raised(&self) -> bool {
         self.top > self.position.z
     }
 }
@@ -29,6 +30,8 @@ impl SheetVertex {
 pub(crate) struct Sheet {
     pub(crate) vertices: Vec<SheetVertex>,
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Other triangles for the underside, if any, with the same edges at the boundary; all vertices are raised then.
+    pub(crate) underside: Option<Vec<[u32; 3]>>,
     /// Each in the direction of its triangle.
     pub(crate) boundary: Vec<[u32; 2]>,
 }
@@ -39,27 +42,32 @@ impl Sheet {
     pub(crate) fn solid(&self) -> TriangleMesh {
         let is_raised = |vertex: &u32| self.vertices[*vertex as usize].is_raised();
         let kept = || self.triangles.iter().filter(|triangle| triangle.iter().any(is_raised));
-        // The number of each vertex below and above, which are the same where it is not raised.
-        let mut numbers = vec![[u32::MAX; 2]; self.vertices.len()];
+        let under = || {
+            let same = self.underside.is_none().then(kept).into_iter().flatten();
+            same.chain(self.underside.iter().flatten())
+        };
         let mut solid = TriangleMesh::default();
-        for &at in kept().flatten() {
-            let vertex = &self.vertices[at as usize];
-            if numbers[at as usize][0] == u32::MAX {
-                let below = add(&mut solid, vertex.position, vertex.uv);
-                let above = match vertex.is_raised() {
-                    true => add(&mut solid, vertex.position.with_z(vertex.top), vertex.uv),
-                    false => below,
-                };
-                numbers[at as usize] = [below, above];
+        let mut below = vec![u32::MAX; self.vertices.len()];
+        for &at in under().flatten() {
+            let (number, vertex) = (&mut below[at as usize], &self.vertices[at as usize]);
+            if *number == u32::MAX {
+                *number = add(&mut solid, vertex.position, vertex.uv);
             }
         }
-        let [below, above] = [0, 1].map(|side| {
-            let numbers = &numbers;
-            move |at: u32| numbers[at as usize][side]
-        });
-        solid.indices.reserve(2 * self.triangles.len());
+        // Where a vertex is not raised, it is the same above.
+        let mut above = vec![u32::MAX; self.vertices.len()];
+        for &at in kept().flatten() {
+            let (number, vertex) = (&mut above[at as usize], &self.vertices[at as usize]);
+            if *number == u32::MAX {
+                *number = match vertex.is_raised() {
+                    true => add(&mut solid, vertex.position.with_z(vertex.top), vertex.uv),
+                    false => below[at as usize],
+                };
+            }
+        }
+        let (below, above) = (|at: u32| below[at as usize], |at: u32| above[at as usize]);
         solid.indices.extend(kept().map(|triangle| triangle.map(above)));
-        solid.indices.extend(kept().map(|&[a, b, c]| [a, c, b].map(below)));
+        solid.indices.extend(under().map(|&[a, b, c]| [a, c, b].map(below)));
         for &[a, b] in &self.boundary {
             if is_raised(&b) {
                 solid.indices.push([below(a), below(b), above(b)]);
@@ -91,6 +99,7 @@ mod tests {
         Sheet {
             vertices: corners.into_iter().zip(raised).map(vertex).collect(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
+            underside: None,
             boundary: vec![[0, 1], [1, 2], [2, 3], [3, 0]],
         }
     }
@@ -108,5 +117,14 @@ mod tests {
             assert!((volume(&solid) - f64::from(expected)).abs() < 1e-6, "{bits}");
         }
         assert!(square([0.0; 4]).solid().indices.is_empty());
+    }
+
+    #[test]
+    fn the_underside_may_have_other_triangles() {
+        let sheet = Sheet { underside: Some(vec![[0, 1, 3], [1, 2, 3]]), ..square([0.5; 4]) };
+        let solid = sheet.solid();
+        let topology = Topology::of(&solid);
+        assert!(topology.is_closed() && topology.reversed_edges == 0, "{topology:?}");
+        assert!((volume(&solid) - 0.5).abs() < 1e-6);
     }
 }

@@ -41,7 +41,8 @@ pub(crate) fn snow_on_mesh(
         SheetVertex { position: position.with_z(narrow(bottom_m)), top: narrow(bottom_m + depth_m), uv }
     };
     let vertices = ground.positions.iter().enumerate().map(vertex).collect();
-    let sheet = Sheet { vertices, boundary: boundary(ground.positions.len(), &upper), triangles: upper };
+    let boundary = boundary(ground.positions.len(), &upper);
+    let sheet = Sheet { vertices, boundary, triangles: upper, underside: None };
     let mut solid = sheet.solid();
     if solid.indices.is_empty() {
         return Err("has no snow anywhere".to_owned());
