@@ -51,7 +51,7 @@ impl DominantWavelength {
         let mut before = place(FIRST_NM)?;
         for wavelength_nm in FIRST_NM + 1..=LAST_NM {
             let after = place(wavelength_nm)?;
-            if before[1] * after[1] <= 0.0 && before[1] != after[1] {
+            if (before[1] < 0.0) != (after[1] < 0.0) {
                 let share = before[1] / (before[1] - after[1]);
                 let distance = before[0] + share * (after[0] - before[0]);
                 if distance > 0.0 {

@@ -326,6 +326,7 @@ const CARVED: &str = "material = \"floor\"\nshape = \"carved\"\ncell = 0.05\nrou
     [[object.remove]]\ntype = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]\n";
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of mistakes")]
 fn carved_snow_is_read_and_its_mistakes_are_named() {
     let carved = SCENE.replace("mesh = \"gone.ply\"\nmaterial = \"floor\"\n", CARVED);
     assert!(load(&carved, None).is_ok());

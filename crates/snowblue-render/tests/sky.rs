@@ -1,7 +1,5 @@
 //! Scenes under sun and sky: irradiances of level ground, soft shadows, and where the sun stands.
 
-#![expect(clippy::unwrap_used, reason = "a test")]
-
 mod snow;
 
 use std::f64::consts::PI;

@@ -121,7 +121,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
         let [pixel, sample] = sampler.address();
         self.surroundings.statistics.camera_rays += 1;
-        let mut of_lights = sampler.clone();
+        let mut of_lights = *sampler;
         self.delta_lights.clear();
         self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| DeltaLight::new(light, &mut of_lights)));
         let mut radiance = Spectrum::ZERO;

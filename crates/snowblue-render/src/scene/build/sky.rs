@@ -20,7 +20,7 @@ use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 
 /// Reflectance of the ground if the scene has no snow: that of soil and rock.
 const BARE_GROUND_ALBEDO: f64 = 0.2;
-/// Rays through grains for the albedo of the ground, per node of the refractive index. The sky needs it to some percent.
+/// Rays through grains for the albedo of the ground, per node of the refractive index: the sky needs it to a percent.
 const ALBEDO_RAYS: u32 = 1 << 14;
 
 /// Builds the lights of the sky.

@@ -78,9 +78,10 @@
 //! and y is north, the origin is the middle of the map or of `crop`, and the height there lies at z = 0 unless `datum`
 //! says another. Snow of a depth lies on ground that is another object. Prints are pressed into surfaces of heights. A
 //! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
-//! Carved snow is the union of the solids that it adds without those that it removes. Snow objects of one `body` are one solid. [`texture`](crate::scene::material::texture) says where an image lies on a
-//! shape, [`snow_curves`](crate::scene::material::snow_curves) what a mask does.
-//! Layers of snow, of a [`layer_file`](snowblue_transport::layer_file), are for the integrators diffusion and hybrid.
+//! Carved snow is the union of the solids that it adds without those that it removes. Snow objects of one `body` are
+//! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
+//! [`snow_curves`](crate::scene::material::snow_curves) what a mask does. Layers of snow, of a
+//! [`layer_file`](snowblue_transport::layer_file), are for the integrators diffusion and hybrid.
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.

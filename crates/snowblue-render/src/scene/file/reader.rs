@@ -176,7 +176,7 @@ fn read_imprint(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ImprintDescrip
     }
 }
 
-fn read_carved<'names>(mut keys: Keys, path: &KeyPath, mut known: Vec<&'names str>) -> Read<CarvedDescription> {
+fn read_carved(mut keys: Keys, path: &KeyPath, mut known: Vec<&str>) -> Read<CarvedDescription> {
     known.extend(["add", "remove"]);
     let mut solids = |key: &str| match keys.table.remove(key) {
         Some(value) => list(&value, &path.key(key), read_solid),

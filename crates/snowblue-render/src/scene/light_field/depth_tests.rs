@@ -1,5 +1,5 @@
-//! Light deep in a wide pack and in a narrow hole, against the fluxes of discrete ordinates and Bohren's theory, and
-//! the energy of a day.
+//! Light deep in a wide pack against the fluxes of discrete ordinates and Bohren's theory (1983, "Colors of snow,
+//! frozen waterfalls, and icebergs"), and the energy of a day.
 
 use glam::Vec3A;
 use snowblue_color::{Colorimeter, DominantWavelength, Illuminant, Observer};
@@ -10,7 +10,6 @@ use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::files::FilesInMemory;
-use crate::geometry::ray::Ray;
 use crate::scene::Scene;
 use crate::scene::file::SceneFile;
 use crate::spectrum::wavelengths_nm;
@@ -34,7 +33,7 @@ fn files() -> FilesInMemory {
 /// The fluxes in a pack of a thickness over a black ground, for each wavelength.
 fn pack(thickness_cm: f64, depths_cm: &[f64], incidence: Incidence) -> Vec<StackRadiometry> {
     let stack = Stack {
-        layers: vec![Layer { thickness_cm, ..LayerFile::parse(PACK).unwrap().layers[0].clone() }],
+        layers: vec![Layer { thickness_cm, ..LayerFile::parse(PACK).unwrap().layers[0] }],
         ground_albedo: 0.0,
         depths_cm: depths_cm.to_vec(),
         incidences: vec![incidence],
@@ -56,13 +55,11 @@ fn deep_in_a_wide_pack_light_has_the_fluxes_and_the_colour_of_discrete_ordinates
         "[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\n\
          [environment]\nradiance_w_m2_sr = 0.3183098861837907\nilluminant = \"E\"\n\
          [[object]]\nshape = \"box\"\nsize = [2.4, 2.4, 0.6]\nposition = [0, 0, -0.3]\nmaterial = \"snow\"\n\
-         [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.6]\nmaterial = \"black\"\n",
+         [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.602]\nmaterial = \"black\"\n",
     );
     let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
     let depths_cm = [5.0, 10.0, 20.0, 30.0];
     let known = pack(60.0, &depths_cm, Incidence::Diffuse);
-    let optics = &field.snow().top().optics;
-    let mut fluence = Vec::new();
     for (place, depth_cm) in depths_cm.into_iter().enumerate() {
         #[expect(clippy::cast_possible_truncation, reason = "a coordinate")]
         let at = field.fluence(Vec3A::new(0.013, 0.007, -0.01 * depth_cm as f32));
@@ -70,50 +67,26 @@ fn deep_in_a_wide_pack_light_has_the_fluxes_and_the_colour_of_discrete_ordinates
         let found: Vec<f64> = at.0.iter().map(|value| 0.5 * f64::from(*value)).collect();
         let fluxes: Vec<f64> =
             known.iter().map(|one| one.profile[place].down.value + one.profile[place].up.value).collect();
-        for (wavelength, (found, expected)) in found.iter().zip(&fluxes).enumerate() {
-            // The decay has an error of k/(2 ℓ*⁻¹): diffusion is asymptotically right for weak absorption only.
-            let error = found / expected - 1.0;
-            println!("{depth_cm} {wavelength} {error:.4}");
+        // Blue, to 480 nm. Cells inside are as wide as a third of their depth: light that decays within a cell is too
+        // strong there, by 3 % at 550 nm and up to 60 % in the last of the red.
+        for (found, expected) in found.iter().zip(&fluxes).take(9) {
+            assert!((found / expected - 1.0).abs() < 0.012, "{depth_cm} cm: {found} {expected}");
         }
         let (found, expected) = (color(&found), color(&fluxes));
-        println!("{depth_cm} cm: {found:?} {expected:?}");
-        fluence.push(at);
+        assert!((found.wavelength_nm - expected.wavelength_nm).abs() < 0.5, "{depth_cm} cm: {found:?} {expected:?}");
+        let purity = found.excitation_purity / expected.excitation_purity;
+        assert!((purity - 1.0).abs() < 0.12, "{depth_cm} cm: {found:?} {expected:?}");
     }
-    let _ = (optics, fluence);
-}
-
-#[test]
-fn the_wall_of_a_narrow_hole_is_as_blue_as_the_pack_at_its_depth() {
-    let radius = 0.01;
-    let scene = scene(&format!(
-        "[camera]\nposition = [0.02, -0.2, 0.4]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 30\n\
-         [light_field]\nmemory_mib = 192\n\
-         [environment]\nradiance_w_m2_sr = 0.3183098861837907\nilluminant = \"E\"\n\
-         [[object]]\nshape = \"drift\"\nsize = [3, 3, 0.8]\nmaterial = \"snow\"\n\
-         [[object.imprint]]\ntype = \"hole\"\nposition = [0, 0]\nradius = {radius}\ndepth = 0.4\ntaper_deg = 0.5\n\
-         [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.8]\nmaterial = \"black\"\n",
-    ));
-    let all = scene.light_field.as_ref().unwrap();
-    println!("nodes {} view {}", all.node_count(), all.depends_on_view());
-    let field = all.of_object(0).unwrap();
-    let depths_cm = [3.0, 6.0, 10.0, 15.0, 20.0, 30.0];
-    let known = pack(80.0, &depths_cm, Incidence::Diffuse);
-    for (place, depth_cm) in depths_cm.into_iter().enumerate() {
-        let mut wall = vec![0.0; 31];
-        for turn in 0..16 {
-            #[expect(clippy::cast_possible_truncation, reason = "a coordinate")]
-            let (sin, cos) = (std::f32::consts::TAU * (turn as f32 + 0.5) / 16.0).sin_cos();
-            let origin = Vec3A::new(0.0, 0.0, -0.01 * depth_cm as f32);
-            let direction = Vec3A::new(cos, sin, 0.0);
-            let hit = scene.objects.first_hit(&Ray { origin, direction }).unwrap();
-            let exitance = field.exitance(hit.point, hit.normal);
-            wall.iter_mut().zip(exitance.0).for_each(|(sum, value)| *sum += f64::from(value) / 16.0);
-        }
-        let fluxes: Vec<f64> =
-            known.iter().map(|one| 0.5 * (one.profile[place].down.value + one.profile[place].up.value)).collect();
-        let ratios: Vec<f64> = wall.iter().zip(&fluxes).map(|(wall, flux)| wall / flux).collect();
-        println!("{depth_cm} cm: {:.3} {:.3} {:.3} {:.3}", ratios[0], ratios[10], ratios[20], ratios[30]);
-        println!("   {:?} {:?}", color(&wall), color(&fluxes));
+    // Bohren's rate of decay K = √(3 μ_a/ℓ*) holds far from all faces.
+    let optics = &field.snow().top().optics;
+    let [above, below] = [0.15, 0.25].map(|depth_m| field.fluence(Vec3A::new(0.013, 0.007, -depth_m)));
+    for k in 0..9 {
+        let rate = (3.0 * optics.absorption_per_m[k] / optics.transport_lengths_m[k]).sqrt();
+        // Light that the black ground at 60 cm takes makes it decay faster: sinh K(0.6 m − z).
+        let expected = ((0.6 - 0.15) * rate).sinh() / ((0.6 - 0.25) * rate).sinh();
+        let found = f64::from(above.0[k] / below.0[k]);
+        // The ground is beyond the snow by the extrapolation length, 1 mm of 350.
+        assert!((found / expected - 1.0).abs() < 0.01, "{k}: {found} {expected}");
     }
 }
 
@@ -129,7 +102,7 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
              [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\n{SNOW}\
              [sky]\nsun = {{ elevation_deg = {elevation_deg}, azimuth_deg = 130 }}\nground_albedo = 0.9\n\
              [[object]]\nshape = \"box\"\nsize = [2, 2, {thickness_m}]\nposition = [0, 0, -0.1]\nmaterial = \"snow\"\n\
-             [[object]]\nshape = \"plane\"\nposition = [0, 0, -{thickness_m}]\nmaterial = \"black\"\n"
+             [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.202]\nmaterial = \"black\"\n"
         );
         let description = SceneFile::parse(text, "scene.toml").unwrap().description;
         let files = files();
@@ -179,9 +152,6 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
             }
         }
         earlier = Some(scene);
-    }
-    for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-        println!("{k} {found:.3} {expected:.3} {:.4}", found / expected - 1.0);
     }
     let total = found.iter().sum::<f64>() / expected.iter().sum::<f64>();
     assert!((total - 1.0).abs() < 0.02, "{total}");

@@ -13,7 +13,8 @@ use super::snow::Carved;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::geometry::vertex_normals::VertexNormals;
 
-/// Most steps of Newton's method. Each squares the error of a smooth surface, which starts at some hundredths of a cell.
+/// Most steps of Newton's method. Each squares the error of a smooth surface, which starts at some hundredths of a
+/// cell.
 const STEPS: usize = 6;
 /// Distance from the surface at which it ends, in cells.
 const TOLERANCE: f64 = 1e-6;
