@@ -2,8 +2,8 @@
 //!
 //! An edge between a corner inside and a corner outside is crossed. Each face of the cell links its crossed edges in
 //! pairs, and the linked edges around a cell make rings. Each ring bounds one patch of the surface, as in marching
-//! cubes (Lorensen & Cline 1987, doi:10.1145/37401.37422). On a face with four crossed edges each corner inside is cut off by
-//! itself. The choice depends on the face alone, so the patches of neighbours fit.
+//! cubes (Lorensen & Cline 1987, doi:10.1145/37401.37422). On a face with four crossed edges each corner inside is
+//! cut off by itself. The choice depends on the face alone, so the patches of neighbours fit.
 //!
 //! A patch becomes a vertex, and a crossed edge becomes a face between the patches of the four cells around it (Nielson
 //! 2004, *Dual marching cubes*, doi:10.1109/VISUAL.2004.28). That surface is a manifold unless two patches on either

@@ -112,7 +112,8 @@ impl Solid {
 /// The point of the surface nearest to y is x with xᵢ = rᵢ² yᵢ / (rᵢ² + t), where t is the greatest root of
 /// Σ (rᵢ yᵢ / (rᵢ² + t))² = 1 (Eberly 2013, *Distance from a point to an ellipse, an ellipsoid, or a
 /// hyperellipsoid*, Geometric Tools). Here t counts from the pole of the least radius. The sum is convex and falls with
-/// t, so Newton's method from below the root approaches it without passing it. Each summand alone gives a lower bound of the root.
+/// t, so Newton's method from below the root approaches it without passing it. Each summand alone
+/// gives a lower bound of the root.
 fn ellipsoid_distance_m(radii: DVec3, point: DVec3) -> f64 {
     /// Least coordinate as a fraction of its radius: in a plane of symmetry the root would lie at a pole.
     const LEAST: f64 = 1e-9;
