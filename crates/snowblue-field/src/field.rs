@@ -231,7 +231,7 @@ impl SnowBody {
     /// The fluence rate of each group of wavelengths at a point of the body, in m; none if there is no cell.
     #[inline]
     pub fn fluence<'f>(&self, fluence: &'f Fluence, point: DVec3) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
-        let (cell, at) = self.grid.find(point)?;
+        let (cell, at) = self.grid.find_near(point)?;
         let (shape, corners) = (shape(at), cell.corners);
         Some(fluence.nodes.iter().map(move |nodes| weighted(nodes, &corners, &shape)))
     }
@@ -244,7 +244,7 @@ impl SnowBody {
         fluence: &'f Fluence,
         point: DVec3,
     ) -> Option<impl Iterator<Item = [f32x4; 3]> + use<'f>> {
-        let (cell, at) = self.grid.find(point)?;
+        let (cell, at) = self.grid.find_near(point)?;
         let slopes = gradients(at.map(f64::from).into(), self.grid.cell_size(cell)).map(DVec3::as_vec3);
         let corners = cell.corners;
         Some(

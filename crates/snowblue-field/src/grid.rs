@@ -21,6 +21,10 @@ use crate::octree::{Leaf, NONE, Octree, key};
 use crate::scan::SurfaceElement;
 use crate::sizes::{LINES, demands};
 
+/// How far a body may reach into a cell without being met by a line, as a fraction of the cell: half of the distance of
+/// the lines that find its volume, and a little more.
+const SLIVER: f64 = 0.13;
+
 /// A cell of the octree.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell {
@@ -168,6 +172,30 @@ impl Grid {
     pub(crate) fn number_at(&self, point: DVec3) -> Option<usize> {
         let number = self.octree.find(self.lattice.cell_at(point)).0;
         (number != NONE).then_some(number as usize)
+    }
+
+    /// The cell that holds a point of the body or is nearest to it, with the point's coordinates within it or on its
+    /// faces; none further outside.
+    ///
+    /// Lines miss a part of the body that reaches into a cell by less than [`SLIVER`] of it, so that the cell is not
+    /// there.
+    #[inline]
+    pub(crate) fn find_near(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
+        self.find(point).or_else(|| self.find_beside(point))
+    }
+
+    #[cold]
+    fn find_beside(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
+        let (_, level) = self.octree.find(self.lattice.cell_at(point));
+        let reach = self.lattice.step * (SLIVER * f64::from(1u32 << level));
+        // Across faces first, then across edges and corners.
+        let mut offsets: Vec<DVec3> = (0..27)
+            .map(|place| DVec3::new(f64::from(place / 9 - 1), f64::from(place / 3 % 3 - 1), f64::from(place % 3 - 1)))
+            .collect();
+        offsets.sort_by(|one, other| one.length_squared().total_cmp(&other.length_squared()));
+        let beside = offsets.into_iter().find_map(|offset| self.number_at(point + offset * reach));
+        let cell = &self.cells[beside?];
+        Some((cell, self.within(cell, point)))
     }
 
     /// The cell at a point of the surface with an outward normal, with the point's coordinates within it.
@@ -407,6 +435,24 @@ mod tests {
         assert!((volume / (4.0 * 3.0 * 0.8 - 0.001) - 1.0).abs() < 2e-3, "{volume}");
         let area: f64 = grid.surface.iter().map(|element| f64::from(element.area_m2)).sum();
         assert!((area / (2.0 * (12.0 + 3.2 + 2.4) + 0.04) - 1.0).abs() < 0.01, "{area}");
+    }
+
+    /// Points just below the surface of a ball, some of them where it reaches into a cell that no line has met.
+    #[test]
+    fn every_point_of_a_body_has_a_cell_near() {
+        let ball = Ball { centre: DVec3::new(0.01, -0.02, 0.03), radius: 0.5 };
+        let options = GridOptions { step_m: 0.07, shift: DVec3::new(0.3, 0.2, 0.4), sizes: None };
+        let grid = Grid::new(&ball, options);
+        let mut without = 0;
+        for k in 0..20_000 {
+            let number = |factor: f64| (f64::from(k) * factor).fract();
+            let (z, turn) = (2.0 * number(0.618_034) - 1.0, std::f64::consts::TAU * number(0.754_878));
+            let across = (1.0 - z * z).sqrt();
+            let point = ball.centre + 0.499 * DVec3::new(across * turn.cos(), across * turn.sin(), z);
+            without += usize::from(grid.find(point).is_none());
+            assert!(grid.find_near(point).is_some(), "{point}");
+        }
+        assert!(without > 10, "{without}");
     }
 
     #[test]
