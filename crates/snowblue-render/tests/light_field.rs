@@ -336,6 +336,7 @@ fn what_the_field_cannot_do_is_named() {
     let lamp = "[[light]]\ntype = \"spot\"\nposition = [0, 0, 0]\nlook_at = [0, 0, 1]\nradiant_intensity_w_sr = 1\n";
     let inside = error(&format!("{lamp}{}", shape("sphere", "radius = 0.1")));
     assert!(inside.contains("light[0] lies inside the snow"), "{inside}");
-    let huge = error(&format!("{SKY}{}", shape("box", "size = [1000, 1000, 1000]\nposition = [0, 0, 600]")));
+    let fine = "[light_field]\nstep_mm = 5\n";
+    let huge = error(&format!("{fine}{SKY}{}", shape("box", "size = [1000, 1000, 1000]\nposition = [0, 0, 600]")));
     assert!(huge.contains("MiB") && huge.contains("mm"), "{huge}");
 }
