@@ -32,6 +32,10 @@ pub(super) fn build_sky(
     let path = KeyPath::root("sky");
     match &description.sky {
         None => Ok(Vec::new()),
+        // A constant, so that a program without skies has no coefficients.
+        Some(SkyDescription::Clear(_)) if !cfg!(feature = "sky") => {
+            Err(path.error("is clear, but this program has no clear sky").into())
+        }
         Some(SkyDescription::Clear(clear)) => {
             let albedo = match clear.ground_albedo {
                 Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
