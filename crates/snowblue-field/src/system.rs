@@ -14,6 +14,7 @@ use wide::f32x4;
 use crate::element::{CORNERS, CellIntegrals, ENTRIES, entry, shape};
 use crate::grid::{Cell, Grid, Term};
 use crate::octree::NONE;
+use crate::vectors::ROWS_PER_TASK;
 
 /// Diffusion and absorption of snow at four wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,9 +40,6 @@ impl Diffusion {
         Self { transport_length_m: f32x4::ONE / inverse_length_per_m, absorption_per_m }
     }
 }
-
-/// Rows of a task. Sums over tasks in a fixed order do not depend on the number of threads.
-pub(crate) const ROWS_PER_TASK: usize = 1 << 10;
 
 /// A sparse symmetric matrix for each of four wavelengths, over the free nodes.
 #[derive(Debug)]

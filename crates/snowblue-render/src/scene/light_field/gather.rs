@@ -1,9 +1,11 @@
-//! Light that comes to snow by other surfaces: floors, walls and other snow.
+//! Light that comes to snow by other surfaces, floors, walls and other snow, and by uniform skies.
 //!
 //! From each surface element a few rays with the density of the cosine find what the element sees. A ray that meets a
-//! diffuse surface continues there, as a path tracer's does, until it meets snow or nothing. Lamps at the diffuse
-//! surfaces on its way do not change; what snow sends out changes from round to round. So rays are traced once, and
-//! their ends are kept.
+//! diffuse surface continues there, as a path tracer's does, until it meets snow or nothing. What snow sends out is
+//! asked for many times, so rays are traced once, and their ends are kept.
+//!
+//! The sky and the snow around an element are seen by the same rays, so that in a cavity of snow, where light is
+//! reflected some hundred times, their shares add up to one.
 
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
@@ -14,7 +16,7 @@ use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::Light;
 use crate::scene::light_field::solid::Solid;
-use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, surface_point, visit_lights};
+use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, push, surface_point, visit_lights};
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
@@ -35,7 +37,8 @@ pub(super) type Exitance = ArrayVec<f32x4, MOST_GROUPS>;
 /// What the rays of a body's surface elements found.
 #[derive(Debug)]
 pub(super) struct GatheredPaths {
-    /// For each group of nodes and each element the irradiance by diffuse surfaces that lamps light.
+    /// For each group of nodes and each element the irradiance by uniform skies and by diffuse surfaces that lamps
+    /// light.
     steady: Vec<Vec<f32x4>>,
     /// Paths that end at snow.
     ends: Vec<SnowEnd>,
@@ -59,8 +62,10 @@ pub(super) struct Surroundings<'a> {
     pub(super) lights: &'a [&'a Light],
     /// The reflectance of a diffuse surface; none for snow.
     pub(super) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
-    /// Most diffuse surfaces on a path.
+    /// Most surfaces on a path after the first, snow or not.
     pub(super) most_surfaces: u32,
+    /// The radiance of uniform skies.
+    pub(super) sky: Spectrum,
 }
 
 /// The paths of some elements, before those of all tasks are joined.
@@ -75,7 +80,8 @@ impl GatheredPaths {
     pub(super) fn new(solid: &Solid, body: &SnowBody, nodes: &SpectralNodes, around: &Surroundings) -> Self {
         let elements = body.surface();
         let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
-        let rays_per_element = u32::try_from(rays_per_element).unwrap_or(1);
+        let is_dark = around.most_surfaces == 0 && around.sky == Spectrum::ZERO;
+        let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
             let mut found = Task::default();
@@ -98,7 +104,7 @@ impl GatheredPaths {
                         found.ends.push((end, throughput));
                     }
                 }
-                found.steady.push(steady * (std::f32::consts::PI / rays_per_element as f32));
+                found.steady.push(steady * (std::f32::consts::PI / rays_per_element.max(1) as f32));
             }
             found
         };
@@ -111,11 +117,7 @@ impl GatheredPaths {
             rays_per_element,
         };
         for Task { steady, ends } in tasks {
-            for spectrum in &steady {
-                for (group, values) in paths.steady.iter_mut().zip(nodes.gather(|index| spectrum.0[index])) {
-                    group.push(values);
-                }
-            }
+            steady.iter().for_each(|spectrum| push(&mut paths.steady, nodes, spectrum));
             for (mut end, throughput) in ends {
                 if let Some(throughput) = throughput {
                     end.throughput = u32::try_from(paths.throughputs.len()).ok();
@@ -127,14 +129,23 @@ impl GatheredPaths {
         paths
     }
 
-    /// Whether no path found any light or snow.
-    pub(super) fn is_empty(&self) -> bool {
-        self.ends.is_empty() && self.steady.iter().flatten().all(|values| *values == f32x4::ZERO)
+    /// The irradiance by uniform skies and by diffuse surfaces that lamps light: for each group a value at each element.
+    pub(super) fn steady(&self) -> &[Vec<f32x4>] {
+        &self.steady
     }
 
-    /// The irradiance of each element, for each group. `exitance` gives what an object of snow sends out at a point.
-    pub(super) fn irradiance(&self, exitance: &(dyn Fn(usize, &SurfacePoint) -> Exitance + Sync)) -> Vec<Vec<f32x4>> {
-        let mut irradiance = self.steady.clone();
+    /// Whether any path ends at snow.
+    pub(super) fn reach_snow(&self) -> bool {
+        !self.ends.is_empty()
+    }
+
+    /// The irradiance of each element by snow, for each group. `exitance` gives what an object of snow sends out at a
+    /// point.
+    pub(super) fn irradiance_by_snow(
+        &self,
+        exitance: &(dyn Fn(usize, &SurfacePoint) -> Exitance + Sync),
+    ) -> Vec<Vec<f32x4>> {
+        let mut irradiance: Vec<Vec<f32x4>> = self.steady.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
         let share = f32x4::splat((self.rays_per_element as f32).recip());
         for ends in self.ends.chunks(ENDS_PER_BLOCK) {
             let of_end = |end: &SnowEnd| exitance(end.object as usize, &end.surface);
@@ -150,8 +161,8 @@ impl GatheredPaths {
     }
 }
 
-/// Follows a path from a surface element. Gives the radiance of the lamps by diffuse surfaces, and where it ends at
-/// snow, with its throughput if it met another surface before.
+/// Follows a path from a surface element. Gives the radiance of uniform skies or, by diffuse surfaces, of all lamps, and
+/// where it ends at snow, with its throughput if it met another surface before.
 fn trace(
     queries: &mut SceneQueries,
     object: usize,
@@ -165,7 +176,16 @@ fn trace(
         let [u, v, ..] = sampler.next_four();
         let direction = cosine_direction(surface.normal, u, v);
         let ray = Ray { origin: queries.off_surface(object, &surface), direction };
-        let Some(hit) = queries.indirect_hit(&ray) else { break };
+        let Some(hit) = queries.indirect_hit(&ray) else {
+            // Lamps at diffuse surfaces include the sky.
+            if throughput.is_none() {
+                light += around.sky;
+            }
+            break;
+        };
+        if around.most_surfaces == 0 {
+            break;
+        }
         let Some(reflectance) = (around.reflectance)(&hit) else {
             return (light, Some((hit, throughput)));
         };
@@ -176,7 +196,7 @@ fn trace(
         (object, surface) = (hit.object, hit.surface_point());
         let lit = LitPoint { surface, side: Side::Outer(object) };
         let samplers = std::iter::once(sampler);
-        visit_lights(queries, around.lights, &lit, samplers, &mut |_, _, irradiance| {
+        visit_lights(queries, around.lights, &lit, samplers, &mut |_, irradiance| {
             light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
         });
         sampler.next_four();

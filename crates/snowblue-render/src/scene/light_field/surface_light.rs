@@ -23,23 +23,15 @@ pub(super) const NOISE: f32 = 0.05;
 /// Elements of a task.
 pub(super) const ELEMENTS_PER_TASK: usize = 256;
 
-/// The light of lamps and skies at all surface elements.
+/// The light of lamps and skies at all surface elements, without that of uniform skies: values at the spectral nodes,
+/// for each group and element, in W m⁻² as a band density.
 pub(super) struct EnteringLight {
-    /// Of lamps and of skies that are sampled.
-    pub(super) directed: SurfaceLight,
-    /// Of uniform skies.
-    pub(super) diffuse: SurfaceLight,
-    /// The sum of K F over all elements.
-    pub(super) spectrum: Spectrum,
-}
-
-/// Light at all surface elements: values at the spectral nodes, for each group and element, in W m⁻² as a band density.
-#[derive(Clone)]
-pub(super) struct SurfaceLight {
     /// Σ K F.
     pub(super) escape_weighted: Vec<Vec<f32x4>>,
     /// Σ F.
     pub(super) irradiance: Vec<Vec<f32x4>>,
+    /// The sum of K F over all elements.
+    pub(super) spectrum: Spectrum,
 }
 
 /// A surface point to be lit, and the side that it is on.
@@ -59,92 +51,70 @@ pub(super) fn entering_light(
     let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);
     let groups = nodes.indices().len() / snowblue_field::GROUP;
+    let lights: Vec<&Light> = lights.iter().copied().filter(|light| !light.is_diffuse()).collect();
     let task = |(task, elements): (usize, &[SurfaceElement])| {
         let mut queries = SceneQueries::new(solid.objects);
         let mut entering = EnteringLight::with_capacity(groups, elements.len());
         for (k, element) in elements.iter().enumerate() {
             let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
-            let mut sums = [[Spectrum::ZERO; 2]; 2];
+            let [mut escape_weighted, mut total] = [Spectrum::ZERO; 2];
             // One sequence for all elements, so that the samples of neighbours are well distributed together.
             let first = number.wrapping_mul(samples);
             let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             let layer = &snow.layers[snow.number_at(solid.objects, solid.object, &lit.surface)];
-            visit_lights(&mut queries, lights, &lit, samples, &mut |light, cos, irradiance| {
-                let [escape_weighted, total] = &mut sums[usize::from(light.is_diffuse())];
-                *escape_weighted += irradiance * layer.escape(cos);
-                *total += irradiance;
+            visit_lights(&mut queries, &lights, &lit, samples, &mut |cos, irradiance| {
+                escape_weighted += irradiance * layer.escape(cos);
+                total += irradiance;
             });
-            entering.directed.push(nodes, &sums[0]);
-            entering.diffuse.push(nodes, &sums[1]);
-            entering.spectrum += sums[0][0];
-            entering.spectrum += sums[1][0];
+            push(&mut entering.escape_weighted, nodes, &escape_weighted);
+            push(&mut entering.irradiance, nodes, &total);
+            entering.spectrum += escape_weighted;
         }
         entering
     };
     let tasks: Vec<EnteringLight> = body.surface().par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
     let mut all = EnteringLight::with_capacity(groups, body.surface().len());
     for task in tasks {
-        all.directed.append(&task.directed);
-        all.diffuse.append(&task.diffuse);
+        append(&mut all.escape_weighted, task.escape_weighted);
+        append(&mut all.irradiance, task.irradiance);
         all.spectrum += task.spectrum;
-    }
-    if !all.diffuse.is_dark() {
-        body.denoise(&mut all.diffuse.escape_weighted, NOISE);
-        body.denoise(&mut all.diffuse.irradiance, NOISE);
     }
     all
 }
 
 impl EnteringLight {
     fn with_capacity(groups: usize, elements: usize) -> Self {
-        let dark = || SurfaceLight::with_capacity(groups, elements);
-        Self { directed: dark(), diffuse: dark(), spectrum: Spectrum::ZERO }
-    }
-}
-
-impl SurfaceLight {
-    fn with_capacity(groups: usize, elements: usize) -> Self {
         let empty = || (0..groups).map(|_| Vec::with_capacity(elements)).collect();
-        Self { escape_weighted: empty(), irradiance: empty() }
-    }
-
-    fn is_dark(&self) -> bool {
-        self.irradiance.iter().flatten().all(|values| *values == f32x4::ZERO)
-    }
-
-    /// Adds an element, with Σ K F and Σ F.
-    fn push(&mut self, nodes: &SpectralNodes, [escape_weighted, irradiance]: &[Spectrum; 2]) {
-        for (groups, spectrum) in [(&mut self.escape_weighted, escape_weighted), (&mut self.irradiance, irradiance)] {
-            for (group, values) in groups.iter_mut().zip(nodes.gather(|index| spectrum.0[index])) {
-                group.push(values);
-            }
-        }
-    }
-
-    /// Adds the elements of a task.
-    fn append(&mut self, other: &Self) {
-        let groups = self.escape_weighted.iter_mut().chain(&mut self.irradiance);
-        let others = other.escape_weighted.iter().chain(&other.irradiance);
-        groups.zip(others).for_each(|(group, other)| group.extend(other));
+        Self { escape_weighted: empty(), irradiance: empty(), spectrum: Spectrum::ZERO }
     }
 }
 
-/// Visits the visible samples of all lights at a surface: the light, the cosine of incidence and the irradiance. Lights
-/// with extent are sampled once with each sampler.
+/// Adds an element with a spectrum.
+pub(super) fn push(groups: &mut [Vec<f32x4>], nodes: &SpectralNodes, spectrum: &Spectrum) {
+    groups.iter_mut().zip(nodes.gather(|index| spectrum.0[index])).for_each(|(group, values)| group.push(values));
+}
+
+/// Adds the elements of others.
+pub(super) fn append(groups: &mut [Vec<f32x4>], others: Vec<Vec<f32x4>>) {
+    groups.iter_mut().zip(others).for_each(|(group, other)| group.extend(other));
+}
+
+/// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with extent
+/// are sampled once with each sampler.
 pub(super) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
     lit: &LitPoint,
     samplers: impl ExactSizeIterator<Item = Sampler> + Clone,
-    visit: &mut dyn FnMut(&Light, f32, Spectrum),
+    visit: &mut dyn FnMut(f32, Spectrum),
 ) {
     for light in lights {
         let mut add = |sample: &LightSample, share: f32| {
             let Some(incident) = sample.incident_at(&lit.surface) else { return };
             if sample.is_visible(queries, &lit.surface, lit.side) {
                 let power = light.power(&sample.origin);
-                visit(light, incident.cos_incidence, power * (share * incident.irradiance_per_power));
+                visit(incident.cos_incidence, power * (share * incident.irradiance_per_power));
             }
         };
         if let Some(sample) = light.delta_sample() {
