@@ -188,12 +188,14 @@ impl Grid {
     fn find_beside(&self, point: DVec3) -> Option<(&Cell, [f32; 3])> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
         let reach = self.lattice.step * (SLIVER * f64::from(1u32 << level));
+        let offset = |place: i32| [place / 9 - 1, place / 3 % 3 - 1, place % 3 - 1];
         // Across faces first, then across edges and corners.
-        let mut offsets: Vec<DVec3> = (0..27)
-            .map(|place| DVec3::new(f64::from(place / 9 - 1), f64::from(place / 3 % 3 - 1), f64::from(place % 3 - 1)))
-            .collect();
-        offsets.sort_by(|one, other| one.length_squared().total_cmp(&other.length_squared()));
-        let beside = offsets.into_iter().find_map(|offset| self.number_at(point + offset * reach));
+        let beside = (1..=3).find_map(|axes: usize| {
+            let offsets = (0..27).map(offset).filter(|offset| offset.iter().filter(|step| **step != 0).count() == axes);
+            offsets
+                .map(|offset| DVec3::from_array(offset.map(f64::from)))
+                .find_map(|offset| self.number_at(point + offset * reach))
+        });
         let cell = &self.cells[beside?];
         Some((cell, self.within(cell, point)))
     }

@@ -22,8 +22,9 @@ use crate::error::{SkyError, check};
 use crate::luminous::ILLUMINANCE_LX;
 use crate::tables::WAVELENGTHS_NM;
 
-/// Irradiance of level ground divided by the radiance at the zenith, in sr: 7π/9.
-const IRRADIANCE_SR: f64 = 7.0 * PI / 9.0;
+/// Irradiance of level ground under an overcast sky divided by the radiance at the zenith, in sr:
+/// ∫ (1 + 2 cos θ)/3 cos θ dω = 7π/9.
+pub const OVERCAST_IRRADIANCE_SR: f64 = 7.0 * PI / 9.0;
 
 /// Illuminance by the tabulated power of D65 as irradiance in W m⁻² nm⁻¹, in lx.
 static TABLE_ILLUMINANCE_LX: LazyLock<f64> =
@@ -73,7 +74,7 @@ impl OvercastSky {
     /// If the wavelength lies outside 320–720 nm.
     #[must_use]
     pub fn radiance(self, wavelength_nm: f64, cos_zenith: f64) -> f64 {
-        self.irradiance(wavelength_nm) / IRRADIANCE_SR * overcast_relative_radiance(cos_zenith)
+        self.irradiance(wavelength_nm) / OVERCAST_IRRADIANCE_SR * overcast_relative_radiance(cos_zenith)
     }
 
     /// Irradiance of level ground, in W m⁻² nm⁻¹.

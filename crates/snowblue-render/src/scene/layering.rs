@@ -29,8 +29,12 @@ thread_local! {
 }
 
 /// Depth of a point in the body of an object below the body's topmost surface above the point, in m; 0 if there is
-/// none.
+/// none. Of an object with prints it is the surface before they were pressed into it.
 pub(crate) fn depth_below_surface(objects: &Objects, object: usize, point: Vec3A) -> f32 {
+    let undisturbed = objects.list()[object].undisturbed.as_ref();
+    if let Some(height_m) = undisturbed.and_then(|surface| surface.height_m(point.x, point.y)) {
+        return (height_m - point.z).max(0.0);
+    }
     let up = Ray { origin: point, direction: Vec3A::Z };
     CROSSINGS.with_borrow_mut(|crossings| {
         objects.crossings(object, &up, f32::INFINITY, crossings);

@@ -141,7 +141,8 @@ impl Scene {
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
     ///
-    /// It does not check that the camera stays out of snow.
+    /// It does not check that the camera stays out of snow. The light field of a wide body keeps the cells that the
+    /// former view needed.
     pub fn set_view(&mut self, view: &View) -> bool {
         let aspect = self.film.width as f32 / self.film.height as f32;
         let Some(camera) = PinholeCamera::new(view, aspect) else {

@@ -31,7 +31,7 @@ use crate::integrators::survival_probability;
 use crate::integrators::walk::WalkTracer;
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::{IncidentLight, Light, LightSample, SHADOW_EPSILON};
-use crate::scene::light_field::SnowAt;
+use crate::scene::light_field::{EndDepth, SnowAt};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::pca_snow::Emission;
@@ -117,10 +117,16 @@ impl<'scene> PathIntegrator<'scene> {
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface);
         if let Shading::Field(snow) = vertex.shading {
-            if !self.field_holds(snow, &surface, sampler)
+            let end_depth = self.walks.as_ref().map(|walks| walks.end_depth(snow, &surface));
+            // Where light and snow are even, the field is the mean of the walks, without their noise.
+            if let Some(end_depth) = end_depth
+                && (end_depth != EndDepth::Flat || !self.is_evenly_lit(snow, &surface, sampler))
                 && let Some(walks) = &mut self.walks
             {
-                return PathRadiance { first, later: Some(walks.walk(snow, &surface, camera_ray, sampler)) };
+                return PathRadiance {
+                    first,
+                    later: Some(walks.walk((snow, end_depth), &surface, camera_ray, sampler)),
+                };
             }
             first += self.field_light(snow, &vertex, camera_ray, sampler);
             return PathRadiance { first, later: None };
@@ -132,13 +138,9 @@ impl<'scene> PathIntegrator<'scene> {
         PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
     }
 
-    /// Whether light and snow are so even around a point of the surface that the light field holds there: the surface
-    /// is flat, and each lamp shines on the points around it alike. Then walks have the field's mean, and more noise.
-    fn field_holds(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
+    /// Whether each lamp shines alike on the points around a point of a flat surface.
+    fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
         let length_m = snow.layer.transport_length_m();
-        if !self.walks.as_ref().is_some_and(|walks| walks.is_flat(surface, length_m)) {
-            return false;
-        }
         let [turn, ..] = sampler.next_four();
         let (side, up) = surface.normal.any_orthonormal_pair();
         let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);

@@ -116,15 +116,13 @@ impl<'scene> WalkTracer<'scene> {
     /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
     pub(super) fn walk(
         &mut self,
-        at: SnowAt,
+        (at, end_depth): (SnowAt, EndDepth),
         surface: &SurfaceInteraction,
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> Spectrum {
         let (field, transport_length_m) = (at.field, at.layer.transport_length_m());
         let Some(volume) = self.scene.volumes[surface.material].get(at.number) else { return Spectrum::ZERO };
-        let is_flat = self.is_flat(surface, transport_length_m);
-        let end_depth = if is_flat { EndDepth::Flat } else { EndDepth::Edge };
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
@@ -172,10 +170,12 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// Whether a surface is flat around a point.
-    pub(super) fn is_flat(&self, surface: &SurfaceInteraction, transport_length_m: f32) -> bool {
-        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * transport_length_m);
-        self.scene.objects.holds_deeply(surface.object, surface.point - surface.normal * below_m, radius_m)
+    /// How deep walks from a point of the surface end.
+    pub(super) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
+        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.layer.transport_length_m());
+        let below = surface.point - surface.normal * below_m;
+        let is_flat = self.scene.objects.holds_deeply(surface.object, below, radius_m);
+        if is_flat { EndDepth::Flat } else { EndDepth::Edge }
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.

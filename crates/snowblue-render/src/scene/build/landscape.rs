@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2};
+use glam::DVec2;
 
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::height_files::{Georeference, HeightGrid, Window};
-use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
-use crate::mesh_files::{is_y_up, read_mesh_from};
+use crate::mesh_files::read_mesh_from;
+use crate::scene::build::placing::upright;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
 use crate::scene::description::{
@@ -332,11 +332,9 @@ fn snow_on_mesh_file(
     let MeshGround { file, part, up } = *ground;
     let key = path.key("ground");
     let read = read_mesh_from(sources.files, file, part).map_err(|error| sources.named(&key, file, error))?;
-    let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
     let mut mesh = TriangleMesh::default();
     let wrong = |reason: String| key.error(format!("is \"{file}\", which {reason}"));
-    let upright = if y_up { DAffine3::from_mat3(Y_UP_TO_Z_UP) } else { DAffine3::IDENTITY };
-    mesh.append(&read, &upright).map_err(wrong)?;
+    mesh.append(&read, &upright(file, up)).map_err(wrong)?;
     let reach_m = mesh.positions.iter().map(|position| position.abs().max_element()).fold(0.0, f32::max);
     let gap_m = description.gap.unwrap_or(GAP_M + 2.0 * GAP_OF_SIDE * f64::from(reach_m));
     let least_m = description.least_depth;

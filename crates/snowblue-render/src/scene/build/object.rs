@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use crate::error::RenderError;
 use crate::geometry::cuboid::Cuboid;
@@ -14,17 +14,16 @@ use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::plane::Plane;
 use crate::geometry::shape::Shape;
 use crate::geometry::triangle_mesh::TriangleMesh;
-use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
-use crate::mesh_files::{is_y_up, read_mesh_from};
+use crate::mesh_files::read_mesh_from;
 use crate::scene::build::carved::carved_mesh;
 use crate::scene::build::closed::check_closed;
 use crate::scene::build::landscape::{self, Land};
 use crate::scene::build::material::NamedMaterial;
-use crate::scene::build::placing::{Placing, check_reach, placement};
+use crate::scene::build::placing::{Placing, check_reach, placement, upright};
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
 use crate::scene::description::{
-    DescriptionError, IglooDescription, KeyPath, MeshDescription, ObjectDescription, ShapeDescription, UpAxis,
+    DescriptionError, IglooDescription, KeyPath, MeshDescription, ObjectDescription, ShapeDescription,
 };
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::objects::Object;
@@ -145,8 +144,7 @@ impl<'scene> ObjectBuilder<'scene> {
     ) -> Result<Shape, RenderError> {
         let MeshDescription { mesh: file, up, .. } = description;
         let path = path.key("mesh");
-        let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
-        let upright = DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY });
+        let upright = upright(file, *up);
         let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
         let must_be_closed = is_snow && self.has_light_field;
         let found = self.file_mesh(&path, description)?;

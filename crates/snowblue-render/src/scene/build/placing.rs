@@ -4,9 +4,11 @@ use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
 
 use crate::geometry::ray::narrow;
 use crate::geometry::transform::Transform;
+use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
+use crate::mesh_files::is_y_up;
 use crate::scene::description::check::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
-use crate::scene::description::{ObjectSettings, Scale};
+use crate::scene::description::{ObjectSettings, Scale, UpAxis};
 
 /// Where a shape is, how it is turned and how it is stretched.
 pub(super) struct Placing {
@@ -34,6 +36,12 @@ impl Placing {
     pub(super) fn to_scene(&self) -> DAffine3 {
         DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
     }
+}
+
+/// Turns the coordinates of a mesh file upright: by the axis that is up, or by that of its format.
+pub(super) fn upright(file: &str, up: Option<UpAxis>) -> DAffine3 {
+    let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
+    DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY })
 }
 
 /// The rotations about x, then y, then z by some degrees.

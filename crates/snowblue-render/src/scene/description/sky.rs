@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::light::{LampDescription, visible};
-use super::value::numbers;
+use super::value::some_numbers;
 
 /// Sun and sky.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -150,10 +150,6 @@ struct SunKeys {
     date: Option<String>,
     time: Option<String>,
     utc_offset_h: Option<f64>,
-}
-
-fn some_numbers<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 3]>, D::Error> {
-    numbers(deserializer).map(Some)
 }
 
 impl TryFrom<SunKeys> for SunDescription {

@@ -136,10 +136,7 @@ fn read_lamp(keys: &mut Keys, path: &KeyPath) -> Read<LampDescription> {
 fn read_object(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ObjectDescription> {
     let mut keys = table(value, path)?;
     let common = keys.split(&ObjectSettings::NAMES).read(path, &[])?;
-    let imprints = match keys.table.remove("imprint") {
-        Some(imprints) => list(&imprints, &path.key("imprint"), read_imprint)?,
-        None => Vec::new(),
-    };
+    let imprints = keys.list("imprint", path, read_imprint)?;
     let mut known = ObjectSettings::NAMES.to_vec();
     let shape = match (keys.text("shape", path)?, keys.table.contains_key("mesh")) {
         (Some(shape), false) => {
@@ -178,11 +175,7 @@ fn read_imprint(value: &Spanned<DeValue>, path: &KeyPath) -> Read<ImprintDescrip
 
 fn read_carved(mut keys: Keys, path: &KeyPath, mut known: Vec<&str>) -> Read<CarvedDescription> {
     known.extend(["add", "remove"]);
-    let mut solids = |key: &str| match keys.table.remove(key) {
-        Some(value) => list(&value, &path.key(key), read_solid),
-        None => Ok(Vec::new()),
-    };
-    let (add, remove) = (solids("add")?, solids("remove")?);
+    let (add, remove) = (keys.list("add", path, read_solid)?, keys.list("remove", path, read_solid)?);
     Ok(CarvedDescription { add, remove, ..keys.read(path, &known)? })
 }
 
@@ -219,6 +212,16 @@ impl<'text> Keys<'text> {
     fn required_text(&mut self, key: &str, path: &KeyPath) -> Read<Spanned<String>> {
         let span = self.span.clone();
         self.text(key, path)?.ok_or_else(|| Mistake { span, reason: format!("{} is missing", path.key(key)) })
+    }
+
+    /// Takes the tables of an array out; none if it is not there.
+    fn list<T>(
+        &mut self,
+        key: &str,
+        path: &KeyPath,
+        read: impl Fn(&Spanned<DeValue<'text>>, &KeyPath) -> Read<T>,
+    ) -> Read<Vec<T>> {
+        self.table.remove(key).map_or(Ok(Vec::new()), |value| list(&value, &path.key(key), read))
     }
 
     /// Refuses keys beside one that they have no meaning with.

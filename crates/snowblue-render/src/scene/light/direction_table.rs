@@ -52,7 +52,7 @@ impl DirectionTable {
         let (column, across) = invert(&self.columns[row * self.width..][..self.width], u);
         let [top, bottom] = edge_cosines(row, self.height);
         let z = top + (bottom - top) * down;
-        let longitude = FRAC_PI_2 - TAU * ((column as f32 + across) / self.width as f32 - 0.5) + self.turn_rad;
+        let longitude = longitude_rad((column as f32 + across) / self.width as f32) + self.turn_rad;
         let radius = (1.0 - z * z).max(0.0).sqrt();
         Vec3A::new(radius * longitude.cos(), radius * longitude.sin(), z)
     }
@@ -73,6 +73,11 @@ impl DirectionTable {
         let down = direction.z.clamp(-1.0, 1.0).acos() / PI;
         [across * self.width as f32, down * self.height as f32]
     }
+}
+
+/// Longitude from x to y, in rad, of a place across a table from 0 to 1.
+pub(super) fn longitude_rad(across: f32) -> f32 {
+    FRAC_PI_2 - TAU * (across - 0.5)
 }
 
 /// Cosine of the polar angle at the upper and the lower edge of a row.

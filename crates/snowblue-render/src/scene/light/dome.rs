@@ -1,10 +1,10 @@
 //! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
 
 use glam::Vec3A;
-use snowblue_sky::{ClearSky, WAVELENGTHS_NM, overcast_relative_radiance};
+use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
 use crate::geometry::ray::narrow;
-use crate::scene::light::direction_table::DirectionTable;
+use crate::scene::light::direction_table::{DirectionTable, longitude_rad};
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
@@ -73,17 +73,14 @@ impl SkyDome {
 
     /// An overcast sky that gives level ground an irradiance in W/m², as a band density.
     pub(crate) fn overcast(irradiance: &Spectrum) -> Option<Self> {
-        // ∫ (1 + 2 cos θ)/3 cos θ dω = 7π/9.
-        const RELATIVE_IRRADIANCE: f32 = 7.0 * std::f32::consts::PI / 9.0;
-        Self::new(Model::Overcast(*irradiance * RELATIVE_IRRADIANCE.recip()))
+        Self::new(Model::Overcast(*irradiance * narrow(OVERCAST_IRRADIANCE_SR.recip())))
     }
 
     fn new(model: Model) -> Option<Self> {
         let (width, height) = (COLUMNS, COLUMNS / 2);
         let brightness = |row: u16, column: u16| {
             let polar = std::f32::consts::PI * (f32::from(row) + 0.5) / f32::from(height);
-            let longitude = std::f32::consts::FRAC_PI_2
-                - std::f32::consts::TAU * ((f32::from(column) + 0.5) / f32::from(width) - 0.5);
+            let longitude = longitude_rad((f32::from(column) + 0.5) / f32::from(width));
             let (sin, z) = polar.sin_cos();
             LightSpectrum::luminance(&model.radiance(Vec3A::new(sin * longitude.cos(), sin * longitude.sin(), z)))
         };

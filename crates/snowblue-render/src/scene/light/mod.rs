@@ -254,8 +254,8 @@ impl Light {
             Self::Sphere(_) | Self::Rectangle(_) => {
                 [exit, lines, None].map(|surface| surface.copied().map(SamplingTechnique::SolidAngle))
             }
-            // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
             Self::Sun(..) => [Some(SamplingTechnique::Luminance), None, None],
+            // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
             Self::Sky(_) | Self::Image(..) | Self::Dome(..) => [
                 exit.copied().map(SamplingTechnique::Cosine),
                 lines.copied().map(SamplingTechnique::Hemisphere),

@@ -129,7 +129,8 @@ impl GatheredPaths {
         paths
     }
 
-    /// The irradiance by uniform skies and by diffuse surfaces that lamps light: for each group a value at each element.
+    /// The irradiance by uniform skies and by diffuse surfaces that lamps light: for each group a value at each
+    /// element.
     pub(super) fn steady(&self) -> &[Vec<f32x4>] {
         &self.steady
     }
@@ -161,8 +162,8 @@ impl GatheredPaths {
     }
 }
 
-/// Follows a path from a surface element. Gives the radiance of uniform skies or, by diffuse surfaces, of all lamps, and
-/// where it ends at snow, with its throughput if it met another surface before.
+/// Follows a path from a surface element. Gives the radiance of uniform skies or, by diffuse surfaces, of all lamps,
+/// and where it ends at snow, with its throughput if it met another surface before.
 fn trace(
     queries: &mut SceneQueries,
     object: usize,

@@ -77,14 +77,11 @@ pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 
 /// Most reflections of light between pieces of snow that are computed.
 const MOST_REFLECTIONS: usize = 40;
-/// Relative residual of the light that snow receives from snow, and of the solutions for each of its reflections. At 10⁻³
-/// the wall of a hole ten radii deep is right within 10⁻³, at 10⁻² within 5 %.
+/// Relative residual of the light that snow receives from snow, and of the solutions for each of its reflections. At
+/// 10⁻³ the wall of a hole ten radii deep is right within 10⁻³, at 10⁻² within 5 %.
 const GATHER_TOLERANCE: f64 = 1e-3;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
-/// Cells of a wide body in pixels of the picture: where its surface has details, and where it is flat.
-const DETAIL_PIXELS: f64 = 4.0;
-const FLAT_PIXELS: f64 = 30.0;
 /// Greatest cells of a wide body at its surface, in m.
 const GREATEST_CELL_M: f64 = 1.0;
 /// Most spectral nodes.
@@ -167,12 +164,7 @@ pub(crate) struct Viewer {
 impl Viewer {
     /// Sizes of the cells of a wide body.
     fn sizes(&self) -> SizesByDistance {
-        SizesByDistance {
-            viewpoint: self.position.as_dvec3(),
-            detail_per_distance: DETAIL_PIXELS * self.pixel_rad,
-            flat_per_distance: FLAT_PIXELS * self.pixel_rad,
-            greatest_m: GREATEST_CELL_M,
-        }
+        SizesByDistance::of_picture(self.position.as_dvec3(), self.pixel_rad, GREATEST_CELL_M)
     }
 }
 
@@ -443,21 +435,23 @@ impl<'a> PreparedBody<'a> {
         let groups = nodes.indices().len() / snowblue_field::GROUP;
         let shortest_m = snow.least_transport_length_m();
         let memory_mib = u64::from(scene.settings.memory_mib);
-        let viewer = scene.viewer.filter(|_| survey.is_wide(shortest_m, groups, memory_mib));
-        let depends_on_view = viewer.is_some() && scene.settings.step_mm.is_none();
         let refusal = |error: FieldError| error.to_string();
-        let (step_m, sizes) = match (scene.settings.step_mm, viewer) {
-            (Some(step_mm), _) => {
-                (survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib).map_err(refusal)?, None)
-            }
-            (None, None) => (survey.choose_step_m(shortest_m, groups, memory_mib).map_err(refusal)?, None),
-            (None, Some(viewer)) => {
-                let (step_m, sizes) = (survey.finest_step_m(shortest_m), viewer.sizes());
-                let (factor, _) = fit_sizes(&solid, step_m, &sizes, groups, memory_mib).map_err(refusal)?;
-                (step_m, Some((sizes, factor)))
-            }
+        let step_m = match scene.settings.step_mm {
+            Some(step_mm) => Some(survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib)),
+            None if scene.viewer.is_some() && survey.is_wide(shortest_m, groups, memory_mib) => None,
+            None => Some(survey.choose_step_m(shortest_m, groups, memory_mib)),
         };
-        let sizes = sizes.as_ref().map(|(sizes, factor)| ScaledSizes { sizes, factor: *factor });
+        // Without a step for all cells, a viewer gives their sizes.
+        let viewer_sizes = scene.viewer.filter(|_| step_m.is_none()).map(|viewer| viewer.sizes());
+        let depends_on_view = viewer_sizes.is_some();
+        let step_m = step_m.unwrap_or_else(|| Ok(survey.finest_step_m(shortest_m))).map_err(refusal)?;
+        let sizes = match &viewer_sizes {
+            Some(sizes) => {
+                let (factor, _) = fit_sizes(&solid, step_m, sizes, groups, memory_mib).map_err(refusal)?;
+                Some(ScaledSizes { sizes, factor })
+            }
+            None => None,
+        };
         let sizes = sizes.as_ref().map(|sizes| sizes as &dyn CellSizes);
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);

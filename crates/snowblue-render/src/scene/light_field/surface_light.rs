@@ -100,8 +100,8 @@ pub(super) fn append(groups: &mut [Vec<f32x4>], others: Vec<Vec<f32x4>>) {
     groups.iter_mut().zip(others).for_each(|(group, other)| group.extend(other));
 }
 
-/// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with extent
-/// are sampled once with each sampler.
+/// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with
+/// extent are sampled once with each sampler.
 pub(super) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],

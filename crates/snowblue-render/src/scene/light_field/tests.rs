@@ -9,6 +9,7 @@ use snowblue_transport::stack::Stack;
 
 use crate::bake::{BakeOptions, Relighting, bake};
 use crate::files::FilesInMemory;
+use crate::geometry::ray::SurfacePoint;
 use crate::scene::Scene;
 use crate::scene::description::LayersTop;
 use crate::scene::file::SceneFile;
@@ -124,4 +125,23 @@ fn depth_follows_the_terrain_or_a_height() {
         let shares = Layering::new(&layers, top).shares(&scene.objects, 0, &cell);
         assert!((shares[0] - crust).abs() < 1e-4 && (shares[0] + shares[1] - 1.0).abs() < 1e-6, "{top:?}: {shares:?}");
     }
+}
+
+/// A hole cuts through the layers, which stay where they are below its wall and its bottom.
+#[test]
+fn layers_lie_below_the_surface_before_a_hole() {
+    let scene = scene(
+        "[environment]\nradiance_w_m2_sr = 1\n[[object]]\nshape = \"drift\"\nsize = [0.5, 0.5, 0.3]\nrelief = 0\n\
+         material = \"pack\"\n[[object.imprint]]\ntype = \"hole\"\nposition = [0, 0]\nradius = 0.05\ndepth = 0.06\n",
+    );
+    let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
+    let number = |point: Vec3A, normal: Vec3A| {
+        field.snow().number_at(&scene.objects, 0, &SurfacePoint { point, normal: normal.normalize() })
+    };
+    // The wall is two degrees off the vertical.
+    let wall = |depth_m: f32| Vec3A::new(0.05 - 0.0349 * depth_m, 0.0, -depth_m);
+    let at = |depth_m: f32| number(wall(depth_m), Vec3A::new(-1.0, 0.0, 0.0349));
+    assert_eq!([0.005, 0.015, 0.025, 0.055].map(at), [0, 0, 1, 1]);
+    assert_eq!(number(Vec3A::new(0.0, 0.0, -0.06), Vec3A::Z), 1);
+    assert_eq!(number(Vec3A::new(0.2, 0.0, 0.0), Vec3A::Z), 0);
 }
