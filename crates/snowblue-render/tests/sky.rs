@@ -6,6 +6,9 @@ use std::f64::consts::PI;
 
 use glam::Vec3A;
 use snow::{analytic_table, radiance, scene_by};
+use snowblue_color::LinearRgb;
+use snowblue_render::files::FilesInMemory;
+use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::description::SceneDescription;
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
@@ -115,6 +118,30 @@ fn the_camera_sees_the_sun_where_it_stands() {
     assert!(radiance(&mut hidden, Vec3A::Z, Vec3A::new(1.7320508, 0.0, 2.0)).maximum() <= 0.0);
 }
 
+/// Grey ground is grey under the light that looks white, and not under others.
+#[test]
+fn white_balance_makes_ground_neutral() {
+    let sun = "[sky]\nsun = { elevation_deg = 12, azimuth_deg = 120 }\n";
+    let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, -1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";
+    // D65 at 31 wavelengths is neutral within .4 %, and the sampled light of the sky has noise.
+    for (lights, white, most) in [(sun, "sky", 0.02), (lamp, "sky", 0.005), (lamp, "A", 0.005), (sun, "D65", 0.0)] {
+        let mut scene = under(lights, "pcasnow", "");
+        let mut description = scene.description().clone();
+        description.film.white = white.parse().unwrap();
+        description.camera.as_mut().unwrap().position = [0.0, -9.0, 5.0];
+        description.integrator.samples_per_pixel = 1024;
+        scene = description.build(&analytic_table(), &FilesInMemory::default()).unwrap();
+        let film = render(&scene, &|_| {}).film;
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(film.pixels()[0]);
+        let off = (r / g - 1.0).abs().max((b / g - 1.0).abs());
+        if most > 0.0 {
+            assert!(off < most, "{white}: {r} {g} {b}");
+        } else {
+            assert!(off > 0.1, "{white}: {r} {g} {b}");
+        }
+    }
+}
+
 #[test]
 fn mistakes_are_named() {
     let message = |sky: &str| {
@@ -135,6 +162,11 @@ fn mistakes_are_named() {
             "[sky]\nsun = { latitude_deg = 47, longitude_deg = 8, date = \"2026-02-30\", time = \"25:00\" }\n",
             "sky.sun.time is \"25:00\" on \"2026-02-30\"",
         ),
+        (
+            "[[light]]\ntype = \"point\"\nposition = [0, 0, 1]\nradiant_intensity_w_sr = 1\n[film]\nwhite = \"sky\"\n",
+            "film.white is \"sky\", but there is no sky",
+        ),
+        ("[film]\nwhite = \"noon\"\n", "noon"),
         ("[sky]\ntype = \"overcast\"\n", "must have either `irradiance_w_m2` or `sun`"),
         ("[sky]\ntype = \"overcast\"\nirradiance_w_m2 = 0\n", "sky.irradiance_w_m2 is 0"),
     ] {

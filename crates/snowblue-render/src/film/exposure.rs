@@ -9,7 +9,9 @@ use snowblue_color::LinearRgb;
 use snowblue_color::exposure::{AutoExposure, factor};
 
 use crate::film::sensor::FalseColor;
+use crate::film::white_balance::WhiteBalance;
 use crate::images::raster::ImageSize;
+use crate::scene::description::value::text;
 
 /// Size and exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -21,6 +23,9 @@ pub struct FilmSettings {
     pub height: u32,
     /// Exposure of a PNG.
     pub exposure: Exposure,
+    /// The light that looks white. In false colour all lights do.
+    #[serde(with = "text")]
+    pub white: WhiteBalance,
     /// Three wavelengths of the table as red, green and blue, instead of the colours that an observer sees. Lights are
     /// then white.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -29,7 +34,7 @@ pub struct FilmSettings {
 
 impl Default for FilmSettings {
     fn default() -> Self {
-        Self { width: 1080, height: 1080, exposure: Exposure::Auto, false_color: None }
+        Self { width: 1080, height: 1080, exposure: Exposure::Auto, white: WhiteBalance::default(), false_color: None }
     }
 }
 

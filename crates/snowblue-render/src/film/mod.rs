@@ -17,6 +17,7 @@ pub mod provenance;
 pub mod resumable_file;
 pub mod sample_block;
 pub(crate) mod sensor;
+pub mod white_balance;
 pub mod window;
 
 use snowblue_color::{LinearRgb, Xyz};

@@ -7,6 +7,7 @@ use snowblue_database::{CompressedTable, Space};
 
 use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
+use crate::film::white_balance::WhiteBalance;
 use crate::hash::Fnv1a;
 use crate::scene::Scene;
 use crate::scene::description::{MaterialDescription, SceneDescription};
@@ -39,7 +40,8 @@ impl Provenance {
     fn new(scene: &SceneDescription, table: &CompressedTable, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
         let colours = match film.false_color {
-            None => "as seen".to_owned(),
+            None if film.white == WhiteBalance::default() => "as seen".to_owned(),
+            None => format!("as seen, white: {}", film.white),
             Some(colour) => format!("{} {} {} nm", colour.red_nm, colour.green_nm, colour.blue_nm),
         };
         let mut entries = vec![

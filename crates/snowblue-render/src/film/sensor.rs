@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Mul};
 
 use glam::Vec4;
 use serde::{Deserialize, Serialize};
-use snowblue_color::{Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 
 use crate::error::RenderError;
 use crate::geometry::ray::narrow;
@@ -149,6 +149,25 @@ impl Sensor {
         let mut nm = [0.0; SAMPLES];
         nm.copy_from_slice(wavelengths_nm);
         Ok(Self::new(weights.map(LinearRgb::xyz), nm, Spectrum::ONE))
+    }
+
+    /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
+    pub(crate) fn balanced(self, white: &Spectrum) -> Option<Self> {
+        let [from_white, to_white] = [white, &self.white].map(|white| {
+            let xyz = self.xyz(white);
+            xyz * xyz.y.recip()
+        });
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(from_white);
+        // Within sRGB all responses of the cones are positive; NaN is not.
+        if ![r, g, b].into_iter().all(|channel| channel > 0.0) {
+            return None;
+        }
+        let adaptation = ChromaticAdaptation { from_white, to_white };
+        let weights = self.weights.map(|weight| adaptation.apply(weight));
+        Some(Self {
+            is_standard_observer: self.is_standard_observer,
+            ..Self::new(weights, self.wavelengths_nm, *white)
+        })
     }
 
     fn new(weights: [Xyz; SAMPLES], wavelengths_nm: [f64; SAMPLES], white: Spectrum) -> Self {

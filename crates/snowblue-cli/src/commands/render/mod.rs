@@ -13,6 +13,7 @@ use std::time::Duration;
 use clap::Args;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
+use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::material::pca_snow::PathMode;
@@ -117,6 +118,10 @@ pub(crate) struct Render {
     /// film, such that the brightest of five is not too bright
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
+    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of sun
+    /// and sky on level ground
+    #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
+    white: Option<WhiteBalance>,
     /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are
     /// given], under spectrally constant lights; the table must have 31 wavelengths
     #[arg(
@@ -247,6 +252,7 @@ impl Render {
         film.width = self.width.unwrap_or(film.width);
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
+        film.white = self.white.unwrap_or(film.white);
         film.false_color = self.false_color.or(film.false_color);
         let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);
         integrator.kind = self.integrator.or(with_path_mode).unwrap_or(integrator.kind);

@@ -25,7 +25,7 @@ impl Changes {
         let SceneDescription {
             gltf,
             camera,
-            film: FilmSettings { width: _, height, exposure: _, false_color },
+            film: FilmSettings { width: _, height, exposure: _, white: _, false_color },
             integrator: IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _ },
             light_field,
             materials,

@@ -25,17 +25,20 @@ use snowblue_transport::monte_carlo::{Volume, WalkEnds};
 
 use crate::error::RenderError;
 use crate::files::SceneFiles;
+use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
+use crate::film::white_balance::WhiteBalance;
 use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::layering::Layering;
-use crate::scene::light::Light;
+use crate::scene::light::{Light, irradiance_by_sky};
 use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack, Viewer};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
@@ -106,10 +109,6 @@ impl SceneDescription {
 
     fn build_with(&self, kept: Kept, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
         self.check()?;
-        let sensor = match self.film.false_color {
-            None => Sensor::cie_1931(),
-            Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
-        };
         let mut solids = match kept.solids {
             Some(solids) => solids,
             None => self.solids(table, files)?,
@@ -124,6 +123,7 @@ impl SceneDescription {
             return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
         }
         let mut solved_light_fields = 0;
+        let sensor = self.sensor(table, &lights)?;
         let light_field = match (self.integrator.kind.has_light_field(), kept.light_field) {
             (false, _) => None,
             (true, KeptField::Everything(field)) => Some(field),
@@ -161,6 +161,29 @@ impl SceneDescription {
             solid_files,
             light_files,
         })
+    }
+
+    /// What turns spectra to colours.
+    fn sensor(&self, table: &CompressedTable, lights: &[Light]) -> Result<Sensor, RenderError> {
+        let FilmSettings { white, false_color, .. } = self.film;
+        if let Some(colour) = false_color {
+            return Sensor::false_color(colour, &table.axes.wavelengths_nm);
+        }
+        let sensor = Sensor::cie_1931();
+        if white == WhiteBalance::default() {
+            return Ok(sensor);
+        }
+        let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
+        let spectrum = match white {
+            WhiteBalance::Illuminant(illuminant) => {
+                LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
+            }
+            WhiteBalance::Sky => irradiance_by_sky(lights),
+        };
+        if spectrum.maximum() <= 0.0 {
+            return Err(wrong("there is no sky, sun or distant lamp above").into());
+        }
+        Ok(sensor.balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))?)
     }
 
     /// Builds all that is no described light.

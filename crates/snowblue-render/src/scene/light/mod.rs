@@ -391,6 +391,32 @@ impl Light {
     }
 }
 
+/// The irradiance of level ground by skies, the sun and distant lights, in W/m² as a band density.
+pub(crate) fn irradiance_by_sky(lights: &[Light]) -> Spectrum {
+    /// Samples of a light with extent.
+    const SAMPLES: u32 = 1 << 12;
+    let ground = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
+    let mut sum = Spectrum::ZERO;
+    for light in lights {
+        let mut add = |sample: &LightSample, share: f32| {
+            if let (LightOrigin::Distant(_), Some(incident)) = (sample.origin, sample.incident_at(&ground)) {
+                sum += light.power(&sample.origin) * (share * incident.irradiance_per_power);
+            }
+        };
+        match light.delta_sample() {
+            Some(sample) => add(&sample, 1.0),
+            None if light.is_sky() || matches!(light, Light::Sun(..)) => {
+                for index in 0..SAMPLES {
+                    let samples = light.samples_at(&ground, &mut Sampler::new(0, 0, index));
+                    samples.iter().flatten().for_each(|sample| add(sample, (SAMPLES as f32).recip()));
+                }
+            }
+            None => {}
+        }
+    }
+    sum
+}
+
 /// What a ray finds of a light with extent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LightHit {
