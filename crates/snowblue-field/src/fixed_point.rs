@@ -11,20 +11,33 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of the basis, which are kept in memory.
 const BASIS: usize = 12;
 
+/// Relative accuracy of a product at the least.
+const LEAST_ACCURACY: f64 = 1e-2;
+
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
+/// Gives M v for the vectors v of all groups, to a relative accuracy.
+pub type Product<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
+
 /// Solves x = b + M x for each group of four systems, from x = 0, until the residual of each system is below
 /// `tolerance` of its b, or after `most_products` products.
+///
+/// `product` computes M v to a relative accuracy. The smaller the residual has become, the less accurate it may be
+/// (Simoncini & Szyld 2003, "Theory of inexact Krylov subspace methods", doi:10.1137/S1064827502406415).
 pub fn solve_fixed_point(
     constant: &[Vec<f32x4>],
-    product: &mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>,
+    product: Product,
     tolerance: f64,
     most_products: usize,
 ) -> Vec<Vec<f32x4>> {
     let goal: Vec<f64x4> = norms(constant).into_iter().map(|norm| norm * f64x4::splat(tolerance)).collect();
     let is_above =
         |residual: &[f64x4]| residual.iter().zip(&goal).any(|(residual, goal)| residual.simd_gt(*goal).any());
+    let accuracy = |residual: &[f64x4]| {
+        let times_goal = residual.iter().zip(&goal).flat_map(|(residual, goal)| ratio(*residual, *goal).to_array());
+        times_goal.fold(1.0, f64::max).recip().min(LEAST_ACCURACY)
+    };
     let mut solution: Vectors = constant.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
     let mut norm = norms(constant);
     let mut products = 0;
@@ -32,7 +45,7 @@ pub fn solve_fixed_point(
         let mut residual = constant.to_vec();
         if products > 0 {
             subtract(&mut residual, &solution);
-            add(&mut residual, &product(&solution));
+            add(&mut residual, &product(&solution, tolerance));
             products += 1;
             norm = norms(&residual);
         }
@@ -41,7 +54,7 @@ pub fn solve_fixed_point(
         while basis.len() <= BASIS && products < most_products && is_above(&norm) {
             let last = &basis[basis.len() - 1];
             let mut next = last.clone();
-            subtract(&mut next, &product(last));
+            subtract(&mut next, &product(last, accuracy(&norm)));
             products += 1;
             // The coefficients of each group in the basis, and the part of it that is new.
             let mut columns: Vec<Vec<f64x4>> = vec![Vec::with_capacity(basis.len()); next.len()];
@@ -173,7 +186,7 @@ mod tests {
             group[ROWS - 1] = f32x4::new([0.0, 2.0, 0.0, 5.0]);
         }
         let mut count = 0;
-        let mut product = |values: &[Vec<f32x4>]| {
+        let mut product = |values: &[Vec<f32x4>], _| {
             count += 1;
             values.iter().zip(losses).map(|(values, loss)| along_tube(loss, values)).collect()
         };
@@ -198,7 +211,7 @@ mod tests {
     fn the_number_of_products_is_limited() {
         let mut count = 0;
         let constant = [vec![f32x4::ONE; ROWS]];
-        let mut product = |values: &[Vec<f32x4>]| {
+        let mut product = |values: &[Vec<f32x4>], _| {
             count += 1;
             vec![along_tube(0.0, &values[0])]
         };

@@ -22,7 +22,7 @@ mod vectors;
 
 pub use body::{AxisCrossing, Body};
 pub use field::{CellBox, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
-pub use fixed_point::solve_fixed_point;
+pub use fixed_point::{Product, solve_fixed_point};
 pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;

@@ -25,7 +25,7 @@ Importing this module registers three plug-ins:
     surface. `step_mm` is the distance of the points on the surface where J is known, `field_step_mm` the size of the
     cells in the snow, and `gather_depth` (8) the number of surfaces over which light is followed before it enters the
     snow. The light is solved for once; a change of the scene is noticed, and solved for again, in the next rendering.
-    It is lit by the emitters point, spot, directional, constant, envmap, and area on spheres and rectangles.
+    It is lit by the emitters point, spot, directional, constant, envmap, sunsky, and area on spheres and rectangles.
   - `pcasnow` traces one straight path through the snow for each hit. The light from inside is T(d, theta) E / pi, where
     d is the length of the path in the snow, E the irradiance of a lamp where it leaves the snow, and theta the angle of
     incidence there. The surface reflects R(d, theta) E / pi. `path_mode` is `brightest` (the default), `normal`,
@@ -395,7 +395,7 @@ class _Field:
             document["light_field"] = {"step_mm": float(self.field_step_mm)}
         for emitter in lamps:
             self._light(emitter, document, files)
-        if not document["light"] and "environment" not in document:
+        if not document["light"] and "environment" not in document and "sky" not in document:
             raise ValueError("the scene has snow but no emitter to light it")
         return document, files
 
@@ -458,6 +458,9 @@ class _Field:
                 files[SKY_FILE] = _exr(image)
                 document["environment"] = {"image": SKY_FILE}
             return
+        elif kind == "SunskyEmitter":
+            document["sky"] = _sunsky(name, parameters)
+            return
         elif kind == "AreaLight" and shape.class_name() in ("Sphere", "Rectangle"):
             to_world = _matrix(parameters["to_world"])
             files_of, power = spectrum(_emitted(emitter))
@@ -477,7 +480,7 @@ class _Field:
             on = f" on a {shape.class_name()}" if shape is not None else ""
             raise ValueError(
                 f"emitter '{name}' is a {kind}{on}, which cannot light snow; there are point, spot, directional, "
-                "constant, envmap, and area on a sphere or rectangle"
+                "constant, envmap, sunsky, and area on a sphere or rectangle"
             )
         if power > 0:
             document["light"].append(light)
@@ -591,6 +594,23 @@ def _incident(emitter: Any, point: np.ndarray) -> np.ndarray:
 def _emitted(emitter: Any) -> np.ndarray:
     """The radiance of a lamp with extent or of the sky."""
     return _spectrum(_first(emitter.eval(_interaction())))
+
+
+def _sunsky(name: str, parameters: Any) -> dict[str, Any]:
+    """Our clear sky, whose model is the same (Hosek & Wilkie 2012, 2013). The sun's direction is that in the scene."""
+    up = _matrix(parameters["to_world"])[:3, :3]
+    if not np.allclose(_unit(up[:, 2]), [0, 0, 1], atol=1e-6):
+        raise ValueError(f"emitter '{name}' is a sunsky whose zenith is not +z")
+    value = {key: float(np.ravel(parameters[key])[0]) for key in ("turbidity", "sky_scale", "sun_scale")}
+    if value["sky_scale"] != value["sun_scale"]:
+        raise ValueError(f"emitter '{name}' is a sunsky with different scales of sun and sky, which cannot light snow")
+    albedo = [np.ravel(parameters[key]).mean() for key in parameters.keys() if key.startswith("albedo")]
+    return {
+        "sun": {"towards": np.array(parameters["sun_direction"], dtype=float).ravel().tolist()},
+        "turbidity": value["turbidity"],
+        "ground_albedo": float(np.mean(albedo)),
+        "scale": value["sky_scale"],
+    }
 
 
 def _panorama(emitter: Any) -> np.ndarray:

@@ -118,8 +118,8 @@ pub(crate) struct Render {
     /// film, such that the brightest of five is not too bright
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
-    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of sun
-    /// and sky on level ground
+    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of
+    /// sun and sky on level ground
     #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
     white: Option<WhiteBalance>,
     /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are

@@ -30,7 +30,7 @@ use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
 use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{KeyPath, SceneDescription};
+use crate::scene::description::{DescriptionError, KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::layering::Layering;
 use crate::scene::light::{Light, irradiance_by_sky};
@@ -109,6 +109,10 @@ impl SceneDescription {
 
     fn build_with(&self, kept: Kept, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
         self.check()?;
+        let sensor = match self.film.false_color {
+            None => Sensor::cie_1931(),
+            Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
+        };
         let mut solids = match kept.solids {
             Some(solids) => solids,
             None => self.solids(table, files)?,
@@ -123,7 +127,7 @@ impl SceneDescription {
             return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
         }
         let mut solved_light_fields = 0;
-        let sensor = self.sensor(table, &lights)?;
+        let sensor = self.balanced(sensor, &lights)?;
         let light_field = match (self.integrator.kind.has_light_field(), kept.light_field) {
             (false, _) => None,
             (true, KeptField::Everything(field)) => Some(field),
@@ -163,14 +167,10 @@ impl SceneDescription {
         })
     }
 
-    /// What turns spectra to colours.
-    fn sensor(&self, table: &CompressedTable, lights: &[Light]) -> Result<Sensor, RenderError> {
+    /// A sensor that sees the light of the film's white balance as white.
+    fn balanced(&self, sensor: Sensor, lights: &[Light]) -> Result<Sensor, DescriptionError> {
         let FilmSettings { white, false_color, .. } = self.film;
-        if let Some(colour) = false_color {
-            return Sensor::false_color(colour, &table.axes.wavelengths_nm);
-        }
-        let sensor = Sensor::cie_1931();
-        if white == WhiteBalance::default() {
+        if false_color.is_some() || white == WhiteBalance::default() {
             return Ok(sensor);
         }
         let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
@@ -181,9 +181,9 @@ impl SceneDescription {
             WhiteBalance::Sky => irradiance_by_sky(lights),
         };
         if spectrum.maximum() <= 0.0 {
-            return Err(wrong("there is no sky, sun or distant lamp above").into());
+            return Err(wrong("there is no sky, sun or distant lamp above"));
         }
-        Ok(sensor.balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))?)
+        sensor.balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
     }
 
     /// Builds all that is no described light.

@@ -77,9 +77,9 @@ pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 
 /// Most reflections of light between pieces of snow that are computed.
 const MOST_REFLECTIONS: usize = 40;
-/// Relative residual of the light that snow receives from snow, and of the solutions for each of its reflections. At
-/// 10⁻³ the wall of a hole ten radii deep is right within 10⁻³, at 10⁻² within 5 %.
-const GATHER_TOLERANCE: f64 = 1e-3;
+/// Relative residual of the light that snow receives from snow, over all surfaces. In a cave it is a small part of that
+/// outside, and grows with each reflection by some thirty times its residual.
+const GATHER_TOLERANCE: f64 = 1e-5;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
 /// Greatest cells of a wide body at its surface, in m.
@@ -413,8 +413,8 @@ fn irradiance_by_snow(
         };
         prepared.iter().map(of_body).collect()
     };
-    let options = SolveOptions { tolerance: GATHER_TOLERANCE, ..SolveOptions::default() };
-    let mut reflected = |joined: &[Vec<f32x4>]| {
+    let mut reflected = |joined: &[Vec<f32x4>], tolerance: f64| {
+        let options = SolveOptions { tolerance, ..SolveOptions::default() };
         let solutions = prepared.iter().zip(of_bodies(joined)).map(|(one, diffuse)| one.solve(None, &diffuse, options));
         received(&solutions.collect::<Vec<Solution>>())
     };
