@@ -153,10 +153,8 @@ impl Sensor {
 
     /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
     pub(crate) fn balanced(self, white: &Spectrum) -> Option<Self> {
-        let [from_white, to_white] = [white, &self.white].map(|white| {
-            let xyz = self.xyz(white);
-            xyz * xyz.y.recip()
-        });
+        let white = *white * narrow(self.xyz(white).y.recip());
+        let [from_white, to_white] = [white, self.white].map(|white| self.xyz(&white));
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(from_white);
         // Within sRGB all responses of the cones are positive; NaN is not.
         if ![r, g, b].into_iter().all(|channel| channel > 0.0) {
@@ -164,10 +162,7 @@ impl Sensor {
         }
         let adaptation = ChromaticAdaptation { from_white, to_white };
         let weights = self.weights.map(|weight| adaptation.apply(weight));
-        Some(Self {
-            is_standard_observer: self.is_standard_observer,
-            ..Self::new(weights, self.wavelengths_nm, *white)
-        })
+        Some(Self { is_standard_observer: self.is_standard_observer, ..Self::new(weights, self.wavelengths_nm, white) })
     }
 
     fn new(weights: [Xyz; SAMPLES], wavelengths_nm: [f64; SAMPLES], white: Spectrum) -> Self {
@@ -297,6 +292,18 @@ mod tests {
         // Tolerance as above.
         for channel in [r, g, b] {
             assert!((channel - 0.5).abs() < 0.005, "{r} {g} {b}");
+        }
+    }
+
+    /// Of a light of any strength.
+    #[test]
+    fn a_grey_surface_is_neutral_in_the_light_that_looks_white() {
+        let bulb = LightSpectrum::illuminant(Illuminant::A).unwrap();
+        for strength in [1e-3, 1.0, 70.0] {
+            let sensor = Sensor::cie_1931().balanced(&(bulb.relative * strength)).unwrap();
+            let LinearRgb { r, g, b } = sensor.albedo_rgb(&Spectrum::constant(0.5));
+            // D65 at 31 wavelengths is neutral within .4 %.
+            assert!([r, g, b].iter().all(|channel| (channel / 0.5 - 1.0).abs() < 0.004), "{strength}: {r} {g} {b}");
         }
     }
 
