@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use shell::{assert_names, assert_refused, stderr};
+use shell::{assert_names, assert_refused, decoded, stderr};
 use snowblue_render::Exposure;
 use snowblue_render::film::frame_record::FrameRecord;
 
@@ -143,10 +143,7 @@ fn finished_frames_are_kept_and_others_refused() {
 
 /// The greatest channel of a PNG.
 fn greatest(png: &[u8]) -> u8 {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut pixels).unwrap();
-    pixels.into_iter().max().unwrap()
+    decoded(png).1.into_iter().max().unwrap()
 }
 
 /// A film is stopped in its second frame, by a signal that lets it save its samples and by one that does not.

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 
-use shell::{assert_names, assert_refused, shipped_scene, stdout};
+use shell::{assert_names, assert_refused, decoded, shipped_scene, stdout};
 
 /// Kinds of packets of the viewer's protocol: CreateImage and UpdateImageV3.
 const CREATE_IMAGE: u8 = 4;
@@ -81,14 +81,6 @@ fn words(arguments: &[String]) -> Vec<&str> {
     arguments.iter().map(|word| &**word).collect()
 }
 
-/// The pixels of a PNG.
-fn shown(png: &[u8]) -> Vec<u8> {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut pixels).unwrap();
-    pixels
-}
-
 /// The pixels of all channels of a picture, as bits.
 fn pixels(path: &str) -> Vec<(String, Vec<u32>)> {
     use exr::prelude::{ReadChannels as _, ReadLayers as _, Sample};
@@ -124,11 +116,11 @@ fn parts_merge_to_the_whole_picture() {
         assert_eq!((name, all[5 * 21 + 17]), (&part, one[0]));
     }
     // As PNG, with the exposure of the scene or another.
-    let bright = shown(&folder.render("whole.png", &["--spp", "10"]));
-    assert!(bright == shown(&folder.merge(&parts, "merged.png", &[])));
-    assert!(bright != shown(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
+    let bright = decoded(&folder.render("whole.png", &["--spp", "10"]));
+    assert!(bright == decoded(&folder.merge(&parts, "merged.png", &[])));
+    assert!(bright != decoded(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
     folder.merge(&parts, "merged.exr", &["--keep-sums"]);
-    assert!(bright == shown(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
+    assert!(bright == decoded(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
     folder.render("dark.exr", &["--spp-range", "10:12", "--exposure", "-5"]);
     folder.merge(&["a.exr", "dark.exr"], "merged.exr", &[]);
     let expected = ["exposure", "-1.2", "a.exr", "-5", "dark.exr", "--exposure"];

@@ -6,16 +6,13 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{assert_refused, stdout};
+use shell::{assert_refused, decoded, stdout};
 
 /// Width, and pixels as hex.
 fn pixels(path: &Path) -> (usize, Vec<String>) {
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
+    let (width, channels) = decoded(&std::fs::read(path).unwrap());
     let hex = |rgb: &[u8]| format!("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
-    (reader.info().width as usize, bytes.chunks_exact(3).map(hex).collect())
+    (width, channels.chunks_exact(3).map(hex).collect())
 }
 
 fn last_column(csv: &str) -> Vec<String> {

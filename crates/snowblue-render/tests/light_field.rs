@@ -341,17 +341,20 @@ fn what_the_field_cannot_do_is_named() {
     assert!(huge.contains("MiB") && huge.contains("mm"), "{huge}");
 }
 
+/// A scene by `diffusion` and by the reference, with light by way of other surfaces.
+fn field_and_reference(text: &str) -> [Scene; 2] {
+    [("diffusion", 8), ("reference", 10_000)].map(|(integrator, max_bounces)| {
+        let camera = snow::camera_of(integrator).replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
+        SceneFile::parse(format!("{camera}{SNOW}{text}"), "scene.toml").unwrap().build(&table()).unwrap()
+    })
+}
+
 /// Light goes to and fro in a narrow hole, and hardly any is lost from one reflection to the next.
 #[test]
 fn the_wall_of_a_deep_hole_is_as_bright_as_by_the_reference() {
     let drift = shape("drift", "size = [0.4, 0.4, 0.2]\nrelief = 0");
     let hole = "[[object.imprint]]\ntype = \"hole\"\nposition = [0, 0]\nradius = 0.012\ndepth = 0.12\n";
-    let text = |integrator: &str, max_bounces: u32| {
-        let camera = snow::camera_of(integrator).replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
-        format!("{camera}{SNOW}{drift}{hole}{SKY}")
-    };
-    let [mut field, mut truth] = [text("diffusion", 8), text("reference", 10_000)]
-        .map(|text| SceneFile::parse(text, "scene.toml").unwrap().build(&table()).unwrap());
+    let [mut field, mut truth] = field_and_reference(&format!("{drift}{hole}{SKY}"));
     for depth_m in [0.01, 0.02, 0.04, 0.08, 0.11] {
         // The wall is two degrees off the vertical, and seen past the opposite rim.
         let target = Vec3A::new(0.012 - 0.035 * depth_m, 0.0, -depth_m);
@@ -375,12 +378,7 @@ fn a_cave_with_a_narrow_opening_is_as_bright_as_by_the_reference() {
         + &solid("add", "type = \"box\"\ncentre = [0, 0, 0]\nsize = [0.4, 0.4, 0.3]")
         + &solid("remove", "type = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.07, 0.07, 0.07]")
         + &solid("remove", "type = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 0.2]\nradius = 0.012");
-    let text = |integrator: &str, max_bounces: u32| {
-        let camera = snow::camera_of(integrator).replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
-        format!("{camera}{SNOW}{cave}{SKY}")
-    };
-    let [mut field, mut truth] = [text("diffusion", 8), text("reference", 10_000)]
-        .map(|text| SceneFile::parse(text, "scene.toml").unwrap().build(&table()).unwrap());
+    let [mut field, mut truth] = field_and_reference(&format!("{cave}{SKY}"));
     for (x, z) in [(0.0, -0.07), (0.07, 0.0), (0.06, 0.036)] {
         let target = Vec3A::new(x, 0.0, z);
         let eye = Vec3A::new(-0.03, 0.01, 0.0);

@@ -42,6 +42,14 @@ pub(crate) fn assert_names(text: &str, words: &[&str]) {
     }
 }
 
+/// Width and channels of a PNG of 8 bits, row by row.
+pub(crate) fn decoded(png: &[u8]) -> (usize, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    let mut channels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut channels).unwrap();
+    (reader.info().width as usize, channels)
+}
+
 /// A scene of the repository.
 pub(crate) fn shipped_scene(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)
