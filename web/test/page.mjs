@@ -17,8 +17,8 @@ const TYPES = {
 };
 /** Software rendering, so that machines without a graphics card show the same. */
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-/** Only against tests that hang: a busy machine may need many times as long as a free one. */
-const HANGS_MS = 120_000;
+/** Only against tests that hang: a busy machine may need many times as long as a free one, also for many parts. */
+const HANGS_MS = 600_000;
 
 /** Serves the page at `url` until `close`. */
 export async function serve() {
