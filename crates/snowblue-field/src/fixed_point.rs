@@ -44,8 +44,8 @@ pub fn solve_fixed_point(
     while is_above(&norm) && products < most_products {
         let mut residual = constant.to_vec();
         if products > 0 {
-            subtract(&mut residual, &solution);
-            add(&mut residual, &product(&solution, tolerance));
+            add(&mut residual, &solution, -1.0);
+            add(&mut residual, &product(&solution, tolerance), 1.0);
             products += 1;
             norm = norms(&residual);
         }
@@ -54,7 +54,7 @@ pub fn solve_fixed_point(
         while basis.len() <= BASIS && products < most_products && is_above(&norm) {
             let last = &basis[basis.len() - 1];
             let mut next = last.clone();
-            subtract(&mut next, &product(last, accuracy(&norm)));
+            add(&mut next, &product(last, accuracy(&norm)), -1.0);
             products += 1;
             // The coefficients of each group in the basis, and the part of it that is new.
             let mut columns: Vec<Vec<f64x4>> = vec![Vec::with_capacity(basis.len()); next.len()];
@@ -144,16 +144,9 @@ fn divided(vectors: &[Vec<f32x4>], lengths: &[f64x4]) -> Vectors {
     vectors.iter().zip(lengths).map(of_group).collect()
 }
 
-fn add(vectors: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
-    for (vector, other) in vectors.iter_mut().zip(others) {
-        vector.iter_mut().zip(other).for_each(|(value, other)| *value += *other);
-    }
-}
-
-fn subtract(vectors: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
-    for (vector, other) in vectors.iter_mut().zip(others) {
-        vector.iter_mut().zip(other).for_each(|(value, other)| *value -= *other);
-    }
+/// Adds a multiple of the vectors of all groups.
+fn add(vectors: &mut [Vec<f32x4>], others: &[Vec<f32x4>], factor: f64) {
+    vectors.iter_mut().zip(others).for_each(|(vector, other)| add_multiple(vector, other, f64x4::splat(factor)));
 }
 
 fn add_multiple(vector: &mut [f32x4], other: &[f32x4], factor: f64x4) {

@@ -598,8 +598,8 @@ def _emitted(emitter: Any) -> np.ndarray:
 
 def _sunsky(name: str, parameters: Any) -> dict[str, Any]:
     """Our clear sky, whose model is the same (Hosek & Wilkie 2012, 2013). The sun's direction is that in the scene."""
-    up = _matrix(parameters["to_world"])[:3, :3]
-    if not np.allclose(_unit(up[:, 2]), [0, 0, 1], atol=1e-6):
+    zenith = _unit(_matrix(parameters["to_world"])[:3, 2])
+    if not np.allclose(zenith, [0, 0, 1], atol=1e-6):
         raise ValueError(f"emitter '{name}' is a sunsky whose zenith is not +z")
     value = {key: float(np.ravel(parameters[key])[0]) for key in ("turbidity", "sky_scale", "sun_scale")}
     if value["sky_scale"] != value["sun_scale"]:

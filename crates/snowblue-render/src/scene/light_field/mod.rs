@@ -77,8 +77,8 @@ pub(crate) type WalkEndsByDepth = [WalkEnds; EndDepth::ALL.len()];
 
 /// Most reflections of light between pieces of snow that are computed.
 const MOST_REFLECTIONS: usize = 40;
-/// Relative residual of the light that snow receives from snow, over all surfaces. In a cave it is a small part of that
-/// outside, and grows with each reflection by some thirty times its residual.
+/// Relative residual of the light that snow receives from snow, over all surfaces. The light in a cave may be a small
+/// part of that outside, and its error is some thirty times the residual there.
 const GATHER_TOLERANCE: f64 = 1e-5;
 /// Most diffuse surfaces between two pieces of snow.
 const MOST_GATHER_SURFACES: u32 = 8;
@@ -436,15 +436,16 @@ impl<'a> PreparedBody<'a> {
         let shortest_m = snow.least_transport_length_m();
         let memory_mib = u64::from(scene.settings.memory_mib);
         let refusal = |error: FieldError| error.to_string();
-        let step_m = match scene.settings.step_mm {
-            Some(step_mm) => Some(survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib)),
-            None if scene.viewer.is_some() && survey.is_wide(shortest_m, groups, memory_mib) => None,
-            None => Some(survey.choose_step_m(shortest_m, groups, memory_mib)),
-        };
-        // Without a step for all cells, a viewer gives their sizes.
-        let viewer_sizes = scene.viewer.filter(|_| step_m.is_none()).map(|viewer| viewer.sizes());
+        let step_mm = scene.settings.step_mm;
+        let viewer = scene.viewer.filter(|_| step_mm.is_none() && survey.is_wide(shortest_m, groups, memory_mib));
+        let viewer_sizes = viewer.map(|viewer| viewer.sizes());
         let depends_on_view = viewer_sizes.is_some();
-        let step_m = step_m.unwrap_or_else(|| Ok(survey.finest_step_m(shortest_m))).map_err(refusal)?;
+        let step_m = match step_mm {
+            Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
+            None if depends_on_view => Ok(survey.finest_step_m(shortest_m)),
+            None => survey.choose_step_m(shortest_m, groups, memory_mib),
+        };
+        let step_m = step_m.map_err(refusal)?;
         let sizes = match &viewer_sizes {
             Some(sizes) => {
                 let (factor, _) = fit_sizes(&solid, step_m, sizes, groups, memory_mib).map_err(refusal)?;
