@@ -1,5 +1,7 @@
 //! The light field inside a body of snow.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
@@ -42,6 +44,9 @@ pub struct SnowBody {
     /// The snow of each cell, for each group.
     diffusion: Vec<Vec<Diffusion>>,
     extrapolation: f64,
+    /// What is missing in the grid's flux at each surface element over Σ K F there, for each group; empty for a group
+    /// for which all cells at the surface are narrow enough.
+    missing_flux: Vec<Vec<f32x4>>,
 }
 
 /// From where and how far a solution is sought.
@@ -97,7 +102,34 @@ impl SnowBody {
         let of_group = |group: usize| of_cells.iter().map(|groups| groups[group]).collect();
         let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
-        Self { surface_nodes: SurfaceNodes::new(&grid), grid, systems, diffusion, extrapolation }
+        let surface_nodes = SurfaceNodes::new(&grid);
+        let mut body = Self { surface_nodes, grid, systems, diffusion, extrapolation, missing_flux: Vec::new() };
+        body.missing_flux = (0..groups).map(|group| body.missing_flux(group)).collect();
+        body
+    }
+
+    /// Compares the grid's flux for the same light everywhere with that of a half-space, in wide cells.
+    fn missing_flux(&self, group: usize) -> Vec<f32x4> {
+        let wide_cell = |(number, elements): (usize, Range<usize>)| {
+            let place = (&self.grid.cells[number], elements.clone());
+            let wide = WideCell::new(&self.grid, place, &self.diffusion[group][number], self.extrapolation)?;
+            Some((wide, elements))
+        };
+        let wide_cells: Vec<(WideCell, Range<usize>)> =
+            self.grid.numbered_surface_cells().filter_map(wide_cell).collect();
+        if wide_cells.is_empty() {
+            return Vec::new();
+        }
+        let light = vec![f32x4::ONE; self.grid.surface.len()];
+        let nodes = self.solve_group(group, &light, SolveOptions::default());
+        let of_grid = self.flux_of_grid(&nodes, &light);
+        let mut missing = vec![f32x4::ZERO; light.len()];
+        for (wide, elements) in wide_cells {
+            for index in elements {
+                missing[index] = wide.missing_flux(of_grid[index], self.grid.thickness_m[index]);
+            }
+        }
+        missing
     }
 
     /// The points of the surface where light enters.
@@ -133,25 +165,28 @@ impl SnowBody {
     #[must_use]
     pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
-        let mut fluence = Fluence { nodes: Vec::new(), flux: SurfaceValues::default() };
-        for (number, (system, light)) in self.systems.iter().zip(light).enumerate() {
-            let diffusion = &self.diffusion[number];
-            assert_eq!(light.len(), self.grid.surface.len());
-            let mut right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
-            for source in options.sources {
-                add_source(&self.grid, source, number, diffusion, &mut right);
-            }
-            let start = options.start.map(|start| self.at_free_nodes(&start.nodes[number]));
-            let solution = solve(system, &right, start, options.tolerance);
-            let node = |node: u32| {
-                let terms = self.grid.terms(node).iter();
-                terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)
-            };
-            let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
-            fluence.nodes.push((0..count).into_par_iter().map(node).collect());
-        }
+        let nodes = light.iter().enumerate().map(|(group, light)| self.solve_group(group, light, options)).collect();
+        let mut fluence = Fluence { nodes, flux: SurfaceValues::default() };
         fluence.flux = self.smooth(&self.element_flux(&fluence, light));
         fluence
+    }
+
+    /// The fluence rates of a group at all nodes.
+    fn solve_group(&self, group: usize, light: &[f32x4], options: SolveOptions) -> Vec<f32x4> {
+        assert_eq!(light.len(), self.grid.surface.len());
+        let diffusion = &self.diffusion[group];
+        let mut right = right_hand_side(&self.grid, light, diffusion, self.extrapolation);
+        for source in options.sources {
+            add_source(&self.grid, source, group, diffusion, &mut right);
+        }
+        let start = options.start.map(|start| self.at_free_nodes(&start.nodes[group]));
+        let solution = solve(&self.systems[group], &right, start, options.tolerance);
+        let node = |node: u32| {
+            let terms = self.grid.terms(node).iter();
+            terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)
+        };
+        let count = u32::try_from(self.grid.node_count()).unwrap_or(u32::MAX);
+        (0..count).into_par_iter().map(node).collect()
     }
 
     /// The values of the free nodes among those of all nodes.
@@ -165,27 +200,32 @@ impl SnowBody {
         free
     }
 
-    /// The net flux outwards, J = (φ − 4 Σ K F) / (3q), for the light of the solution: for each group of wavelengths a
-    /// value at each surface element. Where light decays within a cell, that of a half-space, above thick snow.
+    /// The net flux outwards for the light of the solution: for each group of wavelengths a value at each surface
+    /// element. It is linear in the light and in the solution.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
-        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
-        let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
-        let of_group = |((nodes, light), diffusion): ((&Vec<f32x4>, &&[f32x4]), &Vec<Diffusion>)| {
-            let mut flux = vec![f32x4::ZERO; light.len()];
-            for (number, elements) in self.grid.numbered_surface_cells() {
-                let cell = &self.grid.cells[number];
-                let wide = WideCell::new(&self.grid, (cell, elements.clone()), &diffusion[number], self.extrapolation);
-                for index in elements {
-                    let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
-                    let of_grid = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
-                    let wide = wide.as_ref().map(|wide| wide.flux(of_grid, light[index], self.grid.thickness_m[index]));
-                    flux[index] = wide.unwrap_or(of_grid);
-                }
+        let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &&[f32x4]), &Vec<f32x4>)| {
+            let mut flux = self.flux_of_grid(nodes, light);
+            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(missing) {
+                *flux += *missing * *light;
             }
             flux
         };
-        fluence.nodes.par_iter().zip(light).zip(&self.diffusion).map(of_group).collect()
+        fluence.nodes.par_iter().zip(light).zip(&self.missing_flux).map(of_group).collect()
+    }
+
+    /// J = (φ − 4 Σ K F) / (3q) at each surface element.
+    fn flux_of_grid(&self, nodes: &[f32x4], light: &[f32x4]) -> Vec<f32x4> {
+        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+        let factor = (1.0 / (3.0 * self.extrapolation)) as f32;
+        let mut flux = vec![f32x4::ZERO; light.len()];
+        for (cell, elements) in self.grid.surface_cells() {
+            for index in elements {
+                let at = self.grid.within(cell, self.grid.surface[index].point.as_dvec3());
+                flux[index] = (interpolated(nodes, cell, at) - light[index] * 4.0) * factor;
+            }
+        }
+        flux
     }
 
     /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of

@@ -202,15 +202,11 @@ fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
 const UNRESOLVED_WIDTHS: [f32; 2] = [0.75, 1.75];
 /// The same for the thickness of the snow below. Less than e⁻² of the light passes through thicker snow.
 const HALF_SPACE_DEPTHS: [f32; 2] = [2.0, 3.0];
-/// In such cells the fluence rate at the surface may be greater than 4 Σ K F by this part of it. What it is greater by
-/// beyond is light from elsewhere.
-const OVERSHOOT: f32 = 0.1;
-
-/// What the elements in a cell at the surface have instead of the net flux that the grid gives, where the cell is wide.
+/// What the net flux is in a cell at the surface that is too wide for the grid's to be right.
 ///
 /// Light decays as e^{−κz} below the surface, with κ² = 3 μ_a / ℓ*. A cell wider than 1/κ does not resolve that, and
 /// absorbs too much or too little by how the surface cuts it. Where the snow is also thicker than a few 1/κ, the flux
-/// is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*), and what comes from elsewhere stays the grid's.
+/// is that of a half-space, J = −4 Σ K F κℓ*/3 / (1 + q κℓ*).
 pub(crate) struct WideCell {
     /// κ, in 1/m.
     decay_per_m: f32x4,
@@ -218,8 +214,6 @@ pub(crate) struct WideCell {
     share: f32x4,
     /// The flux of a half-space over Σ K F.
     half_space: f32x4,
-    /// The greatest flux over Σ K F that is the grid's error.
-    overshoot: f32x4,
 }
 
 impl WideCell {
@@ -235,14 +229,13 @@ impl WideCell {
         let share = part(UNRESOLVED_WIDTHS, decay_per_m * square_width_m2(grid, cell, elements).sqrt());
         let slope = decay_per_m * transport_length_m;
         let half_space = slope * (-4.0 / 3.0) / (f32x4::ONE + slope * single_value(extrapolation));
-        let overshoot = f32x4::splat(OVERSHOOT * single_value(4.0 / (3.0 * extrapolation)));
-        share.to_array().iter().any(|share| *share > 0.0).then_some(Self { decay_per_m, share, half_space, overshoot })
+        share.to_array().iter().any(|share| *share > 0.0).then_some(Self { decay_per_m, share, half_space })
     }
 
-    /// The net flux at an element, from the grid's, for the light Σ K F there and snow of a thickness in m.
-    pub(crate) fn flux(&self, of_grid: f32x4, light: f32x4, thickness_m: f32) -> f32x4 {
-        let share = self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m);
-        of_grid + share * (self.half_space * light - of_grid.fast_min(self.overshoot * light))
+    /// What is missing in the grid's flux at an element, for snow of a thickness in m. All is over Σ K F, and
+    /// `of_grid` is for the same light everywhere.
+    pub(crate) fn missing_flux(&self, of_grid: f32x4, thickness_m: f32) -> f32x4 {
+        self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m) * (self.half_space - of_grid)
     }
 }
 

@@ -128,6 +128,28 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
     }
 }
 
+/// The flux by two lights together is the sum of those by each, also in cells in which light decays. The solution for
+/// light that goes to and fro in a cavity requires it.
+#[test]
+fn the_flux_is_linear_in_the_light() {
+    let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.5));
+    let options = GridOptions { step_m: 0.1, shift: DVec3::splat(0.3), sizes: None };
+    let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+    let one: Vec<f32x4> = prepared.surface().iter().map(|element| f32x4::splat(element.point.x + 0.5)).collect();
+    let other: Vec<f32x4> = prepared.surface().iter().map(|element| f32x4::splat(-element.normal.z)).collect();
+    let both: Vec<f32x4> = one.iter().zip(&other).map(|(one, other)| *one + *other).collect();
+    let [one, other, both] = [one, other, both].map(|light| {
+        let options = SolveOptions { tolerance: 1e-7, ..SolveOptions::default() };
+        prepared.element_flux(&prepared.solve(&[&light], options), &[&light]).swap_remove(0)
+    });
+    for (element, ((one, other), both)) in prepared.surface().iter().zip(one.into_iter().zip(other).zip(both)) {
+        for (difference, scale) in (one + other - both).to_array().into_iter().zip(both.abs().to_array()) {
+            // The fluence rate is some 4 in single precision, and the residual is 1e-7 of the light.
+            assert!(difference.abs() < 1e-5 * scale.max(1.0), "{:?}: {difference} of {scale}", element.point);
+        }
+    }
+}
+
 /// A slab with a hole, seen from above the hole, beside one of fine cells everywhere.
 ///
 /// Cells within 4 cm of an edge of the hole have the same size in both. Farther off they grow to a quarter of their
