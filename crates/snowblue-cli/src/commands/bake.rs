@@ -11,7 +11,7 @@ use snowblue_render::{Scene, SceneDescription, SceneFile};
 
 use crate::input::scene_table;
 use crate::options::parse;
-use crate::output::{Failure, Outcome, Progress, check_path};
+use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ pub(crate) struct Bake {
     /// Scene file (TOML)
     scene: PathBuf,
     /// File to write: .glb (binary glTF, y up) or .ply (binary, axes of the scene)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
     /// Greatest length of an edge in mm [0.01–100000; default: twice the cells of the light field at the surface];
     /// there are at most 4194304 vertices
@@ -82,13 +82,12 @@ impl Bake {
     /// The format by the ending, if the options agree with it.
     fn format(&self) -> Result<Format, Failure> {
         let name = self.output.display();
-        let format = match self.output.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref()
-        {
-            Some("glb") if self.spectrum => {
+        let format = match &*ending(&self.output, "glb") {
+            "glb" if self.spectrum => {
                 return Err(Failure::Input(format!("{name}: --spectrum needs a .ply: a GLB holds colours only")));
             }
-            Some("glb") => Format::Glb,
-            Some("ply") => Format::Ply,
+            "glb" => Format::Glb,
+            "ply" => Format::Ply,
             _ => return Err(Failure::Input(format!("{name}: the baked snow must end in .glb or .ply"))),
         };
         check_path(&self.output)?;

@@ -1,25 +1,51 @@
 //! Output files: checks before long work, and atomic writes.
 
 use std::io::{self, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use snowblue_database::file::write_atomically;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use snowblue_database::file::{STANDARD_OUTPUT, check_writable, is_stream, write_atomically};
 
 use super::failure::{Failure, Outcome};
 
+/// Parses the path of an output, of which - is the standard output.
+pub(crate) fn output_path() -> impl TypedValueParser<Value = PathBuf> {
+    let of_dash = |path: PathBuf| if path == Path::new("-") { PathBuf::from(STANDARD_OUTPUT) } else { path };
+    PathBufValueParser::new().map(of_dash)
+}
+
+/// The ending of an output's name, in lower case. A stream without one has the ending `of_stream`.
+pub(crate) fn ending(path: &Path, of_stream: &str) -> String {
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
+    ending.unwrap_or_else(|| if is_stream(path) { of_stream.to_owned() } else { String::new() })
+}
+
 /// Checks that a file can be written at a path.
 pub(crate) fn check_path(path: &Path) -> Outcome {
+    let name = path.display();
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-        let name = path.display();
         return Err(Failure::Input(format!("{name}: it is a folder, or its folder does not exist")));
+    }
+    check_writable(path).map_err(|error| Failure::Input(format!("{name}: cannot be written: {error}")))
+}
+
+/// Whether two paths name one file.
+pub(crate) fn is_same_file(one: &Path, other: &Path) -> bool {
+    one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+}
+
+/// Refuses to overwrite an input.
+pub(crate) fn check_not_input(input: &Path, output: &Path) -> Outcome {
+    if is_same_file(input, output) {
+        return Err(Failure::Input(format!("{}: would be overwritten by the output", input.display())));
     }
     Ok(())
 }
 
 /// Checks that a file has this extension and can be written; `what` names its content.
 pub(crate) fn check_extension(path: &Path, extension: &str, what: &str) -> Outcome {
-    if path.extension().is_none_or(|found| !found.eq_ignore_ascii_case(extension)) {
+    if ending(path, extension) != extension {
         return Err(Failure::Input(format!("{}: {what} must end in .{extension}", path.display())));
     }
     check_path(path)

@@ -11,7 +11,9 @@ mod picture_file;
 mod report;
 
 pub(crate) use failure::{Failure, INTERRUPTED, Outcome, exit_code};
-pub(crate) use files::{check_extension, check_path, check_table_path, write_file};
+pub(crate) use files::{
+    check_extension, check_not_input, check_path, check_table_path, ending, output_path, write_file,
+};
 pub(crate) use picture_file::{PictureFile, PictureFormat, describe_samples};
 pub(crate) use progress::Progress;
 pub(crate) use report::{Format, OutputOptions};

@@ -9,7 +9,7 @@ use snowblue_render::film::image_file::write_png;
 use snowblue_render::film::resumable_file::{self, ResumeData};
 
 use super::failure::{Failure, Outcome};
-use super::files::check_path;
+use super::files::{check_path, ending};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PictureFormat {
@@ -31,9 +31,9 @@ pub(crate) struct PictureFile {
 impl PictureFile {
     /// A file in the format of its extension. Call it before long work.
     pub(crate) fn new(path: &Path, keeps_sums: bool) -> Result<Self, Failure> {
-        let format = match path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).as_deref() {
-            Some("png") => PictureFormat::Png,
-            Some("exr") => PictureFormat::Exr,
+        let format = match &*ending(path, "png") {
+            "png" => PictureFormat::Png,
+            "exr" => PictureFormat::Exr,
             _ => return Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
         };
         check_path(path)?;

@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
+use snowblue_database::file::STANDARD_OUTPUT;
 use snowblue_figures::{Cell, DataTable};
 
 use super::failure::{Failure, Outcome};
-use super::files::{check_path, write_file};
+use super::files::{check_path, ending, output_path, write_file};
 use super::terminal::{print, print_message};
 
 /// Where results go, and in which format.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputOptions {
-    /// Write to a file instead of the terminal
-    #[arg(short, long, value_name = "FILE")]
+    /// Write to a file instead of the terminal; - is the standard output
+    #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     pub(crate) output: Option<PathBuf>,
     /// Format [default: by the file's ending, else a table on a terminal and CSV into a pipe]
     #[arg(long, value_name = "FORMAT", value_enum)]
@@ -37,6 +38,7 @@ pub(crate) enum Format {
 impl OutputOptions {
     /// Checks before long work that the output can be written.
     pub(crate) fn check(&self) -> Outcome {
+        self.chosen_format()?;
         self.output.as_deref().map_or(Ok(()), check_path)
     }
 
@@ -58,18 +60,20 @@ impl OutputOptions {
     }
 
     fn chosen_format(&self) -> Result<Format, Failure> {
-        let extension = self.output.as_deref().and_then(Path::extension).and_then(|extension| extension.to_str());
-        match (self.format, &self.output, extension) {
-            (Some(format), ..) => Ok(format),
-            (None, Some(_), Some("csv")) => Ok(Format::Csv),
-            (None, Some(_), Some("json")) => Ok(Format::Json),
-            (None, Some(_), Some("txt")) => Ok(Format::Table),
-            (None, Some(path), _) => {
+        if let Some(format) = self.format {
+            return Ok(format);
+        }
+        let Some(path) = self.output.as_deref().filter(|path| *path != Path::new(STANDARD_OUTPUT)) else {
+            return Ok(if io::stdout().is_terminal() { Format::Table } else { Format::Csv });
+        };
+        match &*ending(path, "csv") {
+            "csv" => Ok(Format::Csv),
+            "json" => Ok(Format::Json),
+            "txt" => Ok(Format::Table),
+            _ => {
                 let name = path.display();
                 Err(Failure::Input(format!("{name}: the file must end in .csv, .json or .txt, or give --format")))
             }
-            (None, None, _) if io::stdout().is_terminal() => Ok(Format::Table),
-            (None, None, _) => Ok(Format::Csv),
         }
     }
 }

@@ -14,7 +14,7 @@ mod names;
 mod reader;
 mod writer;
 
-pub use atomic::{partial_path, write_atomically};
+pub use atomic::{STANDARD_OUTPUT, check_writable, is_stream, partial_path, write_atomically};
 pub use reader::{AnyTable, read};
 
 pub(crate) use reader::{invalid_netcdf, open, open_bytes};

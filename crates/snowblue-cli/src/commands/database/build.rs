@@ -10,7 +10,7 @@ use snowblue_database::{Axes, Quantity, Table};
 
 use super::filling::{Filled, Filling};
 use crate::options::Compression;
-use crate::output::{Failure, Outcome, check_table_path, print_message};
+use crate::output::{Failure, Outcome, check_table_path, output_path, print_message};
 
 /// Fill a table and write it as NetCDF
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ pub(crate) struct Build {
     #[command(flatten)]
     compression: Compression,
     /// Table to write (.nc, NetCDF)
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: PathBuf,
 }
 

@@ -1,13 +1,15 @@
 //! `snowblue database import` and `export`: exchange of tables with other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use snowblue_database::exchange::{self, FixedValues};
 use snowblue_database::file::{self, AnyTable};
 
 use crate::options::{Compression, parse};
-use crate::output::{Failure, Outcome, check_path, check_table_path, print_message};
+use crate::output::{
+    Failure, Outcome, check_not_input, check_path, check_table_path, ending, output_path, print_message,
+};
 
 /// Make a table from the curves of another model or an instrument
 #[derive(Debug, Args)]
@@ -33,7 +35,7 @@ pub(crate) struct Import {
     #[command(flatten)]
     compression: Compression,
     /// Table to write (.nc, NetCDF)
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: PathBuf,
 }
 
@@ -54,7 +56,7 @@ pub(crate) struct Export {
     #[arg(long, value_name = "FORMAT", value_enum)]
     format: Option<ExportFormat>,
     /// File to write (.json or .csv)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
 }
 
@@ -81,17 +83,10 @@ fn fixed_value(words: &str) -> Result<FixedValue, String> {
     Ok(FixedValue { name: name.trim().to_owned(), value })
 }
 
-/// Whether two paths name one file.
-fn same_file(one: &Path, other: &Path) -> bool {
-    one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
-}
-
 impl Import {
     pub(super) fn run(&self, quiet: bool) -> Outcome {
         check_table_path(&self.output)?;
-        if same_file(&self.file, &self.output) {
-            return Err(Failure::Input(format!("{}: would be overwritten by the output", self.file.display())));
-        }
+        check_not_input(&self.file, &self.output)?;
         self.compression.check()?;
         let fixed: FixedValues = self.set.iter().map(|fixed| (fixed.name.clone(), fixed.value)).collect();
         if fixed.len() < self.set.len() {
@@ -108,11 +103,10 @@ impl Import {
 
 impl Export {
     pub(super) fn run(&self) -> Outcome {
-        let ending = self.output.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
-        let format = match (self.format, ending.as_deref()) {
+        let format = match (self.format, &*ending(&self.output, "csv")) {
             (Some(format), _) => format,
-            (None, Some("json")) => ExportFormat::Raw,
-            (None, Some("csv")) => ExportFormat::Csv,
+            (None, "json") => ExportFormat::Raw,
+            (None, "csv") => ExportFormat::Csv,
             _ => {
                 let name = self.output.display();
                 return Err(Failure::Input(format!("{name}: the file must end in .json or .csv, or give --format")));

@@ -11,7 +11,7 @@ use snowblue_figures::format_number;
 
 use crate::options::parse;
 use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions};
-use crate::output::{Failure, Outcome, check_path, print, write_file};
+use crate::output::{Failure, Outcome, check_path, output_path, print, write_file};
 use tables::TableFile;
 
 /// The shader of a surface of snow, without the functions that it calls.
@@ -63,7 +63,7 @@ pub(crate) struct Functions {
     #[command(flatten)]
     compact: CompactOptions,
     /// File to write [default: print]
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: Option<PathBuf>,
 }
 

@@ -8,7 +8,7 @@ use snowblue_database::compact::LookUpTable;
 use snowblue_render::film::image_file::write_numbers_exr;
 
 use super::CompactOptions;
-use crate::output::{Failure, Outcome, check_path, write_file};
+use crate::output::{Failure, Outcome, check_path, ending, output_path, write_file};
 
 /// Columns and rows of a table.
 const SIZE: [u32; 2] = [256, 64];
@@ -23,7 +23,7 @@ pub(crate) struct TableFile {
     #[arg(long, value_name = "QUANTITY", default_value = "transmittance", value_enum, help_heading = "Output")]
     quantity: TableQuantity,
     /// File to write: .exr (32-bit floats, 256 thicknesses by 64 angles) or .json
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: PathBuf,
 }
 
@@ -36,10 +36,9 @@ enum TableQuantity {
 
 impl TableFile {
     pub(super) fn write(&self) -> Outcome {
-        let ending = self.output.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
-        let is_exr = match ending.as_deref() {
-            Some("exr") => true,
-            Some("json") => false,
+        let is_exr = match &*ending(&self.output, "json") {
+            "exr" => true,
+            "json" => false,
             _ => return Err(Failure::Input(format!("{}: the table must end in .exr or .json", self.output.display()))),
         };
         check_path(&self.output)?;

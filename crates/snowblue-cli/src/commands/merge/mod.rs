@@ -12,7 +12,7 @@ use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
 
 use crate::options::{Compression, parse};
-use crate::output::{Failure, Outcome, PictureFile, check_table_path, print_message};
+use crate::output::{Failure, Outcome, PictureFile, check_not_input, check_table_path, output_path, print_message};
 use pictures::merge_pictures;
 
 /// Magic number of OpenEXR.
@@ -45,7 +45,7 @@ pub(crate) struct Merge {
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
     #[command(flatten)]
     compression: Compression,
@@ -53,6 +53,7 @@ pub(crate) struct Merge {
 
 impl Merge {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.parts.iter().try_for_each(|part| check_not_input(part, &self.output))?;
         let pictures = self.parts.iter().map(|path| is_picture(path)).collect::<Result<Vec<bool>, Failure>>()?;
         if let Some(odd) = pictures.iter().position(|is_picture| *is_picture != pictures[0]) {
             let kind = |is_picture: bool| if is_picture { "a picture" } else { "not a picture" };

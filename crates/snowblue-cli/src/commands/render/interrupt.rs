@@ -3,18 +3,24 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use snowblue_database::file::partial_path;
 
 use crate::output::{Failure, INTERRUPTED, Outcome};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// When the first signal came.
+static SINCE: Mutex<Option<Instant>> = Mutex::new(None);
 static LISTENING: AtomicBool = AtomicBool::new(false);
 /// The file that may be half written.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Installs the signal handler, or tells it the next file. The first signal sets the flag of [`is_requested`]; the
-/// second ends the program at once and removes the unfinished file of `output`.
+/// Time within which signals count as one: `timeout -s INT` signals the process and its group.
+const ONE_SIGNAL: Duration = Duration::from_secs(1);
+
+/// Installs the signal handler, or tells it the next file. The first signal sets the flag of [`is_requested`]; one more
+/// ends the program at once and removes the unfinished file of `output`.
 pub(super) fn listen(output: &Path) -> Outcome {
     if let Ok(mut unfinished) = UNFINISHED.lock() {
         *unfinished = partial_path(output);
@@ -23,7 +29,8 @@ pub(super) fn listen(output: &Path) -> Outcome {
         return Ok(());
     }
     let handler = || {
-        if REQUESTED.swap(true, Ordering::Relaxed) {
+        REQUESTED.store(true, Ordering::Relaxed);
+        if is_another() {
             if let Ok(unfinished) = UNFINISHED.lock()
                 && let Some(unfinished) = &*unfinished
             {
@@ -34,6 +41,13 @@ pub(super) fn listen(output: &Path) -> Outcome {
         }
     };
     ctrlc::set_handler(handler).map_err(Failure::work)
+}
+
+/// Whether a signal has come before the present one.
+fn is_another() -> bool {
+    // Only a handler holds the lock.
+    let Ok(mut since) = SINCE.lock() else { return true };
+    since.get_or_insert_with(Instant::now).elapsed() > ONE_SIGNAL
 }
 
 /// Whether a signal has been received.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use snowblue_database::file::is_stream;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;
@@ -21,7 +22,7 @@ use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, Sc
 
 use crate::input::scene_table;
 use crate::options::parse;
-use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile};
+use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile, output_path};
 use film::Film;
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -52,8 +53,8 @@ pub(crate) struct Render {
     /// Scene file (TOML)
     scene: PathBuf,
     /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit). In the name of the frames of a film {} stands
-    /// for their numbers
-    #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
+    /// for their numbers; - is the standard output, as PNG
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), required_unless_present = "check")]
     output: Option<PathBuf>,
     /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
     #[arg(
@@ -160,6 +161,7 @@ impl Render {
             Some(output) if !self.check => output,
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
+                output.check()?;
                 let loaded = self.load()?;
                 return check::check(&loaded.scene, &output, quiet);
             }
@@ -200,6 +202,11 @@ impl Render {
     /// The output file, if the options agree with its format.
     fn file(&self, output: &Path) -> Result<PictureFile, Failure> {
         let file = PictureFile::new(output, self.keep_sums || self.resume || self.is_part())?;
+        for (is_given, option) in [(self.resume, "--resume"), (self.checkpoint.is_some(), "--checkpoint")] {
+            if is_given && is_stream(output) {
+                return Err(Failure::Input(format!("{}: {option} needs a file, not a stream", output.display())));
+            }
+        }
         for (is_given, option) in
             [(self.resume, "--resume"), (self.keep_sums, "--keep-sums"), (self.aovs != Aovs::default(), "--aovs")]
         {

@@ -20,7 +20,7 @@ use crate::options::{
     ColorOptions, GivenOptions, LightOptions, OrdinatesArguments, SampleCount, SlabOptions, SnowOptions,
     describe_distribution, describe_measure, describe_range,
 };
-use crate::output::{Failure, Outcome, check_extension, color_row, write_file};
+use crate::output::{Failure, Outcome, check_extension, color_row, output_path, write_file};
 use axis::{Axis, Parameter, Setting, Subject, axis};
 use colours::SheetColours;
 
@@ -79,7 +79,7 @@ pub(crate) struct Swatch {
     #[arg(long, help_heading = "Sheet")]
     no_texture: bool,
     /// Picture to write (.png)
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = output_path(), help_heading = "Output")]
     output: PathBuf,
     /// Also write the colours (.csv): the varying parameters, the columns of 'snowblue color' and the displayed hex
     #[arg(long, value_name = "FILE", help_heading = "Output")]
