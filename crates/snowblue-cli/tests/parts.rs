@@ -16,13 +16,14 @@ use shell::{assert_names, assert_refused, decoded, shipped_scene, stdout};
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6;
 
-/// A folder with the scene of the block.
+/// A folder with the scene of the block, with coarse cells of the light field to save time.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::copy(shipped_scene("block_30cm.toml"), folder.path().join("scene.toml")).unwrap();
+        let scene = std::fs::read_to_string(shipped_scene("block_30cm.toml")).unwrap();
+        std::fs::write(folder.path().join("scene.toml"), scene + "\n[light_field]\nstep_mm = 60\n").unwrap();
         Self(folder)
     }
 

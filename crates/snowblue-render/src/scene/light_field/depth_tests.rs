@@ -101,7 +101,8 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
             "[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\n[film]\nwidth = 64\nheight = 64\n\
              [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\n{SNOW}\
              [sky]\nsun = {{ elevation_deg = {elevation_deg}, azimuth_deg = 130 }}\nground_albedo = 0.9\n\
-             [[object]]\nshape = \"box\"\nsize = [2, 2, {thickness_m}]\nposition = [0, 0, -0.1]\nmaterial = \"snow\"\n\
+             [[object]]\nshape = \"box\"\nsize = [1.4, 1.4, {thickness_m}]\nposition = [0, 0, -0.1]\n\
+             material = \"snow\"\n\
              [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.202]\nmaterial = \"black\"\n"
         );
         let description = SceneFile::parse(text, "scene.toml").unwrap().description;
@@ -113,7 +114,7 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
         let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
         let point = |z: f32, k: u8| {
             let (sin, cos) = f32::from(k).sin_cos();
-            Vec3A::new(0.05 * f32::from(k).sqrt() * cos, 0.05 * f32::from(k).sqrt() * sin, z)
+            Vec3A::new(0.03 * f32::from(k).sqrt() * cos, 0.03 * f32::from(k).sqrt() * sin, z)
         };
         // Light is sampled at each surface element: the mean over some places has less noise.
         for k in 1..=32 {
