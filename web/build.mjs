@@ -1,7 +1,7 @@
 // Bundles the page into dist: `node build.mjs`. Needs the modules in wasm; see scripts/build-web.
 
 import { createHash } from "node:crypto";
-import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
@@ -12,6 +12,17 @@ const WASM = join(ROOT, "wasm");
 const DIST = join(ROOT, "dist");
 /** Greatest size of all files together, brotli-compressed. */
 const MOST_BYTES = 1.25 * (1 << 20);
+
+/** The licences of what the page holds: ours, those of the data in the modules, and that of three.js. */
+function licences() {
+  const data = readdirSync(join(ROOT, "../crates")).sort().flatMap((crate) => {
+    const folder = join(ROOT, "../crates", crate, "data");
+    const names = existsSync(folder) ? readdirSync(folder).sort() : [];
+    return names.filter((name) => /^(LICENSE-.*|SOURCES\.md)$/.test(name)).map((name) => join(folder, name));
+  });
+  const ours = ["../LICENSE-MIT", "../LICENSE-APACHE", "node_modules/three/LICENSE"].map((name) => join(ROOT, name));
+  return [...ours, ...data].map((file) => readFileSync(file, "utf8")).join(`\n${"-".repeat(80)}\n\n`);
+}
 
 /** The module `spectrum`, running here. */
 async function spectrumModule() {
@@ -79,6 +90,7 @@ for (const file of readdirSync(WASM).filter((name) => name.endsWith(".wasm"))) {
   copyFileSync(join(WASM, file), join(DIST, file));
 }
 copyFileSync(join(ROOT, "index.html"), join(DIST, "index.html"));
+writeFileSync(join(DIST, "licences.txt"), licences());
 const icon = join(ROOT, "src/icons/icon.svg");
 if (existsSync(icon)) copyFileSync(icon, join(DIST, "icon.svg"));
 
