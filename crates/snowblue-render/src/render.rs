@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::film::Film;
-use crate::film::accumulator::FilmAccumulator;
+use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::Aovs;
 use crate::film::noise::repeat_if_done;
 use crate::film::pixel_accumulator::PixelAccumulator;
@@ -43,7 +43,7 @@ use crate::spectrum::Spectrum;
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
 /// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. The
-/// reference uses the fewest, because its samples are slow and an interrupt waits for the end of a row.
+/// reference uses the fewest, because its samples are slow and an interrupt waits for the end of a pixel.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
 
 /// Progress of a rendering.
@@ -55,12 +55,12 @@ pub struct Progress {
     pub samples: u64,
 }
 
-/// Callbacks of a rendering. Any thread calls them, once for each row of pixels in each pass.
+/// Callbacks of a rendering. Any thread calls them.
 #[derive(Clone, Copy)]
 pub struct RenderControl<'a> {
-    /// Receives the progress.
+    /// Receives the progress, once for each row of pixels in each pass.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Returns whether to stop. Rows that have begun are finished.
+    /// Returns whether to stop. Pixels that have begun are finished.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -175,51 +175,38 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
     }
 }
 
-/// Adds the samples of some blocks, row by row, and records which rows were done.
+/// Adds the samples of some blocks, row by row, and records which were done.
 fn render_pass(
     renderer: RowRenderer,
     blocks: &[SampleBlock],
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
-    let (window, aovs) = (accumulator.window().clone(), accumulator.aovs());
-    let counts = renderer.scene.integrator.noise_target.map_or(Vec::new(), |_| accumulator.sample_counts());
-    let width = window.size().width as usize;
-    let finished: Vec<Option<Statistics>> = accumulator
+    let aovs = accumulator.aovs();
+    let finished: Vec<(Vec<SampleBlock>, Statistics)> = accumulator
         .par_rows_mut()
-        .zip(window.rows.clone())
-        .map(|(sums, row)| {
-            let here: Vec<&SampleBlock> = blocks.iter().filter(|block| block.rows.contains(&row)).collect();
+        .map(|row| {
+            let here = |block: &&SampleBlock| block.rows.contains(&row.number);
+            let here: Vec<SampleBlock> = blocks
+                .iter()
+                .filter(here)
+                .map(|block| SampleBlock { rows: row.number..row.number + 1, ..block.clone() })
+                .collect();
             if here.is_empty() || (control.stop)() {
-                return None;
+                return (Vec::new(), Statistics::default());
             }
-            let start = (row - window.rows.start) as usize * width;
-            let counts = counts.get(start..start + width).unwrap_or_default();
-            let statistics =
-                renderer.render(row, &here, Row { aovs, first_column: window.columns.start, sums, counts });
-            let count = here.iter().map(|block| block.count() / u64::from(block.rows.end - block.rows.start)).sum();
+            let (done, statistics) = renderer.render(here, row, aovs, control.stop);
+            let count = done.iter().map(SampleBlock::count).sum();
             (control.progress)(Progress { samples_done: count, samples: count });
-            Some(statistics)
+            (done, statistics)
         })
         .collect();
-    for (statistics, row) in finished.iter().zip(window.rows) {
-        if statistics.is_some() {
-            let here = blocks.iter().filter(|block| block.rows.contains(&row));
-            here.for_each(|block| accumulator.record(SampleBlock { rows: row..row + 1, ..block.clone() }));
-        }
+    let mut sum = Statistics::default();
+    for (done, statistics) in finished {
+        done.into_iter().for_each(|block| accumulator.record(block));
+        sum = sum.plus(statistics);
     }
-    finished.into_iter().flatten().fold(Statistics::default(), Statistics::plus)
-}
-
-/// A row of an accumulator.
-struct Row<'sums> {
-    aovs: Aovs,
-    /// Column of its first pixel.
-    first_column: u32,
-    /// The sums of all its pixels.
-    sums: &'sums mut [i128],
-    /// The number of samples in the sums of each pixel, if there is a noise target.
-    counts: &'sums [u64],
+    sum
 }
 
 /// Renders rows of an image.
@@ -230,25 +217,37 @@ struct RowRenderer<'scene> {
 }
 
 impl RowRenderer<'_> {
-    /// Adds the samples of some blocks to a row.
-    fn render(&self, row_number: u32, blocks: &[&SampleBlock], row: Row) -> Statistics {
-        let Row { aovs, first_column, sums, counts } = row;
+    /// Adds the samples of some blocks to a row, and returns which were done before `stop` returned true. A pixel that
+    /// has begun is finished.
+    fn render(
+        &self,
+        blocks: Vec<SampleBlock>,
+        row: Row,
+        aovs: Aovs,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> (Vec<SampleBlock>, Statistics) {
         let mut integrator = Integrator::new(self.scene, self.tables);
         // Its queries are not part of the light transport and do not count.
         let mut first_hits = aovs.need_first_hit().then(|| SceneQueries::new(&self.scene.objects));
         let mut accumulator = PixelAccumulator::new(aovs);
         let sum_count = aovs.sum_count();
+        let mut done = Vec::with_capacity(blocks.len());
         for block in blocks {
             let pattern = PixelPattern::new(self.scene.integrator.seed, block.samples.clone());
-            let start = (block.columns.start - first_column) as usize * sum_count;
-            for (column, sums) in block.columns.clone().zip(sums[start..].chunks_exact_mut(sum_count)) {
+            let start = (block.columns.start - row.first_column) as usize * sum_count;
+            let mut end = block.columns.start;
+            for (column, sums) in block.columns.clone().zip(row.sums[start..].chunks_exact_mut(sum_count)) {
+                if stop() {
+                    break;
+                }
+                end = column + 1;
                 if let Some(target) = self.scene.integrator.noise_target {
-                    let count = counts[(column - first_column) as usize];
+                    let count = row.counts[(column - row.first_column) as usize];
                     if repeat_if_done(sums, aovs, [count, range_length(&block.samples).into()], target) {
                         continue;
                     }
                 }
-                let pixel = Pixel::new(self.scene, &pattern, column, row_number);
+                let pixel = Pixel::new(self.scene, &pattern, column, row.number);
                 for sample in block.samples.clone() {
                     let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
                     if aovs.spectrum {
@@ -262,8 +261,11 @@ impl RowRenderer<'_> {
                 }
                 accumulator.flush(sums);
             }
+            if end > block.columns.start {
+                done.push(SampleBlock { columns: block.columns.start..end, ..block });
+            }
         }
-        Statistics { unusable_samples: accumulator.unusable_samples, ..integrator.statistics() }
+        (done, Statistics { unusable_samples: accumulator.unusable_samples, ..integrator.statistics() })
     }
 }
 

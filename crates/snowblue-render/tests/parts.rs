@@ -109,13 +109,14 @@ fn interrupted_and_resumed_rendering_gives_the_same_image_on_any_number_of_threa
     let scene = two_lights();
     let target = all_samples(&scene);
     let at_once = sums_of(&scene, Aovs::default(), &target);
-    for (threads, rows_at_a_time) in [(1, 1), (3, 5), (2, 40)] {
+    // Whether to stop is asked before each pass, row and pixel: runs end within rows.
+    for (threads, questions) in [(1, 13), (3, 150), (2, 1000)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut sums = accumulator(&scene, Aovs::default(), &target.window());
         let mut runs = 0;
         while !sums.coverage().missing_from(&target).is_empty() {
             let asked = AtomicU32::new(0);
-            let stop = || asked.fetch_add(1, Ordering::Relaxed) > rows_at_a_time;
+            let stop = || asked.fetch_add(1, Ordering::Relaxed) > questions;
             let before = sums.coverage().clone();
             pool.install(|| {
                 render_missing(&scene, &target, &mut sums, RenderControl { stop: &stop, ..RenderControl::default() })
@@ -124,7 +125,7 @@ fn interrupted_and_resumed_rendering_gives_the_same_image_on_any_number_of_threa
             runs += 1;
         }
         assert!(runs > 1);
-        assert!(sums == at_once, "{threads} threads, {rows_at_a_time} rows at a time");
+        assert!(sums == at_once, "{threads} threads, {questions} questions");
     }
 }
 

@@ -38,6 +38,12 @@ pub struct FilmAccumulator {
     sums: Vec<i128>,
 }
 
+/// Memory of the sums of a window, in bytes.
+pub fn memory_bytes(window: &Window, aovs: Aovs) -> u64 {
+    let bytes_per_pixel = aovs.sum_count() * size_of::<i128>();
+    window.size().pixel_count() as u64 * bytes_per_pixel as u64
+}
+
 /// The range of the number of samples per pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleCounts {
@@ -94,35 +100,20 @@ impl FilmAccumulator {
     /// Fewest and most samples of a pixel of the window.
     pub fn samples_per_pixel(&self) -> SampleCounts {
         let none = SampleCounts { fewest: u64::MAX, most: 0 };
-        self.sample_counts()
-            .iter()
-            .fold(none, |range, &count| SampleCounts { fewest: range.fewest.min(count), most: range.most.max(count) })
+        let counts = self.window.rows.clone().flat_map(|row| self.sample_counts(row));
+        counts.fold(none, |range, count| SampleCounts { fewest: range.fewest.min(count), most: range.most.max(count) })
     }
 
     /// The first pixel of the window, row by row, that has no sample.
     pub fn first_empty_pixel(&self) -> Option<PixelPosition> {
-        let index = self.sample_counts().iter().position(|count| *count == 0)?;
-        let index = u32::try_from(index).ok()?;
-        let width = self.window.size().width;
-        let (x, y) = (self.window.columns.start + index % width, self.window.rows.start + index / width);
-        Some(PixelPosition { x, y })
+        let is_empty = |row: u32| self.sample_counts(row).iter().position(|count| *count == 0);
+        let (row, index) = self.window.rows.clone().find_map(|row| Some((row, is_empty(row)?)))?;
+        Some(PixelPosition { x: self.window.columns.start + u32::try_from(index).ok()?, y: row })
     }
 
-    /// Number of samples of each pixel of the window, row by row.
-    pub(crate) fn sample_counts(&self) -> Vec<u64> {
-        let size = self.window.size();
-        let width = size.width as usize;
-        let mut counts = vec![0; size.pixel_count()];
-        for SampleBlock { columns, rows, samples } in self.coverage.blocks() {
-            for row in rows.clone() {
-                let start = (row - self.window.rows.start) as usize * width;
-                let [first, end] =
-                    [columns.start, columns.end].map(|column| (column - self.window.columns.start) as usize);
-                let count = u64::from(range_length(samples));
-                counts[start + first..start + end].iter_mut().for_each(|sum| *sum += count);
-            }
-        }
-        counts
+    /// Number of samples of each pixel of a row of the window.
+    fn sample_counts(&self, row: u32) -> Vec<u64> {
+        sample_counts(&self.coverage, &self.window, row)
     }
 
     /// The same sums in a window that contains `other` too.
@@ -162,10 +153,16 @@ impl FilmAccumulator {
         self.aovs.sum_count() * self.window.size().width as usize
     }
 
-    /// The sums of each row of pixels. Samples that are added to them must be [recorded](Self::record).
-    pub(crate) fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [i128]> {
-        let row_length = self.row_length();
-        self.sums.par_chunks_mut(row_length)
+    /// The rows of the window. Samples that are added to their sums must be [recorded](Self::record).
+    pub(crate) fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = Row<'_>> {
+        let (row_length, Self { window, coverage, sums, .. }) = (self.row_length(), self);
+        let rows = sums.par_chunks_mut(row_length).zip(window.rows.clone());
+        rows.map(|(sums, number)| Row {
+            number,
+            first_column: window.columns.start,
+            sums,
+            counts: sample_counts(coverage, window, number),
+        })
     }
 
     /// Records that the sums include the samples of a block.
@@ -173,50 +170,94 @@ impl FilmAccumulator {
         self.coverage.add(block);
     }
 
-    /// The sum at an offset of the layout, for each pixel.
-    pub(crate) fn sums_at(&self, offset: usize) -> impl ExactSizeIterator<Item = i128> {
-        self.sums.iter().skip(offset).step_by(self.aovs.sum_count()).copied()
+    /// The pixels of a row of the window.
+    pub(crate) fn row(&self, row: u32) -> impl Iterator<Item = PixelSums<'_>> {
+        let start = (row - self.window.rows.start) as usize * self.row_length();
+        let pixels = self.sums[start..][..self.row_length()].chunks_exact(self.aovs.sum_count());
+        pixels.zip(self.sample_counts(row)).map(|(sums, count)| PixelSums { aovs: self.aovs, sums, count })
     }
 
-    /// Replaces the sum at an offset of the layout, for each pixel.
-    pub(crate) fn set_sums_at(&mut self, offset: usize, values: impl Iterator<Item = i128>) {
-        let sums = self.sums.iter_mut().skip(offset).step_by(self.aovs.sum_count());
-        sums.zip(values).for_each(|(sum, value)| *sum = value);
+    /// Fills bits of the sum at an offset of the layout, for some pixels of a row of the window, counted from its left.
+    pub(crate) fn fill_bits(&mut self, row: u32, first: usize, offset: usize, bits: impl Iterator<Item = i128>) {
+        let (length, sum_count) = (self.row_length(), self.aovs.sum_count());
+        let sums = self.sums.chunks_exact_mut(length).skip((row - self.window.rows.start) as usize).take(1);
+        let sums = sums.flatten().skip(first * sum_count);
+        sums.skip(offset).step_by(sum_count).zip(bits).for_each(|(sum, bits)| *sum |= bits);
     }
 
     /// The image of the window: the mean of each pixel's samples. Pixels without samples are black.
     pub fn film(&self) -> Film {
-        let pixels = self.sums.chunks_exact(self.aovs.sum_count()).zip(self.sample_counts());
-        Film::new(self.window.size(), pixels.map(|(sums, count)| mean_xyz(sums, count)).collect())
+        let size = self.window.size();
+        let mut pixels = vec![Xyz::default(); size.pixel_count()];
+        let rows = pixels.par_chunks_mut(size.width as usize).zip(self.window.rows.clone());
+        rows.for_each(|(pixels, row)| {
+            pixels.iter_mut().zip(self.row(row)).for_each(|(pixel, sums)| *pixel = sums.mean_xyz());
+        });
+        Film::new(size, pixels)
+    }
+}
+
+/// A row of the window.
+pub(crate) struct Row<'sums> {
+    pub(crate) number: u32,
+    /// Column of its first pixel.
+    pub(crate) first_column: u32,
+    /// The sums of all its pixels.
+    pub(crate) sums: &'sums mut [i128],
+    /// The number of samples in the sums of each pixel.
+    pub(crate) counts: Vec<u64>,
+}
+
+/// Number of samples of each pixel of a row of a window.
+fn sample_counts(coverage: &Coverage, window: &Window, row: u32) -> Vec<u64> {
+    let mut counts = vec![0; window.size().width as usize];
+    for SampleBlock { columns, samples, .. } in coverage.blocks().iter().filter(|block| block.rows.contains(&row)) {
+        let [first, end] = [columns.start, columns.end].map(|column| (column - window.columns.start) as usize);
+        let count = u64::from(range_length(samples));
+        counts[first..end].iter_mut().for_each(|sum| *sum += count);
+    }
+    counts
+}
+
+/// The sums of a pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct PixelSums<'a> {
+    aovs: Aovs,
+    sums: &'a [i128],
+    /// Number of samples.
+    count: u64,
+}
+
+impl PixelSums<'_> {
+    /// The sum at an offset of the layout.
+    pub(crate) fn at(&self, offset: usize) -> i128 {
+        self.sums[offset]
     }
 
-    /// Mean radiance of each pixel at a wavelength, as a band density in W m⁻² sr⁻¹.
-    pub(crate) fn radiance(&self, wavelength: usize) -> Vec<f32> {
-        let sums = self.sums_at(SPECTRUM_OFFSET + wavelength);
-        sums.zip(self.sample_counts()).map(|(sum, count)| narrow(mean(sum, count))).collect()
+    /// Mean colour; black without samples.
+    pub(crate) fn mean_xyz(&self) -> Xyz {
+        mean_xyz(self.sums, self.count)
     }
 
-    /// Mean of one value of an AOV over the samples of each pixel that have it; 0 if none has.
-    pub(crate) fn aov(&self, aov: Aov, value: usize) -> Vec<f32> {
-        let Some(offset) = self.aovs.offset(aov) else { return Vec::new() };
-        let counts = self.sums_at(offset);
-        self.sums_at(offset + 1 + value).zip(counts).map(|(sum, count)| narrow(quotient(sum, count))).collect()
+    /// Mean radiance at a wavelength, as a band density in W m⁻² sr⁻¹.
+    pub(crate) fn radiance(&self, wavelength: usize) -> f32 {
+        narrow(mean(self.sums[SPECTRUM_OFFSET + wavelength], self.count))
     }
 
-    /// Variance of the mean of red, green and blue of each pixel, s²/n. Infinite if a pixel has one sample only, or its
-    /// sum of squares is saturated.
-    pub(crate) fn variance(&self) -> [Vec<f32>; 3] {
-        let Some(offset) = self.aovs.squares_offset() else { return Default::default() };
-        let mut variances = [(); 3].map(|()| Vec::new());
-        for (sums, count) in self.sums.chunks_exact(self.aovs.sum_count()).zip(self.sample_counts()) {
-            let squares = &sums[offset..offset + 3];
-            let estimate = Estimate::new(sums, squares, count);
-            for channel in 0..3 {
-                let is_known = squares[channel] < i128::MAX && count > 1;
-                variances[channel].push(if is_known { narrow(estimate.variance[channel]) } else { f32::INFINITY });
-            }
-        }
-        variances
+    /// Mean of one value of an AOV over the samples that have it; 0 if none has, or the layout does not have the AOV.
+    pub(crate) fn aov(&self, aov: Aov, value: usize) -> f32 {
+        let at = |offset: usize| narrow(quotient(self.sums[offset + 1 + value], self.sums[offset]));
+        self.aovs.offset(aov).map_or(0.0, at)
+    }
+
+    /// Variance of the mean of red, green and blue, s²/n. Infinite if the pixel has one sample only, or its sum of
+    /// squares is saturated, or the layout has no squares.
+    pub(crate) fn variance(&self) -> [f32; 3] {
+        let unknown = [f32::INFINITY; 3];
+        let Some(offset) = self.aovs.squares_offset().filter(|_| self.count > 1) else { return unknown };
+        let squares = &self.sums[offset..offset + 3];
+        let estimate = Estimate::new(self.sums, squares, self.count);
+        [0, 1, 2].map(|k| if squares[k] < i128::MAX { narrow(estimate.variance[k]) } else { f32::INFINITY })
     }
 }
 

@@ -6,7 +6,7 @@
 
 use snowblue_color::LinearRgb;
 
-use crate::film::accumulator::FilmAccumulator;
+use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
 use crate::geometry::ray::narrow;
 use crate::spectrum::SAMPLES;
@@ -20,36 +20,63 @@ pub struct Channel {
     pub values: Vec<f32>,
 }
 
-/// The channels of colours and AOVs.
-pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
-    let channel = |name: &str, values: Vec<f32>| Channel { name: name.to_owned(), values };
-    let film = accumulator.film();
-    let rgb = film.pixels().iter().map(|xyz| LinearRgb::from_xyz(*xyz));
-    let mut channels = vec![
-        channel("R", rgb.clone().map(|colour| narrow(colour.r)).collect()),
-        channel("G", rgb.clone().map(|colour| narrow(colour.g)).collect()),
-        channel("B", rgb.map(|colour| narrow(colour.b)).collect()),
-    ];
+/// What a channel holds of each pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Mean {
+    /// Red, green or blue.
+    Rgb(usize),
+    /// Radiance at a wavelength, as a multiple of the band density.
+    Radiance { wavelength: usize, factor: f32 },
+    /// Variance of the mean of red, green or blue.
+    Variance(usize),
+    /// A value of an AOV.
+    Aov(Aov, usize),
+}
+
+impl Mean {
+    /// The value of a pixel.
+    pub(crate) fn of(self, pixel: &PixelSums) -> f32 {
+        match self {
+            Self::Rgb(channel) => {
+                let LinearRgb { r, g, b } = LinearRgb::from_xyz(pixel.mean_xyz());
+                narrow([r, g, b][channel])
+            }
+            Self::Radiance { wavelength, factor } => pixel.radiance(wavelength) * factor,
+            Self::Variance(channel) => pixel.variance()[channel],
+            Self::Aov(aov, value) => pixel.aov(aov, value),
+        }
+    }
+}
+
+/// Name and content of each channel of an image.
+pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
+    let rgb = |prefix: &'static str, mean: fn(usize) -> Mean| {
+        ["R", "G", "B"].into_iter().enumerate().map(move |(k, name)| (format!("{prefix}{name}"), mean(k)))
+    };
+    let mut means: Vec<(String, Mean)> = rgb("", Mean::Rgb).collect();
     let aovs = accumulator.aovs();
     if aovs.spectrum {
         let wavelengths_nm = accumulator.wavelengths_nm();
         // A band density is a spectral radiance times the width of all bands.
         let band_nm = (wavelengths_nm[SAMPLES - 1] - wavelengths_nm[0]) / (SAMPLES - 1) as f64;
-        let per_nm = narrow((SAMPLES as f64 * band_nm).recip());
-        for (index, nm) in wavelengths_nm.iter().enumerate() {
-            let values = accumulator.radiance(index).into_iter().map(|density| density * per_nm).collect();
-            channels.push(channel(&format!("S0.{}nm", format!("{nm:.6}").replace('.', ",")), values));
-        }
+        let factor = narrow((SAMPLES as f64 * band_nm).recip());
+        let name = |nm: f64| format!("S0.{}nm", format!("{nm:.6}").replace('.', ","));
+        let wavelengths = wavelengths_nm.iter().enumerate();
+        means.extend(wavelengths.map(|(wavelength, nm)| (name(*nm), Mean::Radiance { wavelength, factor })));
     }
     if aovs.variance {
-        for (name, values) in ["variance.R", "variance.G", "variance.B"].into_iter().zip(accumulator.variance()) {
-            channels.push(channel(name, values));
-        }
+        means.extend(rgb("variance.", Mean::Variance));
     }
     for aov in Aov::ALL.into_iter().filter(|aov| aovs.contains(*aov)) {
-        for (value, name) in aov.channel_names().iter().enumerate() {
-            channels.push(channel(name, accumulator.aov(aov, value)));
-        }
+        let names = aov.channel_names().iter().enumerate();
+        means.extend(names.map(|(value, name)| ((*name).to_owned(), Mean::Aov(aov, value))));
     }
-    channels
+    means
+}
+
+/// The channels of colours and AOVs.
+pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
+    let rows = || accumulator.window().rows.clone();
+    let values = |mean: Mean| rows().flat_map(|row| accumulator.row(row)).map(|pixel| mean.of(&pixel)).collect();
+    means(accumulator).into_iter().map(|(name, mean)| Channel { name, values: values(mean) }).collect()
 }

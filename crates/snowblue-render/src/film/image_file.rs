@@ -4,6 +4,7 @@ use std::io::{Cursor, Write as _};
 use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
+use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Srgb8, Xyz};
 use snowblue_database::file::write_atomically;
 
@@ -30,7 +31,7 @@ pub fn to_raster(film: &Film, exposure: Exposure) -> RasterImage {
     let factor = film.display_factor(exposure);
     let encoded = |xyz: &Xyz| Srgb8::encode(LinearRgb::from_xyz(*xyz * factor).displayable());
     let ImageSize { width, height } = film.size();
-    RasterImage::new(width, height, film.pixels().iter().map(encoded).collect())
+    RasterImage::new(width, height, film.pixels().par_iter().map(encoded).collect())
 }
 
 /// Writes an 8-bit image as PNG.

@@ -6,22 +6,28 @@
 //! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
 //! exposure of a PNG. The data window and the display window give the position of a part in the image.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
+use exr::block::BlockIndex;
+use exr::block::reader::ChunksReader as _;
+use exr::image::write::channels::{ChannelsWriter, WritableChannels};
+use exr::math::RoundingMode;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, IntegerBounds};
-use exr::meta::header::Header;
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Vec2, WritableImage, read,
+use exr::meta::attribute::{
+    AttributeValue, ChannelDescription, ChannelList, IntegerBounds, LevelMode, SampleType, Text,
 };
+use exr::meta::header::Header;
+use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _};
+use snowblue_database::file::write_atomically;
 
 use crate::error::RenderError;
-use crate::film::accumulator::FilmAccumulator;
+use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aovs;
-use crate::film::channels::{Channel, channels};
+use crate::film::channels::{Mean, means};
 use crate::film::exposure::Exposure;
-use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text, write_file};
+use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
@@ -57,10 +63,8 @@ pub fn write(
     metadata: &Metadata,
     path: &Path,
 ) -> Result<(), RenderError> {
-    let mut channels: Vec<AnyChannel<FlatSamples>> = channels(accumulator)
-        .into_iter()
-        .map(|Channel { name, values }| AnyChannel::new(&*name, FlatSamples::F32(values)))
-        .collect();
+    let mut channels: Vec<(String, Content)> =
+        means(accumulator).into_iter().map(|(name, mean)| (name, Content::Mean(mean))).collect();
     let mut attributes = attributes(metadata);
     let window = accumulator.window();
     attributes.layer_position = Vec2(window.columns.start.cast_signed(), window.rows.start.cast_signed());
@@ -77,42 +81,114 @@ pub fn write(
             insert(name, text);
         }
     }
+    let mut encoding = Encoding::SMALL_LOSSLESS;
     if let Some(ResumeData { provenance, exposure }) = resume_data {
+        // The lower bits of sums are noise. Deflate makes them 10 % smaller than run lengths, in eight times the time,
+        // for which an interrupt would have to wait.
+        encoding.compression = Compression::RLE;
         let wavelengths: Vec<String> = accumulator.wavelengths_nm().iter().map(f64::to_string).collect();
         insert(PROVENANCE, &provenance.to_string());
         insert(COVERAGE, &accumulator.coverage().to_string());
         insert(AOVS, &aovs.to_string());
         insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &exposure.to_string());
-        channels.extend(sum_channels(accumulator));
+        channels.extend(sum_words(aovs));
     }
-    let layer =
-        Layer::new(exr_size(window.size()), attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
-    let mut image = Image::from_layer(layer);
+    let channels = FilmChannels::new(accumulator, channels);
+    let mut image = Image::from_layer(Layer::new(exr_size(window.size()), attributes, encoding, channels));
     image.attributes.display_window = IntegerBounds { position: Vec2(0, 0), size: exr_size(accumulator.image_size()) };
-    let mut content = Cursor::new(Vec::new());
-    let result = image.write().to_buffered(&mut content);
-    drop(image);
-    write_file(path, result.map(|()| content.into_inner()).map_err(|error| error.to_string()))
+    let written = write_atomically(path, |file| {
+        image.write().to_buffered(BufWriter::new(file)).map_err(|error| match error {
+            exr::error::Error::Io(error) => error,
+            error => io::Error::other(error),
+        })
+    });
+    written.map_err(|error| RenderError::WriteImage { path: path.into(), reason: error.to_string() })
 }
 
 fn exr_size(size: ImageSize) -> Vec2<usize> {
     Vec2(size.width as usize, size.height as usize)
 }
 
-/// The sums, as channels of 32-bit words.
-fn sum_channels(accumulator: &FilmAccumulator) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
-    let word = |sum: i128, word: usize| {
-        #[expect(clippy::cast_possible_truncation, reason = "one word of four")]
-        let bits = (sum >> (32 * word)) as u32;
-        bits
-    };
-    accumulator.aovs().sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
-        (0..WORDS).map(move |number| {
-            let values = accumulator.sums_at(offset).map(|sum| word(sum, number)).collect();
-            AnyChannel::new(&*word_channel_name(&name, number), FlatSamples::U32(values))
-        })
+/// What a channel of a file holds of each pixel.
+#[derive(Debug, Clone, Copy)]
+enum Content {
+    Mean(Mean),
+    /// 32 bits of the sum at an offset of the layout.
+    Word {
+        offset: usize,
+        word: usize,
+    },
+}
+
+/// The words of all sums.
+fn sum_words(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
+    aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
+        (0..WORDS).map(move |word| (word_channel_name(&name, word), Content::Word { offset, word }))
     })
+}
+
+/// The channels of a file, of which each block of lines is computed when it is written.
+struct FilmChannels<'a> {
+    accumulator: &'a FilmAccumulator,
+    list: ChannelList,
+    /// In the order of the list.
+    contents: Vec<Content>,
+}
+
+impl<'a> FilmChannels<'a> {
+    fn new(accumulator: &'a FilmAccumulator, channels: Vec<(String, Content)>) -> Self {
+        let mut channels: Vec<(Text, Content)> =
+            channels.into_iter().map(|(name, content)| (Text::from(&*name), content)).collect();
+        channels.sort_unstable_by(|(one, _), (other, _)| one.cmp(other));
+        let description = |(name, content): &(Text, Content)| {
+            let sample_type = if matches!(content, Content::Mean(_)) { SampleType::F32 } else { SampleType::U32 };
+            ChannelDescription { name: name.clone(), sample_type, quantize_linearly: false, sampling: Vec2(1, 1) }
+        };
+        let list = ChannelList::new(channels.iter().map(description).collect());
+        Self { accumulator, list, contents: channels.into_iter().map(|(_, content)| content).collect() }
+    }
+}
+
+impl<'a> WritableChannels<'a> for FilmChannels<'a> {
+    type Writer = &'a Self;
+
+    fn infer_channel_list(&self) -> ChannelList {
+        self.list.clone()
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_writer(&'a self, _header: &Header) -> Self::Writer {
+        self
+    }
+}
+
+impl ChannelsWriter for &FilmChannels<'_> {
+    fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(block.pixel_size.area() * header.channels.bytes_per_pixel);
+        let lines = self.accumulator.window().rows.clone().skip(block.pixel_position.y());
+        for row in lines.take(block.pixel_size.height()) {
+            let pixels = self.accumulator.row(row).skip(block.pixel_position.x()).take(block.pixel_size.width());
+            let pixels: Vec<PixelSums> = pixels.collect();
+            for content in &self.contents {
+                match *content {
+                    Content::Mean(mean) => bytes.extend(pixels.iter().flat_map(|pixel| mean.of(pixel).to_ne_bytes())),
+                    Content::Word { offset, word } => {
+                        bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
+                    }
+                }
+            }
+        }
+        bytes
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "one word of four")]
+fn word_of(sum: i128, word: usize) -> u32 {
+    (sum >> (32 * word)) as u32
 }
 
 fn word_channel_name(sum_name: &str, word: usize) -> String {
@@ -191,6 +267,11 @@ impl ResumableImage {
         })
     }
 
+    /// Whether this is the header of the file.
+    fn is_of(&self, header: &Header) -> bool {
+        Self::from_header(&self.path, header).is_some_and(|image| image == *self)
+    }
+
     /// Reads the sums.
     ///
     /// # Errors
@@ -198,28 +279,39 @@ impl ResumableImage {
     /// When the file cannot be read, or has changed since it was opened.
     pub fn read_sums(&self) -> Result<FilmAccumulator, RenderError> {
         let invalid = |reason: String| RenderError::ReadImage { path: self.path.clone(), reason };
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(&self.path)
-            .map_err(|error| invalid(format!("not a readable EXR file: {error}")))?;
-        let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
-        let channels = &image.layer_data.channel_data.list;
-        for (offset, sum_name) in self.aovs.sum_names().into_iter().enumerate() {
-            let mut sums = vec![0u128; self.window.size().pixel_count()];
-            for word in 0..WORDS {
-                let name = word_channel_name(&sum_name, word);
-                let channel = channels.iter().find(|channel| channel.name == *name);
-                let Some(FlatSamples::U32(values)) = channel.map(|channel| &channel.sample_data) else {
-                    return Err(invalid(format!("the channel {name} is missing")));
-                };
-                sums.iter_mut().zip(values).for_each(|(sum, bits)| *sum |= u128::from(*bits) << (32 * word));
-            }
-            accumulator.set_sums_at(offset, sums.into_iter().map(u128::cast_signed));
+        let unreadable = |error: exr::error::Error| invalid(format!("not a readable EXR file: {error}"));
+        let file = File::open(&self.path).map_err(|error| unreadable(error.into()))?;
+        let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;
+        let header = reader.headers().first().filter(|header| self.is_of(header));
+        let header = header.ok_or_else(|| invalid("the file has changed".to_owned()))?;
+        // The words of each channel of the file.
+        let mut words: Vec<Option<Content>> = vec![None; header.channels.list.len()];
+        for (name, word) in sum_words(self.aovs) {
+            let is_word =
+                |channel: &ChannelDescription| channel.name == *name && channel.sample_type == SampleType::U32;
+            let place = header.channels.list.iter().position(is_word);
+            let place = place.ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
+            words[place] = Some(word);
         }
+        let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
+        let rows = self.window.rows.start;
+        reader
+            .filter_chunks(false, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
+            .and_then(|chunks| {
+                chunks.decompress_parallel(false, |meta, block| {
+                    for line in block.lines(&meta.headers[0].channels) {
+                        if let Some(Content::Word { offset, word }) = words[line.location.channel] {
+                            let values = line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>()?;
+                            let Vec2(first, row) = line.location.position;
+                            let row = rows + u32::try_from(row).unwrap_or(u32::MAX);
+                            let bits = values.into_iter().map(|bits| (u128::from(bits) << (32 * word)).cast_signed());
+                            accumulator.fill_bits(row, first, offset, bits);
+                        }
+                    }
+                    Ok(())
+                })
+            })
+            .map_err(unreadable)?;
         self.coverage.blocks().iter().for_each(|block| accumulator.record(block.clone()));
         Ok(accumulator)
     }
