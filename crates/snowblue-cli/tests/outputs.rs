@@ -96,3 +96,17 @@ fn merge_does_not_overwrite_its_parts() {
     assert_refused(&["merge", &part, "-o", &part], &["part.exr", "overwritten"]);
     assert!(std::fs::read(Path::new(&part)).unwrap() == before);
 }
+
+#[test]
+fn a_picture_that_needs_too_much_memory_is_refused_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("large.exr").display().to_string();
+    let scene = shipped_scene("block_30cm.toml").display().to_string();
+    let large = ["render", &scene, "-o", &picture, "--width", "16384", "--height", "16384", "--spp", "1"];
+    // 34 sums of 16 bytes for each pixel.
+    let spectra = [&large[..], &["--aovs", "rgb,spectrum"]].concat();
+    assert_refused(&spectra, &["large.exr", "139264 MiB", "16384 MiB", "--film-memory-mib", "--crop"]);
+    let more = [&large[..], &["--film-memory-mib", "12287"]].concat();
+    assert_refused(&more, &["12288 MiB", "12287 MiB"]);
+    assert!(snowblue(&[&spectra[..], &["--crop", "0:4,0:4"]].concat()).status.success());
+}

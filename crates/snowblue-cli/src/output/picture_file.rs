@@ -40,6 +40,15 @@ impl PictureFile {
         Ok(Self { path: path.to_owned(), format, keeps_sums, is_frame: false })
     }
 
+    /// Memory that writing takes beside the sums, in bytes for each pixel: for a PNG its colours, their brightness for
+    /// the exposure, and the bytes before and after encoding. An EXR is written in blocks.
+    pub(crate) fn bytes_per_pixel(&self) -> u64 {
+        match self.format {
+            PictureFormat::Png => 36,
+            PictureFormat::Exr => 0,
+        }
+    }
+
     /// Refuses an option that a PNG cannot serve.
     pub(crate) fn needs_exr(&self, option: &str) -> Outcome {
         match self.format {

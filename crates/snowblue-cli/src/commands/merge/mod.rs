@@ -11,7 +11,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
 
-use crate::options::{Compression, parse};
+use crate::options::{Compression, FilmMemory, parse};
 use crate::output::{Failure, Outcome, PictureFile, check_not_input, check_table_path, output_path, print_message};
 use pictures::merge_pictures;
 
@@ -48,6 +48,8 @@ pub(crate) struct Merge {
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
     #[command(flatten)]
+    film_memory: FilmMemory,
+    #[command(flatten)]
     compression: Compression,
 }
 
@@ -80,7 +82,7 @@ impl Merge {
         if self.keep_sums {
             file.needs_exr("--keep-sums")?;
         }
-        merge_pictures(&self.parts, &file, self.exposure)
+        merge_pictures(&self.parts, &file, self.exposure, self.film_memory)
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {

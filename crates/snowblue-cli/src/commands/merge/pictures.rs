@@ -7,6 +7,7 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::images::raster::{ImageSize, PixelPosition};
 
+use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
 
 /// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
@@ -16,6 +17,7 @@ pub(super) fn merge_pictures(
     paths: &[PathBuf],
     file: &PictureFile,
     exposure: Option<Exposure>,
+    memory: FilmMemory,
 ) -> Result<String, Failure> {
     let parts: Vec<ResumableImage> =
         paths.iter().map(|path| ResumableImage::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
@@ -27,6 +29,8 @@ pub(super) fn merge_pictures(
     };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
+    let largest = parts.iter().map(|part| &part.window).max_by_key(|window| window.size().pixel_count());
+    memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
     let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
     for part in &parts {
         sums.add(&part.read_sums().map_err(Failure::input)?);

@@ -16,13 +16,14 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
+use snowblue_render::render::with_variance;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::material::pca_snow::PathMode;
 use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::input::scene_table;
-use crate::options::parse;
-use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile, output_path};
+use crate::options::{FilmMemory, parse};
+use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile, output_path, print_message};
 use film::Film;
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -141,6 +142,8 @@ pub(crate) struct Render {
     /// are kept, those in .png too
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    film_memory: FilmMemory,
     /// Write the unfinished picture at this interval in minutes [0.01–100000]
     #[arg(long, value_name = "MINUTES", value_parser = parse::minutes)]
     checkpoint: Option<Duration>,
@@ -162,7 +165,7 @@ impl Render {
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
                 output.check()?;
-                let loaded = self.load()?;
+                let loaded = self.load(|_| Ok(()))?;
                 return check::check(&loaded.scene, &output, quiet);
             }
         };
@@ -170,7 +173,8 @@ impl Render {
             return Film::open(self, output, frames, quiet)?.render();
         }
         let file = self.file(output)?;
-        let LoadedScene { scene, provenance } = self.load()?;
+        let check = |scene: &SceneDescription| self.check_memory(scene, &file, quiet);
+        let LoadedScene { scene, provenance } = self.load(check)?;
         let mut preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
@@ -244,10 +248,23 @@ impl Render {
         Ok(target)
     }
 
-    fn load(&self) -> Result<LoadedScene, Failure> {
+    /// Checks that the pixels to render fit into the memory, and says what they take.
+    fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
+        let window = self.target(scene)?.window();
+        let needed_mib = self.film_memory.check(file, &[&window], with_variance(self.aovs, &scene.integrator))?;
+        if let Some(needed_mib) = needed_mib.filter(|_| !quiet) {
+            print_message(&format!("{}: the pixels take {needed_mib} MiB of memory\n", file.path.display()));
+        }
+        Ok(())
+    }
+
+    /// Reads the scene, calls `check` with its description and builds it.
+    fn load(&self, check: impl Fn(&SceneDescription) -> Outcome) -> Result<LoadedScene, Failure> {
         let table = scene_table(self.database.as_deref())?;
         let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
         self.override_values(&mut file.description);
+        file.description.check().map_err(Failure::input)?;
+        check(&file.description)?;
         let scene = file.build(&table).map_err(Failure::input)?;
         let provenance = Provenance::of(&scene, &table);
         Ok(LoadedScene { scene, provenance })

@@ -1,0 +1,38 @@
+//! The memory that a picture may take.
+
+use clap::Args;
+use snowblue_render::Aovs;
+use snowblue_render::film::accumulator::memory_bytes;
+use snowblue_render::film::window::Window;
+
+use crate::output::{Failure, PictureFile};
+
+/// A film of so many MiB or more is worth a message.
+const WORTH_A_MESSAGE_MIB: u64 = 1024;
+
+/// The greatest memory of a film.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct FilmMemory {
+    /// Greatest memory of the pixels of a picture in MiB [16–16777216]
+    #[arg(
+        long, value_name = "N", default_value_t = 16384, value_parser = clap::value_parser!(u64).range(16..=1 << 24)
+    )]
+    film_memory_mib: u64,
+}
+
+impl FilmMemory {
+    /// Refuses a picture whose pixels take more, and returns what they take in MiB if that is much.
+    pub(crate) fn check(self, file: &PictureFile, windows: &[&Window], aovs: Aovs) -> Result<Option<u64>, Failure> {
+        let pixels = windows.iter().map(|window| memory_bytes(window, aovs)).sum::<u64>();
+        let output = windows.first().map_or(0, |window| window.size().pixel_count() as u64 * file.bytes_per_pixel());
+        let (needed_mib, allowed_mib) = ((pixels + output).div_ceil(1 << 20), self.film_memory_mib);
+        if needed_mib > allowed_mib {
+            return Err(Failure::Input(format!(
+                "{}: the pixels need {needed_mib} MiB of memory, but {allowed_mib} MiB are allowed: raise \
+                 --film-memory-mib, or use tiles (render --crop)",
+                file.path.display()
+            )));
+        }
+        Ok((needed_mib >= WORTH_A_MESSAGE_MIB).then_some(needed_mib))
+    }
+}
