@@ -81,7 +81,7 @@ impl<'a> Film<'a> {
             }
         }
         for number in 0..count {
-            options.target(&film.frame(number)?.description)?;
+            options.check_memory(&film.frame(number)?.description, &picture, quiet || number > 0)?;
         }
         Ok(film)
     }
@@ -115,8 +115,8 @@ impl<'a> Film<'a> {
             self.print_note(&note);
         }
         for number in missing {
-            self.check_interrupt(number)?;
-            let built = self.build(&self.exposed_frame(number, exposure)?, scene.take())?;
+            let frame = self.exposed_frame(number, exposure)?;
+            let built = interrupt::at_once(interrupted(number), || self.build(&frame, scene.take()))?;
             self.render_frame(number, &built, preview.as_mut())?;
             scene = Some(built);
         }
@@ -197,7 +197,6 @@ impl<'a> Film<'a> {
         let mut least: Option<f64> = None;
         for index in 0..metered {
             let number = index * (self.count - 1) / (metered - 1);
-            self.check_interrupt(number)?;
             let mut frame = self.frame(number)?;
             let (film, integrator) = (&mut frame.description.film, &mut frame.description.integrator);
             let side = film.width.max(film.height);
@@ -207,8 +206,11 @@ impl<'a> Film<'a> {
             }
             integrator.samples_per_pixel = integrator.samples_per_pixel.min(METERED_SAMPLES);
             integrator.noise_target = None;
-            let built = self.build(&frame, scene.take())?;
-            let film = render(&built, &|_| {}).film;
+            let (built, film) = interrupt::at_once(interrupted(number), || {
+                let built = self.build(&frame, scene.take())?;
+                let film = render(&built, &|_| {}).film;
+                Ok((built, film))
+            })?;
             *scene = Some(built);
             // A dark frame asks for no exposure.
             if film.pixels().iter().any(|pixel| pixel.y > 0.0) {
@@ -243,14 +245,9 @@ impl<'a> Film<'a> {
                 self.print_note(&format!("{}: {} light fields solved\n", path.display(), scene.solved_light_fields()));
                 Ok(())
             }
-            Err(Failure::Interrupted(_)) => Err(interrupted(number)),
+            Err(Failure::Interrupted(_)) => Err(Failure::Interrupted(interrupted(number))),
             Err(failure) => Err(failure),
         }
-    }
-
-    /// Ends the film before a frame, after a signal.
-    fn check_interrupt(&self, number: u32) -> Outcome {
-        if interrupt::is_requested() { Err(interrupted(number)) } else { Ok(()) }
     }
 
     fn print_note(&self, text: &str) {
@@ -260,8 +257,8 @@ impl<'a> Film<'a> {
     }
 }
 
-fn interrupted(number: u32) -> Failure {
-    Failure::Interrupted(format!("interrupted at frame {number}; the same command with --resume continues"))
+fn interrupted(number: u32) -> String {
+    format!("interrupted at frame {number}; the same command with --resume continues")
 }
 
 impl FrameNames {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use snowblue_database::file::partial_path;
 
-use crate::output::{Failure, INTERRUPTED, Outcome};
+use crate::output::{Failure, INTERRUPTED, Outcome, exit_code};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// When the first signal came.
@@ -15,6 +15,9 @@ static SINCE: Mutex<Option<Instant>> = Mutex::new(None);
 static LISTENING: AtomicBool = AtomicBool::new(false);
 /// The file that may be half written.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// What the program says if a signal ends it at once; none while there is something to write.
+static AT_ONCE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Time within which signals count as one: `timeout -s INT` signals the process and its group.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
@@ -30,6 +33,12 @@ pub(super) fn listen(output: &Path) -> Outcome {
     }
     let handler = || {
         REQUESTED.store(true, Ordering::Relaxed);
+        if let Ok(message) = AT_ONCE.lock()
+            && let Some(message) = &*message
+        {
+            exit_code(&Err(Failure::Interrupted(message.clone())));
+            std::process::exit(INTERRUPTED.into());
+        }
         if is_another() {
             if let Ok(unfinished) = UNFINISHED.lock()
                 && let Some(unfinished) = &*unfinished
@@ -41,6 +50,20 @@ pub(super) fn listen(output: &Path) -> Outcome {
         }
     };
     ctrlc::set_handler(handler).map_err(Failure::work)
+}
+
+/// Does work that writes nothing: a signal ends the program at once, with this message.
+pub(super) fn at_once<T>(message: String, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    let set = |message: Option<String>| {
+        // No thread panics while it holds the lock.
+        if let Ok(mut at_once) = AT_ONCE.lock() {
+            *at_once = message;
+        }
+    };
+    set(Some(message.clone()));
+    let done = if is_requested() { Err(Failure::Interrupted(message)) } else { work() };
+    set(None);
+    done
 }
 
 /// Whether a signal has come before the present one.
