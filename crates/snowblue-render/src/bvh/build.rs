@@ -2,8 +2,9 @@
 //!
 //! The binary tree comes from parallel locally-ordered clustering with reinsertion, by `obvhs` (Meister & Bittner 2018,
 //! "Parallel locally-ordered clustering", doi:10.1109/TVCG.2017.2669983). Where all boxes overlap, as those of slivers
-//! that share a vertex, clustering makes a chain. If the tree gets too deep for the traversal stack, a median split
-//! replaces it, which traverses more slowly and is always balanced.
+//! that share a vertex, or coincide, clustering makes a chain, in a time that grows with the square of their number. If
+//! a sample of the boxes makes one, or the tree gets too deep for the traversal stack, a median split replaces it. It
+//! traverses more slowly and is always balanced.
 
 use arrayvec::ArrayVec;
 use obvhs::aabb::Aabb;
@@ -15,6 +16,12 @@ use obvhs::{Boundable, BvhBuildParams};
 use crate::bvh::bvh8::{Bvh8, LEAF_FLAG, LEAF_WIDTH, MAX_DEPTH, NO_PRIMITIVE, Node, WIDTH};
 use crate::geometry::bounds::Bounds;
 
+/// Number of boxes that are clustered to see whether all would make a chain.
+const SAMPLE: usize = 2048;
+
+/// Number of levels of a tree over the sample above which it is a chain. A balanced tree has 11.
+const CHAIN_DEPTH: usize = 128;
+
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
         Aabb::new(self.low, self.high)
@@ -24,7 +31,8 @@ impl Boundable for Bounds {
 impl Bvh8 {
     /// Builds a hierarchy over at least one primitive, given by its bounds.
     pub(crate) fn build(primitives: &[Bounds]) -> Self {
-        collapse(&cluster(primitives)).unwrap_or_else(|| Self::build_balanced(primitives))
+        let tree = (!makes_a_chain(primitives)).then(|| collapse(&optimized(cluster(primitives)))).flatten();
+        tree.unwrap_or_else(|| Self::build_balanced(primitives))
     }
 
     /// Builds a hierarchy by median splits.
@@ -33,25 +41,52 @@ impl Bvh8 {
     }
 }
 
-/// A binary tree by clustering and reinsertion, with one primitive in each leaf.
-///
-/// Uses the parameters of obvhs's medium build, but calls its parts: its convenience function panics on deep trees in
-/// debug builds and reads the clock, which is not available on every target.
+/// Parameters of obvhs's medium build. Its parts are called one by one: its convenience function panics on deep trees
+/// in debug builds and reads the clock, which is not available on every target.
+const PARAMETERS: BvhBuildParams = BvhBuildParams::medium_build();
+
+/// Whether clustering would make a chain of many of the primitives.
+fn makes_a_chain(primitives: &[Bounds]) -> bool {
+    if primitives.len() <= SAMPLE {
+        return false;
+    }
+    let sample: Vec<Bounds> = primitives.iter().step_by(primitives.len().div_ceil(SAMPLE)).copied().collect();
+    depth(&cluster(&sample)) > CHAIN_DEPTH
+}
+
+/// A binary tree by clustering, with one primitive in each leaf.
 #[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2^31 triangles")]
 fn cluster(primitives: &[Bounds]) -> Bvh2 {
-    const PARAMETERS: BvhBuildParams = BvhBuildParams::medium_build();
-    let mut binary = PlocBuilder::with_capacity(primitives.len()).build(
+    PlocBuilder::with_capacity(primitives.len()).build(
         PARAMETERS.ploc_search_distance,
         primitives,
         (0..primitives.len() as u32).collect(),
         PARAMETERS.sort_precision,
         PARAMETERS.search_depth_threshold,
-    );
+    )
+}
+
+/// The tree after reinsertion of nodes.
+fn optimized(mut binary: Bvh2) -> Bvh2 {
     let mut optimizer = ReinsertionOptimizer::default();
     let ratio = PARAMETERS.reinsertion_batch_ratio;
     optimizer.run(&mut binary, ratio, None);
     optimizer.run(&mut binary, ratio * PARAMETERS.post_collapse_reinsertion_batch_ratio_multiplier, None);
     binary
+}
+
+/// Number of levels below the root.
+fn depth(binary: &Bvh2) -> usize {
+    let mut deepest = 0;
+    let mut stack = vec![(0, 0)];
+    while let Some((index, level)) = stack.pop() {
+        deepest = deepest.max(level);
+        let node = &binary.nodes[index];
+        if !node.is_leaf() {
+            stack.extend([0, 1].map(|other| (node.first_index as usize + other, level + 1)));
+        }
+    }
+    deepest
 }
 
 /// Collapses the levels of a binary tree into nodes of eight children; none if the result is too deep.

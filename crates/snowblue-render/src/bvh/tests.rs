@@ -74,3 +74,17 @@ fn trees_over_slivers_that_share_a_vertex_are_complete() {
         }
     }
 }
+
+/// Coincident boxes, and nested ones of growing size. Clustering merges one pair of them at a time.
+#[test]
+fn trees_over_boxes_that_cluster_into_a_chain_are_built_by_median_splits() {
+    let unit = Bounds { low: Vec3A::ZERO, high: Vec3A::ONE };
+    let coincident = vec![unit; 100_000];
+    let nested: Vec<Bounds> =
+        (1..100_000u32).map(|k| Bounds { low: Vec3A::ZERO, high: Vec3A::splat(k as f32) }).collect();
+    for boxes in [coincident, nested] {
+        let bvh = Bvh8::build(&boxes);
+        assert_eq!(candidates(&bvh, Vec3A::splat(0.5)).len(), boxes.len());
+        assert_eq!(bvh.leaf_count(), Bvh8::build_balanced(&boxes).leaf_count());
+    }
+}
