@@ -90,6 +90,9 @@ fn bad_layers_are_refused_with_file_and_line() {
     std::fs::write(&path, "").unwrap();
     assert_refused(&["spectrum", "--layers", path.to_str().unwrap()], &["pack.toml", "[[layer]]"]);
     assert_refused(&["spectrum", "--layers", "none.toml"], &["none.toml"]);
+    std::fs::write(&path, "[[layer]]\nthickness_cm = 1\n".repeat(1001)).unwrap();
+    let refused = ["pack.toml:2001: ", "1001 [[layer]]", "at most 1000"];
+    assert_refused(&["spectrum", "--layers", path.to_str().unwrap()], &refused);
 }
 
 #[test]

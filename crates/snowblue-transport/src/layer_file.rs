@@ -30,6 +30,9 @@ use crate::optics::IceTable;
 use crate::sample::{SnowDescription, TruncatedNormal};
 use crate::stack::Layer;
 
+/// Greatest number of layers in a file. Each kind of grain costs a scattering tally of some tenths of a second.
+pub const MOST_LAYERS: usize = 1000;
+
 /// Layers of snow, and the table of ice that all of them use.
 ///
 /// ```
@@ -62,7 +65,8 @@ impl LayerFile {
     /// Reads the text of a file and checks every layer.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer.
+    /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
+    /// [`MOST_LAYERS`].
     pub fn parse(text: &str) -> Result<Self, LayerFileError> {
         let tables: Tables = toml::from_str(text).map_err(|error| LayerFileError {
             span: Some(error.span().unwrap_or(0..0)),
@@ -70,6 +74,10 @@ impl LayerFile {
         })?;
         if tables.layer.is_empty() {
             return Err(LayerFileError { span: None, reason: "holds no [[layer]]".to_owned() });
+        }
+        if let Some(layer) = tables.layer.get(MOST_LAYERS) {
+            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", tables.layer.len());
+            return Err(LayerFileError::at(layer.span(), reason));
         }
         let ice = tables.ice.as_ref().map(|ice| parsed(ice, |name| name.parse())).transpose()?.unwrap_or_default();
         let layers: Result<_, _> = tables.layer.iter().map(|table| read_layer(table.get_ref(), ice)).collect();

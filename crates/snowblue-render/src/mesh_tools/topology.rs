@@ -28,6 +28,8 @@ pub struct Topology {
     pub odd_shared_edges: usize,
     /// Number of edges of two triangles with inconsistent orientation.
     pub reversed_edges: usize,
+    /// Number of triangles of the edge that has most.
+    pub most_of_an_edge: usize,
 }
 
 impl Topology {
@@ -53,6 +55,7 @@ impl Topology {
                 topology.open_edges += usize::from(uses.len() == 1);
                 topology.shared_edges += usize::from(uses.len() > 2);
                 topology.odd_shared_edges += usize::from(uses.len() > 2 && uses.len() % 2 == 1);
+                topology.most_of_an_edge = topology.most_of_an_edge.max(uses.len());
                 topology.reversed_edges += usize::from(uses.len() == 2 && uses[0].1 == uses[1].1);
             }
         });
@@ -89,7 +92,8 @@ mod tests {
     #[test]
     fn a_cube_of_separate_triangles_is_closed_and_has_volume_one() {
         let topology = Topology::of(&cube());
-        assert_eq!(topology, Topology { triangles: 12, merged_vertices: 28, ..Topology::default() });
+        let expected = Topology { triangles: 12, merged_vertices: 28, most_of_an_edge: 2, ..Topology::default() };
+        assert_eq!(topology, expected);
         assert!(topology.is_closed());
         assert!((volume(&cube()) - 1.0).abs() < 1e-12);
     }
@@ -111,7 +115,7 @@ mod tests {
         let mut duplicate = cube();
         duplicate.indices.push(duplicate.indices[0]);
         let topology = Topology::of(&duplicate);
-        assert_eq!((topology.shared_edges, topology.odd_shared_edges), (3, 3));
+        assert_eq!((topology.shared_edges, topology.odd_shared_edges, topology.most_of_an_edge), (3, 3, 3));
         assert!(!topology.is_closed());
     }
 

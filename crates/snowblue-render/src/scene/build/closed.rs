@@ -4,9 +4,18 @@
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_tools::topology::Topology;
 
-/// Refuses an open mesh.
+/// Most triangles of an edge. Each that coincides with another makes every line through it longer to follow.
+const MOST_OF_AN_EDGE: usize = 100;
+
+/// Refuses an open mesh, and one of many coincident triangles.
 pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
     let topology = Topology::of(mesh);
+    if topology.most_of_an_edge > MOST_OF_AN_EDGE {
+        return Err(format!(
+            "an edge belongs to {} triangles, but for this integrator to at most {MOST_OF_AN_EDGE}",
+            topology.most_of_an_edge
+        ));
+    }
     if topology.is_closed() {
         return Ok(());
     }
@@ -19,4 +28,24 @@ pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
         "it has {open_edges} open edges{odd}, but this integrator needs closed snow; close its holes with \
          `cargo run -p xtask -- repair-mesh IN OUT.ply`"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// A tetrahedron, several times.
+    fn tetrahedra(count: usize) -> TriangleMesh {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|side| side.map(|corner: usize| corners[corner]));
+        TriangleMesh::from_triangles(&sides.repeat(count))
+    }
+
+    #[test]
+    fn meshes_of_many_coincident_triangles_are_refused() {
+        assert_eq!(check_closed(&tetrahedra(50)), Ok(()));
+        let message = check_closed(&tetrahedra(51)).unwrap_err();
+        assert!(message.contains("102 triangles") && message.contains("at most 100"), "{message}");
+    }
 }

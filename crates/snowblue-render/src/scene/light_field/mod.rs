@@ -84,6 +84,8 @@ const GATHER_TOLERANCE: f64 = 1e-5;
 const MOST_GATHER_SURFACES: u32 = 8;
 /// Greatest cells of a wide body at its surface, in m.
 const GREATEST_CELL_M: f64 = 1.0;
+/// Most bodies of snow. Each has a grid, and is lit by all others.
+const MOST_BODIES: usize = 1000;
 /// Most spectral nodes.
 const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
 
@@ -220,6 +222,15 @@ impl LightField {
                 continue;
             }
             let Some(snow) = (scene.snow)(object) else { continue };
+            if solids.len() == MOST_BODIES {
+                return Err((
+                    object,
+                    format!(
+                        "is one body of snow more than the {MOST_BODIES} that this integrator takes: give touching \
+                         objects the same 'body'"
+                    ),
+                ));
+            }
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
             let solid = Solid::new(scene.objects, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
