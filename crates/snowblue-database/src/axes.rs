@@ -56,7 +56,27 @@ const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
 /// The paper's angles and two more where transmittance curves most, in degrees.
 const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 89.0];
 
+/// Most values of a quantity in a table: 2 GiB in memory, 350 times those of the paper.
+const MOST_VALUES: usize = 1 << 28;
+/// Most samples of snow in a table. Each takes a millisecond at least to compute.
+const MOST_SAMPLES: usize = 1 << 22;
+
 impl Axes {
+    /// Names of the axes that a [`preset`](Self::preset) has.
+    pub const PRESETS: [&'static str; 4] = ["paper", "default", "fine", "infrared"];
+
+    /// Axes by a name of [`PRESETS`](Self::PRESETS).
+    #[must_use]
+    pub fn preset(name: &str) -> Option<Self> {
+        match name {
+            "paper" => Some(Self::paper()),
+            "default" => Some(Self::with_thin_and_thick_knots()),
+            "fine" => Some(Self::fine()),
+            "infrared" => Some(Self::infrared()),
+            _ => None,
+        }
+    }
+
     /// Table 1 of the paper (Varsa & Baranoski 2024): 225 samples, 24,750 curves of 31 wavelengths.
     ///
     /// ```
@@ -286,26 +306,37 @@ impl Axes {
     }
 
     /// Checks that every axis has finite values in ascending order, that there is a light and at least two thicknesses,
-    /// all above 0 cm, that no property occurs twice, and that every sample, angle and wavelength is in the model's
-    /// range.
+    /// all above 0 cm, that no property occurs twice, that a table of them is not too large, and that every sample,
+    /// angle and wavelength is in the model's range.
     ///
     /// # Errors
     /// The first axis or quantity that is not.
     pub fn check(&self, ice: IceTable) -> Result<(), DatabaseError> {
         self.check_order()?;
-        let slab = |sample| Slab {
-            sample,
+        let mut slab = Slab {
+            sample: self.sample(0, ice)?,
             thicknesses_cm: self.thicknesses_cm.clone(),
             incidences: self.incidences(),
             wavelengths_nm: self.wavelengths_nm.clone(),
         };
-        (0..self.samples()).try_for_each(|number| Ok(slab(self.sample(number, ice)?).check()?))
+        slab.check()?;
+        // Ranges are intervals, which may depend on the sample, so the ends of an ascending axis stand for all values.
+        for values in [&mut slab.thicknesses_cm, &mut slab.wavelengths_nm] {
+            let inner = 1..values.len() - 1;
+            values.drain(inner.start..inner.end.max(inner.start));
+        }
+        slab.incidences.truncate(1);
+        (1..self.samples()).try_for_each(|number| {
+            slab.sample = self.sample(number, ice)?;
+            Ok(slab.check()?)
+        })
     }
 
     /// The same without the model's range, for tables of other models.
     ///
     /// # Errors
-    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not.
+    /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not, or
+    /// [`DatabaseError::TooManyValues`].
     pub fn check_order(&self) -> Result<(), DatabaseError> {
         for NamedAxis { name, values, .. } in self.named() {
             let why = match values
@@ -333,7 +364,26 @@ impl Axes {
         if !beams(&|angle_deg| (0.0..=MAX_ANGLE_DEG).contains(&angle_deg)) {
             return wrong("angle", "values in 0–89.99°");
         }
-        Ok(())
+        self.check_size()
+    }
+
+    /// Checks that a table of these axes has no more samples and values than it may.
+    fn check_size(&self) -> Result<(), DatabaseError> {
+        let lengths: Vec<usize> = self.named().iter().map(|axis| axis.values.len()).collect();
+        // The last three axes are not of the snow. The products may exceed any integer.
+        let product = |lengths: &[usize]| lengths.iter().map(|length| *length as f64).product::<f64>();
+        let (samples, values) = (product(&lengths[..lengths.len() - 3]), product(&lengths));
+        if samples <= MOST_SAMPLES as f64 && values <= MOST_VALUES as f64 {
+            return Ok(());
+        }
+        let lengths: Vec<String> = lengths.iter().map(usize::to_string).collect();
+        Err(DatabaseError::TooManyValues {
+            lengths: lengths.join(" × "),
+            samples: short(samples),
+            values: short(values),
+            most_samples: MOST_SAMPLES,
+            most_values: MOST_VALUES,
+        })
     }
 }
 
@@ -408,5 +458,15 @@ mod tests {
         let warm = Axes { properties: vec![temperature(vec![-5.0, 5.0])], ..Axes::paper() };
         assert!(message(warm).contains("temperature is 5 °C"));
         Axes::infrared().check(IceTable::default()).unwrap();
+    }
+
+    #[test]
+    fn a_table_that_nobody_could_compute_is_refused() {
+        let long = |low: f64| (0..2000).map(|step| low + 0.01 * f64::from(step)).collect::<Vec<_>>();
+        let axes = Axes { grain_sizes_um: long(100.0), densities_kg_m3: long(100.0), ..Axes::paper() };
+        let message = axes.check(IceTable::default()).unwrap_err().to_string();
+        let expected = "the axes have 2000 × 5 × 2000 × 10 × 11 × 31 values: 2e7 samples and 6.82e10 values of a \
+                        quantity, but must have at most 4194304 and 268435456";
+        assert_eq!(message, expected);
     }
 }

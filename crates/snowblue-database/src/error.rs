@@ -23,6 +23,23 @@ pub enum DatabaseError {
         /// What it must have.
         what: &'static str,
     },
+    /// Axes of a table that would not fit in memory, or never be computed.
+    #[error(
+        "the axes have {lengths} values: {samples} samples and {values} values of a quantity, but must have at most \
+         {most_samples} and {most_values}"
+    )]
+    TooManyValues {
+        /// The lengths of the axes.
+        lengths: String,
+        /// Number of samples.
+        samples: String,
+        /// Number of values of a quantity.
+        values: String,
+        /// The greatest number of samples.
+        most_samples: usize,
+        /// The greatest number of values.
+        most_values: usize,
+    },
     /// A sample of the axes is out of the model's range.
     #[error(transparent)]
     Transport(#[from] TransportError),

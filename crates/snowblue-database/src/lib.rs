@@ -26,6 +26,7 @@ pub mod error;
 mod interval;
 
 pub mod axes;
+pub mod axes_file;
 pub mod property;
 pub mod table;
 pub mod table_sample;

@@ -4,8 +4,6 @@ use std::fmt::Display;
 use std::ops::Range;
 use std::path::Path;
 
-use serde::de::DeserializeOwned;
-
 use crate::output::Failure;
 
 /// A file's path and text.
@@ -20,12 +18,6 @@ impl SettingsFile<'_> {
     pub(crate) fn read(path: &Path) -> Result<String, Failure> {
         std::fs::read_to_string(path)
             .map_err(|error| Failure::Input(format!("{}: cannot be read: {error}", path.display())))
-    }
-
-    /// Parses the text as TOML.
-    pub(crate) fn parse<T: DeserializeOwned>(self) -> Result<T, Failure> {
-        toml::from_str(self.text)
-            .map_err(|error| self.failure(&error.span().unwrap_or(0..0), error.message().replace('\n', "; ")))
     }
 
     /// An error at a byte range of the text.

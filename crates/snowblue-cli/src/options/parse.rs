@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use snowblue_color::{Illuminant, Observer, Srgb8};
+use snowblue_database::axes_file;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::scene::description::GREATEST_STOPS;
@@ -61,9 +62,6 @@ pub(crate) struct Wavelengths(pub(crate) Vec<f64>);
 /// Default wavelengths of `--false-color`: two infrared ones, of which the first separates fine from coarse grains, and
 /// a visible one.
 pub(crate) const FALSE_COLOR_NM: &str = "1030,860,550";
-
-/// Greatest number of steps of a range of wavelengths.
-const MOST_STEPS: f64 = 100_000.0;
 
 pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
@@ -135,29 +133,7 @@ pub(crate) fn incidence(word: &str) -> Result<Incidence, String> {
 }
 
 pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
-    if !words.contains(':') {
-        let list = words.split(',').map(number).collect::<Result<_, _>>().map(Wavelengths);
-        return list.map_err(|error| format!("{error}; give FIRST:LAST:STEP (400:700:10) or a list (450,550), in nm"));
-    }
-    let [first, last, step] = numbers(words)?[..] else {
-        return Err("give FIRST:LAST:STEP (400:700:10) or a list (450,550,650), in nm".to_owned());
-    };
-    let count = (last - first) / step;
-    if !(step > 0.0 && (0.0..MOST_STEPS).contains(&count)) {
-        return Err(format!(
-            "the range is {words} nm, but must ascend, with a step above 0 nm and at most 100000 steps"
-        ));
-    }
-    let mut wavelengths = Vec::new();
-    for i in 0_u32.. {
-        let wavelength_nm = first + f64::from(i) * step;
-        // Rounding must not drop the last wavelength.
-        if wavelength_nm > last + 1e-9 * step {
-            break;
-        }
-        wavelengths.push(wavelength_nm.min(last));
-    }
-    Ok(Wavelengths(wavelengths))
+    axes_file::wavelengths(words).map(Wavelengths)
 }
 
 pub(crate) fn span(words: &str) -> Result<Span, String> {
@@ -241,20 +217,6 @@ pub(crate) fn minutes(words: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ranges_of_wavelengths_include_both_ends() {
-        let visible = wavelengths("400:700:10").unwrap().0;
-        assert_eq!(
-            (visible.len(), visible[0].to_bits(), visible[30].to_bits()),
-            (31, 400_f64.to_bits(), 700_f64.to_bits())
-        );
-        assert_eq!(wavelengths("0.1:0.7:0.1").unwrap().0.len(), 7);
-        assert_eq!(wavelengths("450,550").unwrap().0.len(), 2);
-        for bad in ["400:700:0", "700:400:10", "400:700", "blue", "1:1e12:1", "1:2:nan"] {
-            assert!(wavelengths(bad).is_err(), "{bad}");
-        }
-    }
 
     #[test]
     fn sizes_and_distributions_are_parsed() {

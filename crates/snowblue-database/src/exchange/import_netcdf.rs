@@ -12,9 +12,6 @@ use super::{FixedValues, axes, axis_of, check_fraction, metadata};
 use crate::file::{invalid_netcdf, open, open_bytes};
 use crate::{DatabaseError, Quantity, Table};
 
-/// Most values of a variable: 8 GiB of memory.
-const MAX_VALUES: usize = 1 << 30;
-
 /// Imports a table. `fixed` gives the values of what has no dimension.
 ///
 /// # Errors
@@ -178,10 +175,8 @@ fn variable(path: &Path, reader: &mut FileReader, name: &str, order: &[Dimension
 
 /// All values of a numeric variable.
 fn read(path: &Path, reader: &mut FileReader, name: &str) -> Result<Vec<f64>, DatabaseError> {
-    let length = reader.data_set().var_len(name);
-    let length = length.ok_or_else(|| DatabaseError::file(path, format!("dimension '{name}' has no coordinate")))?;
-    if length > MAX_VALUES {
-        return Err(DatabaseError::file(path, format!("has {length} values of '{name}', more than 2³⁰")));
+    if !reader.data_set().has_var(name) {
+        return Err(DatabaseError::file(path, format!("dimension '{name}' has no coordinate")));
     }
     check_plain(path, reader, name)?;
     Ok(match reader.read_var(name).map_err(|error| invalid_netcdf(path, &error))? {

@@ -1,27 +1,12 @@
 //! Axes of a table: a preset, changed by a file and by options.
-//!
-//! ```toml
-//! preset = "paper"                    # or "default", "fine", "infrared"; the values of keys that are not given
-//! grain_size_um = [100, 200, 400]     # means, each for the range mean ± 50 µm
-//! facetness = [0.1, 0.3, 0.5]
-//! density_kg_m3 = [300]
-//! thickness_cm = [1, 5, 15, 50]
-//! angle_deg = [0, 60, "diffuse"]
-//! wavelength_nm = "400:700:10"        # or a list
-//! water_saturation = [0, 0.1, 0.3]
-//! temperature_c = [-5]
-//! impurities_ng_g = { black-carbon = [0, 10, 100] }
-//! ```
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use serde::Deserialize;
+use snowblue_database::axes_file::{self, AxesFileError};
 use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
 use snowblue_transport::slab::Incidence;
-use toml::Spanned;
 
 use crate::input::SettingsFile;
 use crate::options::parse::{self, ImpurityAxis, Wavelengths};
@@ -69,8 +54,7 @@ pub(super) struct AxesOptions {
     impurity: Vec<ImpurityAxis>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Preset {
     /// Table 1 of the paper: 24,750 curves
     Paper,
@@ -91,37 +75,6 @@ impl Preset {
             Self::Infrared => Axes::infrared(),
         }
     }
-}
-
-/// A file of axes.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AxesFile {
-    preset: Option<Preset>,
-    grain_size_um: Option<Vec<f64>>,
-    facetness: Option<Vec<f64>>,
-    density_kg_m3: Option<Vec<f64>>,
-    thickness_cm: Option<Vec<f64>>,
-    angle_deg: Option<Vec<Spanned<Angle>>>,
-    wavelength_nm: Option<Spanned<WavelengthList>>,
-    water_saturation: Option<Vec<f64>>,
-    temperature_c: Option<Vec<f64>>,
-    #[serde(default)]
-    impurities_ng_g: BTreeMap<Spanned<String>, Vec<f64>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "must be an angle in degrees or \"diffuse\"")]
-enum Angle {
-    Degrees(f64),
-    Word(String),
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "must be a list of wavelengths or a range FIRST:LAST:STEP")]
-enum WavelengthList {
-    List(Vec<f64>),
-    Range(String),
 }
 
 impl AxesOptions {
@@ -154,37 +107,10 @@ impl AxesOptions {
 fn read(path: &Path, ice: IceTable) -> Result<Axes, Failure> {
     let text = SettingsFile::read(path)?;
     let source = SettingsFile { path, text: &text };
-    let file: AxesFile = source.parse()?;
-    let mut axes = file.preset.unwrap_or(Preset::Paper).axes();
-    replace(&mut axes.grain_sizes_um, file.grain_size_um);
-    replace(&mut axes.facetness, file.facetness);
-    replace(&mut axes.densities_kg_m3, file.density_kg_m3);
-    replace(&mut axes.thicknesses_cm, file.thickness_cm);
-    let mut incidences = Vec::new();
-    for word in file.angle_deg.iter().flatten() {
-        incidences.push(match word.get_ref() {
-            Angle::Degrees(angle_deg) => Incidence::Beam { angle_deg: *angle_deg },
-            Angle::Word(name) => parse::incidence(name).map_err(|error| source.failure(&word.span(), error))?,
-        });
-    }
-    if !incidences.is_empty() {
-        axes.set_incidences(&incidences);
-    }
-    if let Some(words) = file.wavelength_nm {
-        let span = words.span();
-        axes.wavelengths_nm = match words.into_inner() {
-            WavelengthList::List(list) => list,
-            WavelengthList::Range(range) => parse::wavelengths(&range).map_err(|error| source.failure(&span, error))?.0,
-        };
-    }
-    set_property(&mut axes, Property::WaterSaturation, file.water_saturation);
-    set_property(&mut axes, Property::Temperature, file.temperature_c);
-    for (name, values) in file.impurities_ng_g {
-        let substance = name.get_ref().parse().map_err(|error| source.failure(&name.span(), error))?;
-        set_property(&mut axes, Property::Impurity(substance), Some(values));
-    }
-    axes.check(ice).map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
-    Ok(axes)
+    axes_file::parse(&text, ice).map_err(|AxesFileError { span, reason }| match span {
+        Some(span) => source.failure(&span, reason),
+        None => Failure::Input(format!("{}: {reason}", path.display())),
+    })
 }
 
 fn replace(axis: &mut Vec<f64>, values: Option<Vec<f64>>) {
