@@ -8,6 +8,16 @@ use std::path::{Path, PathBuf};
 
 use crate::error::RenderError;
 
+/// Memory in bytes that any file may take: a height map of 4096 × 4096, or a sky of 4096 × 2048.
+const LEAST_ALLOWED: f64 = (384u64 << 20) as f64;
+
+/// Bytes in memory that each byte of a file may take: a byte of a compressed image stands for 1032 bytes at most
+/// (zlib), of which several forms are held.
+const ALLOWED_PER_BYTE: f64 = 4096.0;
+
+/// Memory in bytes that no file may take.
+const MOST_ALLOWED: f64 = (16u64 << 30) as f64;
+
 /// Yields the bytes of files by the names that a scene gives them.
 pub trait SceneFiles {
     /// The content of a file.
@@ -41,7 +51,12 @@ impl FilesIn {
 
 impl SceneFiles for FilesIn {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
-        std::fs::read(self.display_name(name))
+        let path = self.display_name(name);
+        // A scene of another's could name a device that never ends.
+        if path.exists() && !path.is_file() {
+            return Err(io::Error::other("it is not a file, but a folder or device"));
+        }
+        std::fs::read(path)
     }
 
     fn display_name(&self, name: &str) -> PathBuf {
@@ -117,6 +132,21 @@ pub(crate) fn check_formats(path: &Path) -> Result<(), RenderError> {
     Err(RenderError::Mesh { path: path.to_owned(), reason })
 }
 
+/// Refuses what would take more memory than a file of `file_bytes` may. To be called before memory is allocated by what
+/// a header says. `what` is a noun in the plural.
+pub(crate) fn check_memory(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(), String> {
+    let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).clamp(LEAST_ALLOWED, MOST_ALLOWED);
+    if asked_bytes <= allowed {
+        return Ok(());
+    }
+    let mib = |bytes: f64| (bytes / f64::from(1 << 20)).ceil();
+    Err(format!(
+        "{what} take {} MiB of memory, but must take at most {} MiB in a file of {file_bytes} bytes",
+        mib(asked_bytes),
+        mib(allowed)
+    ))
+}
+
 /// The part of a file name after its last dot, in lower case.
 pub(crate) fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
@@ -137,6 +167,26 @@ mod tests {
         assert_eq!(files.display_name("../models/dragon.ply"), Path::new("scenes/../models/dragon.ply"));
         assert_eq!(FilesIn::beside("dragon.toml".as_ref()).display_name("a.ply"), Path::new("a.ply"));
         assert_eq!(name_beside("models/a.gltf", "a.bin"), "models/a.bin");
+    }
+
+    #[test]
+    fn a_folder_or_device_is_no_file() {
+        for name in ["", "/dev/zero"] {
+            let message = NamedFile::read(&FilesIn::new("/"), name).unwrap_err().to_string();
+            assert!(message.contains("it is not a file, but a folder or device"), "{message}");
+        }
+    }
+
+    #[test]
+    fn memory_grows_with_the_file_between_two_bounds() {
+        let allows =
+            |mib: u32, file_bytes: usize| check_memory("pixels", f64::from(mib) * 1048576.0, file_bytes).is_ok();
+        assert!(allows(384, 0) && !allows(385, 0));
+        assert!(allows(4096, 1 << 20) && !allows(4097, 1 << 20));
+        assert!(allows(16_384, usize::MAX) && !allows(16_385, usize::MAX));
+        let message = check_memory("2 × 3 pixels", 1e12, 619).unwrap_err();
+        let expected = "2 × 3 pixels take 953675 MiB of memory, but must take at most 384 MiB in a file of 619 bytes";
+        assert_eq!(message, expected);
     }
 
     #[test]

@@ -31,6 +31,7 @@ use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
+use crate::images::exr_size::check_header_size;
 use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
@@ -236,7 +237,14 @@ impl ResumableImage {
         if text(header, PROVENANCE).is_none() {
             return Err(invalid("another version of snowblue wrote the image; this one cannot resume or merge it"));
         }
-        Self::from_header(path, header).ok_or_else(|| invalid("the attributes of the sums are damaged"))
+        let image = Self::from_header(path, header).ok_or_else(|| invalid("the attributes of the sums are damaged"))?;
+        let length =
+            std::fs::metadata(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?.len();
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        // All channels as they are, and the sums, of which one is put together.
+        let pixel_bytes = |samples: usize| samples + (image.aovs.sum_count() + 1) * size_of::<i128>();
+        check_header_size(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
+        Ok(image)
     }
 
     fn from_header(path: &Path, header: &Header) -> Option<Self> {

@@ -10,6 +10,10 @@ use std::str::FromStr;
 
 use crate::film::window::{Window, range_length};
 
+/// Most blocks of a set in a file, each of which is compared with all others. An image in as many parts as it has rows
+/// or tiles has far fewer.
+const MOST_BLOCKS: usize = 1 << 14;
+
 /// Some samples of the pixels of a rectangle. All ranges are half-open; the upper left pixel is (0, 0).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleBlock {
@@ -30,6 +34,9 @@ pub enum ParseSamplesError {
     /// Two blocks share samples.
     #[error("the blocks {0} and {1} overlap")]
     OverlappingBlocks(SampleBlock, SampleBlock),
+    /// There are too many blocks.
+    #[error("there are {0} blocks of samples, but must be at most {MOST_BLOCKS}")]
+    TooManyBlocks(usize),
 }
 
 impl SampleBlock {
@@ -162,6 +169,10 @@ impl FromStr for Coverage {
 
     fn from_str(text: &str) -> Result<Self, ParseSamplesError> {
         let mut coverage = Self::default();
+        let count = text.split_whitespace().count();
+        if count > MOST_BLOCKS {
+            return Err(ParseSamplesError::TooManyBlocks(count));
+        }
         for block in text.split_whitespace() {
             let block: SampleBlock = block.parse()?;
             if let Some(other) = coverage.0.iter().find(|other| other.intersection(&block).is_some()) {
@@ -223,6 +234,8 @@ mod tests {
             let error = ParseSamplesError::MalformedBlock(malformed.to_owned());
             assert_eq!(malformed.parse::<Coverage>(), Err(error));
         }
+        let many = (0..MOST_BLOCKS + 1).map(|row| format!("0:1,{row}:{},0:1 ", row + 1)).collect::<String>();
+        assert_eq!(many.parse::<Coverage>(), Err(ParseSamplesError::TooManyBlocks(MOST_BLOCKS + 1)));
         let error = "0:2,0:2,0:2 1:3,1:3,1:3".parse::<Coverage>().unwrap_err();
         assert_eq!(error.to_string(), "the blocks 0:2,0:2,0:2 and 1:3,1:3,1:3 overlap");
     }

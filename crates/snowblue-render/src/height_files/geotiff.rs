@@ -14,6 +14,7 @@ use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;
 use tiff::{ColorType, decoder::ifd::Value};
 
+use crate::files::check_memory;
 use crate::geometry::ray::narrow;
 use crate::height_files::{Georeference, HeightGrid, check_cell, check_size};
 
@@ -37,10 +38,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<HeightGrid, String> {
     let (width, height) = file.dimensions().map_err(unreadable)?;
     let (columns, rows) = (width as usize, height as usize);
     check_size(columns, rows)?;
-    // No compression packs more than 4096 heights into a byte.
-    if columns * rows > 4096 * bytes.len() {
-        return Err(format!("the file has {} bytes, too few for {columns} × {rows} heights", bytes.len()));
-    }
+    // As decoded, in double precision at most, and in single precision.
+    let height_bytes = size_of::<f64>() + size_of::<f32>();
+    check_memory(&format!("{columns} × {rows} heights"), (columns * rows * height_bytes) as f64, bytes.len())?;
     let colour = file.colortype().map_err(unreadable)?;
     if !matches!(colour, ColorType::Gray(_)) {
         return Err(format!("the image is {colour:?}, but must have one band of heights"));

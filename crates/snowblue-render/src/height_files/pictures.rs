@@ -7,6 +7,7 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 use crate::error::RenderError;
 use crate::files::NamedFile;
 use crate::height_files::HeightGrid;
+use crate::images::exr_size::check_exr_size;
 use crate::images::png_image::PngImage;
 
 /// Reads a PNG.
@@ -21,6 +22,8 @@ pub(super) fn read_png(file: &NamedFile) -> Result<HeightGrid, RenderError> {
 
 /// Reads an EXR. A height that is not finite is an error.
 pub(super) fn read_exr(bytes: &[u8]) -> Result<HeightGrid, String> {
+    // All channels as they are, and one as heights.
+    check_exr_size(bytes, |samples| samples + size_of::<f32>())?;
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(|error| format!("not a readable EXR file: {error}"))?;
     let layer = image.layer_data;

@@ -1,14 +1,11 @@
 //! PNG files as input: textures, masks and height fields.
 
-use std::io::{BufRead, Cursor, Seek};
+use std::io::Cursor;
 
 use png::{BitDepth, ColorType, Transformations};
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, check_formats};
-
-/// Most pixels of an image: those of 16,384 × 16,384.
-const MOST_PIXELS: u64 = 1 << 28;
+use crate::files::{NamedFile, check_formats, check_memory};
 
 /// An image with the values of its file, scaled to 0–1, without alpha.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,36 +24,42 @@ impl PngImage {
     /// Decodes a PNG file.
     pub(crate) fn decode(file: &NamedFile) -> Result<Self, RenderError> {
         check_formats(&file.path)?;
-        let image = Self::read(Cursor::new(&file.bytes));
+        let image = Self::read(&file.bytes);
         image.map_err(|reason| RenderError::ReadImage { path: file.path.clone(), reason })
     }
 
     /// Decodes a PNG of any colour type. Palettes become colours.
-    pub(crate) fn read(png: impl BufRead + Seek) -> Result<Self, String> {
+    pub(crate) fn read(png: &[u8]) -> Result<Self, String> {
         let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
-        let mut decoder = png::Decoder::new(png);
+        let mut decoder = png::Decoder::new(Cursor::new(png));
         decoder.set_transformations(Transformations::EXPAND);
         let mut reader = decoder.read_info().map_err(malformed)?;
         let (width, height) = reader.info().size();
-        if u64::from(width) * u64::from(height) > MOST_PIXELS {
-            return Err(format!("the image is {width} × {height}, but must have at most {MOST_PIXELS} pixels"));
-        }
-        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
-        let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
-        bytes.truncate(frame.buffer_size());
-        let samples: Vec<f32> = if frame.bit_depth == BitDepth::Sixteen {
-            let (pairs, _) = bytes.as_chunks::<2>();
-            pairs.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0).collect()
-        } else {
-            bytes.iter().map(|&byte| f32::from(byte) / 255.0).collect()
-        };
-        let (stored, channels) = match frame.color_type {
+        let (color, depth) = reader.output_color_type();
+        let (stored, channels) = match color {
             ColorType::Grayscale => (1, 1),
             ColorType::GrayscaleAlpha => (2, 1),
             ColorType::Rgb | ColorType::Indexed => (3, 3),
             ColorType::Rgba => (4, 3),
         };
-        let values = samples.chunks_exact(stored).flat_map(|pixel| &pixel[..channels]).copied().collect();
+        // As decoded, as values, and as the colours that are made of them.
+        let sample_bytes = if depth == BitDepth::Sixteen { 2 } else { 1 };
+        let pixel_bytes = stored * sample_bytes + channels * size_of::<f32>() + size_of::<[f32; 3]>();
+        let pixels = f64::from(width) * f64::from(height);
+        check_memory(&format!("{width} × {height} pixels"), pixels * pixel_bytes as f64, png.len())?;
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
+        let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
+        bytes.truncate(frame.buffer_size());
+        let mut values = Vec::with_capacity(width as usize * height as usize * channels);
+        for pixel in bytes.chunks_exact(stored * sample_bytes) {
+            let (pairs, _) = pixel.as_chunks::<2>();
+            match depth {
+                BitDepth::Sixteen => {
+                    values.extend(pairs[..channels].iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0));
+                }
+                _ => values.extend(pixel[..channels].iter().map(|&byte| f32::from(byte) / 255.0)),
+            }
+        }
         Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values })
     }
 
@@ -82,9 +85,8 @@ impl PngImage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Cursor;
 
-    fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Cursor<Vec<u8>> {
+    fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
         encoder.set_color(color);
@@ -93,7 +95,7 @@ mod tests {
             encoder.set_palette(palette);
         }
         encoder.write_header().unwrap().write_image_data(data).unwrap();
-        Cursor::new(bytes)
+        bytes
     }
 
     #[test]
@@ -114,11 +116,11 @@ mod tests {
                 vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             ),
         ] {
-            let image = PngImage::read(file).unwrap();
+            let image = PngImage::read(&file).unwrap();
             assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
             assert_eq!(image.values, expected);
         }
-        let deep = PngImage::read(png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
+        let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
         assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
     }
 
@@ -128,14 +130,14 @@ mod tests {
         let mut encoder = png::Encoder::new(&mut wide, 1 << 24, 1 << 24);
         encoder.set_color(ColorType::Grayscale);
         encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
-        let message = PngImage::read(Cursor::new(wide)).unwrap_err();
-        assert!(message.contains("but must have at most 268435456 pixels"), "{message}");
+        let message = PngImage::read(&wide).unwrap_err();
+        assert!(message.contains("16777216 × 16777216 pixels take 4563402752 MiB of memory"), "{message}");
     }
 
     #[test]
     fn decodes_srgb() {
         // The value 188 of 255 is a linear 0.5 (IEC 61966-2-1).
-        let image = PngImage::read(png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
+        let image = PngImage::read(&png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
         assert!((image.linear_rgb()[0][2] - 0.5).abs() < 0.003 && (image.linear_rgb()[1][0] - 1.0).abs() < 1e-6);
         assert!((image.encoded_rgb()[0][1] - 188.0 / 255.0).abs() < 1e-6);
     }

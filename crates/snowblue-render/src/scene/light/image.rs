@@ -11,6 +11,7 @@ use snowblue_color::LinearRgb;
 use crate::error::RenderError;
 use crate::files::{NamedFile, SceneFiles, check_formats};
 use crate::geometry::ray::narrow;
+use crate::images::exr_size::check_exr_size;
 use crate::scene::light::direction_table::{DirectionTable, whole};
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
@@ -50,6 +51,9 @@ impl Panorama {
     pub fn read_exr(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         check_formats(&path)?;
+        let wrong = |reason: String| RenderError::ReadImage { path: path.clone(), reason };
+        // A colour of double precision, and its colour, brightness and share of the light in single precision.
+        check_exr_size(&bytes, |_| size_of::<LinearRgb>() + 5 * size_of::<f32>()).map_err(wrong)?;
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -63,7 +67,7 @@ impl Panorama {
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes))
-            .map_err(|error| RenderError::ReadImage { path, reason: error.to_string() })?;
+            .map_err(|error| wrong(format!("not a readable EXR file: {error}")))?;
         let (width, pixels) = image.layer_data.channel_data.pixels;
         Ok(Self { width, height: pixels.len() / width.max(1), pixels })
     }
