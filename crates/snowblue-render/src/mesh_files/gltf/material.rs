@@ -1,7 +1,5 @@
 //! Base colours of glTF materials.
 
-use std::io::Cursor;
-
 use gltf::image::Source;
 
 use super::{GltfFile, Neighbours};
@@ -80,7 +78,7 @@ impl GltfFile {
         if bytes.starts_with(&[0xff, 0xd8]) {
             return Err(wrong("the texture is a JPEG, but must be a PNG (or define the material in the scene file)"));
         }
-        let image = PngImage::read(Cursor::new(bytes)).map_err(|reason| wrong(&reason))?;
+        let image = PngImage::read(&bytes).map_err(|reason| wrong(&reason))?;
         let tinted = |pixel: [f32; 3]| std::array::from_fn(|channel| pixel[channel] * material.base_colour[channel]);
         let pixels = image.linear_rgb().into_iter().map(tinted).collect();
         Ok(Some(Texture::new(image.width, pixels, 1.0)))

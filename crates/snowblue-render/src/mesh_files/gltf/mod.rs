@@ -8,6 +8,7 @@
 mod accessor;
 mod material;
 mod punctual;
+mod validation;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,12 +21,13 @@ use gltf::mesh::Mode;
 use gltf::{Gltf, Node, Primitive, Semantic};
 
 use crate::error::RenderError;
-use crate::files::{FilesIn, NamedFile, SceneFiles, name_beside};
+use crate::files::{FilesIn, NamedFile, SceneFiles, check_memory, name_beside};
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::geometry::vertex_normals::VertexNormals;
 
 use accessor::numbers;
+use validation::valid;
 
 pub use material::GltfMaterial;
 pub use punctual::{LightKind, PunctualLight};
@@ -40,6 +42,8 @@ pub struct GltfFile {
     path: PathBuf,
     gltf: Gltf,
     buffers: Vec<Vec<u8>>,
+    /// Length of the file and its buffers, in bytes.
+    size: usize,
 }
 
 /// A node with its transform to the root.
@@ -92,22 +96,26 @@ impl GltfFile {
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         let wrong = |reason: String| RenderError::Mesh { path: path.clone(), reason };
-        let mut gltf = Gltf::from_slice(&bytes).map_err(|error| {
-            let message = error.to_string();
-            wrong(format!("not a readable glTF file: {}", message.split_whitespace().collect::<Vec<_>>().join(" ")))
-        })?;
-        let blob = gltf.blob.take();
+        let mut gltf = valid(&bytes).map_err(|reason| wrong(format!("not a readable glTF file: {reason}")))?;
+        let mut blob = gltf.blob.take();
         let neighbours = Neighbours { files, name, path: &path };
-        let buffers =
-            gltf.buffers().map(|buffer| neighbours.buffer(&buffer, blob.as_deref())).collect::<Result<_, _>>()?;
-        Ok(Self { name: name.to_owned(), path, gltf, buffers })
+        let mut buffers: Vec<Vec<u8>> = Vec::new();
+        let mut size = bytes.len();
+        for buffer in gltf.buffers() {
+            let content = neighbours.buffer(&buffer, &mut blob)?;
+            size = size.saturating_add(content.len());
+            check_memory("its buffers", size as f64, usize::MAX).map_err(wrong)?;
+            buffers.push(content);
+        }
+        Ok(Self { name: name.to_owned(), path, gltf, buffers, size })
     }
 
     /// The nodes of the default scene, parents before children, with the root transformed by `root`.
     ///
     /// # Errors
     ///
-    /// When the file has no scene, or a node has two parents or is its own ancestor.
+    /// When the file has no scene, a node has two parents or is its own ancestor, or the meshes of all nodes would take
+    /// too much memory.
     pub fn nodes(&self, root: DAffine3) -> Result<Vec<PlacedNode<'_>>, RenderError> {
         self.nodes_named(root, None)
     }
@@ -132,6 +140,12 @@ impl GltfFile {
             pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
             nodes.push(PlacedNode { node, to_root, named });
         }
+        let mut meshes = BTreeMap::new();
+        let mesh_bytes = |mesh: gltf::Mesh| {
+            *meshes.entry(mesh.index()).or_insert_with(|| mesh.primitives().map(|one| bytes_of(&one)).sum::<f64>())
+        };
+        let asked: f64 = nodes.iter().filter_map(|placed| placed.node.mesh()).map(mesh_bytes).sum();
+        check_memory("the meshes of its nodes", asked, self.size).map_err(|reason| self.wrong(reason))?;
         Ok(nodes)
     }
 
@@ -236,9 +250,18 @@ impl GltfFile {
         Ok(TriangleMesh { positions, indices, uv, normals: VertexNormals::new(normals), attributes })
     }
 
-    fn wrong(&self, reason: String) -> RenderError {
+    pub(crate) fn wrong(&self, reason: String) -> RenderError {
         RenderError::Mesh { path: self.path.clone(), reason }
     }
+}
+
+/// Memory that the triangles of a primitive take at most, in bytes: the numbers of its accessors in double precision
+/// and as they are used.
+fn bytes_of(primitive: &Primitive) -> f64 {
+    let numbers = |accessor: gltf::Accessor| accessor.count() as f64 * accessor.dimensions().multiplicity() as f64;
+    let indices = primitive.indices().map_or(0.0, numbers);
+    let attributes: f64 = primitive.attributes().map(|(_, accessor)| numbers(accessor)).sum();
+    16.0 * (indices + attributes)
 }
 
 /// The triangles of a list, strip or fan; none of points and lines.
@@ -278,12 +301,13 @@ struct Neighbours<'file> {
 }
 
 impl Neighbours<'_> {
-    fn buffer(&self, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Result<Vec<u8>, RenderError> {
+    /// The content of a buffer. That of the binary chunk is taken from `blob`, since one buffer alone may have it.
+    fn buffer(&self, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>, RenderError> {
         let wrong = |reason: String| RenderError::Mesh { path: self.path.into(), reason };
         let number = buffer.index();
         let bytes = match buffer.source() {
             gltf::buffer::Source::Bin => {
-                blob.map(<[u8]>::to_vec).ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
+                blob.take().ok_or_else(|| wrong(format!("buffer {number} is missing from the file")))?
             }
             gltf::buffer::Source::Uri(uri) => self.uri(uri, &format!("buffer {number}"))?,
         };

@@ -12,7 +12,7 @@ use glam::DAffine3;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
-use crate::files::check_formats;
+use crate::files::{check_formats, check_memory};
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::narrow;
@@ -28,6 +28,7 @@ use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::{DirectionalLight, Light, PointLight, SpotCone};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
+use crate::scene::material::texture::Texture;
 use crate::scene::objects::Object;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
@@ -60,7 +61,8 @@ pub(super) fn read_gltf(
     let mut objects = Vec::new();
     // Parts of meshes that are known to be closed.
     let mut closed = BTreeSet::new();
-    let mut palette = Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new() };
+    let mut palette =
+        Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new(), texture_bytes: 0.0 };
     for node in &nodes {
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
@@ -109,6 +111,8 @@ struct Palette<'file> {
     own: usize,
     /// Index in the scene by the number in the glTF, of those met so far.
     known: BTreeMap<Option<usize>, usize>,
+    /// Memory that the textures so far take.
+    texture_bytes: f64,
 }
 
 impl Palette<'_> {
@@ -137,8 +141,11 @@ impl Palette<'_> {
         Ok(index)
     }
 
-    fn diffuse(&self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
+    fn diffuse(&mut self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
         let paint = self.file.base_colour_texture(material, self.sources.files)?;
+        self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
+        // Any number of materials may have the same image.
+        check_memory("its textures", self.texture_bytes, usize::MAX).map_err(|reason| self.file.wrong(reason))?;
         Ok(paint.map_or_else(|| self.sources.uniform(material.base_colour), |texture| self.sources.textured(texture)))
     }
 }

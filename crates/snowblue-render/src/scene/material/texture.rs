@@ -33,6 +33,11 @@ impl Texture {
         Self { width, height: pixels.len() / width, pixels, width_m }
     }
 
+    /// Memory that it takes, in bytes.
+    pub(crate) fn bytes(&self) -> f64 {
+        size_of_val(self.pixels.as_slice()) as f64
+    }
+
     /// Checks that a shape has texture coordinates; the error says what is missing.
     pub(crate) fn check(shape: &Shape) -> Result<(), String> {
         let Some(mesh) = shape.mesh() else {
