@@ -2,9 +2,8 @@
 //!
 //! The binary tree comes from parallel locally-ordered clustering with reinsertion, by `obvhs` (Meister & Bittner 2018,
 //! "Parallel locally-ordered clustering", doi:10.1109/TVCG.2017.2669983). Where all boxes overlap, as those of slivers
-//! that share a vertex, or coincide, clustering makes a chain, in a time that grows with the square of their number. If
-//! a sample of the boxes makes one, or the tree gets too deep for the traversal stack, a median split replaces it. It
-//! traverses more slowly and is always balanced.
+//! that share a vertex, clustering makes a chain, in quadratic time. Where many neighbours overlap, or if the tree gets
+//! too deep for the traversal stack, a median split replaces it, which traverses more slowly and is always balanced.
 
 use arrayvec::ArrayVec;
 use obvhs::aabb::Aabb;
@@ -16,11 +15,11 @@ use obvhs::{Boundable, BvhBuildParams};
 use crate::bvh::bvh8::{Bvh8, LEAF_FLAG, LEAF_WIDTH, MAX_DEPTH, NO_PRIMITIVE, Node, WIDTH};
 use crate::geometry::bounds::Bounds;
 
-/// Number of boxes that are clustered to see whether all would make a chain.
-const SAMPLE: usize = 2048;
-
-/// Number of levels of a tree over the sample above which it is a chain. A balanced tree has 11.
-const CHAIN_DEPTH: usize = 128;
+/// Most neighbouring primitives of which clustering may make a chain: it takes a tenth of a second.
+const MOST_IN_CHAIN: usize = 4096;
+/// Neighbours overlap if the mean surface area of their boxes is this share of that of the box around them. In a smooth
+/// surface of [`MOST_IN_CHAIN`] triangles it is a few ten-thousandths.
+const OVERLAPPING: f32 = 1.0 / 64.0;
 
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
@@ -31,8 +30,8 @@ impl Boundable for Bounds {
 impl Bvh8 {
     /// Builds a hierarchy over at least one primitive, given by its bounds.
     pub(crate) fn build(primitives: &[Bounds]) -> Self {
-        let tree = (!makes_a_chain(primitives)).then(|| collapse(&optimized(cluster(primitives)))).flatten();
-        tree.unwrap_or_else(|| Self::build_balanced(primitives))
+        let clusters = if neighbours_overlap(primitives) { None } else { collapse(&cluster(primitives)) };
+        clusters.unwrap_or_else(|| Self::build_balanced(primitives))
     }
 
     /// Builds a hierarchy by median splits.
@@ -41,52 +40,42 @@ impl Bvh8 {
     }
 }
 
-/// Parameters of obvhs's medium build. Its parts are called one by one: its convenience function panics on deep trees
-/// in debug builds and reads the clock, which is not available on every target.
-const PARAMETERS: BvhBuildParams = BvhBuildParams::medium_build();
-
-/// Whether clustering would make a chain of many of the primitives.
-fn makes_a_chain(primitives: &[Bounds]) -> bool {
-    if primitives.len() <= SAMPLE {
-        return false;
+/// Whether boxes overlap with most of their neighbours, somewhere among more than [`MOST_IN_CHAIN`].
+#[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2^31 triangles")]
+fn neighbours_overlap(primitives: &[Bounds]) -> bool {
+    let mut order: Vec<u32> = (0..primitives.len() as u32).collect();
+    let mut parts = vec![order.as_mut_slice()];
+    while let Some(part) = parts.pop().filter(|part| part.len() > MOST_IN_CHAIN) {
+        let areas: f32 = part.iter().map(|&primitive| primitives[primitive as usize].aabb().half_area()).sum();
+        if areas >= OVERLAPPING * part.len() as f32 * union(primitives, part).half_area() {
+            return true;
+        }
+        let half = halve(primitives, part);
+        let (left, right) = part.split_at_mut(half);
+        parts.extend([left, right].into_iter().filter(|half| half.len() > MOST_IN_CHAIN));
     }
-    let sample: Vec<Bounds> = primitives.iter().step_by(primitives.len().div_ceil(SAMPLE)).copied().collect();
-    depth(&cluster(&sample)) > CHAIN_DEPTH
+    false
 }
 
-/// A binary tree by clustering, with one primitive in each leaf.
+/// A binary tree by clustering and reinsertion, with one primitive in each leaf.
+///
+/// Uses the parameters of obvhs's medium build, but calls its parts: its convenience function panics on deep trees in
+/// debug builds and reads the clock, which is not available on every target.
 #[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2^31 triangles")]
 fn cluster(primitives: &[Bounds]) -> Bvh2 {
-    PlocBuilder::with_capacity(primitives.len()).build(
+    const PARAMETERS: BvhBuildParams = BvhBuildParams::medium_build();
+    let mut binary = PlocBuilder::with_capacity(primitives.len()).build(
         PARAMETERS.ploc_search_distance,
         primitives,
         (0..primitives.len() as u32).collect(),
         PARAMETERS.sort_precision,
         PARAMETERS.search_depth_threshold,
-    )
-}
-
-/// The tree after reinsertion of nodes.
-fn optimized(mut binary: Bvh2) -> Bvh2 {
+    );
     let mut optimizer = ReinsertionOptimizer::default();
     let ratio = PARAMETERS.reinsertion_batch_ratio;
     optimizer.run(&mut binary, ratio, None);
     optimizer.run(&mut binary, ratio * PARAMETERS.post_collapse_reinsertion_batch_ratio_multiplier, None);
     binary
-}
-
-/// Number of levels below the root.
-fn depth(binary: &Bvh2) -> usize {
-    let mut deepest = 0;
-    let mut stack = vec![(0, 0)];
-    while let Some((index, level)) = stack.pop() {
-        deepest = deepest.max(level);
-        let node = &binary.nodes[index];
-        if !node.is_leaf() {
-            stack.extend([0, 1].map(|other| (node.first_index as usize + other, level + 1)));
-        }
-    }
-    deepest
 }
 
 /// Collapses the levels of a binary tree into nodes of eight children; none if the result is too deep.
@@ -192,16 +181,12 @@ fn median_split(primitives: &[Bounds]) -> Bvh2 {
     let mut stack = vec![(0, 0..primitives.len())];
     while let Some((node, range)) = stack.pop() {
         let part = &mut order[range.clone()];
-        let bounds =
-            part.iter().fold(Aabb::empty(), |union, &primitive| union.union(&primitives[primitive as usize].aabb()));
+        let bounds = union(primitives, part);
         if part.len() == 1 {
             nodes[node] = Bvh2Node::new(bounds, 1, range.start as u32);
             continue;
         }
-        let axis = bounds.diagonal().max_position();
-        let centre = |primitive: &u32| primitives[*primitive as usize].aabb().center()[axis];
-        let half = part.len() / 2;
-        part.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)));
+        let half = halve(primitives, part);
         let children = nodes.len();
         nodes[node] = Bvh2Node::new(bounds, 0, children as u32);
         nodes.extend([Bvh2Node::default(); 2]);
@@ -209,4 +194,18 @@ fn median_split(primitives: &[Bounds]) -> Bvh2 {
         stack.extend([(children, range.start..split), (children + 1, split..range.end)]);
     }
     Bvh2 { nodes, primitive_indices: order, children_are_ordered_after_parents: true, ..Bvh2::default() }
+}
+
+/// The box around some primitives.
+fn union(primitives: &[Bounds], part: &[u32]) -> Aabb {
+    part.iter().fold(Aabb::empty(), |union, &primitive| union.union(&primitives[primitive as usize].aabb()))
+}
+
+/// Puts the primitives below the median of box centres along the longest axis first, and returns their number.
+fn halve(primitives: &[Bounds], part: &mut [u32]) -> usize {
+    let axis = union(primitives, part).diagonal().max_position();
+    let centre = |primitive: &u32| primitives[*primitive as usize].aabb().center()[axis];
+    let half = part.len() / 2;
+    part.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)));
+    half
 }
