@@ -9,9 +9,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
-};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
 
 use crate::error::RenderError;
 use crate::files::NamedFile;
@@ -35,6 +33,15 @@ struct Vertex {
 
 #[derive(Default)]
 struct Face(Vec<i64>);
+
+/// An element that is not used.
+struct Ignored;
+
+impl PropertyAccess for Ignored {
+    fn new() -> Self {
+        Self
+    }
+}
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
@@ -104,7 +111,7 @@ pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, RenderError> {
                 payload(&mut reader, element, &header).map(|read| vertices = read)
             }
             "face" => payload(&mut reader, element, &header).map(|read| faces = read),
-            _ => payload::<DefaultElement>(&mut reader, element, &header).map(drop),
+            _ => payload::<Ignored>(&mut reader, element, &header).map(drop),
         };
         if let Err(error) = read {
             // Binary files have no lines, so the message gives the byte.

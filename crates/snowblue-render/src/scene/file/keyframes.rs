@@ -19,6 +19,9 @@ use crate::scene::file::message::Mistake;
 /// The name of the table.
 pub(super) const KEYFRAMES: &str = "keyframes";
 
+/// Most values that change. The text of the scene is read again for each.
+const MOST_TRACKS: usize = 256;
+
 /// The values that change over a film.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Keyframes(Vec<Track>);
@@ -106,6 +109,9 @@ impl Keyframes {
                 return Err(wrong(value, keys, reason));
             }
         };
+        if self.0.len() == MOST_TRACKS {
+            return Err(wrong(value, keys, &format!("must be one of at most {MOST_TRACKS} values that change")));
+        }
         self.0.push(track);
         Ok(())
     }
