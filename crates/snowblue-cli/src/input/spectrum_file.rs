@@ -10,6 +10,8 @@ use crate::output::Failure;
 
 /// Widest step of a spectrum within 400–700 nm, in nm.
 const WIDEST_STEP_NM: f64 = 20.0;
+/// Greatest value in any unit. Sums over a spectrum are far below the greatest number.
+const GREATEST_VALUE: f64 = 1e30;
 /// Range of the sum, in nm.
 const FIRST_NM: f64 = 400.0;
 const LAST_NM: f64 = 700.0;
@@ -101,7 +103,8 @@ impl Columns {
 
     fn row(&self, line: &str) -> Result<Row, String> {
         let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-        let wrong = || format!("expected a wavelength in nm and a value of 0 or more, but found '{line}'");
+        let wrong =
+            || format!("expected a wavelength in nm and a value of 0 to {GREATEST_VALUE:e}, but found '{line}'");
         if fields.len() != self.count {
             return Err(if self.count == 2 {
                 wrong()
@@ -111,7 +114,7 @@ impl Columns {
         }
         let number = |column: usize| parse::number(fields[column]).ok().filter(|number| number.is_finite());
         match (number(self.wavelength), number(self.value)) {
-            (Some(wavelength_nm), Some(value)) if value >= 0.0 => {
+            (Some(wavelength_nm), Some(value)) if (0.0..=GREATEST_VALUE).contains(&value) => {
                 let slab = self.slab.map(|column| column.map_or_else(String::new, |column| fields[column].to_owned()));
                 Ok(Row { slab, wavelength_nm, value })
             }

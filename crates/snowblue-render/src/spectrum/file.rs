@@ -35,7 +35,7 @@ impl SpectrumFile {
             let row = parse_row(line).map_err(|reason| file.error(reason))?;
             let Row { nm, value } = row;
             if value > greatest {
-                return Err(file.error(format!("value is {value}, but must lie in 0–{greatest}")));
+                return Err(file.error(format!("value is {value:?}, but must lie in 0–{greatest:?}")));
             }
             if let Some(Row { nm: previous_nm, .. }) = file.rows.last().filter(|previous| previous.nm >= nm) {
                 let reason = format!("wavelength is {nm} nm, but must lie above {previous_nm} nm, the one before");

@@ -10,6 +10,11 @@ use crate::geometry::ray::narrow;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
+/// Greatest value in a file of any unit. Sums over a spectrum are far below the greatest number.
+const GREATEST: f64 = 1e30;
+/// Least value that the brightest wavelength may have. Below, ratios of values lose their digits.
+const LEAST_MAXIMUM: f64 = 1e-30;
+
 /// The shape of a light's spectrum, normalized in two ways.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightSpectrum {
@@ -50,13 +55,18 @@ impl LightSpectrum {
     ///
     /// # Errors
     ///
-    /// When the file cannot be read, a row is not two numbers, a value is negative, the wavelengths do not increase or
-    /// do not cover 400–700 nm, or the spectrum is 0 there. The message names the file and the line.
+    /// When the file cannot be read, a row is not two numbers, a value does not lie in 0–10³⁰, the wavelengths do not
+    /// increase or do not cover 400–700 nm, or all values there are below 10⁻³⁰. The message names the file and the
+    /// line.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, f64::INFINITY)?;
+        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, GREATEST)?;
         let power = file.resample(&wavelengths_nm())?;
-        if power.iter().all(|&sample| sample <= 0.0) {
-            return Err(file.error("the spectrum is 0 at every 10 nm of 400–700 nm".into()));
+        let greatest = power.iter().copied().fold(0.0, f64::max);
+        if greatest < LEAST_MAXIMUM {
+            let reason = format!(
+                "the greatest value every 10 nm of 400–700 nm is {greatest:?}, but must be at least {LEAST_MAXIMUM:?}"
+            );
+            return Err(file.error(reason));
         }
         Ok(Self::of_power(&power))
     }
@@ -140,7 +150,9 @@ mod tests {
             ("nm,value\n500,1\n400,1\n", ["light.csv:3:", "400 nm, but must lie above 500 nm"]),
             ("400,1\n690,1\n", ["light.csv:2:", "400–690 nm, but must cover 400–700 nm"]),
             ("", ["light.csv:1:", "must cover 400–700 nm"]),
-            ("300,0\n800,0\n", ["light.csv:2:", "the spectrum is 0"]),
+            ("300,0\n800,0\n", ["light.csv:2:", "nm is 0.0, but must be at least 1e-30"]),
+            ("300,1e-310\n800,1e-310\n", ["light.csv:2:", "nm is 1e-310, but must be at least 1e-30"]),
+            ("300,1\n800,1e308\n", ["light.csv:2:", "value is 1e308, but must lie in 0–1e30"]),
         ] {
             let message = read(content).unwrap_err().to_string();
             assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");
