@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use super::printable::printable;
 use super::terminal::print_message;
 
 /// Exit code after an interrupt, as a shell reports it: 128 plus the number of SIGINT.
@@ -32,7 +33,7 @@ pub(crate) fn exit_code(outcome: &Outcome) -> ExitCode {
         Err(Failure::Input(message)) => (message, 2),
         Err(Failure::Interrupted(message)) => (message, INTERRUPTED),
     };
-    print_message(&format!("snowblue: {message}\n"));
+    print_message(&format!("snowblue: {}\n", printable(message)));
     ExitCode::from(code)
 }
 

@@ -1,5 +1,6 @@
 //! What the command prints and writes: results, pictures, progress, errors and exit codes.
 
+mod printable;
 mod terminal;
 
 mod failure;
@@ -15,6 +16,7 @@ pub(crate) use files::{
     check_extension, check_not_input, check_path, check_table_path, ending, output_path, write_file,
 };
 pub(crate) use picture_file::{PictureFile, PictureFormat, describe_samples};
+pub(crate) use printable::printable;
 pub(crate) use progress::Progress;
 pub(crate) use report::{Format, OutputOptions};
 pub(crate) use terminal::{print, print_message};

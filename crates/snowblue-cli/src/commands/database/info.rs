@@ -8,7 +8,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::table::Attribute;
 use snowblue_figures::format_number;
 
-use crate::output::{Failure, Outcome, print};
+use crate::output::{Failure, Outcome, print, printable};
 
 /// Describe a table: axes, compression and metadata
 #[derive(Debug, Args)]
@@ -47,7 +47,7 @@ impl Info {
             text.push_str(&format!("  {axis}{unit}: {}\n", values.join(" ")));
         }
         for Attribute { name, value } in metadata {
-            text.push_str(&format!("  {name}: {value}\n"));
+            text.push_str(&format!("  {}: {}\n", printable(name), printable(value)));
         }
         print(&text).map_err(Failure::work)
     }
