@@ -61,3 +61,94 @@ pub(crate) enum Command {
     Export(Export),
     Figures(Figures),
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::{Command, CommandFactory as _};
+    use snowblue_transport::rng::Stream;
+
+    use super::*;
+
+    /// Values that are wrong for most options, and right for some.
+    const VALUES: [&str; 40] = [
+        "",
+        " ",
+        "0",
+        "1",
+        "-1",
+        "-0",
+        "400",
+        "1e5",
+        "1e308",
+        "-1e308",
+        "1e400",
+        "nan",
+        "inf",
+        "99999999999999999999999",
+        ":",
+        "::",
+        "1:2",
+        "2:1",
+        "1:2:3",
+        "400:700:10",
+        "0:1e9:1e-9",
+        "nan:nan:nan",
+        ",",
+        ",,,",
+        "450,550,650",
+        "=",
+        "black-carbon=",
+        "black-carbon=1:nan",
+        "=1",
+        "a=b=c",
+        "#ffffff",
+        "#é",
+        "auto",
+        "diffuse",
+        "0:9,0:9",
+        "4294967296:0,",
+        "2026-02-30T25:61:61+99:99",
+        "\u{202e}\u{0}",
+        "--",
+        "/dev/null",
+    ];
+
+    /// The words that lead to each command, and the command.
+    fn commands(path: &[String], command: &Command, found: &mut Vec<(Vec<String>, Command)>) {
+        found.push((path.to_vec(), command.clone()));
+        for below in command.get_subcommands() {
+            commands(&[path, &[below.get_name().to_owned()]].concat(), below, found);
+        }
+    }
+
+    #[test]
+    fn no_command_line_makes_the_parser_panic() {
+        let mut all = Vec::new();
+        commands(&["snowblue".to_owned()], &Arguments::command(), &mut all);
+        let mut random = Stream::new(1, 0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to the number of words")]
+        let mut below = |end: usize| (random.uniform() * end as f64) as usize;
+        let (mut right, mut wrong) = (0, 0);
+        for _ in 0..300 {
+            for (path, command) in &all {
+                let options: Vec<&str> = command.get_arguments().filter_map(|option| option.get_long()).collect();
+                let mut words = path.clone();
+                for _ in 0..below(4) {
+                    match below(8) {
+                        0 => words.push(VALUES[below(VALUES.len())].to_owned()),
+                        1 => words.push(format!("--{}", options[below(options.len())])),
+                        _ => {
+                            let (option, value) = (options[below(options.len())], VALUES[below(VALUES.len())]);
+                            words.push(format!("--{option}={value}"));
+                        }
+                    }
+                }
+                match Arguments::try_parse_from(&words) {
+                    Ok(_) => right += 1,
+                    Err(_) => wrong += 1,
+                }
+            }
+        }
+        assert!(right > 100 && wrong > 1000, "{right} command lines are right, {wrong} wrong");
+    }
+}
