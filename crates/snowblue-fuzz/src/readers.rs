@@ -1,0 +1,139 @@
+//! The readers. Errors are results as any other, so they are dropped.
+
+use std::io::Write as _;
+
+use glam::DAffine3;
+use snowblue_database::PcaSnow;
+use snowblue_database::axes_file;
+use snowblue_database::exchange::{FixedValues, import_csv_bytes, import_netcdf_bytes};
+use snowblue_database::file::AnyTable;
+use snowblue_render::SceneFile;
+use snowblue_render::files::FilesInMemory;
+use snowblue_render::film::resumable_file::ResumableImage;
+use snowblue_render::mesh_files::gltf::GltfFile;
+use snowblue_render::mesh_files::read_mesh_from;
+use snowblue_render::scene::IntegratorKind;
+use snowblue_transport::layer_file::LayerFile;
+use snowblue_transport::optics::IceTable;
+
+/// What every scene needs that is no scene of the fuzzer's own.
+const CAMERA: &str = "[camera]\nposition = [0, -5, 1]\nlook_at = [0, 0, 0]\n";
+const LIGHT: &str = "[environment]\nradiance_w_m2_sr = 1\n";
+
+/// The axes of a table, in TOML.
+pub fn axes(bytes: &[u8]) {
+    drop(axes_file::parse(&String::from_utf8_lossy(bytes), IceTable::default()));
+}
+
+/// Curves as rows of CSV, for the import of a table.
+pub fn curves_csv(bytes: &[u8]) {
+    drop(import_csv_bytes("curves.csv", bytes, &FixedValues::new()));
+}
+
+/// An image of the sky, in OpenEXR.
+pub fn exr_sky(bytes: &[u8]) {
+    build(&format!("{CAMERA}[environment]\nimage = \"file.exr\"\n"), "file.exr", bytes);
+}
+
+/// An image with sums to resume from, in OpenEXR.
+///
+/// # Panics
+///
+/// When no temporary file can be written.
+pub fn exr_sums(bytes: &[u8]) {
+    let mut file = tempfile::NamedTempFile::new().expect("a temporary file can be made");
+    file.write_all(bytes).expect("a temporary file can be written");
+    drop(ResumableImage::open(file.path()).and_then(|image| image.read_sums()));
+}
+
+/// A glTF or GLB: as a mesh, and as a scene with materials, lights and a camera.
+pub fn gltf(bytes: &[u8]) {
+    let files = FilesInMemory::from([("file.glb", bytes)]);
+    drop(read_mesh_from(&files, "file.glb", None));
+    if let Ok(file) = GltfFile::read(&files, "file.glb")
+        && let Ok(nodes) = file.nodes(DAffine3::IDENTITY)
+    {
+        drop((file.view(&nodes), file.lights(&nodes)));
+    }
+    build(&format!("gltf = \"file.glb\"\n{CAMERA}{LIGHT}"), "file.glb", bytes);
+}
+
+/// A map of heights. The first byte chooses the format.
+pub fn heights(bytes: &[u8]) {
+    let Some((first, bytes)) = bytes.split_first() else { return };
+    let name = ["file.asc", "file.tif", "file.exr", "file.png"][usize::from(*first % 4)];
+    let scene = format!(
+        "{CAMERA}{LIGHT}[material.snow]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n\
+         shape = \"heights\"\nbottom = -1e6\nfile = \"{name}\"\nfill = 0\nsize = [1, 1, 1]\nmaterial = \"snow\"\n"
+    );
+    build(&scene, name, bytes);
+}
+
+/// Layers of snow, in TOML.
+pub fn layers(bytes: &[u8]) {
+    drop(LayerFile::parse(&String::from_utf8_lossy(bytes)));
+}
+
+/// A table, in NetCDF: as our own, and as one to import.
+pub fn netcdf(bytes: &[u8]) {
+    if let Ok(AnyTable::Compressed(table)) = AnyTable::from_bytes("table.nc", bytes) {
+        let samples = [0, table.axes.samples() - 1].map(|number| table.axes.table_sample(number));
+        let mut spectrum = vec![0.0; table.axes.wavelengths_nm.len()];
+        for snow in samples.iter().filter_map(|sample| PcaSnow::new(&table, sample).ok()) {
+            snow.transmittance(1.0, 30.0, &mut spectrum);
+        }
+    }
+    drop(import_netcdf_bytes("table.nc", bytes, &FixedValues::new()));
+}
+
+/// A Wavefront OBJ mesh.
+pub fn obj(bytes: &[u8]) {
+    mesh("file.obj", bytes);
+}
+
+/// A PLY mesh.
+pub fn ply(bytes: &[u8]) {
+    mesh("file.ply", bytes);
+}
+
+/// A texture, as PNG.
+pub fn png(bytes: &[u8]) {
+    let scene = format!(
+        "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\ntexture = \"file.png\"\n[[object]]\nshape = \"box\"\n\
+         size = [1, 1, 1]\nmaterial = \"wall\"\n"
+    );
+    build(&scene, "file.png", bytes);
+}
+
+/// A scene in TOML, without files.
+pub fn scene(bytes: &[u8]) {
+    build(&String::from_utf8_lossy(bytes), "file", &[]);
+}
+
+/// Spectra of a light and of a surface, as CSV.
+pub fn spectrum_csv(bytes: &[u8]) {
+    let scene = format!(
+        "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\nreflectance_spectrum = \"file.csv\"\n[[object]]\n\
+         shape = \"box\"\nsize = [1, 1, 1]\nmaterial = \"wall\"\n"
+    );
+    build(&scene, "file.csv", bytes);
+    build(&format!("{CAMERA}{LIGHT}spectrum = \"file.csv\"\n"), "file.csv", bytes);
+}
+
+/// Reads a mesh, and makes an object of it.
+fn mesh(name: &str, bytes: &[u8]) {
+    let scene = format!(
+        "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n\
+         mesh = \"{name}\"\nmaterial = \"wall\"\n"
+    );
+    build(&scene, name, bytes);
+}
+
+/// Reads a scene and builds it, with one file beside it. Light fields are computations, with a memory of their own.
+fn build(text: &str, name: &str, bytes: &[u8]) {
+    let files = FilesInMemory::from([(name, bytes)]);
+    let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return };
+    scene.description.integrator.kind = IntegratorKind::PcaSnow;
+    drop(scene.description.build(snowblue_data::embedded(), &files));
+    drop(scene.frame(1, 3));
+}
