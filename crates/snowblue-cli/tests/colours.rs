@@ -103,6 +103,19 @@ fn spectra_of_any_range_and_steps_are_summed() {
     assert_refused(&["color", "--spectrum", file.to_str().unwrap()], &words);
 }
 
+#[test]
+fn a_constant_spectrum_has_the_colour_of_the_light_at_any_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grey.csv");
+    let white = rows(&stdout(&["color", "--thickness", "0", "--exposure", "-1"]));
+    for step in [1, 5, 10, 12, 15, 20] {
+        let text: String = (400..=719).step_by(step).map(|nm| format!("{nm},1\n")).collect();
+        std::fs::write(&file, text).unwrap();
+        let grey = rows(&stdout(&["color", "--spectrum", file.to_str().unwrap(), "--exposure", "-1"]));
+        assert_eq!(grey[0][3..], white[0][3..], "{step} nm");
+    }
+}
+
 const THICKNESS: usize = 2;
 const DELTA_E: usize = 5;
 

@@ -8,6 +8,15 @@ use crate::illuminant::Illuminant;
 use crate::observer::Observer;
 use crate::xyz::Xyz;
 
+/// Range of the sum over a measured spectrum, in nm, and its step unless the spectrum has finer ones.
+const FIRST_NM: f64 = 400.0;
+const LAST_NM: f64 = 700.0;
+const GRID_STEP_NM: f64 = 10.0;
+/// Widest step of a measured spectrum within that range, in nm.
+const WIDEST_STEP_NM: f64 = 20.0;
+/// Wavelengths closer than this are equal, in nm: far below any step, far above rounding.
+const TOLERANCE_NM: f64 = 1e-6;
+
 /// Converts spectra on fixed wavelengths to tristimulus values, for one observer and one illuminant.
 ///
 /// The bare light has Y = 1 and keeps its own chromaticity:
@@ -52,6 +61,59 @@ impl Colorimeter {
         Ok(Colorimeter { wavelengths_nm: wavelengths_nm.to_vec(), weights })
     }
 
+    /// Computes the weights for a spectrum that somebody measured: on wavelengths of any steps up to 20 nm that cover
+    /// 400–700 nm. Values outside have no weight.
+    ///
+    /// The sum runs over 400, 410, … 700 nm, on which the spectrum is interpolated linearly. A spectrum in equal steps
+    /// of at most 10 nm that include 400 and 700 nm is summed as it is, so that no detail is lost; X, Y and Z are then
+    /// scaled such that those of the bare light are again those on 400, 410, … 700 nm. So a constant spectrum has the
+    /// chromaticity of the light whatever its wavelengths are.
+    ///
+    /// ```
+    /// # use snowblue_color::{Colorimeter, Illuminant, Observer};
+    /// let white = |wavelengths_nm: &[f64]| {
+    ///     Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::D65, wavelengths_nm).map(|light| light.white())
+    /// };
+    /// let steps = |nm: u32| (0..=300 / nm).map(|i| f64::from(400 + i * nm)).collect::<Vec<_>>();
+    /// let (tens, twenties) = (white(&steps(10))?, white(&steps(20))?);
+    /// assert!((tens.x - twenties.x).abs() < 1e-15 && (tens.z - twenties.z).abs() < 1e-15);
+    /// # Ok::<(), snowblue_color::ColorError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the wavelengths do not increase, do not cover 400–700 nm or have a wider step there, or if the illuminant's
+    /// table does not reach so far.
+    pub fn for_spectrum(
+        observer: Observer,
+        illuminant: Illuminant,
+        wavelengths_nm: &[f64],
+    ) -> Result<Colorimeter, ColorError> {
+        check_coverage(wavelengths_nm)?;
+        let grid = Self::new(observer, illuminant, &visible_grid_nm())?;
+        let mut weights = vec![Xyz::default(); wavelengths_nm.len()];
+        let is_inside = |nm: &&f64| (FIRST_NM - TOLERANCE_NM..=LAST_NM + TOLERANCE_NM).contains(*nm);
+        let own_nm: Vec<f64> = wavelengths_nm.iter().filter(is_inside).copied().collect();
+        if has_fine_equal_steps(&own_nm) {
+            let own = Self::new(observer, illuminant, &own_nm)?;
+            let (wanted, found) = (grid.white(), own.white());
+            let first = wavelengths_nm.partition_point(|nm| *nm < own_nm[0]);
+            for (weight, own) in weights[first..].iter_mut().zip(&own.weights) {
+                let Xyz { x, y, z } = *own;
+                *weight = Xyz { x: x * (wanted.x / found.x), y: y * (wanted.y / found.y), z: z * (wanted.z / found.z) };
+            }
+        } else {
+            for (nm, weight) in grid.wavelengths_nm.iter().zip(&grid.weights) {
+                let right = wavelengths_nm.partition_point(|own| own < nm).clamp(1, wavelengths_nm.len() - 1);
+                let (low, high) = (wavelengths_nm[right - 1], wavelengths_nm[right]);
+                // Rounding of the ends must not extrapolate.
+                let part = ((nm - low) / (high - low)).clamp(0.0, 1.0);
+                weights[right - 1] = weights[right - 1] + *weight * (1.0 - part);
+                weights[right] = weights[right] + *weight * part;
+            }
+        }
+        Ok(Self { wavelengths_nm: wavelengths_nm.to_vec(), weights })
+    }
+
     /// The wavelengths of the spectra, in nm.
     pub fn wavelengths_nm(&self) -> &[f64] {
         &self.wavelengths_nm
@@ -76,6 +138,39 @@ impl Colorimeter {
     /// Tristimulus values of the bare light, with Y = 1.
     pub fn white(&self) -> Xyz {
         sum(self.weights.iter().copied())
+    }
+}
+
+/// The wavelengths 400, 410, … 700 nm.
+fn visible_grid_nm() -> Vec<f64> {
+    (40..=70).map(|ten| 10.0 * f64::from(ten)).collect()
+}
+
+/// Whether wavelengths run from 400 to 700 nm in equal steps of at most 10 nm.
+fn has_fine_equal_steps(wavelengths_nm: &[f64]) -> bool {
+    let [first, .., last] = *wavelengths_nm else { return false };
+    let step_nm = (last - first) / (wavelengths_nm.len() - 1) as f64;
+    let equal = wavelengths_nm.windows(2).all(|pair| (pair[1] - pair[0] - step_nm).abs() <= TOLERANCE_NM);
+    let covers = (first - FIRST_NM).abs() <= TOLERANCE_NM && (last - LAST_NM).abs() <= TOLERANCE_NM;
+    equal && covers && step_nm <= GRID_STEP_NM + TOLERANCE_NM
+}
+
+/// Checks that wavelengths increase, cover 400–700 nm and have small enough steps there.
+fn check_coverage(wavelengths_nm: &[f64]) -> Result<(), ColorError> {
+    for pair in wavelengths_nm.windows(2) {
+        let (low_nm, high_nm) = (pair[0], pair[1]);
+        if high_nm <= low_nm || high_nm.is_nan() {
+            return Err(ColorError::NotIncreasing { wavelength_nm: high_nm, previous_nm: low_nm });
+        }
+        if high_nm - low_nm > WIDEST_STEP_NM + TOLERANCE_NM && high_nm > FIRST_NM && low_nm < LAST_NM {
+            return Err(ColorError::WideStep { low_nm, high_nm });
+        }
+    }
+    match *wavelengths_nm {
+        [first_nm, .., last_nm] if first_nm <= FIRST_NM + TOLERANCE_NM && last_nm >= LAST_NM - TOLERANCE_NM => Ok(()),
+        [first_nm, .., last_nm] => Err(ColorError::NotCovered { first_nm, last_nm }),
+        [only_nm] => Err(ColorError::NotCovered { first_nm: only_nm, last_nm: only_nm }),
+        [] => Err(ColorError::NoWhite { x: 0.0, y: 0.0, z: 0.0, count: 0 }),
     }
 }
 
@@ -124,6 +219,63 @@ mod tests {
         assert_eq!(message, "wavelengths must increase, but 450 nm follows 450 nm");
         assert!(matches!(colorimeter(Illuminant::E, &[450.0, f64::NAN]), Err(ColorError::OutsideTable { .. })));
         assert!(matches!(colorimeter(Illuminant::D65, &[450.0, 800.0]), Err(ColorError::OutsideTable { .. })));
+    }
+
+    /// Equal and uneven steps, with and without both ends, within and beyond the range.
+    #[test]
+    fn a_constant_spectrum_has_the_colour_of_the_light_at_any_step() {
+        let steps =
+            |first: u32, last: u32, step: usize| -> Vec<f64> { (first..=last).step_by(step).map(f64::from).collect() };
+        for light in [Illuminant::D65, Illuminant::A, Illuminant::E] {
+            let bare = colorimeter(light, &visible_grid_nm()).unwrap().white();
+            for own_nm in [
+                steps(400, 700, 1),
+                steps(380, 780, 5),
+                steps(400, 700, 10),
+                steps(400, 700, 12),
+                steps(400, 700, 20),
+                steps(390, 710, 16),
+                [steps(400, 500, 3), steps(507, 720, 20)].concat(),
+            ] {
+                let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, light, &own_nm).unwrap();
+                let half = of_spectrum.xyz(&vec![0.5; own_nm.len()]);
+                for (half, bare) in [(half.x, bare.x), (half.y, bare.y), (half.z, bare.z)] {
+                    // Rounding of up to 301 terms.
+                    assert!((half / (0.5 * bare) - 1.0).abs() < 1e-13, "{half} {bare} {own_nm:?}");
+                }
+            }
+        }
+    }
+
+    /// 10 nm steps are summed as they are, and others as what linear interpolation makes of them.
+    #[test]
+    fn a_spectrum_is_interpolated_linearly_unless_its_steps_are_fine() {
+        let curve = |nm: f64| 1.0 + 0.001 * nm;
+        let at = |own_nm: &[f64]| {
+            let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::D65, own_nm).unwrap();
+            of_spectrum.xyz(&own_nm.iter().map(|nm| curve(*nm)).collect::<Vec<_>>())
+        };
+        let tens = at(&visible_grid_nm());
+        let plain = colorimeter(Illuminant::D65, &visible_grid_nm()).unwrap();
+        assert_eq!(tens, plain.xyz(&visible_grid_nm().iter().map(|nm| curve(*nm)).collect::<Vec<_>>()));
+        let uneven = at(&[
+            390.0, 401.0, 420.0, 437.5, 455.0, 470.0, 490.0, 510.0, 530.0, 550.0, 565.0, 585.0, 600.0, 620.0, 640.0,
+            650.0, 670.0, 690.0, 705.0,
+        ]);
+        assert!((uneven.z / tens.z - 1.0).abs() < 1e-13 && (uneven.x / tens.x - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn spectra_with_gaps_are_rejected() {
+        let message = |own_nm: &[f64]| {
+            Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::D65, own_nm).unwrap_err().to_string()
+        };
+        let part: Vec<f64> = (41..=70).map(|ten| 10.0 * f64::from(ten)).collect();
+        assert_eq!(message(&part), "the wavelengths are 410–700 nm, but must cover 400–700 nm");
+        assert_eq!(message(&[550.0]), "the wavelengths are 550–550 nm, but must cover 400–700 nm");
+        assert!(message(&[400.0, 430.0, 700.0]).starts_with("the step from 400 to 430 nm is 30 nm"));
+        assert!(message(&[400.0, 390.0]).contains("must increase"));
+        assert!(message(&[400.0, f64::NAN]).contains("must increase") && message(&[]).contains("0 wavelengths"));
     }
 
     #[test]

@@ -37,6 +37,25 @@ pub enum ColorError {
         /// The previous wavelength in nm.
         previous_nm: f64,
     },
+    /// A spectrum does not cover the visible range.
+    #[error("the wavelengths are {first_nm}–{last_nm} nm, but must cover 400–700 nm")]
+    NotCovered {
+        /// The first wavelength in nm.
+        first_nm: f64,
+        /// The last wavelength in nm.
+        last_nm: f64,
+    },
+    /// A step of a spectrum is too wide.
+    #[error(
+        "the step from {low_nm} to {high_nm} nm is {step_nm} nm, but must be at most 20 nm within 400–700 nm",
+        step_nm = high_nm - low_nm
+    )]
+    WideStep {
+        /// Where the step begins, in nm.
+        low_nm: f64,
+        /// Where it ends, in nm.
+        high_nm: f64,
+    },
     /// A spectrum has too few values or uneven steps for Sprague interpolation.
     #[error(
         "Sprague interpolation needs at least 6 values in even steps, but there are {count} values, and the first two \

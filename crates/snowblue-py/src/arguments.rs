@@ -152,10 +152,10 @@ impl StreamCount {
 }
 
 impl Light {
-    /// The colorimeter of spectra on these wavelengths.
+    /// The colorimeter of spectra on these wavelengths, which must cover 400–700 nm.
     pub(crate) fn colorimeter(&self, wavelengths_nm: &[f64]) -> PyResult<Colorimeter> {
         let illuminant: Illuminant = self.illuminant.parse().map_err(input)?;
         let observer: Observer = self.observer.parse().map_err(input)?;
-        Colorimeter::new(observer, illuminant, wavelengths_nm).map_err(input)
+        Colorimeter::for_spectrum(observer, illuminant, wavelengths_nm).map_err(input)
     }
 }

@@ -37,6 +37,20 @@ def test_colours_of_a_given_spectrum_have_its_axes():
         snowblue.color(exposure_stops=np.nan)
 
 
+@pytest.mark.parametrize("step_nm", [1, 5, 10, 12, 15, 20])
+def test_a_constant_spectrum_has_the_chromaticity_of_the_light(step_nm):
+    import xarray as xr
+
+    wavelengths_nm = np.arange(400.0, 720.0, step_nm)
+    grey = xr.DataArray(np.full(wavelengths_nm.size, 0.5), {"wavelength": wavelengths_nm}, ["wavelength"])
+    light = snowblue.color(thickness_cm=0)
+    for name in "XYZ":
+        assert float(snowblue.color(grey)[name]) == pytest.approx(0.5 * light[name].item(), rel=1e-12)
+    with pytest.raises(ValueError, match=r"are 400–690 nm, but must cover 400–700 nm"):
+        snowblue.color(grey.interp(wavelength=[400.0, 420, 440, 460, 480, 500, 520, 540, 560, 580, 600, 620, 640, 660,
+                                               680, 690]))
+
+
 def test_matches_are_those_of_the_command(command):
     rows = command("match", "--target", "#7bcdec")
     found = snowblue.match("#7bcdec")

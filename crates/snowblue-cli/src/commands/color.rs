@@ -33,8 +33,9 @@ Examples:
   snowblue color --spectrum measured.csv --illuminant E
 
 A file of spectra has the columns wavelength_nm,value, or is a CSV of 'snowblue spectrum'. It must cover 400–700 nm in \
-steps of at most 20 nm; values outside are ignored. Values in equal steps that include 400 and 700 nm are summed as \
-they are; others are first interpolated linearly to 400, 410, … 700 nm."
+steps of at most 20 nm; values outside are ignored. Values in equal steps of at most 10 nm that include 400 and 700 nm \
+are summed as they are; others are first interpolated linearly to 400, 410, … 700 nm. A constant spectrum has the \
+chromaticity of the light, whatever its wavelengths are."
 )]
 pub(crate) struct Color {
     #[command(flatten)]
@@ -138,7 +139,10 @@ impl Color {
     fn colours_of_file(&self, path: &Path) -> Result<Vec<ColorRow>, Failure> {
         let quantity = if self.reflected { "reflectance" } else { "transmittance" };
         let row = |curve: spectrum_file::Curve| {
-            let colorimeter = self.light.colorimeter(self.color.observer, &curve.wavelengths_nm)?;
+            let colorimeter =
+                Colorimeter::for_spectrum(self.color.observer, self.light.illuminant, &curve.wavelengths_nm);
+            let colorimeter =
+                colorimeter.map_err(|error| Failure::Input(format!("{}:{}: {error}", path.display(), curve.line)))?;
             let slab = curve.slab.map(Cell::Word).to_vec();
             Ok(self.row(Curve { slab, values: curve.values }, &colorimeter))
         };

@@ -2,21 +2,12 @@
 
 use std::path::Path;
 
-use snowblue_color::sampling::{Interpolation, SampledSpectrum};
-
 use super::settings_file::SettingsFile;
-use crate::options::{SampleCount, parse};
+use crate::options::parse;
 use crate::output::Failure;
 
-/// Widest step of a spectrum within 400–700 nm, in nm.
-const WIDEST_STEP_NM: f64 = 20.0;
 /// Greatest value in any unit. Sums over a spectrum are far below the greatest number.
 const GREATEST_VALUE: f64 = 1e30;
-/// Range of the sum, in nm.
-const FIRST_NM: f64 = 400.0;
-const LAST_NM: f64 = 700.0;
-/// Wavelengths closer than this are equal, in nm: far below any step, far above rounding.
-const TOLERANCE_NM: f64 = 1e-6;
 
 /// A spectrum of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,7 +17,7 @@ pub(crate) struct Curve {
     pub(crate) wavelengths_nm: Vec<f64>,
     pub(crate) values: Vec<f64>,
     /// The line of the file on which it starts, from 1.
-    line: usize,
+    pub(crate) line: usize,
 }
 
 /// Indices of the columns.
@@ -76,11 +67,7 @@ pub(crate) fn read(path: &Path, quantity: &str) -> Result<Vec<Curve>, Failure> {
     if curves.is_empty() {
         return Err(Failure::Input(format!("{}: holds no spectrum", path.display())));
     }
-    let summable = |curve: Curve| {
-        let line = curve.line - 1;
-        curve.resampled().map_err(|why| failure(path, line, &why))
-    };
-    curves.into_iter().map(summable).collect()
+    Ok(curves)
 }
 
 /// An error on a line, counted from 0.
@@ -121,52 +108,4 @@ impl Columns {
             _ => Err(wrong()),
         }
     }
-}
-
-impl Curve {
-    /// The curve within 400–700 nm: on its own wavelengths if they have equal steps and include both ends, else
-    /// interpolated linearly every 10 nm.
-    fn resampled(self) -> Result<Self, String> {
-        check_coverage(&self.wavelengths_nm)?;
-        let inside = |nm: &f64| (FIRST_NM - TOLERANCE_NM..=LAST_NM + TOLERANCE_NM).contains(nm);
-        let (own_nm, values): (Vec<f64>, Vec<f64>) =
-            self.wavelengths_nm.iter().copied().zip(self.values.iter().copied()).filter(|(nm, _)| inside(nm)).unzip();
-        if has_equal_steps(&own_nm) {
-            return Ok(Self { wavelengths_nm: own_nm, values, ..self });
-        }
-        let grid_nm = SampleCount::ThirtyOne.wavelengths_nm();
-        let spectrum = SampledSpectrum { wavelengths_nm: &self.wavelengths_nm, values: &self.values };
-        let resampled = spectrum.resample(&grid_nm, Interpolation::Linear);
-        Ok(Self { values: resampled.map_err(|error| error.to_string())?, wavelengths_nm: grid_nm, ..self })
-    }
-}
-
-/// Whether wavelengths run from 400 to 700 nm in equal steps.
-fn has_equal_steps(wavelengths_nm: &[f64]) -> bool {
-    let [first, .., last] = *wavelengths_nm else { return false };
-    let step_nm = (last - first) / (wavelengths_nm.len() - 1) as f64;
-    let equal = wavelengths_nm.windows(2).all(|pair| (pair[1] - pair[0] - step_nm).abs() <= TOLERANCE_NM);
-    equal && (first - FIRST_NM).abs() <= TOLERANCE_NM && (last - LAST_NM).abs() <= TOLERANCE_NM
-}
-
-/// Checks that wavelengths ascend, cover 400–700 nm and have small enough steps there.
-fn check_coverage(wavelengths_nm: &[f64]) -> Result<(), String> {
-    for pair in wavelengths_nm.windows(2) {
-        let (low, high) = (pair[0], pair[1]);
-        if high <= low {
-            return Err(format!("the wavelengths must ascend, but {high} nm follows {low} nm"));
-        }
-        if high - low > WIDEST_STEP_NM + TOLERANCE_NM && high > FIRST_NM && low < LAST_NM {
-            let step = high - low;
-            return Err(format!(
-                "the step from {low} to {high} nm is {step} nm, but must be at most {WIDEST_STEP_NM} nm within \
-                 400–700 nm"
-            ));
-        }
-    }
-    let (first, last) = (wavelengths_nm[0], wavelengths_nm[wavelengths_nm.len() - 1]);
-    if first > FIRST_NM || last < LAST_NM {
-        return Err(format!("the wavelengths are {first}–{last} nm, but must cover 400–700 nm"));
-    }
-    Ok(())
 }

@@ -48,8 +48,9 @@ def color(
     Parameters
     ----------
     spectrum : xarray.DataArray, optional
-        Transmittance or reflectance on a dimension `wavelength` (nm), as in the result of :func:`snowblue.spectrum`.
-        Without it, that of the snow and slab that further arguments describe.
+        Transmittance or reflectance on a dimension `wavelength` (nm), as in the result of :func:`snowblue.spectrum`. It
+        must cover 400 to 700 nm in steps of at most 20 nm; values outside do not count. Without it, that of the snow
+        and slab that further arguments describe.
     illuminant : str or list
         CIE illuminant, one of :func:`snowblue.illuminants`.
     observer : "1931" or "1964"
