@@ -4,7 +4,7 @@
 
 mod shell;
 
-use shell::{assert_refused, stdout};
+use shell::{assert_names, assert_refused, stderr, stdout};
 
 const PACK: &str = "\
 ice = \"picard2016\"
@@ -61,6 +61,21 @@ fn black_ground_changes_nothing() {
     for (a, b) in plain.iter().flatten().zip(grounded.iter().flatten()) {
         assert!((a - b).abs() <= 2e-9 * b.abs(), "{plain:?} {grounded:?}");
     }
+}
+
+/// The column keeps its name, so metadata and plot say what it is.
+#[test]
+fn the_flux_at_a_white_ground_exceeds_the_incident_flux_and_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = folder.path().join("plot.svg");
+    let common = ["spectrum", "--thickness", "1", "--ground-albedo", "0.9", "--wavelengths", "450"];
+    for row in rows(&common, WHOLE) {
+        assert!(row[4] > 1.0 && (row[3] + row[5] + 0.1 * row[4] - 1.0).abs() < 2e-9, "{row:?}");
+    }
+    let said = stderr(&[&common[..], &["--plot", plot.to_str().unwrap()]].concat());
+    assert_names(&said, &["ground albedo 0.9;", "transmittance is the downward flux", "1 - reflectance - 0.1 trans"]);
+    assert_names(&std::fs::read_to_string(plot).unwrap(), &["Downward flux at the ground"]);
+    assert!(!stderr(&["spectrum", "--thickness", "1", "--wavelengths", "450"]).contains("ground"));
 }
 
 #[test]

@@ -20,6 +20,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let rows = ordinates::solve(&slab, &OrdinatesOptions::default())?;
     let metadata = [("snow", "400 µm, 300 kg/m³".to_owned())];
-    std::fs::write("spectrum.svg", plot::spectrum(&rows, &metadata))?;
+    std::fs::write("spectrum.svg", plot::spectrum(&rows, &metadata, false))?;
     Ok(())
 }

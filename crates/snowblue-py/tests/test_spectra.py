@@ -46,6 +46,13 @@ def test_layers_are_those_of_the_command(command, tmp_path):
         np.testing.assert_allclose(ours[name], expected, rtol=PRINTED)
 
 
+def test_energy_on_a_ground_is_conserved():
+    on_white = snowblue.layers([dict(thickness_cm=1)], ground_albedo=0.9, wavelength_nm=[450, 650])
+    assert "ground" in on_white.transmittance.attrs["long_name"] and (on_white.transmittance > 1).all()
+    all_light = on_white.reflectance + on_white.absorptance + 0.1 * on_white.transmittance
+    np.testing.assert_allclose(all_light, 1, rtol=1e-9)
+
+
 def test_bsdf_is_that_of_the_command_and_adds_up(command):
     rows = command("bsdf", "--thickness", 1, "--angle", 60, "--wavelengths", 550, "--rays", 2000)
     ours = snowblue.bsdf(thickness_cm=1, angle_deg=60, wavelength_nm=550, rays=2000)

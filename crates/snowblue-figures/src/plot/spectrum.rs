@@ -31,16 +31,20 @@ const DASHES: [&str; 5] = ["", "8 4", "2 3", "10 3 2 3", "5 2"];
 /// Longest legend, in entries.
 const MOST_ENTRIES: usize = 26;
 
-/// Draws a solved slab: rows ordered by thickness, then incidence, then wavelength.
-pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)]) -> String {
+/// Draws a solved slab: rows ordered by thickness, then incidence, then wavelength. On a ground that reflects, the
+/// transmittance is the downward flux there.
+pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)], is_on_ground: bool) -> String {
     let curves: Vec<&[Radiometry]> = rows.chunk_by(same_slab).collect();
     let styles = Styles::of(&curves);
     let mut canvas = Canvas::new(WIDTH, HEIGHT, "Transmittance and reflectance of snow");
     let wavelengths = wavelength_axis(rows);
     let noisy = rows.iter().any(|row| row.transmittance.standard_error > 0.002 * row.transmittance.value);
-    for (range, name, quantity) in panels() {
+    let transmittance = if is_on_ground { "Downward flux at the ground" } else { "Transmittance" };
+    let panels: [((f64, f64), &str, Quantity); 2] =
+        [(TRANSMITTANCE, transmittance, |row| row.transmittance), (REFLECTANCE, "Reflectance", |row| row.reflectance)];
+    for (range, name, quantity) in panels {
         let estimates: Vec<Estimate> = rows.iter().map(quantity).collect();
-        let panel = Panel { wavelengths: &wavelengths, values: &value_axis(&estimates, name), range };
+        let panel = Panel { wavelengths: &wavelengths, values: &value_axis(&estimates, range == TRANSMITTANCE), range };
         panel.frame(&mut canvas, name);
         for (number, curve) in curves.iter().enumerate() {
             let mut points: Vec<(f64, Estimate)> = curve.iter().map(|row| (row.wavelength_nm, quantity(row))).collect();
@@ -55,10 +59,6 @@ pub fn spectrum(rows: &[Radiometry], metadata: &[(&'static str, String)]) -> Str
 
 type Quantity = fn(&Radiometry) -> Estimate;
 
-fn panels() -> [((f64, f64), &'static str, Quantity); 2] {
-    [(TRANSMITTANCE, "Transmittance", |row| row.transmittance), (REFLECTANCE, "Reflectance", |row| row.reflectance)]
-}
-
 fn same_slab(a: &Radiometry, b: &Radiometry) -> bool {
     a.thickness_cm.to_bits() == b.thickness_cm.to_bits() && a.incidence == b.incidence
 }
@@ -69,18 +69,19 @@ fn wavelength_axis(rows: &[Radiometry]) -> Axis {
     Axis::linear(low - margin, high + margin, 8.0)
 }
 
-/// Logarithmic for transmittances over a wide range, else linear over all error bands within 0–1.
-fn value_axis(estimates: &[Estimate], name: &str) -> Axis {
+/// Logarithmic for transmittances over a wide range, else linear over all values, and over error bands within 0–1.
+fn value_axis(estimates: &[Estimate], is_transmittance: bool) -> Axis {
     let (low, high) = ends(estimates.iter().map(|e| e.value).filter(|value| *value > SMALLEST));
     let low = low.max(high * LEAST_RATIO);
-    if name == "Transmittance" && high > LINEAR_SPAN * low {
+    if is_transmittance && high > LINEAR_SPAN * low {
         let decade = |value: f64| 10_f64.powf(value.log10().floor());
         let round = |value: f64| (value / decade(value) * 1.000_001).floor() * decade(value);
         return Axis::logarithmic(round(low), (round(high) + decade(high)).min(1.0).max(high));
     }
     let bands = estimates.iter().flat_map(|e| [e.value - e.standard_error, e.value + e.standard_error]);
-    let (low, high) = ends(bands.map(|value| value.clamp(0.0, 1.0)));
-    let low = if name == "Transmittance" || low < 0.5 * high { 0.0 } else { low.min(high - LEAST_SPAN) };
+    let most = high.max(1.0);
+    let (low, high) = ends(bands.map(|value| value.clamp(0.0, most)));
+    let low = if is_transmittance || low < 0.5 * high { 0.0 } else { low.min(high - LEAST_SPAN) };
     Axis::linear_to_marks(low, high, 4.0)
 }
 

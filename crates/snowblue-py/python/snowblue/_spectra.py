@@ -142,6 +142,8 @@ def layers(
     layers : mappings, top first
         Each has `thickness_cm`, and arguments of :class:`Snow`.
     ground_albedo : float, 0 to 1
+        On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
+        exceed 1, since light is reflected to and fro.
     depth_cm : array
         Depths at which the fluxes `down`, `up` and `net` are computed, by discrete ordinates only. `e_folding_depth` is
         that of light deep in snow like that of the layer, far from all faces.
@@ -153,8 +155,8 @@ def layers(
     Returns
     -------
     xarray.Dataset
-        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth. Absorptance includes
-        what the ground absorbs.
+        Fractions of the incident flux on angle and wavelength, and on angle, wavelength and depth. Absorptance is that
+        of the snow: 1 - reflectance - (1 - ground_albedo) transmittance.
 
     Examples
     --------
@@ -197,7 +199,10 @@ def layers(
         for snow, thickness_cm in packed
     )
     made = {"layers": described, "ground_albedo": float(ground_albedo), **_made(engine, streams, rays, False, seed)}
-    return _dataset(variables, coords, made)
+    solved = _dataset(variables, coords, made)
+    if ground_albedo > 0:
+        solved.transmittance.attrs["long_name"] = "downward flux at the ground per incident flux"
+    return solved
 
 
 def bsdf(

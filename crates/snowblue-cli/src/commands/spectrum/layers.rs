@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use snowblue_figures::{Cell, Metadata};
+use snowblue_figures::{Cell, Metadata, format_number};
 use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::range::WavelengthRange;
@@ -26,7 +26,9 @@ pub(super) struct StackOptions {
         "impurity", "temperature", "ice", "thickness",
     ])]
     layers: Option<PathBuf>,
-    /// Albedo of the ground under the snow [0–1; default: 0, no ground]
+    /// Albedo of the ground under the snow [0–1; default: 0, no ground]. On a ground that reflects, transmittance is
+    /// the downward flux at the ground over the incident flux; it may exceed 1, since light is reflected to and fro.
+    /// absorptance is that of the snow: 1 − reflectance − (1 − ALBEDO) transmittance
     #[arg(long, value_name = "ALBEDO", value_parser = parse::number)]
     ground_albedo: Option<f64>,
     /// Print downward and upward fluxes at these depths in cm, separated by commas, instead of those of the whole slab
@@ -48,6 +50,26 @@ impl StackOptions {
     /// Whether any of these options is given.
     pub(super) fn is_used(&self) -> bool {
         self.layers.is_some() || self.ground_albedo.is_some() || self.has_depths()
+    }
+
+    /// Whether the snow lies on a ground that reflects.
+    pub(super) fn has_ground(&self) -> bool {
+        self.ground_albedo.is_some_and(|albedo| albedo > 0.0)
+    }
+
+    /// What the ground means for the columns.
+    pub(super) fn metadata(&self) -> Option<(&'static str, String)> {
+        let albedo = self.ground_albedo.filter(|_| self.has_ground())?;
+        let columns = if self.has_depths() {
+            String::new()
+        } else {
+            let absorbed = format_number(1.0 - albedo);
+            format!(
+                "; transmittance is the downward flux at the ground over the incident flux, which may exceed 1; \
+                 absorptance is that of the snow, 1 - reflectance - {absorbed} transmittance"
+            )
+        };
+        Some(("ground", format!("albedo {}{columns}", format_number(albedo))))
     }
 
     /// Whether fluxes at depths are to be printed.

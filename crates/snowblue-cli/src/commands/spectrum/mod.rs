@@ -111,10 +111,11 @@ impl Spectrum {
             return self.output.write(&self.alternatives(&slab, quiet)?, quiet);
         }
         let weights = self.band_weights(range, &wavelengths)?;
-        let snow = match &pack {
+        let mut snow = match &pack {
             Some(pack) => pack.metadata.clone(),
             None => self.sample.metadata()?,
         };
+        snow.extend(self.stack.metadata());
         let Solution { rows, mut results } = if self.stack.is_used() {
             let stacks = self.stack.stacks(&slab, pack.as_ref())?;
             self.solve_stacks(&stacks, &snow, quiet)?
@@ -126,7 +127,7 @@ impl Spectrum {
             results = self.broadband_results(&rows, &weights, &snow);
         }
         if let Some(path) = &self.plot {
-            write_file(path, plot::spectrum(&rows, &results.metadata).as_bytes())?;
+            write_file(path, plot::spectrum(&rows, &results.metadata, self.stack.has_ground()).as_bytes())?;
         }
         self.output.write(&results, quiet)
     }
