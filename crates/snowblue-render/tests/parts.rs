@@ -176,6 +176,25 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("not a readable EXR file"));
 }
 
+/// The encoder keeps attributes in a hash map, each with another order.
+#[test]
+fn files_of_the_same_sums_have_the_same_bytes() {
+    let scene = two_lights();
+    let provenance = Provenance::of(&scene, &analytic_table());
+    let folder = tempfile::tempdir().unwrap();
+    let sums = sums_of(&scene, ALL, &block(4..15, 3..12, 5..9));
+    let written = |name: &str| {
+        let path = folder.path().join(name);
+        let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Auto };
+        resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    let first = written("0.exr");
+    for number in 1..8 {
+        assert!(written(&format!("{number}.exr")) == first, "{number}");
+    }
+}
+
 #[test]
 fn channels_have_the_values_of_their_names() {
     let scene = two_lights();

@@ -104,7 +104,8 @@ impl Partial {
     fn create(path: &Path) -> io::Result<Self> {
         let partial = partial_path(path).ok_or_else(|| io::Error::other("the path names no file"))?;
         loop {
-            let file = File::create(&partial)?;
+            // What writes a file may read it again.
+            let file = File::options().read(true).write(true).create(true).truncate(true).open(&partial)?;
             // Where a file system has no locks, files of killed processes stay.
             drop(file.lock());
             // Another process may have removed it before it was locked.

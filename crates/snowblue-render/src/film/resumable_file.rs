@@ -7,7 +7,8 @@
 //! exposure of a PNG. The data window and the display window give the position of a part in the image.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter};
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use exr::block::BlockIndex;
@@ -99,12 +100,39 @@ pub fn write(
     let mut image = Image::from_layer(Layer::new(exr_size(window.size()), attributes, encoding, channels));
     image.attributes.display_window = IntegerBounds { position: Vec2(0, 0), size: exr_size(accumulator.image_size()) };
     let written = write_atomically(path, |file| {
-        image.write().to_buffered(BufWriter::new(file)).map_err(|error| match error {
+        image.write().to_buffered(BufWriter::new(&*file)).map_err(|error| match error {
             exr::error::Error::Io(error) => error,
             error => io::Error::other(error),
-        })
+        })?;
+        order_attributes(file)
     });
     written.map_err(|error| RenderError::WriteImage { path: path.into(), reason: error.to_string() })
+}
+
+/// Orders the attributes of an image of one part by name. The encoder takes them from a hash map, in another order each
+/// time.
+fn order_attributes(file: &mut File) -> io::Result<()> {
+    /// After the magic number and the version.
+    const START: SeekFrom = SeekFrom::Start(8);
+    file.seek(START)?;
+    let mut reader = BufReader::new(&*file);
+    let mut attributes = Vec::new();
+    loop {
+        // Name, type, size and value. An empty name ends the header.
+        let mut attribute = Vec::new();
+        if reader.read_until(0, &mut attribute)? <= 1 {
+            break;
+        }
+        reader.read_until(0, &mut attribute)?;
+        let mut size = [0; 4];
+        reader.read_exact(&mut size)?;
+        attribute.extend(size);
+        reader.by_ref().take(u32::from_le_bytes(size).into()).read_to_end(&mut attribute)?;
+        attributes.push(attribute);
+    }
+    attributes.sort();
+    file.seek(START)?;
+    file.write_all(&attributes.concat())
 }
 
 fn exr_size(size: ImageSize) -> Vec2<usize> {
