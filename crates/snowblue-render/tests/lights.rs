@@ -13,6 +13,7 @@ use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::ImageSize;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::light::Panorama;
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
@@ -110,6 +111,32 @@ fn a_white_image_sky_is_a_uniform_sky_of_daylight() {
         let expected = [0, 15, 30].map(|k| 2.0 * diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
         let found = repeated(&mut scene, Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2), samples);
         assert_agrees(&found, expected, 1e-3, path);
+    }
+}
+
+/// Luminance alone is grey; luminance with chroma, or depth, is no sky.
+#[test]
+fn a_sky_of_luminance_alone_is_grey_and_other_channels_are_named() {
+    use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, channels: &[&str]| {
+        let path = folder.path().join(name);
+        let channel = |name: &&str| AnyChannel::new(*name, FlatSamples::F32((0..8).map(|k| k as f32).collect()));
+        let channels = AnyChannels::sort(channels.iter().map(channel).collect());
+        Image::from_channels((4, 2), channels).write().to_file(&path).unwrap();
+        Panorama::read_exr(&|path: &str| std::fs::read(path), path.to_str().unwrap())
+    };
+    let grey = write("grey.exr", &["Y"]).unwrap();
+    assert_eq!((grey.width, grey.height), (4, 2));
+    for (k, pixel) in grey.pixels.iter().enumerate() {
+        let value = k as f64;
+        assert_eq!(*pixel, LinearRgb { r: value, g: value, b: value });
+    }
+    assert_eq!(write("grey_alpha.exr", &["A", "Y"]).unwrap(), grey);
+    for (channels, found) in [(&["Y", "RY", "BY"][..], "BY, RY, Y"), (&["Z"], "Z"), (&["R", "G"], "G, R")] {
+        let message = write("other.exr", channels).unwrap_err().to_string();
+        let expected = format!("the channels are {found}, but must include R, G and B, or be Y alone");
+        assert!(message.contains("other.exr") && message.contains(&expected), "{message}");
     }
 }
 

@@ -4,6 +4,8 @@
 
 use std::io::Cursor;
 
+use exr::meta::MetaData;
+use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
@@ -43,17 +45,33 @@ pub struct Panorama {
 }
 
 impl Panorama {
-    /// Reads the first RGB layer of an OpenEXR file.
+    /// Reads the first RGB layer of an OpenEXR file, or the first layer with luminance only, which is grey.
     ///
     /// # Errors
     ///
-    /// When there is no such file, or it holds no red, green and blue.
+    /// When there is no such file, or it holds neither red, green and blue nor luminance alone.
     pub fn read_exr(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         check_formats(&path)?;
         let wrong = |reason: String| RenderError::ReadImage { path: path.clone(), reason };
         // A colour of double precision, and its colour, brightness and share of the light in single precision.
         check_exr_size(&bytes, |_| size_of::<LinearRgb>() + 5 * size_of::<f32>()).map_err(wrong)?;
+        let unreadable = |error: exr::error::Error| wrong(format!("not a readable EXR file: {error}"));
+        let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(unreadable)?;
+        let channels =
+            |header: &Header| header.channels.list.iter().map(|one| one.name.to_string()).collect::<Vec<_>>();
+        let has_all = |header: &Header, names: &[&str]| {
+            names.iter().all(|name| channels(header).iter().any(|channel| channel == name))
+        };
+        if !meta.headers.iter().any(|header| has_all(header, &["R", "G", "B"])) {
+            let first = meta.headers.first().map(channels).unwrap_or_default();
+            // Chroma channels belong to luminance.
+            if first != ["Y"] && first != ["A", "Y"] {
+                let found = first.join(", ");
+                return Err(wrong(format!("the channels are {found}, but must include R, G and B, or be Y alone")));
+            }
+            return Self::read_grey(&bytes).map_err(unreadable);
+        }
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -67,8 +85,20 @@ impl Panorama {
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes))
-            .map_err(|error| wrong(format!("not a readable EXR file: {error}")))?;
+            .map_err(unreadable)?;
         let (width, pixels) = image.layer_data.channel_data.pixels;
+        Ok(Self { width, height: pixels.len() / width.max(1), pixels })
+    }
+
+    /// Reads the luminance of the first layer.
+    fn read_grey(bytes: &[u8]) -> exr::error::Result<Self> {
+        let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+        let layer = image.all_attributes().from_buffered(Cursor::new(bytes))?.layer_data;
+        let grey = |y: f32| LinearRgb { r: y.into(), g: y.into(), b: y.into() };
+        let luminance = layer.channel_data.list.iter().find(|channel| channel.name == *"Y");
+        let pixels: Vec<LinearRgb> =
+            luminance.into_iter().flat_map(|y| y.sample_data.values_as_f32()).map(grey).collect();
+        let width = layer.size.width();
         Ok(Self { width, height: pixels.len() / width.max(1), pixels })
     }
 }
