@@ -36,8 +36,9 @@ use crate::images::raster::PixelPosition;
 use crate::integrators::first_hit::add_first_hit;
 use crate::integrators::{Integrator, LightTables};
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
+use crate::scene::description::SceneDescription;
 use crate::scene::queries::{SceneQueries, Statistics};
-use crate::scene::{IntegratorKind, IntegratorSettings, Scene};
+use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
@@ -91,15 +92,20 @@ pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering 
     Rendering { film: accumulator.film(), statistics }
 }
 
-/// An accumulator without samples for a window of a scene's image. With a noise target it has the variance.
+/// An accumulator without samples for a window of a scene's image. It has the AOVs that the scene needs.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
-    let aovs = with_variance(aovs, &scene.integrator);
+    let aovs = with_needed(aovs, scene.description());
     FilmAccumulator::new(scene.film.size(), window, aovs, scene.sensor.wavelengths_nm())
 }
 
-/// The AOVs that an image has if some are asked for: with a noise target also the variance.
-pub fn with_variance(aovs: Aovs, integrator: &IntegratorSettings) -> Aovs {
-    Aovs { variance: aovs.variance || integrator.noise_target.is_some(), ..aovs }
+/// The AOVs that an image has if some are asked for: with a noise target also the variance, and with lamps or a sun
+/// that the camera may see also the emitter, for automatic exposure.
+pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
+    Aovs {
+        variance: aovs.variance || scene.integrator.noise_target.is_some(),
+        emitter: aovs.emitter || scene.has_visible_emitters(),
+        ..aovs
+    }
 }
 
 /// All samples of all pixels of a scene's image.

@@ -23,7 +23,8 @@ use snowblue_render::render::{RenderControl, accumulator, all_samples, render, r
 use snowblue_render::scene::Scene;
 use snowblue_render::{FilmAccumulator, SampleBlock};
 
-const ALL: Aovs = Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true };
+const ALL: Aovs =
+    Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true, emitter: true };
 
 const TEXT: &str = "path = \"brightest\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nposition = [-1, 0, 0]\nmaterial = \"snow\"\n\
@@ -203,7 +204,7 @@ fn channels_have_the_values_of_their_names() {
     let sums = sums_of(&scene, ALL, &all_samples(&scene));
     resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
-    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1);
+    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1);
     // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
     let block = 8 * 23 + 7;
     let at = |name: &str| channels[name][block];

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Integrator = Literal["hybrid", "diffusion", "pcasnow", "reference"]
-Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle"]
+Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter"]
 AXES = {"R": "r", "G": "g", "B": "b", "X": "x", "Y": "y", "Z": "z"}
 
 
@@ -122,7 +122,7 @@ class Scene:
         width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure : optional
             Instead of those of the scene.
         aovs : sequence
-            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle.
+            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter.
         database : Database, optional
             A compressed table of snow instead of the embedded one.
         output : path, optional

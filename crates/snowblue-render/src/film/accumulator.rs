@@ -193,7 +193,10 @@ impl FilmAccumulator {
         rows.for_each(|(pixels, row)| {
             pixels.iter_mut().zip(self.row(row)).for_each(|(pixel, sums)| *pixel = sums.mean_xyz());
         });
-        Film::new(size, pixels)
+        let film = Film::new(size, pixels);
+        let Some(offset) = self.aovs.offset(Aov::Emitter) else { return film };
+        let sums = self.window.rows.clone().flat_map(|row| self.row(row));
+        film.with_emitters(sums.map(|sums| sums.at(offset + 1) > 0).collect())
     }
 }
 

@@ -24,6 +24,8 @@ pub struct Aovs {
     pub thickness: bool,
     /// Angle between the normal where the path leaves the snow and the first light, in degrees.
     pub angle: bool,
+    /// Fraction of the samples that see a lamp or the sun directly. Automatic exposure leaves such pixels out.
+    pub emitter: bool,
 }
 
 /// A name is not that of an AOV.
@@ -33,13 +35,14 @@ pub struct UnknownAov(pub String);
 
 impl Aovs {
     /// Names of all AOVs. An image always has `rgb`.
-    pub const NAMES: [&str; 7] = ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle"];
+    pub const NAMES: [&str; 8] = ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter"];
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 6] {
-        let Self { spectrum, variance, normal, albedo, thickness, angle } = self;
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 7] {
+        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter } = self;
         let [_, names @ ..] = Self::NAMES;
         let mut names = names.into_iter();
-        [spectrum, variance, normal, albedo, thickness, angle].map(|flag| (names.next().unwrap_or_default(), flag))
+        [spectrum, variance, normal, albedo, thickness, angle, emitter]
+            .map(|flag| (names.next().unwrap_or_default(), flag))
     }
 }
 
@@ -75,10 +78,11 @@ pub(crate) enum Aov {
     Albedo,
     Thickness,
     Angle,
+    Emitter,
 }
 
 impl Aov {
-    pub(crate) const ALL: [Self; 4] = [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle];
+    pub(crate) const ALL: [Self; 5] = [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle, Self::Emitter];
 
     /// Its channels in an image file.
     pub(crate) fn channel_names(self) -> &'static [&'static str] {
@@ -87,6 +91,7 @@ impl Aov {
             Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
             Self::Thickness => &["thickness"],
             Self::Angle => &["angle"],
+            Self::Emitter => &["emitter"],
         }
     }
 }
@@ -95,9 +100,14 @@ impl Aov {
 pub(crate) const SPECTRUM_OFFSET: usize = 3;
 
 impl Aovs {
-    /// Whether any AOV needs the first surface on a sample's path.
+    /// Whether any AOV needs what a sample's camera ray meets first.
     pub(crate) fn need_first_hit(self) -> bool {
-        Aov::ALL.into_iter().any(|aov| self.contains(aov))
+        self.emitter || self.need_first_surface()
+    }
+
+    /// Whether any AOV needs the first surface on a sample's path.
+    pub(crate) fn need_first_surface(self) -> bool {
+        Aov::ALL.into_iter().any(|aov| aov != Aov::Emitter && self.contains(aov))
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
@@ -106,6 +116,7 @@ impl Aovs {
             Aov::Albedo => self.albedo,
             Aov::Thickness => self.thickness,
             Aov::Angle => self.angle,
+            Aov::Emitter => self.emitter,
         }
     }
 
@@ -156,14 +167,15 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..64u32 {
-            let [spectrum, variance, normal, albedo, thickness, angle] = [0, 1, 2, 3, 4, 5].map(|k| bits >> k & 1 == 1);
-            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle };
+        for bits in 0..128u32 {
+            let [spectrum, variance, normal, albedo, thickness, angle, emitter] =
+                [0, 1, 2, 3, 4, 5, 6].map(|k| bits >> k & 1 == 1);
+            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter };
             let names = aovs.sum_names();
             let offset = |name: &str| names.iter().position(|one| one == name);
             assert_eq!(names.len(), aovs.sum_count());
             assert_eq!(offset("R_squared"), aovs.squares_offset());
-            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle"]) {
+            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle", "emitter"]) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));

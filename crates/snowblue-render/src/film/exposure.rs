@@ -55,7 +55,7 @@ const AUTO_LEVEL: f64 = 0.9;
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
-    /// The 99th percentile of the pixels is close to white.
+    /// The 99th percentile of the pixels is close to white. Pixels that show a lamp or the sun do not count.
     #[default]
     Auto,
     /// The factor is 2^stops. At 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over

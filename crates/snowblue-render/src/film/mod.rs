@@ -30,6 +30,8 @@ use crate::images::raster::ImageSize;
 pub struct Film {
     size: ImageSize,
     pixels: Vec<Xyz>,
+    /// Whether each pixel shows a lamp or the sun; empty if none does.
+    shows_emitter: Vec<bool>,
 }
 
 impl Film {
@@ -40,7 +42,14 @@ impl Film {
     /// When the number of pixels is not that of the size.
     pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
         assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
-        Self { size, pixels }
+        Self { size, pixels, shows_emitter: Vec::new() }
+    }
+
+    /// The image, of which some pixels show a lamp or the sun.
+    pub(crate) fn with_emitters(self, shows_emitter: Vec<bool>) -> Self {
+        assert_eq!(shows_emitter.len(), self.pixels.len(), "one value per pixel");
+        let is_any = shows_emitter.contains(&true);
+        Self { shows_emitter: if is_any { shows_emitter } else { Vec::new() }, ..self }
     }
 
     /// Size in pixels.
@@ -53,9 +62,16 @@ impl Film {
         &self.pixels
     }
 
+    /// The pixels that an automatic exposure depends on: all but those that show a lamp or the sun, which is some
+    /// thousand times as bright as what it lights.
+    pub fn metered_pixels(&self) -> impl Iterator<Item = Xyz> {
+        let shows_emitter = |index: usize| self.shows_emitter.get(index).copied().unwrap_or(false);
+        self.pixels.iter().enumerate().filter(move |(index, _)| !shows_emitter(*index)).map(|(_, pixel)| *pixel)
+    }
+
     /// The factor by which radiance is multiplied for display.
     pub fn display_factor(&self, exposure: Exposure) -> f64 {
-        exposure.display_factor(self.pixels.iter().copied().map(LinearRgb::from_xyz))
+        exposure.display_factor(self.metered_pixels().map(LinearRgb::from_xyz))
     }
 }
 
@@ -70,6 +86,8 @@ mod tests {
         let film = Film::new(ImageSize { width: 200, height: 1 }, pixels);
         assert!((film.display_factor(Exposure::Auto) - 0.9 / 198.0).abs() < 1e-9);
         assert!((film.display_factor(Exposure::Stops(-2.0)) - 0.25).abs() < 1e-12);
+        let bright: Vec<bool> = (0..200).map(|k| k >= 100).collect();
+        assert!((film.with_emitters(bright).display_factor(Exposure::Auto) - 0.9 / 99.0).abs() < 1e-9);
         let black = Film::new(ImageSize { width: 1, height: 1 }, vec![Xyz::default()]);
         assert!((black.display_factor(Exposure::Auto) - 1.0).abs() < 1e-12);
     }

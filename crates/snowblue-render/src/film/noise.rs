@@ -54,8 +54,15 @@ mod tests {
     use crate::film::sensor::Sensor;
     use crate::spectrum::Spectrum;
 
-    const AOVS: Aovs =
-        Aovs { spectrum: false, variance: true, normal: false, albedo: false, thickness: false, angle: false };
+    const AOVS: Aovs = Aovs {
+        spectrum: false,
+        variance: true,
+        normal: false,
+        albedo: false,
+        thickness: false,
+        angle: false,
+        emitter: false,
+    };
 
     /// The sums of samples 1 ± `spread`.
     fn sums(count: u32, spread: f32) -> Vec<i128> {

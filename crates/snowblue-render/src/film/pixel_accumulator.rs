@@ -70,7 +70,7 @@ pub(crate) struct PixelAccumulator {
     xyz: [SplitSum; 3],
     spectrum: [SplitSum; SAMPLES],
     squares: [i128; 3],
-    first_hit: [AovSums; 4],
+    first_hit: [AovSums; Aov::ALL.len()],
     /// Samples that are not finite, or too bright.
     pub(crate) unusable_samples: u64,
 }

@@ -9,7 +9,7 @@ use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::geometry::chord::{ChordEnd, Exit, Line};
 use crate::geometry::ray::{Ray, narrow};
 use crate::scene::Scene;
-use crate::scene::light::Light;
+use crate::scene::light::{Light, SHADOW_EPSILON};
 use crate::scene::material::Material;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
@@ -23,6 +23,13 @@ pub(crate) fn add_first_hit(
     pixel: &mut PixelAccumulator,
     channels: Aovs,
 ) {
+    if channels.emitter {
+        let seen = sees_emitter(scene, probe, ray);
+        pixel.add_aov(Aov::Emitter, [if seen { 1.0 } else { 0.0 }, 0.0, 0.0]);
+    }
+    if !channels.need_first_surface() {
+        return;
+    }
     let Some(surface) = probe.camera_hit(ray) else { return };
     pixel.add_aov(Aov::Normal, surface.normal.to_array());
     let behind = match &scene.materials[surface.material] {
@@ -42,6 +49,19 @@ pub(crate) fn add_first_hit(
             pixel.add_aov(Aov::Angle, [angle_deg, 0.0, 0.0]);
         }
     }
+}
+
+/// Whether a camera ray meets a lamp or the sun before any surface. Few rays pass a lamp at all, and only they ask for
+/// the surface.
+fn sees_emitter(scene: &Scene, probe: &mut SceneQueries, ray: &Ray) -> bool {
+    let sees = |limit_m: f32| scene.lights.iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
+    sees(f32::INFINITY) && probe.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
+}
+
+/// The distance within which a camera ray sees lights before a surface. A light that lies on the surface counts, as for
+/// shadow rays.
+pub(super) fn light_limit_m(ray: &Ray, surface: &SurfaceInteraction) -> f32 {
+    surface.point.distance(ray.origin) / (1.0 - SHADOW_EPSILON)
 }
 
 /// The snow behind a point that is seen.

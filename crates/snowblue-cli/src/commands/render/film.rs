@@ -13,7 +13,7 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::frame_record::FrameRecord;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::ResumableImage;
-use snowblue_render::render::with_variance;
+use snowblue_render::render::with_needed;
 use snowblue_render::{Aovs, Scene, SceneFile, render};
 
 use super::job::RenderJob;
@@ -169,7 +169,7 @@ impl<'a> Film<'a> {
         if let Some(difference) = record.provenance.difference(&expected) {
             return Err(self.cannot_resume(number, &format!("it is another picture: {difference}")));
         }
-        let aovs = with_variance(self.options.aovs, &scene.integrator);
+        let aovs = with_needed(self.options.aovs, &scene);
         if record.aovs != aovs {
             return Err(self.cannot_resume(number, &format!("its AOVs are {}, not {aovs}", record.aovs)));
         }
@@ -213,7 +213,7 @@ impl<'a> Film<'a> {
             })?;
             *scene = Some(built);
             // A dark frame asks for no exposure.
-            if film.pixels().iter().any(|pixel| pixel.y > 0.0) {
+            if film.metered_pixels().any(|pixel| pixel.y > 0.0) {
                 let factor = film.display_factor(Exposure::Auto);
                 least = Some(least.map_or(factor, |least| least.min(factor)));
             }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::render::{RenderControl, accumulator, render_missing, with_variance};
+use snowblue_render::render::{RenderControl, accumulator, render_missing, with_needed};
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
@@ -66,7 +66,7 @@ impl RenderJob<'_> {
         if let Some(difference) = part.provenance.difference(&self.provenance) {
             return Err(differs(&format!("it is another picture: {difference}")));
         }
-        let aovs = with_variance(self.aovs, self.scene.integrator());
+        let aovs = with_needed(self.aovs, self.scene.description());
         if part.aovs != aovs {
             return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }

@@ -116,8 +116,8 @@ pub(crate) struct Render {
     /// Greatest size of the cells of the light field at the surface of snow in mm [0.01–1000], instead of the scene's
     #[arg(long, value_name = "X")]
     field_step_mm: Option<f64>,
-    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' is the same for all frames of a
-    /// film, such that the brightest of five is not too bright
+    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a
+    /// lamp or the sun, and is the same for all frames of a film, such that the brightest of five is not too bright
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of
@@ -132,7 +132,8 @@ pub(crate) struct Render {
     )]
     false_color: Option<FalseColor>,
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
-    /// variance (of the mean), normal, albedo, thickness (m), angle (degrees)
+    /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
+    /// lamp or the sun)
     #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::aovs)]
     aovs: Aovs,
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them

@@ -26,11 +26,12 @@ use glam::Vec3A;
 
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::{Ray, SurfacePoint};
+use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::survival_probability;
 use crate::integrators::walk::WalkTracer;
 use crate::sampling::{Sampler, cosine_direction};
-use crate::scene::light::{IncidentLight, Light, LightSample, SHADOW_EPSILON};
+use crate::scene::light::{IncidentLight, Light, LightSample};
 use crate::scene::light_field::{EndDepth, SnowAt};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -255,8 +256,7 @@ impl<'scene> PathIntegrator<'scene> {
 
     /// Radiance from the lights that a ray hits before a surface.
     fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&SurfacePoint>) -> Spectrum {
-        // A light that lies on the surface counts, as for shadow rays.
-        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(ray.origin) / (1.0 - SHADOW_EPSILON));
+        let limit_m = hit.map_or(f32::INFINITY, |surface| light_limit_m(ray, surface));
         let mut radiance = Spectrum::ZERO;
         for emitted in self.scene.lights.iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
             radiance += emitted;

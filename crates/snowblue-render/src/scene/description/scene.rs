@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::camera::CameraDescription;
-use super::light::{EnvironmentDescription, LightDescription};
+use super::light::{EnvironmentDescription, LightDescription, LightSource};
 use super::material::MaterialDescription;
 use super::object::ObjectDescription;
 use super::sky::SkyDescription;
@@ -46,6 +46,17 @@ pub struct SceneDescription {
 }
 
 impl SceneDescription {
+    /// Whether the camera may see a lamp or the sun.
+    pub(crate) fn has_visible_emitters(&self) -> bool {
+        let shows_sun = matches!(&self.sky, Some(SkyDescription::Clear(clear)) if clear.visible);
+        let is_visible = |light: &LightDescription| match &light.source {
+            LightSource::Sphere(lamp) => lamp.visible,
+            LightSource::Rectangle(lamp) => lamp.visible,
+            LightSource::Point(_) | LightSource::Spot(_) | LightSource::Directional(_) => false,
+        };
+        shows_sun || self.lights.iter().any(is_visible)
+    }
+
     /// Sets the path mode of all snow.
     pub fn set_path_mode(&mut self, mode: PathMode) {
         for material in self.materials.values_mut() {

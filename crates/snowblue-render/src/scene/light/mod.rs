@@ -378,6 +378,13 @@ impl Light {
         }
     }
 
+    /// Whether a camera ray meets it before `limit_m` as a lamp or the sun, on which the exposure of a picture does not
+    /// depend. A sky is part of the picture.
+    pub(crate) fn is_seen_as_emitter(&self, ray: &Ray, limit_m: f32) -> bool {
+        let is_emitter = matches!(self, Self::Sphere(_) | Self::Rectangle(_) | Self::Sun(..));
+        is_emitter && self.is_visible_to_camera() && self.origin_on(ray, limit_m).is_some()
+    }
+
     fn is_visible_to_camera(&self) -> bool {
         match self {
             Self::Point(_) | Self::Directional(_) => false,
