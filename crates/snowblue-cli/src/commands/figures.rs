@@ -6,6 +6,7 @@ use clap::Args;
 use snowblue_figures::page::{self, Section};
 use snowblue_figures::{FigureFile, FigureOptions, recipes};
 
+use crate::options::{GivenOptions, Idle};
 use crate::output::{Failure, Outcome, Progress, check_path, print, print_message, write_file};
 
 /// Recompute the figures and tables of the paper and of the validation
@@ -21,6 +22,9 @@ Examples:
   snowblue figures -o figures --only water,albedo"
 )]
 pub(crate) struct Figures {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     /// Folder to write to; created if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -37,6 +41,11 @@ pub(crate) struct Figures {
 impl Figures {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let recipes = recipes(&self.only).map_err(Failure::input)?;
+        self.given.refuse_idle(&[Idle {
+            when: !recipes.iter().any(|recipe| recipe.name == "truth"),
+            options: &["truth_samples"],
+            why: "--only leaves truth out",
+        }])?;
         if !self.output.is_dir() {
             check_path(&self.output)?;
             let failed = |error| Failure::Input(format!("{}: cannot be created: {error}", self.output.display()));

@@ -43,11 +43,6 @@ enum SpaceArgument {
 }
 
 impl Compression {
-    /// Whether the table is to be compressed.
-    pub(crate) fn is_given(&self) -> bool {
-        self.space.is_some()
-    }
-
     /// Checks before long work that the options agree.
     pub(crate) fn check(&self) -> Outcome {
         let is_limited = self.components.is_some() || self.max_delta_e.is_some() || self.max_rmse.is_some();

@@ -13,7 +13,7 @@ pub(crate) struct OrdinatesArguments {
     /// 64 and 128 in wet snow and with algae
     #[arg(long, value_name = "N", default_value = "auto", value_parser = parse::streams)]
     pub(crate) streams: Streams,
-    /// Seed of random numbers
+    /// Seed of random numbers; the ordinates too send rays, through single grains
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
 }

@@ -14,6 +14,6 @@ pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
 pub(crate) use compression::Compression;
 pub(crate) use engine::OrdinatesArguments;
 pub(crate) use film_memory::FilmMemory;
-pub(crate) use given::GivenOptions;
+pub(crate) use given::{GivenOptions, Idle};
 pub(crate) use slab::SlabOptions;
 pub(crate) use snow::{SnowOptions, describe_distribution, describe_measure, describe_range};

@@ -16,7 +16,7 @@ use crate::output::Failure;
 #[command(next_help_heading = "Snow")]
 pub(crate) struct SnowOptions {
     /// Kind of snow of the International Classification: fresh, rounded, faceted, wind-packed, melt-forms, firn; sets
-    /// specific surface area and density where they are not given
+    /// specific surface area and density, of which options may replace one
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
     /// Grain size in µm: a mean, for the range mean ± 50 [70–4950], or MIN:MAX, uniform in number [20–5000; default:
@@ -80,6 +80,11 @@ impl SnowOptions {
         let measure = (self.size_measure != SizeMeasure::default()).then_some(self.size_measure);
         if self.snow.is_some() && self.grain_size.is_none() && measure.is_some() {
             return Err(Failure::Input("--size-measure with --snow needs --grain-size".to_owned()));
+        }
+        let size = self.grain_size.map(|_| "--grain-size").or(self.ssa.map(|_| "--ssa"));
+        if let (Some(_), Some(_), Some(size)) = (self.snow, self.density, size) {
+            let why = format!("{size} and --density replace all that a kind of snow sets");
+            return Err(Failure::Input(format!("--snow has no effect: {why}")));
         }
         let described = SnowDescription {
             snow_type: self.snow,

@@ -17,6 +17,10 @@ pub(crate) enum PictureFormat {
     Exr,
 }
 
+/// Why an exposure has no effect on an EXR without sums.
+pub(crate) const IDLE_EXPOSURE: &str =
+    "an .exr holds light without an exposure; with --keep-sums it also keeps the exposure of a later .png";
+
 /// A picture file to write.
 #[derive(Debug, Clone)]
 pub(crate) struct PictureFile {

@@ -9,7 +9,7 @@ use snowblue_database::table::StandardErrors;
 use snowblue_database::{Axes, Quantity, Table};
 
 use super::filling::{Filled, Filling};
-use crate::options::Compression;
+use crate::options::{Compression, GivenOptions};
 use crate::output::{Failure, Outcome, check_table_path, output_path, print_message};
 
 /// Fill a table and write it as NetCDF
@@ -26,6 +26,9 @@ use crate::output::{Failure, Outcome, check_table_path, output_path, print_messa
   snowblue database build --shard 2/8 -o part2.nc         one shard, for 'snowblue merge'"
 )]
 pub(crate) struct Build {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     #[command(flatten)]
     filling: Filling,
     /// Fill only one shard of the table, as 2/8
@@ -42,6 +45,7 @@ impl Build {
     pub(super) fn run(&self, quiet: bool) -> Outcome {
         check_table_path(&self.output)?;
         self.compression.check()?;
+        self.given.refuse_idle(&self.filling.idle())?;
         let summary = if let Some(part) = self.shard {
             let fill = |axes: &Axes, options: &FillOptions, progress: &(dyn Fn(FillProgress) + Sync)| {
                 shard::fill_part(axes, options, part, progress)

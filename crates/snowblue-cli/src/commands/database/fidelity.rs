@@ -13,7 +13,7 @@ use snowblue_figures::plot::{self, CompressionError};
 use snowblue_figures::{Cell, DataTable};
 
 use super::filling::Filling;
-use crate::options::parse;
+use crate::options::{GivenOptions, Idle, parse};
 use crate::output::{Failure, Outcome, OutputOptions, check_extension, write_file};
 
 /// Compute the errors of 1–N principal components over all curves of a full table, in both spaces
@@ -36,6 +36,9 @@ Examples:
   snowblue database fidelity --off-grid 200 --seed 2 small.nc"
 )]
 pub(crate) struct Fidelity {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     /// Full table, with --off-grid also a compressed one [default: computed on the given axes]
     #[arg(conflicts_with_all = ["Filling", "AxesOptions", "streams"])]
     file: Option<PathBuf>,
@@ -143,11 +146,9 @@ impl Fidelity {
         if let Some(path) = &self.plot {
             check_extension(path, "svg", "the plot")?;
         }
+        self.check_effects()?;
         if let Some(points) = self.off_grid {
             return self.off_grid(points, quiet);
-        }
-        if self.file.is_some() && self.filling.ordinates.seed != 1 {
-            return Err(Failure::Input("--seed has no effect on a table from a file".to_owned()));
         }
         let table = match &self.file {
             None => self.filling.table(quiet)?.table,
@@ -170,6 +171,40 @@ impl Fidelity {
             write_file(path, plot::fidelity(&self.plotted(&judgements), &metadata).as_bytes())?;
         }
         self.output.write(&DataTable { columns: COLUMNS.to_vec(), rows, metadata }, quiet)
+    }
+
+    /// Refuses options without effect. Those that fill a table conflict with one from a file.
+    fn check_effects(&self) -> Outcome {
+        self.given.refuse_idle(&self.filling.idle())?;
+        self.given.refuse_idle(&[
+            Idle {
+                when: self.file.is_some() && self.off_grid.is_none(),
+                options: &["seed"],
+                why: "the table is from a file, and --off-grid draws no points",
+            },
+            Idle {
+                when: self.file.is_none() && self.interpolation == Some(InterpolationArgument::Log),
+                options: &[
+                    "preset",
+                    "axes",
+                    "grain_size",
+                    "facetness",
+                    "density",
+                    "thickness",
+                    "angle",
+                    "wavelengths",
+                    "water_saturation",
+                    "temperature",
+                    "impurity",
+                    "ice",
+                    "engine",
+                    "tally_rays",
+                    "rays",
+                    "streams",
+                ],
+                why: "--interpolation log without a file is that of the embedded table",
+            },
+        ])
     }
 
     /// The errors under the first illuminant.

@@ -10,7 +10,7 @@ use snowblue_transport::monte_carlo;
 use snowblue_transport::optics::IceTable;
 
 use super::axes::AxesOptions;
-use crate::options::{OrdinatesArguments, parse};
+use crate::options::{Idle, OrdinatesArguments, parse};
 use crate::output::{Failure, Progress};
 
 /// How to fill a table
@@ -67,6 +67,22 @@ impl Filling {
             EngineArgument::Montecarlo => Engine::MonteCarlo { rays: self.rays },
         };
         FillOptions { engine, seed: self.ordinates.seed, ice: self.ice }
+    }
+
+    /// Options of the engine that is not asked for.
+    pub(super) fn idle(&self) -> [Idle<'static>; 2] {
+        [
+            Idle {
+                when: self.engine == EngineArgument::Ordinates,
+                options: &["rays"],
+                why: "it belongs to --engine montecarlo; --tally-rays sets the rays through single grains",
+            },
+            Idle {
+                when: self.engine == EngineArgument::Montecarlo,
+                options: &["streams", "tally_rays"],
+                why: "it belongs to --engine ordinates",
+            },
+        ]
     }
 
     /// Fills a table or a shard by `fill`.

@@ -8,6 +8,7 @@ use snowblue_database::compact::LookUpTable;
 use snowblue_render::film::image_file::write_numbers_exr;
 
 use super::CompactOptions;
+use crate::options::{GivenOptions, Idle};
 use crate::output::{Failure, Outcome, check_path, ending, output_path, write_file};
 
 /// Columns and rows of a table.
@@ -17,6 +18,9 @@ const SIZE: [u32; 2] = [256, 64];
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct TableFile {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     #[command(flatten)]
     compact: CompactOptions,
     /// What an .exr holds; a .json has both
@@ -42,6 +46,11 @@ impl TableFile {
             _ => return Err(Failure::Input(format!("{}: the table must end in .exr or .json", self.output.display()))),
         };
         check_path(&self.output)?;
+        self.given.refuse_idle(&[Idle {
+            when: !is_exr,
+            options: &["quantity"],
+            why: "a .json has both quantities",
+        }])?;
         let snow = self.compact.fit()?;
         let table = snow.look_up_table(SIZE[0], SIZE[1]);
         let mut notes = self.compact.notes(&snow)?;

@@ -11,8 +11,11 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
 
-use crate::options::{Compression, FilmMemory, parse};
-use crate::output::{Failure, Outcome, PictureFile, check_not_input, check_table_path, output_path, print_message};
+use crate::options::{Compression, FilmMemory, GivenOptions, Idle, parse};
+use crate::output::{
+    Failure, IDLE_EXPOSURE, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
+    print_message,
+};
 use pictures::merge_pictures;
 
 /// Magic number of OpenEXR.
@@ -35,6 +38,9 @@ Examples:
   snowblue merge part*.nc --space log --components 3 -o snow.nc"
 )]
 pub(crate) struct Merge {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     /// Parts to merge, in any order
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
@@ -75,22 +81,29 @@ impl Merge {
     }
 
     fn merge_pictures(&self) -> Result<String, Failure> {
-        if self.compression.is_given() {
-            return Err(Failure::Input("--space is for tables, but the parts are pictures".to_owned()));
-        }
+        self.given.refuse_idle(&[Idle {
+            when: true,
+            options: &["space"],
+            why: "it is for tables, but the parts are pictures",
+        }])?;
         let file = PictureFile::new(&self.output, self.keep_sums)?;
         if self.keep_sums {
             file.needs_exr("--keep-sums")?;
         }
+        self.given.refuse_idle(&[Idle {
+            when: file.format == PictureFormat::Exr && !self.keep_sums,
+            options: &["exposure"],
+            why: IDLE_EXPOSURE,
+        }])?;
         merge_pictures(&self.parts, &file, self.exposure, self.film_memory)
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {
-        if self.keep_sums || self.exposure.is_some() {
-            return Err(Failure::Input(
-                "--keep-sums and --exposure are for pictures, but the parts are tables".to_owned(),
-            ));
-        }
+        self.given.refuse_idle(&[Idle {
+            when: true,
+            options: &["keep_sums", "exposure"],
+            why: "it is for pictures, but the parts are tables",
+        }])?;
         check_table_path(&self.output)?;
         self.compression.check()?;
         let shards: Result<Vec<NamedShard>, Failure> = self.parts.iter().map(|path| read(path)).collect();

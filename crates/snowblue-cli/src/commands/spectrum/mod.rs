@@ -16,7 +16,7 @@ use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
-use crate::options::{OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
@@ -39,13 +39,17 @@ const STANDARD_ERROR: &str = "transmittance standard error at most";
   snowblue spectrum --broadband visible,par --ice picard2016 --engine montecarlo"
 )]
 pub(crate) struct Spectrum {
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
     #[command(flatten)]
     sample: SnowOptions,
     #[command(flatten)]
     slab: SlabOptions,
     #[command(flatten)]
     stack: StackOptions,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500; default: 400:700:10, or every 10 nm of the bands]
+    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500; default: 400:700:10, or every 10 nm of the bands]. They
+    /// share rays through single grains, so that a value changes with the list, within its standard error
     #[arg(long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab")]
     wavelengths: Option<Wavelengths>,
     /// Averages over bands of sunlight (ASTM G173-03) instead of wavelengths: all, or some of solar, visible,
@@ -100,6 +104,7 @@ impl Spectrum {
         if let Some(path) = &self.plot {
             check_extension(path, "svg", "the plot")?;
         }
+        self.check_effects()?;
         let pack = self.stack.pack()?;
         let range = match pack.as_ref().and_then(Pack::wavelength_range) {
             Some(range) => range,
@@ -130,6 +135,24 @@ impl Spectrum {
             write_file(path, plot::spectrum(&rows, &results.metadata, self.stack.has_ground()).as_bytes())?;
         }
         self.output.write(&results, quiet)
+    }
+
+    /// Refuses options without effect.
+    fn check_effects(&self) -> Outcome {
+        let why_rays = "--engine ordinates solves equations instead of sending rays through the snow";
+        self.given.refuse_idle(&[
+            Idle { when: self.engine == Engine::Ordinates, options: &["rays", "per_wavelength"], why: why_rays },
+            Idle {
+                when: self.engine == Engine::Montecarlo,
+                options: &["streams"],
+                why: "--engine montecarlo sends rays through the snow and has no streams",
+            },
+            Idle {
+                when: self.stack.is_used(),
+                options: &["per_wavelength"],
+                why: "on layers and on a ground each wavelength has its own rays in any case",
+            },
+        ])
     }
 
     /// The given wavelengths, or those of the bands within the range of the tables.

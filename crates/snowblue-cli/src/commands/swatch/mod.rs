@@ -17,7 +17,7 @@ use snowblue_transport::slab::Incidence;
 
 use crate::options::parse::{self, GrainSizeArgument};
 use crate::options::{
-    ColorOptions, GivenOptions, LightOptions, OrdinatesArguments, SampleCount, SlabOptions, SnowOptions,
+    ColorOptions, GivenOptions, Idle, LightOptions, OrdinatesArguments, SampleCount, SlabOptions, SnowOptions,
     describe_distribution, describe_measure, describe_range,
 };
 use crate::output::{Failure, Outcome, check_extension, color_row, output_path, write_file};
@@ -127,6 +127,13 @@ impl Swatch {
             check_extension(path, "csv", "the table of colours")?;
         }
         self.check_axes()?;
+        let sets_size = self.varies(Parameter::GrainSize) || self.given.has("grain_size") || self.given.has("ssa");
+        let sets_density = self.varies(Parameter::Density) || self.given.has("density");
+        self.given.refuse_idle(&[Idle {
+            when: sets_size && sets_density,
+            options: &["snow"],
+            why: "grain size and density, which are all that a kind of snow sets, are given",
+        }])?;
         for (name, count) in [("thickness", self.slab.thickness.len()), ("angle", self.slab.angle.len())] {
             if count != 1 {
                 return Err(Failure::Input(format!(
