@@ -5,9 +5,11 @@ use clap::{Parser, Subcommand};
 use crate::commands::bake::Bake;
 use crate::commands::bsdf::Bsdf;
 use crate::commands::color::Color;
+use crate::commands::completions::Completions;
 use crate::commands::database::Database;
 use crate::commands::export::Export;
 use crate::commands::figures::Figures;
+use crate::commands::man::Man;
 use crate::commands::match_color::Match;
 use crate::commands::merge::Merge;
 use crate::commands::render::Render;
@@ -19,12 +21,13 @@ use crate::commands::swatch::Swatch;
 /// Predicts the blue of light through snow from what the snow is made of
 #[derive(Debug, Parser)]
 #[command(
+    name = "snowblue",
     version,
     propagate_version = true,
     after_help = "Examples:
   snowblue spectrum --thickness 15              reflectance and transmittance of 15 cm of snow
   snowblue color --thickness 5,10,15,30         the colour of the light behind it
-  snowblue render scene.toml -o picture.png     a picture of a scene with snow
+  snowblue render --scene block_30cm -o a.png   a picture of a scene with snow; --list-scenes lists more
 
 'snowblue COMMAND --help' describes a command with its options, units and examples. Exit codes: 0 success, 1 failure, \
 2 bad input, 130 interrupted."
@@ -60,6 +63,8 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Export(Export),
     Figures(Figures),
+    Completions(Completions),
+    Man(Man),
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod commands;
 
 mod arguments;
 
-use clap::Parser as _;
+use clap::{CommandFactory as _, Parser as _};
 
 use arguments::{Arguments, Command};
 use output::{Failure, Outcome, exit_code};
@@ -42,5 +42,7 @@ fn run() -> Outcome {
         Command::Bake(command) => command.run(arguments.quiet),
         Command::Export(command) => command.run(),
         Command::Figures(command) => command.run(arguments.quiet),
+        Command::Completions(command) => command.run(Arguments::command()),
+        Command::Man(command) => command.run(Arguments::command()),
     }
 }

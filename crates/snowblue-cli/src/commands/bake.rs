@@ -7,10 +7,10 @@ use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, STEP_R
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::{Scene, SceneDescription, SceneFile};
+use snowblue_render::{Scene, SceneDescription};
 
 use crate::input::scene_table;
-use crate::options::parse;
+use crate::options::{GivenOptions, Idle, SceneOptions, parse};
 use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
@@ -27,12 +27,16 @@ The integrator of the scene does not matter: the light field is always solved fo
 
 Examples:
   snowblue bake scenes/block_30cm.toml -o block.glb
+  snowblue bake --scene block_30cm -o block.glb                       a scene inside this program
   snowblue bake scenes/fig10_igloo.toml --step-mm 20 -o igloo.glb      vertices every 20 mm at most
   snowblue bake scenes/block_30cm.toml --spectrum -o block.ply        31 wavelengths, W/(m2 nm)
   snowblue bake scenes/block_30cm.toml --max-bounces 0 -o direct.ply   no light by way of other surfaces")]
 pub(crate) struct Bake {
-    /// Scene file (TOML)
-    scene: PathBuf,
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
+    #[command(flatten)]
+    scene: SceneOptions,
     /// File to write: .glb (binary glTF, y up) or .ply (binary, axes of the scene)
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
@@ -63,8 +67,11 @@ enum Format {
 impl Bake {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let format = self.format()?;
+        let is_ply = matches!(format, Format::Ply);
+        let why = "a .ply has no preview";
+        self.given.refuse_idle(&[Idle { when: is_ply, options: &["exposure"], why }])?;
+        let mut file = self.scene.open()?;
         let table = scene_table(self.database.as_deref())?;
-        let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
         let SceneDescription { film, integrator, .. } = &mut file.description;
         film.exposure = self.exposure.unwrap_or(film.exposure);
         integrator.kind = IntegratorKind::Diffusion;
@@ -108,7 +115,7 @@ impl Bake {
                 BakeError::TooManyVertices { .. } => format!("{error} (--step-mm)"),
                 _ => error.to_string(),
             };
-            Failure::Input(format!("{}: {reason}", self.scene.display()))
+            Failure::Input(format!("{}: {reason}", self.scene.name()))
         })
     }
 }

@@ -3,9 +3,11 @@
 pub(crate) mod bake;
 pub(crate) mod bsdf;
 pub(crate) mod color;
+pub(crate) mod completions;
 pub(crate) mod database;
 pub(crate) mod export;
 pub(crate) mod figures;
+pub(crate) mod man;
 pub(crate) mod match_color;
 pub(crate) mod merge;
 pub(crate) mod render;

@@ -7,6 +7,7 @@ mod compression;
 mod engine;
 mod film_memory;
 mod given;
+mod scene;
 mod slab;
 mod snow;
 
@@ -15,5 +16,6 @@ pub(crate) use compression::Compression;
 pub(crate) use engine::OrdinatesArguments;
 pub(crate) use film_memory::FilmMemory;
 pub(crate) use given::{GivenOptions, Idle};
+pub(crate) use scene::SceneOptions;
 pub(crate) use slab::SlabOptions;
 pub(crate) use snow::{SnowOptions, describe_distribution, describe_measure, describe_range};

@@ -8,7 +8,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use snowblue_database::CompressedTable;
-use snowblue_render::files::FilesIn;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::frame_record::FrameRecord;
 use snowblue_render::film::provenance::Provenance;
@@ -67,9 +66,10 @@ impl<'a> Film<'a> {
             )));
         }
         let format = PictureFile::new(&names.path(0), false)?.format;
-        let file = SceneFile::open(&options.scene).map_err(Failure::input)?;
+        let file = options.scene.open()?;
+        options.check_effects_on(&file.description)?;
         if !file.has_keyframes() {
-            let scene = options.scene.display();
+            let scene = options.scene.name();
             return Err(Failure::Input(format!("{scene}: has no [keyframes], so all frames would be the same")));
         }
         let table = scene_table(options.database.as_deref())?;
@@ -80,6 +80,7 @@ impl<'a> Film<'a> {
                 picture.needs_exr(option)?;
             }
         }
+        options.check_effects_in(&picture)?;
         for number in 0..count {
             options.check_memory(&film.frame(number)?.description, &picture, quiet || number > 0)?;
         }
@@ -164,7 +165,7 @@ impl<'a> Film<'a> {
         }
         let record = FrameRecord::read(&path).ok_or_else(|| self.cannot_resume(number, "it is no frame of a film"))?;
         let scene = self.frame(number)?.description;
-        let files = FilesIn::beside(&self.options.scene);
+        let files = self.options.scene.files();
         let expected = record.provenance.of_same_files(&scene, &self.table, &files);
         if let Some(difference) = record.provenance.difference(&expected) {
             return Err(self.cannot_resume(number, &format!("it is another picture: {difference}")));

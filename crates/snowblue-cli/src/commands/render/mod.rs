@@ -16,14 +16,17 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
-use snowblue_render::render::with_variance;
+use snowblue_render::render::with_needed;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription, SceneFile};
+use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription};
 
-use crate::input::scene_table;
-use crate::options::{FilmMemory, parse};
-use crate::output::{Failure, Format, Outcome, OutputOptions, PictureFile, output_path, print_message};
+use crate::input::{SCENES, scene_table};
+use crate::options::{FilmMemory, GivenOptions, Idle, SceneOptions, parse};
+use crate::output::{
+    Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, output_path, print,
+    print_message,
+};
 use film::Film;
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -34,6 +37,9 @@ use preview::{Preview, TEV};
     allow_negative_numbers = true,
     after_help = "Examples:
   snowblue render scenes/block_30cm.toml -o block.png
+  snowblue render --list-scenes                         the scenes inside this program
+  snowblue render --scene block_30cm -o block.png       one of them
+  snowblue render --scene block_30cm --print > my.toml  its file, to start from
   snowblue render scenes/block_30cm.toml --path view -o view.png    the paper's path mode
   snowblue render scenes/block_30cm.toml --width 270 --height 270 --spp 16 -o draft.exr
   snowblue render scenes/block_30cm.toml --integrator diffusion -o block.png    the light field in the snow
@@ -51,11 +57,23 @@ Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume
 identical to the last bit however they are split into parts, and on any number of threads."
 )]
 pub(crate) struct Render {
-    /// Scene file (TOML)
-    scene: PathBuf,
+    /// Must be the first field.
+    #[command(flatten)]
+    given: GivenOptions,
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// List the scenes inside this program
+    #[arg(long)]
+    list_scenes: bool,
+    /// Print the file of --scene, to start from, instead of rendering it
+    #[arg(long)]
+    print: bool,
     /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit). In the name of the frames of a film {} stands
     /// for their numbers; - is the standard output, as PNG
-    #[arg(short, long, value_name = "FILE", value_parser = output_path(), required_unless_present = "check")]
+    #[arg(
+        short, long, value_name = "FILE", value_parser = output_path(),
+        required_unless_present_any = ["check", "list_scenes", "print"]
+    )]
     output: Option<PathBuf>,
     /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
     #[arg(
@@ -161,6 +179,13 @@ struct LoadedScene {
 
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
+        self.check_effects()?;
+        if self.list_scenes {
+            return list_scenes();
+        }
+        if let Some(scene) = self.scene.embedded().filter(|_| self.print) {
+            return print(scene.text).map_err(Failure::work);
+        }
         let output = match &self.output {
             Some(output) if !self.check => output,
             _ => {
@@ -193,6 +218,75 @@ impl Render {
         job.run(self.resume)
     }
 
+    /// Refuses options without effect on what is asked for.
+    fn check_effects(&self) -> Outcome {
+        let of_pictures: &[&str] = &[
+            "integrator",
+            "path",
+            "width",
+            "height",
+            "spp",
+            "noise_target",
+            "spp_range",
+            "crop",
+            "max_bounces",
+            "seed",
+            "field_memory_mib",
+            "field_step_mm",
+            "exposure",
+            "white",
+            "false_color",
+            "aovs",
+            "keep_sums",
+            "resume",
+            "checkpoint",
+            "tev",
+            "frames",
+            "frame_range",
+        ];
+        let of_scenes: &[&str] = &["output", "check", "format", "database"];
+        self.given.refuse_idle(&[
+            Idle { when: self.check, options: of_pictures, why: "--check renders no picture" },
+            Idle { when: self.print, options: of_pictures, why: "--print renders no picture" },
+            Idle { when: self.print, options: of_scenes, why: "--print prints the file of a scene" },
+            Idle {
+                when: self.scene.embedded().is_none() && !self.list_scenes,
+                options: &["print"],
+                why: "it prints a scene inside this program, which --scene NAME chooses",
+            },
+            Idle { when: self.list_scenes, options: of_pictures, why: "--list-scenes renders no picture" },
+            Idle { when: self.list_scenes, options: of_scenes, why: "--list-scenes prints the names of scenes" },
+            Idle { when: self.list_scenes, options: &["scene", "print"], why: "--list-scenes lists all scenes" },
+        ])
+    }
+
+    /// Refuses options without effect on a scene.
+    fn check_effects_on(&self, scene: &SceneDescription) -> Outcome {
+        let mut changed = scene.clone();
+        self.override_values(&mut changed);
+        let kind = changed.integrator.kind;
+        let solves_field = matches!(kind, IntegratorKind::Diffusion | IntegratorKind::Hybrid);
+        let no_field = format!("the integrator {} solves for no light field", kind.name());
+        self.given.refuse_idle(&[
+            Idle { when: !solves_field, options: &["field_memory_mib", "field_step_mm"], why: &no_field },
+            Idle {
+                when: changed.film.false_color.is_some(),
+                options: &["white"],
+                why: "in the false colour of the scene all lights are white",
+            },
+        ])
+    }
+
+    /// Refuses options without effect on a picture, or on the frames of a film.
+    fn check_effects_in(&self, file: &PictureFile) -> Outcome {
+        let is_exr = file.format == PictureFormat::Exr;
+        let why = "an unfinished frame in .png is not written";
+        self.given.refuse_idle(&[
+            Idle { when: is_exr && !file.keeps_sums, options: &["exposure"], why: IDLE_EXPOSURE },
+            Idle { when: !is_exr && file.is_frame, options: &["checkpoint"], why },
+        ])
+    }
+
     /// The connection to the viewer, if there is to be one.
     fn preview(&self, name: String) -> Result<Option<Preview>, Failure> {
         self.tev.as_ref().map(|address| Preview::connect(address, name)).transpose()
@@ -201,7 +295,7 @@ impl Render {
     /// What a picture says of its scene.
     fn notes(&self) -> Vec<(&'static str, String)> {
         let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
-        vec![("Scene", self.scene.display().to_string()), ("Table", table)]
+        vec![("Scene", self.scene.name()), ("Table", table)]
     }
 
     /// The output file, if the options agree with its format.
@@ -219,6 +313,7 @@ impl Render {
                 file.needs_exr(option)?;
             }
         }
+        self.check_effects_in(&file)?;
         Ok(file)
     }
 
@@ -252,7 +347,7 @@ impl Render {
     /// Checks that the pixels to render fit into the memory, and says what they take.
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
-        let needed_mib = self.film_memory.check(file, &[&window], with_variance(self.aovs, &scene.integrator))?;
+        let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
         if let Some(needed_mib) = needed_mib.filter(|_| !quiet) {
             print_message(&format!("{}: the pixels take {needed_mib} MiB of memory\n", file.path.display()));
         }
@@ -261,8 +356,9 @@ impl Render {
 
     /// Reads the scene, calls `check` with its description and builds it.
     fn load(&self, check: impl Fn(&SceneDescription) -> Outcome) -> Result<LoadedScene, Failure> {
+        let mut file = self.scene.open()?;
+        self.check_effects_on(&file.description)?;
         let table = scene_table(self.database.as_deref())?;
-        let mut file = SceneFile::open(&self.scene).map_err(Failure::input)?;
         self.override_values(&mut file.description);
         file.description.check().map_err(Failure::input)?;
         check(&file.description)?;
@@ -295,6 +391,13 @@ impl Render {
             scene.set_path_mode(mode);
         }
     }
+}
+
+/// Lists the scenes inside the program.
+fn list_scenes() -> Outcome {
+    let width = SCENES.iter().map(|scene| scene.name.len()).max().unwrap_or(0);
+    let lines = SCENES.map(|scene| format!("{:width$}  {}\n", scene.name, scene.story()));
+    print(&lines.concat()).map_err(Failure::work)
 }
 
 /// The last component of a path.

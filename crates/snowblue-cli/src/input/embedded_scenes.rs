@@ -1,0 +1,79 @@
+//! The scenes of the repository, inside the program, so that it shows something without its sources.
+
+use snowblue_render::SceneFile;
+
+use crate::output::Failure;
+
+/// A scene inside the program.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EmbeddedScene {
+    /// The name of its file without the ending.
+    pub(crate) name: &'static str,
+    /// The file.
+    pub(crate) text: &'static str,
+}
+
+macro_rules! embedded {
+    ($name:literal) => {
+        EmbeddedScene { name: $name, text: include_str!(concat!("../../scenes/", $name, ".toml")) }
+    };
+}
+
+/// All of them, by name.
+pub(crate) const SCENES: [EmbeddedScene; 18] = [
+    embedded!("block_30cm"),
+    embedded!("cornice"),
+    embedded!("crevasse"),
+    embedded!("fig10_igloo"),
+    embedded!("fig10_opaque"),
+    embedded!("fig11_dragon"),
+    embedded!("fig1_lamp"),
+    embedded!("fig9_back"),
+    embedded!("fig9_front"),
+    embedded!("fig9_oblique"),
+    embedded!("hole_and_footprint"),
+    embedded!("igloo_clear"),
+    embedded!("igloo_overcast"),
+    embedded!("quinzhee"),
+    embedded!("snow_cave"),
+    embedded!("truth_ball"),
+    embedded!("truth_corner"),
+    embedded!("truth_floor"),
+];
+
+/// The scene that needs a file which is not inside the program, and why.
+const DRAGON: &str = "fig11_dragon";
+const NEEDS_A_MODEL: &str = "needs models/dragon.ply, which scripts/fetch-models of the sources downloads";
+
+impl EmbeddedScene {
+    /// The scene of a name.
+    pub(crate) fn named(name: &str) -> Result<Self, String> {
+        let known = || SCENES.map(|scene| scene.name).join(", ");
+        let found = SCENES.into_iter().find(|scene| scene.name == name);
+        found.ok_or_else(|| format!("must be one of {}", known()))
+    }
+
+    /// What it shows: the first sentences of its file, up to the first line that is no comment or an empty one.
+    pub(crate) fn story(self) -> String {
+        let lines = self.text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
+        let story = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+        self.lacks().map_or(story.clone(), |lacks| format!("{story} It {lacks}."))
+    }
+
+    /// What it needs that is not inside the program.
+    fn lacks(self) -> Option<&'static str> {
+        (self.name == DRAGON).then_some(NEEDS_A_MODEL)
+    }
+
+    /// Reads it.
+    pub(crate) fn open(self) -> Result<SceneFile, Failure> {
+        let path = format!("{}.toml", self.name);
+        match self.lacks() {
+            Some(lacks) => Err(Failure::Input(format!(
+                "--scene {}: the scene {lacks}; then render scenes/{path} of the sources",
+                self.name
+            ))),
+            None => SceneFile::parse(self.text, path).map_err(Failure::input),
+        }
+    }
+}
