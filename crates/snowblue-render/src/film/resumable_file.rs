@@ -172,7 +172,7 @@ impl<'a> FilmChannels<'a> {
         channels.sort_unstable_by(|(one, _), (other, _)| one.cmp(other));
         let description = |(name, content): &(Text, Content)| {
             let sample_type = if matches!(content, Content::Mean(_)) { SampleType::F32 } else { SampleType::U32 };
-            ChannelDescription { name: name.clone(), sample_type, quantize_linearly: false, sampling: Vec2(1, 1) }
+            ChannelDescription::named(name.clone(), sample_type)
         };
         let list = ChannelList::new(channels.iter().map(description).collect());
         Self { accumulator, list, contents: channels.into_iter().map(|(_, content)| content).collect() }
