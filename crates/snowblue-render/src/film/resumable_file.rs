@@ -7,7 +7,6 @@
 //! exposure of a PNG. The data window and the display window give the position of a part in the image.
 
 use std::fs::File;
-use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
