@@ -23,7 +23,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::error::{SkyError, check};
 use crate::rings::{Ring, midpoints};
 use crate::tables::{
-    self, CONTROL_POINTS, NODES, SEGMENTS, SKY_VALUES, TURBIDITY_RANGE, TurbidityLevel, at_wavelength, polynomial,
+    self, CONTROL_POINTS, Coefficients, NODES, SEGMENTS, SKY_VALUES, TURBIDITY_RANGE, TurbidityLevel, at_wavelength,
+    polynomial,
 };
 
 /// Angle from the centre of the sun's disc to its edge, in radians: half of 0.5358°, as in Mitsuba 3.
@@ -53,6 +54,16 @@ pub struct ClearSky {
 }
 
 impl ClearSky {
+    /// A sky of the coefficients that this build embeds.
+    ///
+    /// # Errors
+    /// As those of [`with_coefficients`](Self::with_coefficients).
+    #[cfg(feature = "coefficients")]
+    pub fn new(sun_elevation_deg: f64, turbidity: f64, ground_albedo: &[f64; NODES]) -> Result<Self, SkyError> {
+        let coefficients = Coefficients::embedded().unwrap_or_else(|| unreachable!("the feature embeds them"));
+        Self::with_coefficients(coefficients, sun_elevation_deg, turbidity, ground_albedo)
+    }
+
     /// A sky.
     ///
     /// - `sun_elevation_deg`: angle between the horizon and the sun's centre, 0–90°.
@@ -63,7 +74,12 @@ impl ClearSky {
     ///
     /// # Errors
     /// [`SkyError::SunBelowHorizon`], or [`SkyError::OutOfRange`] if another value lies outside its range.
-    pub fn new(sun_elevation_deg: f64, turbidity: f64, ground_albedo: &[f64; NODES]) -> Result<Self, SkyError> {
+    pub fn with_coefficients(
+        coefficients: &Coefficients,
+        sun_elevation_deg: f64,
+        turbidity: f64,
+        ground_albedo: &[f64; NODES],
+    ) -> Result<Self, SkyError> {
         check_elevation(sun_elevation_deg)?;
         check("turbidity", turbidity, TURBIDITY_RANGE, "")?;
         for albedo in ground_albedo {
@@ -74,12 +90,13 @@ impl ClearSky {
         let dome = Box::new(std::array::from_fn(|node| {
             let mut values = [0.0; SKY_VALUES];
             for (point, weight) in weights.iter().enumerate() {
-                let control_point = tables::sky(level, ground_albedo[node], point, node);
+                let control_point = coefficients.sky(level, ground_albedo[node], point, node);
                 values.iter_mut().zip(control_point).for_each(|(value, control)| *value += weight * control);
             }
             values
         }));
-        let sun = (0..SEGMENTS).map(|segment| std::array::from_fn(|node| tables::sun(level, segment, node))).collect();
+        let segment = |segment| std::array::from_fn(|node| coefficients.sun(level, segment, node));
+        let sun = (0..SEGMENTS).map(segment).collect();
         Ok(Self { sun_elevation_deg, turbidity, dome, sun })
     }
 

@@ -35,6 +35,14 @@ pub enum SkyError {
         /// Number of days of the month.
         days: u32,
     },
+    /// A file of coefficients of the clear sky is not the one that ships with this crate.
+    #[error("{file}: {reason}")]
+    Coefficients {
+        /// Name of the file.
+        file: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
     /// A text is not a date and a time with an offset from UTC.
     #[error(
         "time is `{text}`, but must be a date, a time and its offset from UTC, such as 2026-02-01T12:00:00+01:00 or \

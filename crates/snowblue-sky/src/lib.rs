@@ -39,5 +39,5 @@ pub use daylight::{Daylight, Sky};
 pub use error::SkyError;
 pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
 pub use sun_position::{Place, SunPosition, sun_position};
-pub use tables::{WAVELENGTHS_NM, at_wavelength};
+pub use tables::{Coefficients, WAVELENGTHS_NM, at_wavelength};
 pub use time::DateTime;

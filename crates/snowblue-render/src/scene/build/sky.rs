@@ -1,10 +1,15 @@
 //! Sun and sky.
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3A};
 use snowblue_field::SnowOptics;
-use snowblue_sky::{ClearSky, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position};
+use snowblue_sky::{
+    ClearSky, Coefficients, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position,
+};
 
 use crate::error::RenderError;
+use crate::files::{NamedFile, SceneFiles};
 use crate::geometry::ray::narrow;
 use crate::scene::build::light::spectrum;
 use crate::scene::build::snow::surface_sample;
@@ -32,29 +37,36 @@ pub(super) fn build_sky(
     let path = KeyPath::root("sky");
     match &description.sky {
         None => Ok(Vec::new()),
-        // A constant, so that a program without skies has no coefficients.
-        Some(SkyDescription::Clear(_)) if !cfg!(feature = "sky") => {
-            Err(path.error("is clear, but this program has no clear sky").into())
-        }
         Some(SkyDescription::Clear(clear)) => {
             let albedo = match clear.ground_albedo {
                 Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
                 None => snow_albedo(&path, description, materials, sources)?,
             };
-            Ok(clear_sky(&path, clear, &albedo, sources)?)
+            let coefficients = match Coefficients::embedded() {
+                Some(embedded) => Cow::Borrowed(embedded),
+                None => Cow::Owned(read_coefficients(&path, sources.files)?),
+            };
+            Ok(clear_sky(&path, clear, (&coefficients, &albedo), sources)?)
         }
         Some(SkyDescription::Overcast(overcast)) => Ok(vec![overcast_sky(&path, overcast, sources)?]),
     }
 }
 
+/// Reads the coefficients of the clear sky among the files of the scene.
+fn read_coefficients(path: &KeyPath, files: &dyn SceneFiles) -> Result<Coefficients, RenderError> {
+    let [sky, sun] = Coefficients::FILES.map(|name| NamedFile::read(files, name));
+    let coefficients = Coefficients::parse(&sky?.text(), &sun?.text());
+    coefficients.map_err(|error| path.error(format!("is clear, but its coefficients cannot be used: {error}")).into())
+}
+
 fn clear_sky(
     path: &KeyPath,
     clear: &ClearSkyDescription,
-    albedo: &[f64; WAVELENGTHS_NM.len()],
+    (coefficients, albedo): (&Coefficients, &[f64; WAVELENGTHS_NM.len()]),
     sources: &Sources,
 ) -> Result<Vec<Light>, DescriptionError> {
     let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
-    let sky = ClearSky::new(position.elevation_deg, clear.turbidity, albedo);
+    let sky = ClearSky::with_coefficients(coefficients, position.elevation_deg, clear.turbidity, albedo);
     let sky = sky.map_err(|error| path.key("sun").error(error.to_string()))?;
     let resampling = Resampling::new(clear.scale, sources.is_false_color);
     let sun = SunDisc::new(&sky, to_sun, &resampling);
@@ -138,4 +150,19 @@ fn snow_albedo(
         let decay = (3.0 * optics.absorption_per_m[node] * optics.transport_lengths_m[node]).sqrt();
         1.0 - 4.0 / 3.0 * decay / (1.0 + extrapolation * decay)
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::FilesIn;
+
+    #[test]
+    fn coefficients_that_are_files_are_those_that_are_embedded() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../snowblue-sky/data");
+        let read = |folder: &str| read_coefficients(&KeyPath::root("sky"), &FilesIn::new(folder));
+        assert_eq!(Some(&read(folder).unwrap()), Coefficients::embedded());
+        let missing = read("/nowhere").unwrap_err().to_string();
+        assert!(missing.contains("cannot read /nowhere/hosek_wilkie_2012_spectral.csv"), "{missing}");
+    }
 }
