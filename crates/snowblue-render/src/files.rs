@@ -128,7 +128,7 @@ pub(crate) fn check_formats(path: &Path) -> Result<(), RenderError> {
     if cfg!(feature = "formats") {
         return Ok(());
     }
-    let reason = "this build reads no PLY, glTF, PNG, OpenEXR or TIFF".to_owned();
+    let reason = "this build reads no PLY, glTF, PNG, OpenEXR, TIFF or layers of snow".to_owned();
     Err(RenderError::Mesh { path: path.to_owned(), reason })
 }
 

@@ -3,12 +3,14 @@
 use glam::DVec3;
 
 use crate::geometry::triangle_mesh::TriangleMesh;
+use crate::scene::build::landscape::check_shapes;
 use crate::scene::build::placing::rotation;
 use crate::scene::description::{CarvedDescription, DescriptionError, KeyPath, SolidDescription};
 use crate::shapes::carved::{Carved, CarvedError, Solid};
 
 /// The mesh of carved snow, or what is wrong with its cells or its solids.
 pub(super) fn carved_mesh(path: &KeyPath, description: &CarvedDescription) -> Result<TriangleMesh, DescriptionError> {
+    check_shapes(path)?;
     let carved = Carved {
         cell_m: description.cell,
         rounding_m: description.rounding,

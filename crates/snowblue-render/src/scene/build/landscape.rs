@@ -33,6 +33,15 @@ const GAP_M: f64 = 1e-3;
 /// longer side: four times the greatest offset.
 const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
 
+/// Refuses the shapes of the feature `shapes` in a build without it, whose compiler then drops all that follows.
+#[inline]
+pub(super) fn check_shapes(path: &KeyPath) -> Result<(), DescriptionError> {
+    if cfg!(feature = "shapes") {
+        return Ok(());
+    }
+    Err(path.key("shape").error("is one that this build does not make"))
+}
+
 /// A solid with a surface of heights.
 pub(super) struct Land {
     pub(super) solid: TriangleMesh,
@@ -81,6 +90,7 @@ pub(super) fn height_field(
         let bottom = narrow(bottom.ok_or_else(is_missing)?);
         return Ok(Land::from(heights.solid(point(size).into(), bottom).map_err(wrong)?));
     }
+    check_shapes(path)?;
     let placed = place(path, &key, grid, settings)?;
     let longer_m = placed.size_m().max_element();
     let bottom_m = match bottom {
@@ -99,6 +109,7 @@ pub(super) fn drift_land(
     description: &DriftDescription,
     imprints: &[ImprintDescription],
 ) -> Result<Land, DescriptionError> {
+    check_shapes(path)?;
     let single = |number: f64| f64::from(narrow(number));
     let mounds = description.mounds.iter().map(|mound| Mound {
         centre_m: DVec2::new(single(mound.x), single(mound.y)),
@@ -135,6 +146,7 @@ pub(super) fn snowpack(
     imprints: &[ImprintDescription],
     sources: &Sources,
 ) -> Result<Land, RenderError> {
+    check_shapes(path)?;
     let (grid, settings, key) = match &description.ground {
         GroundSource::Mesh { ground, part, up } => {
             let file = MeshGround { file: ground, part: part.as_deref(), up: *up };

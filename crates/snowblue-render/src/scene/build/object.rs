@@ -17,7 +17,7 @@ use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::mesh_files::read_mesh_from;
 use crate::scene::build::carved::carved_mesh;
 use crate::scene::build::closed::check_closed;
-use crate::scene::build::landscape::{self, Land};
+use crate::scene::build::landscape::{self, Land, check_shapes};
 use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{Placing, check_reach, placement, upright};
 use crate::scene::build::sources::Sources;
@@ -101,6 +101,7 @@ impl<'scene> ObjectBuilder<'scene> {
                 land(landscape::snowpack(path, snowpack, &object.imprints, self.sources)?)?
             }
             ShapeDescription::Igloo(igloo) => {
+                check_shapes(path)?;
                 // The blocks of an igloo are one solid, whether it has a name or not.
                 if is_snow {
                     body = body.or_else(|| Some(format!("igloo at {}", placing.position)));

@@ -9,6 +9,7 @@ use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::monte_carlo::{GrainPlan, Volume};
 
 use crate::error::RenderError;
+use crate::files::check_formats;
 use crate::geometry::ray::narrow;
 use crate::images::png_image::PngImage;
 use crate::scene::build::sources::Sources;
@@ -66,6 +67,7 @@ pub(super) fn build_layered_snow(
         return Err(path.error(reason).into());
     }
     let file = sources.open(&path, &snow.layers)?;
+    check_formats(&file.path)?;
     let text = file.text();
     let LayerFile { layers, .. } = LayerFile::parse(&text).map_err(|LayerFileError { span, reason }| {
         let line = line_of(&text, span.map_or(0, |span| span.start));
