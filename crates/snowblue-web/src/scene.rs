@@ -8,13 +8,13 @@ use js_sys::Date;
 use snowblue_color::LinearRgb;
 use snowblue_database::fill::{FillOptions, fill};
 use snowblue_database::{Axes, CompressedTable, Space};
-use snowblue_render::bake::{BakedObject, LampOnSnow, Relighting};
+use snowblue_render::bake::{BakedObject, LitSurface, Relighting};
 use snowblue_render::files::{FilesInMemory, SceneFiles};
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, MaterialDescription};
-use snowblue_render::scene::light::PointLight;
+use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, SceneDescription};
 use wasm_bindgen::prelude::*;
@@ -26,20 +26,23 @@ const TABLE_RAYS: u32 = 1 << 16;
 /// Principal components of these curves, as in the embedded table.
 const COMPONENTS: usize = 8;
 
-/// Meshes of scenes by name.
+/// Files that scenes name: meshes, and the coefficients of the clear sky.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
-pub struct Meshes(FilesInMemory);
+pub struct Files(FilesInMemory);
 
-/// The light of one lamp at a time in all snow of a scene.
+/// The light of one lamp, the sun or a sky at a time in all snow of a scene.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct LightField {
     description: SceneDescription,
+    table: CompressedTable,
     snow: Relighting,
-    /// The last lamp.
-    lamp: LinearRgb,
-    lit: Vec<LampOnSnow>,
+    /// The lights of the last sky, and its JSON.
+    sky: (String, Vec<Light>),
+    /// The strength of the last light.
+    strength: LinearRgb,
+    lit: Vec<LitSurface>,
 }
 
 /// A picture of a scene that gets better with each sample.
@@ -51,7 +54,7 @@ pub struct Picture {
 }
 
 /// Finds meshes as Wavefront OBJ, the plainest format.
-struct ObjFiles<'m>(&'m Meshes);
+struct ObjFiles<'m>(&'m Files);
 
 impl SceneFiles for ObjFiles<'_> {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
@@ -64,8 +67,8 @@ impl SceneFiles for ObjFiles<'_> {
 }
 
 #[wasm_bindgen]
-impl Meshes {
-    /// No mesh.
+impl Files {
+    /// No file.
     #[wasm_bindgen(constructor)]
     #[must_use]
     pub fn new() -> Self {
@@ -73,7 +76,7 @@ impl Meshes {
     }
 
     /// Adds a mesh of triangles: three coordinates of each vertex, and three vertices of each triangle.
-    pub fn add(&mut self, name: &str, positions: &[f32], triangles: &[u32]) {
+    pub fn add_mesh(&mut self, name: &str, positions: &[f32], triangles: &[u32]) {
         let mut obj = String::new();
         // Writing to a string cannot fail.
         for vertex in positions.chunks_exact(3) {
@@ -85,12 +88,20 @@ impl Meshes {
         }
         self.0.insert(name, obj);
     }
+
+    /// Adds a file by its content.
+    pub fn add(&mut self, name: &str, content: &[u8]) {
+        self.0.insert(name, content);
+    }
 }
 
 /// A scene of a description.
-fn build(description: &SceneDescription, meshes: &Meshes) -> Result<snowblue_render::Scene, String> {
-    description.check().map_err(text)?;
-    description.build(&table(description)?, &ObjFiles(meshes)).map_err(text)
+fn build(
+    description: &SceneDescription,
+    table: &CompressedTable,
+    files: &Files,
+) -> Result<snowblue_render::Scene, String> {
+    description.build(table, &ObjFiles(files)).map_err(text)
 }
 
 /// The curves of the snow of a scene; only PCASnow reads them, so that others have next to none. Scenes of several
@@ -118,17 +129,20 @@ impl LightField {
     ///
     /// In the words of the command.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &str, meshes: &Meshes, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, JsError> {
-        Self::prepared(scene, meshes, grain_rays, edge_mm).map_err(|reason| JsError::new(&reason))
+    pub fn new(scene: &str, files: &Files, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, JsError> {
+        Self::prepared(scene, files, grain_rays, edge_mm).map_err(|reason| JsError::new(&reason))
     }
 
-    fn prepared(scene: &str, meshes: &Meshes, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, String> {
+    fn prepared(scene: &str, files: &Files, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, String> {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
-        let snow =
-            Relighting::new(build(&description, meshes)?, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
-        Ok(Self { description, snow, lamp: LinearRgb { r: 0.0, g: 0.0, b: 0.0 }, lit: Vec::new() })
+        description.check().map_err(text)?;
+        let table = table(&description)?;
+        let scene = build(&description, &table, files)?;
+        let snow = Relighting::new(scene, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
+        let (sky, strength) = ((String::new(), Vec::new()), LinearRgb { r: 0.0, g: 0.0, b: 0.0 });
+        Ok(Self { description, table, snow, sky, strength, lit: Vec::new() })
     }
 
     /// Unknowns of a solution at each wavelength.
@@ -195,9 +209,40 @@ impl LightField {
     /// In the words of the command.
     pub fn light(&mut self, lamp: &str) -> Result<(), JsError> {
         let lamp = self.lamp(lamp).map_err(|reason| JsError::new(&reason))?;
-        self.lamp = self.snow.rgb(&lamp.intensity);
-        self.lit = self.snow.light(lamp);
+        self.solve(&lamp);
         Ok(())
+    }
+
+    /// Solves for a part of a sky, JSON of the table `[sky]` of a scene, without the other: its sun, or the sky without
+    /// the sun. `files` holds the coefficients of a clear sky.
+    ///
+    /// # Errors
+    ///
+    /// In the words of the command.
+    pub fn light_sky(&mut self, sky: &str, is_sun: bool, files: &Files) -> Result<(), JsError> {
+        let failed = |reason: String| JsError::new(&reason);
+        if self.sky.0 != sky {
+            self.sky = (sky.to_owned(), self.lights_of_sky(sky, files).map_err(failed)?);
+        }
+        let lights = std::mem::take(&mut self.sky.1);
+        let light = lights.iter().find(|light| matches!(light, Light::Sun(..)) == is_sun);
+        let found = light.map(|light| self.solve(light));
+        self.sky.1 = lights;
+        found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))
+    }
+
+    /// The radiance of the last sky without its sun as linear sRGB, in W m⁻² sr⁻¹ as a picture has it, from each of
+    /// some unit directions.
+    #[must_use]
+    pub fn sky_radiance(&self, directions: &[f32]) -> Vec<f32> {
+        let Some(sky) = self.sky.1.iter().find(|light| !matches!(light, Light::Sun(..))) else { return Vec::new() };
+        let from = |direction: &[f32]| self.snow.radiance(sky, glam::Vec3A::from_slice(direction));
+        colors(&directions.chunks_exact(3).map(from).collect::<Vec<_>>())
+    }
+
+    fn solve(&mut self, light: &Light) {
+        self.strength = self.snow.strength(light);
+        self.lit = self.snow.light(light);
     }
 
     /// The net flux J at each vertex, as linear sRGB.
@@ -218,7 +263,16 @@ impl LightField {
         Ok(colors(&self.on_snow(object)?.diffuse_irradiance))
     }
 
-    /// The visibility V of the lamp at each vertex.
+    /// The irradiance V F by a sky at each vertex, as linear sRGB; empty for a lamp and the sun.
+    ///
+    /// # Errors
+    ///
+    /// See [`positions`](Self::positions).
+    pub fn sky_irradiance(&self, object: usize) -> Result<Vec<f32>, JsError> {
+        Ok(colors(&self.on_snow(object)?.sky_irradiance))
+    }
+
+    /// The visibility V of the lamp or the sun at each vertex.
     ///
     /// # Errors
     ///
@@ -227,26 +281,31 @@ impl LightField {
         Ok(self.on_snow(object)?.visibility.clone())
     }
 
-    /// Linear sRGB of the lamp's radiant intensity.
+    /// Linear sRGB of the lamp's radiant intensity, or of the irradiance of a surface that faces the sun.
     #[must_use]
-    pub fn lamp_rgb(&self) -> Vec<f32> {
-        colors(&[self.lamp])
+    pub fn strength_rgb(&self) -> Vec<f32> {
+        colors(&[self.strength])
     }
 
     fn object(&self, object: usize) -> Result<&BakedObject, JsError> {
         self.snow.objects().nth(object).ok_or_else(|| JsError::new(&format!("there is no object {object}")))
     }
 
-    fn on_snow(&self, object: usize) -> Result<&LampOnSnow, JsError> {
+    fn on_snow(&self, object: usize) -> Result<&LitSurface, JsError> {
         self.lit.get(object).ok_or_else(|| JsError::new(&format!("object {object} is not lit")))
     }
 
-    /// A lamp by the rules of the scene's lights.
-    fn lamp(&self, lamp: &str) -> Result<PointLight, String> {
-        let lamp: serde_json::Value = serde_json::from_str(lamp).map_err(text)?;
+    /// The scene with another value of a key.
+    fn with(&self, key: &str, value: serde_json::Value) -> Result<SceneDescription, String> {
         let mut document = serde_json::to_value(&self.description).map_err(text)?;
-        document["light"] = vec![lamp].into();
-        let mut description: SceneDescription = serde_json::from_value(document).map_err(text)?;
+        document[key] = value;
+        serde_json::from_value(document).map_err(text)
+    }
+
+    /// A lamp by the rules of the scene's lights.
+    fn lamp(&self, lamp: &str) -> Result<Light, String> {
+        let lamp: serde_json::Value = serde_json::from_str(lamp).map_err(text)?;
+        let mut description = self.with("light", vec![lamp].into())?;
         description.check().map_err(text)?;
         match description.lights.pop() {
             Some(LightDescription {
@@ -255,10 +314,17 @@ impl LightField {
             }) => {
                 let spectrum = LightSpectrum::illuminant(illuminant).map_err(text)?;
                 let position = glam::DVec3::from(point.position).as_vec3().into();
-                Ok(PointLight::new(position, &spectrum, narrow(point.radiant_intensity_w_sr)))
+                Ok(Light::Point(PointLight::new(position, &spectrum, narrow(point.radiant_intensity_w_sr))))
             }
             _ => Err("a lamp in the light field is a point light with an illuminant".to_owned()),
         }
+    }
+
+    /// The lights of a sky by the rules of the scene's.
+    fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Light>, String> {
+        let description = self.with("sky", serde_json::from_str(sky).map_err(text)?)?;
+        let sky = description.sky.ok_or("there is no sky")?;
+        self.snow.sky(sky, &self.table, &ObjFiles(files)).map_err(text)
     }
 }
 
@@ -270,12 +336,14 @@ impl Picture {
     ///
     /// In the words of the command.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &str, meshes: &Meshes) -> Result<Self, JsError> {
-        Self::unfinished(scene, meshes).map_err(|reason| JsError::new(&reason))
+    pub fn new(scene: &str, files: &Files) -> Result<Self, JsError> {
+        Self::unfinished(scene, files).map_err(|reason| JsError::new(&reason))
     }
 
-    fn unfinished(scene: &str, meshes: &Meshes) -> Result<Self, String> {
-        let scene = build(&serde_json::from_str(scene).map_err(text)?, meshes)?;
+    fn unfinished(scene: &str, files: &Files) -> Result<Self, String> {
+        let description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
+        description.check().map_err(text)?;
+        let scene = build(&description, &table(&description)?, files)?;
         let sums = accumulator(&scene, Aovs::default(), &all_samples(&scene).window());
         Ok(Self { scene, sums })
     }

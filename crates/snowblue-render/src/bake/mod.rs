@@ -47,7 +47,7 @@ pub use escape_polynomial::EscapePolynomial;
 pub use glb::write_glb;
 pub use lamps::Lamp;
 pub use ply::write_ply;
-pub use relighting::{LampOnSnow, Relighting};
+pub use relighting::{LitSurface, Relighting};
 
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };

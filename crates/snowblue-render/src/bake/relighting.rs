@@ -1,23 +1,33 @@
-//! The light of one lamp after the other on the same snow, for programs in which lamps move.
+//! The light of one lamp or sky after the other on the same snow, for programs in which they move.
 //!
 //! The grid inside the snow and the vertices of its surface are made once. Light is linear, so a program adds up the
-//! lamps, each with its own solution, and scales them as it likes.
+//! lights, each with its own solution, and scales them as it likes. A clear sky is two of them: the sun and the sky
+//! without it.
 
+use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
+use snowblue_database::CompressedTable;
 
 use super::{BakeError, BakedObject, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::bake::BakeOptions;
+use crate::error::RenderError;
+use crate::files::SceneFiles;
 use crate::geometry::ray::SurfacePoint;
+use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::scene::light::{Light, PointLight};
-use crate::scene::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField};
+use crate::scene::description::{SceneDescription, SkyDescription};
+use crate::scene::light::{Light, LightOrigin};
+use crate::scene::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
-/// The snow of a scene, to be lit by one lamp at a time.
+/// Samples of a sky at each vertex, by each way of sampling.
+const SKY_SAMPLES: u32 = 64;
+
+/// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
 pub struct Relighting {
     /// Without its light field.
@@ -27,15 +37,18 @@ pub struct Relighting {
     surfaces: Vec<Surface>,
 }
 
-/// The light of a lamp on an object of snow, at each vertex. The surface sends out the radiance
-/// L(μ) = R₀ V F + (H + K(μ) J)/π, F the irradiance by the unoccluded lamp.
+/// A light on an object of snow, at each vertex. The surface sends out the radiance
+/// L(μ) = R₀ V F + (H + K(μ) J)/π, with F the irradiance by the light.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LampOnSnow {
+pub struct LitSurface {
     /// The net flux J outwards as linear sRGB, in W/m² as the film of a rendering weights them.
     pub flux: Vec<LinearRgb>,
     /// The irradiance H by other surfaces, the same.
     pub diffuse_irradiance: Vec<LinearRgb>,
-    /// The visibility V of the lamp: 0 in shadow, else 1. Where the surface faces away, it is 1.
+    /// V F of a sky, the same: what the surface receives of it directly. Empty for lamps and the sun, whose F follows
+    /// from where they are.
+    pub sky_irradiance: Vec<LinearRgb>,
+    /// The visibility V of a lamp or the sun: 0 in shadow, else 1. It is 1 where the surface faces away, and for a sky.
     pub visibility: Vec<f32>,
 }
 
@@ -62,18 +75,49 @@ impl Relighting {
         self.field.as_ref().map_or(0, LightField::node_count)
     }
 
-    /// What a spectrum adds to the film, as linear sRGB.
-    pub fn rgb(&self, spectrum: &Spectrum) -> LinearRgb {
-        rgb(spectrum, &self.scene.sensor)
+    /// The lights of a sky above the snow: the sun and the sky without it, or an overcast sky. `files` holds the
+    /// coefficients of a clear sky where they are not embedded.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`SceneDescription::build`].
+    pub fn sky(
+        &self,
+        sky: SkyDescription,
+        table: &CompressedTable,
+        files: &dyn SceneFiles,
+    ) -> Result<Vec<Light>, RenderError> {
+        let (lights, environment) = (Vec::new(), None);
+        let description = SceneDescription { lights, environment, sky: Some(sky), ..self.scene.description.clone() };
+        description.lights_over(&self.scene.materials, table, files)
     }
 
-    /// Solves for the light of a lamp without any other, and returns it for each object.
-    pub fn light(&mut self, lamp: PointLight) -> Vec<LampOnSnow> {
+    /// The strength of a light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that faces
+    /// a distant light or the sun. Other lights have the radiance that reaches a place; here they have none.
+    pub fn strength(&self, light: &Light) -> LinearRgb {
+        let strength = match light {
+            Light::Point(point) => point.intensity,
+            Light::Directional(distant) => distant.irradiance,
+            Light::Sun(sun, _) => sun.normal_irradiance(),
+            Light::Sphere(_) | Light::Rectangle(_) | Light::Sky(_) | Light::Image(..) | Light::Dome(..) => {
+                Spectrum::ZERO
+            }
+        };
+        rgb(&strength, &self.scene.sensor)
+    }
+
+    /// The radiance of a sky in a unit direction, as linear sRGB.
+    pub fn radiance(&self, sky: &Light, direction: Vec3A) -> LinearRgb {
+        rgb(&sky.power(&LightOrigin::Distant(direction)), &self.scene.sensor)
+    }
+
+    /// Solves for the light of a lamp or a sky without any other, and returns it for each object.
+    pub fn light(&mut self, light: &Light) -> Vec<LitSurface> {
         let Self { scene, surfaces, .. } = self;
         let is_snow = |object: &Object| scene.materials[object.material].is_snow();
-        let holder = scene.objects.around(lamp.position, is_snow);
-        let light = Light::Point(lamp);
-        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(&light)? }));
+        let position = light.central_sample().and_then(|sample| sample.origin.position());
+        let holder = position.and_then(|position| scene.objects.around(position, is_snow));
+        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(light)? }));
         let reflectance = |surface: &SurfaceInteraction| match &scene.materials[surface.material] {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(&scene.objects, surface)),
             Material::PcaSnow(_) | Material::LayeredSnow(_) => None,
@@ -81,7 +125,7 @@ impl Relighting {
         let Some(field) = self.field.take() else { return Vec::new() };
         let field = field.relit(&FieldScene {
             objects: &scene.objects,
-            lights: std::slice::from_ref(&light),
+            lights: std::slice::from_ref(light),
             snow: &|_| None,
             lamps_in_snow: inside.as_slice(),
             reflectance: &reflectance,
@@ -89,7 +133,7 @@ impl Relighting {
             viewer: None,
             settings: scene.description.light_field,
         });
-        let of_surface = |surface: &Surface| surface.lit(scene, &field, &light);
+        let of_surface = |surface: &Surface| surface.lit(scene, &field, light);
         let lit = surfaces.iter().map(of_surface).collect();
         self.field = Some(field);
         lit
@@ -97,24 +141,37 @@ impl Relighting {
 }
 
 impl Surface {
-    /// The light of a lamp at all vertices.
-    fn lit(&self, scene: &Scene, field: &LightField, lamp: &Light) -> LampOnSnow {
+    /// The light of a lamp or a sky at all vertices.
+    fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> LitSurface {
         let values = |of: &(dyn Fn(&BodyField, SurfacePoint) -> Spectrum + Sync)| -> Vec<LinearRgb> {
             let Some(body) = field.of_object(self.object) else { return Vec::new() };
             let places = self.places().map(|(point, normal)| of(body, SurfacePoint { point, normal }));
             places.map(|spectrum| rgb(&spectrum, &scene.sensor)).collect()
         };
+        let central = light.central_sample();
         let visibility = |queries: &mut SceneQueries, (point, normal)| {
             let surface = SurfacePoint { point, normal };
-            let is_hidden = lamp.delta_sample().is_some_and(|sample| {
+            let is_hidden = central.is_some_and(|sample| {
                 sample.incident_at(&surface).is_some()
                     && !sample.is_visible(queries, &surface, Side::Outer(self.object))
             });
             if is_hidden { 0.0 } else { 1.0 }
         };
-        LampOnSnow {
+        // The same numbers at all vertices, so that a flat face has no noise.
+        let samplers = (0..SKY_SAMPLES).map(|index| Sampler::new(3, 0, index));
+        let received = |queries: &mut SceneQueries, (point, normal)| {
+            let lit = LitPoint { surface: SurfacePoint { point, normal }, side: Side::Outer(self.object) };
+            let mut sum = Spectrum::ZERO;
+            visit_lights(queries, &[light], &lit, samplers.clone(), &mut |_, irradiance| sum += irradiance);
+            rgb(&sum, &scene.sensor)
+        };
+        LitSurface {
             flux: values(&|body, surface| body.flux(surface.point, surface.normal)),
             diffuse_irradiance: values(&|body, surface| body.diffuse_irradiance(&surface)),
+            sky_irradiance: match central {
+                Some(_) => Vec::new(),
+                None => self.places().map_init(|| SceneQueries::new(&scene.objects), received).collect(),
+            },
             visibility: self.places().map_init(|| SceneQueries::new(&scene.objects), visibility).collect(),
         }
     }

@@ -318,7 +318,7 @@ fn relighting_forgets_the_last_lamp() {
     // Two blocks light each other.
     let of_lamp = |lamp: &str| scene_with_bounces(&format!("[light_field]\nstep_mm = 12\n{lamp}{BLOCK}{other_block}"));
     let lamp = |scene: &Scene| match &scene.lights[0] {
-        Light::Point(light) => *light,
+        Light::Point(light) => Light::Point(*light),
         other => panic!("{other:?}"),
     };
     // One lamp is behind, one inside the snow.
@@ -329,7 +329,7 @@ fn relighting_forgets_the_last_lamp() {
     let fresh = [&behind, &inside].map(|scene| bake(scene, options, &|_, _| {}).unwrap());
     let mut relighting = Relighting::new(behind, Some(0.02)).unwrap();
     for number in [1, 0, 1] {
-        let lit = relighting.light(lamps[number]);
+        let lit = relighting.light(&lamps[number]);
         assert_eq!(lit.len(), 2);
         let values = |object: &BakedObject| object.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
         let greatest = fresh[number].objects.iter().map(values).fold(0.0, f64::max);
@@ -353,8 +353,8 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
     let baked = bake(&scene, BakeOptions { step_m: Some(0.01), is_total: true, ..BakeOptions::default() }, &|_, _| {});
     let baked = baked.unwrap();
     let mut relighting = Relighting::new(scene, Some(0.01)).unwrap();
-    let lit = relighting.light(lamp).remove(0);
-    let intensity = relighting.rgb(&lamp.intensity).g;
+    let lit = relighting.light(&Light::Point(lamp)).remove(0);
+    let intensity = relighting.strength(&Light::Point(lamp)).g;
     let object = &baked.objects[0];
     let (mut hidden, mut seen) = (0, 0);
     for vertex in 0..object.positions.len() {
@@ -375,4 +375,71 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
         if is_clear { seen += 1 } else { hidden += 1 }
     }
     assert!(hidden > 20 && seen > 100, "{hidden} {seen}");
+}
+
+/// A block under a sky: its light as baked, and that of each light of the sky alone.
+fn under_sky(sky: &str) -> (BakedObject, Vec<(Light, LinearRgb, LitSurface)>) {
+    let scene = scene_with_bounces(&format!("[light_field]\nstep_mm = 12\n{sky}{BLOCK}"));
+    let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
+    let baked = bake(&scene, options, &|_, _| {}).unwrap().objects.remove(0);
+    let description = scene.description.sky.clone().unwrap();
+    let mut relighting = Relighting::new(scene, Some(0.02)).unwrap();
+    let lights = relighting.sky(description, snowblue_data::embedded(), &FilesInMemory::default()).unwrap();
+    let lit = |light: Light| {
+        let (strength, surface) = (relighting.strength(&light), relighting.light(&light).remove(0));
+        (light, strength, surface)
+    };
+    (baked, lights.into_iter().map(lit).collect())
+}
+
+/// Whether a vertex lies on a face at least two cells from its edges, over which the exitance is smoothed.
+fn is_inner(object: &BakedObject, vertex: usize) -> bool {
+    let reach = Vec3::new(0.15, 0.05, 0.15) - 0.024;
+    let (place, normal) = (object.positions[vertex].abs(), object.normals[vertex].abs());
+    (0..3).all(|axis| normal[axis] > 0.5 || place[axis] < reach[axis])
+}
+
+/// The net flux by the sun and by the sky without it add up to that of both, and what leaves the surface less the flux
+/// is the irradiance by both.
+#[test]
+fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
+    let sun = "sun = { elevation_deg = 30, azimuth_deg = 40 }";
+    let (baked, lit) = under_sky(&format!("[sky]\n{sun}\nground_albedo = 0.8\n"));
+    let [(Light::Sun(disc, _), strength, by_sun), (Light::Dome(..), of_dome, by_sky)] = &lit[..] else {
+        panic!("{lit:?}")
+    };
+    assert!(of_dome.g == 0.0 && by_sun.sky_irradiance.is_empty());
+    let greatest = baked.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
+    let mut count = 0;
+    for vertex in (0..baked.positions.len()).filter(|vertex| is_inner(&baked, *vertex)) {
+        let flux = by_sun.flux[vertex].g + by_sky.flux[vertex].g;
+        let expected = f64::from(baked.flux[0][3 * vertex + 1]);
+        assert!((flux - expected).abs() < 5e-3 * greatest, "{vertex}: {flux} {expected}");
+        let facing = f64::from(baked.normals[vertex].dot(disc.to_sun.into()).max(0.0));
+        let direct = strength.g * facing * f64::from(by_sun.visibility[vertex]);
+        let irradiance = direct + by_sky.sky_irradiance[vertex].g;
+        let expected = baked.exitance[vertex].g - flux;
+        // Samples of the sky at each element have some noise.
+        assert!((irradiance - expected).abs() < 0.02 * strength.g, "{vertex}: {irradiance} {expected}");
+        count += 1;
+    }
+    assert!(count > 100, "{count}");
+}
+
+/// A wall receives .396 of the light that level ground receives under the overcast sky of the CIE:
+/// ∫ (1 + 2 cos θ)/3 sin²θ cos φ dθ dφ = 2 (π/4 + 2/3)/3 over the quarter of the sphere, and 7π/9 on the ground.
+#[test]
+fn a_wall_receives_its_share_of_an_overcast_sky() {
+    let (baked, lit) = under_sky("[sky]\ntype = \"overcast\"\nsun = { elevation_deg = 30 }\n");
+    let [(Light::Dome(..), _, by_sky)] = &lit[..] else { panic!("{lit:?}") };
+    let mean = |is_face: &dyn Fn(Vec3) -> bool| {
+        let is_of_face = |vertex: &usize| is_inner(&baked, *vertex) && is_face(baked.normals[*vertex]);
+        let values: Vec<f64> =
+            (0..baked.positions.len()).filter(is_of_face).map(|vertex| by_sky.sky_irradiance[vertex].g).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let (top, wall) = (mean(&|normal| normal.z > 0.5), mean(&|normal| normal.y.abs() > 0.5));
+    let share = (PI / 4.0 + 2.0 / 3.0) * 2.0 / (7.0 * PI / 3.0);
+    assert!((wall / top / share - 1.0).abs() < 0.02, "{wall} {top} {share}");
+    assert!(mean(&|normal| normal.z < -0.5) < 1e-3 * top);
 }

@@ -239,6 +239,17 @@ impl SceneDescription {
         Ok((lights, files.hashes()))
     }
 
+    /// Builds the lights of a description for materials that were built.
+    pub(crate) fn lights_over(
+        &self,
+        materials: &[Material],
+        table: &CompressedTable,
+        files: &dyn SceneFiles,
+    ) -> Result<Vec<Light>, RenderError> {
+        self.check()?;
+        Ok(self.described_lights(materials, table, files)?.0)
+    }
+
     /// Solves for the light in all snow.
     fn light_field(
         &self,

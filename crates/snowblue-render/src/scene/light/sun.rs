@@ -52,6 +52,21 @@ impl SunDisc {
         radiance
     }
 
+    /// Irradiance of a surface that faces the sun, in W/m² as a band density: π sin²r ∫ 2 μ L(μ) dμ, r the radius of
+    /// the disc. L is linear in each step, so that the integral of a step is by the formula of Simpson.
+    pub(crate) fn normal_irradiance(&self) -> Spectrum {
+        let step = f32::from(STEPS).recip();
+        let mut sum = Spectrum::ZERO;
+        for (index, pair) in self.profile.windows(2).enumerate() {
+            let start = index as f32 * step;
+            // Weights of the radiance at both ends: 2 μ L at start, middle and end in the ratio 1 : 4 : 1.
+            let middle = 4.0 * (start + 0.5 * step);
+            sum += pair[0] * (step / 6.0 * (2.0 * start + middle));
+            sum += pair[1] * (step / 6.0 * (middle + 2.0 * (start + step)));
+        }
+        sum * (PI * self.sin_squared_radius)
+    }
+
     /// Whether a direction lies within the disc.
     pub(super) fn holds(&self, direction: Vec3A) -> bool {
         self.cos_at_surface(direction).is_some()

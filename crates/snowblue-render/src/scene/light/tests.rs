@@ -108,6 +108,34 @@ fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
     assert!(sample.incident_at(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::NEG_Z }).is_none());
 }
 
+/// The closed form is the mean over samples of the disc, and agrees with the model, where the lower half of the disc is
+/// a little dimmer.
+#[test]
+fn the_irradiance_by_the_sun_is_that_of_its_disc() {
+    const DRAWS: u32 = 4096;
+    let (sky, to_sun) = clear_sky();
+    let (light, facing) = (sun(), SurfacePoint { point: Vec3A::ZERO, normal: to_sun });
+    let Light::Sun(disc, _) = &light else { panic!("{light:?}") };
+    let mut sampled = Spectrum::ZERO;
+    for draw in 0..DRAWS {
+        let sample = light.small_sample(&mut Sampler::new(7, 0, draw)).unwrap();
+        let incident = sample.incident_at(&facing).unwrap();
+        sampled += light.power(&sample.origin) * (incident.irradiance_per_power / DRAWS as f32);
+    }
+    let irradiance = disc.normal_irradiance();
+    for (index, wavelength_nm) in [(0, 400.0), (15, 550.0), (30, 700.0)] {
+        let value = f64::from(irradiance.0[index]);
+        assert!(
+            (f64::from(sampled.0[index]) / value - 1.0).abs() < 3e-3,
+            "{wavelength_nm}: {value} {}",
+            sampled.0[index]
+        );
+        // A band density is a quantity per nm times 310 nm.
+        let model = 310.0 * sky.sun_irradiance(wavelength_nm);
+        assert!((model / value - 1.0).abs() < 5e-3, "{wavelength_nm}: {value} {model}");
+    }
+}
+
 #[test]
 fn directions_are_drawn_with_their_density() {
     const BINS: (usize, usize) = (12, 24);

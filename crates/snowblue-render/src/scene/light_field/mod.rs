@@ -46,6 +46,7 @@ pub(crate) use near_light::{LightWeights, NearLight};
 pub(crate) use snowpack::{SnowLayer, Snowpack};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, NOISE, entering_light};
+pub(crate) use surface_light::{LitPoint, visit_lights};
 
 /// How deep random walks end in the light field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

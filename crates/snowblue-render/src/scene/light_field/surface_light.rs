@@ -35,9 +35,9 @@ pub(super) struct EnteringLight {
 }
 
 /// A surface point to be lit, and the side that it is on.
-pub(super) struct LitPoint {
-    pub(super) surface: SurfacePoint,
-    pub(super) side: Side,
+pub(crate) struct LitPoint {
+    pub(crate) surface: SurfacePoint,
+    pub(crate) side: Side,
 }
 
 /// Samples the lights at all surface elements of a body.
@@ -102,7 +102,7 @@ pub(super) fn append(groups: &mut [Vec<f32x4>], others: Vec<Vec<f32x4>>) {
 
 /// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with
 /// extent are sampled once with each sampler.
-pub(super) fn visit_lights(
+pub(crate) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
     lit: &LitPoint,
