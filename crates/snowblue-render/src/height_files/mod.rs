@@ -54,13 +54,13 @@ impl HeightGrid {
         let file = NamedFile::read(files, name)?;
         let wrong = |reason: String| RenderError::Mesh { path: file.path.clone(), reason };
         let extension = file.extension();
-        if extension != "asc" {
-            check_formats(&file.path)?;
+        if extension == "asc" {
+            return esri_ascii::read(&file.text()).map_err(wrong);
         }
+        check_formats(&file.path)?;
         match extension.as_str() {
             "png" => pictures::read_png(&file),
             "exr" => pictures::read_exr(&file.bytes).map_err(wrong),
-            "asc" => esri_ascii::read(&file.text()).map_err(wrong),
             "tif" | "tiff" => geotiff::read(&file.bytes).map_err(wrong),
             other => Err(wrong(format!("the extension is \"{other}\", but must be png, exr, asc, tif or tiff"))),
         }
