@@ -91,6 +91,11 @@ for (const file of readdirSync(WASM).filter((name) => name.endsWith(".wasm"))) {
 }
 copyFileSync(join(ROOT, "index.html"), join(DIST, "index.html"));
 writeFileSync(join(DIST, "licences.txt"), licences());
+// Of the clear sky, which only visitors that choose it load.
+const SKY = join(ROOT, "../crates/snowblue-sky/data");
+for (const file of ["hosek_wilkie_2012_spectral.csv", "hosek_wilkie_2013_sun.csv"]) {
+  copyFileSync(join(SKY, file), join(DIST, file));
+}
 const icon = join(ROOT, "src/icons/icon.svg");
 if (existsSync(icon)) copyFileSync(icon, join(DIST, "icon.svg"));
 

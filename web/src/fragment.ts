@@ -9,9 +9,10 @@ import { defaultState } from "./request";
 import { amounts, entries } from "./snow";
 import {
   METHODS, MOST_LAMPS, MOST_LAYERS, MOST_PINNED, SHAPES,
-  type Camera, type IceTable, type Lamp, type Layer, type Sample, type State, type Vector,
+  type Camera, type IceTable, type Lamp, type Layer, type Sample, type Sky, type State, type Vector,
 } from "./state";
 import { defaults } from "./view/shapes";
+import * as skies from "./view/sky";
 
 const ICE_TABLES: readonly IceTable[] = ["warren2008", "picard2016"];
 const SIZE_MEASURES: readonly NonNullable<Layer["size_measure"]>[] = [
@@ -46,6 +47,7 @@ export function encode(state: State): string {
   add("view_exposure", view.exposure, usual.view.exposure);
   const places = lamps.map(lampText);
   if (places.join() !== placed.lamps.map(lampText).join()) pairs.push(...places.map((text) => ["lamp", text] as const));
+  if (view.sky !== undefined) pairs.push(["sky", Object.values(view.sky).join()]);
   add("camera", cameraText(camera), cameraText(placed.camera));
   pairs.push(...state.pinned.map((sample) => ["pin", encodeSample(sample)] as const));
   return join(pairs);
@@ -62,7 +64,7 @@ export function decode(fragment: string): State {
   const given = parameters(fragment);
   const lamps = given.getAll("lamp");
   const pins = given.getAll("pin");
-  decodeSample(given, state, ["exposure", "shape", "method", "view_exposure", "lamp", "camera", "pin"]);
+  decodeSample(given, state, ["exposure", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin"]);
   state.swatch_exposure = exposure(given.get("exposure"));
   const shape = word("shape", given.get("shape") ?? state.view.shape, SHAPES);
   Object.assign(state.view, { shape, ...structuredClone(defaults(shape)) });
@@ -70,6 +72,8 @@ export function decode(fragment: string): State {
   state.view.exposure = exposure(given.get("view_exposure"));
   atMost("lamps", lamps.length, MOST_LAMPS);
   if (lamps.length > 0) state.view.lamps = lamps.map(lamp);
+  const ofSky = given.get("sky");
+  if (ofSky !== null) state.view.sky = sky(ofSky);
   const camera = given.get("camera");
   if (camera !== null) {
     const [azimuth, elevation, distance] = numbers("camera", camera.split(","), [3]);
@@ -170,6 +174,22 @@ function lamp(text: string): Lamp {
     position: position.map((one) => inside("position", one, METRES)) as Vector,
     illuminant: word("illuminant", parts[3]!, illuminants),
     radiant_intensity_w_sr: inside("strength", strength!, STRENGTH),
+  };
+}
+
+function sky(text: string): Sky {
+  const [type, ...rest] = text.split(",");
+  if (type === "overcast") {
+    const [elevation] = numbers("sky", rest, [1]);
+    return { type, elevation_deg: inside("sun elevation", elevation!, skies.ELEVATION) };
+  }
+  if (type !== "clear") throw new Error(`'${type}' is not known for sky`);
+  const [elevation, azimuth, turbidity] = numbers("sky", rest, [3]);
+  return {
+    type,
+    elevation_deg: inside("sun elevation", elevation!, skies.ELEVATION),
+    azimuth_deg: inside("sun azimuth", azimuth!, skies.AZIMUTH),
+    turbidity: inside("turbidity", turbidity!, skies.TURBIDITY),
   };
 }
 

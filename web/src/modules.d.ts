@@ -13,7 +13,7 @@ declare module "native:scene" {
   type Native = import("./native").SceneModule;
   const init: Native["default"];
   export default init;
-  export const Meshes: Native["Meshes"];
+  export const Files: Native["Files"];
   export const LightField: Native["LightField"];
   export const Picture: Native["Picture"];
 }

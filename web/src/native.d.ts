@@ -90,30 +90,32 @@ export interface SpectrumModule {
  */
 export interface SceneModule {
   default(module: { module_or_path: WebAssembly.Module | string | URL }): Promise<unknown>;
-  Meshes: new () => Meshes;
+  Files: new () => Files;
   LightField: new (
     scene: string,
-    meshes: Meshes,
+    files: Files,
     grain_rays: number | undefined,
     edge_mm: number | undefined,
   ) => LightField;
-  Picture: new (scene: string, meshes: Meshes) => Picture;
+  Picture: new (scene: string, files: Files) => Picture;
 }
 
-export interface Meshes {
+/** Files that a scene names. */
+export interface Files {
   /** Three coordinates for each vertex; three vertices for each triangle, counter-clockwise from outside. */
-  add(name: string, positions: Float32Array, triangles: Uint32Array): void;
+  add_mesh(name: string, positions: Float32Array, triangles: Uint32Array): void;
+  add(name: string, content: Uint8Array): void;
   free(): void;
 }
 
 /**
- * The light of one lamp at a time in all snow of a scene. `light_field.step_mm` of the scene is the size of the cells at
+ * The light of one lamp, the sun or a sky at a time in all snow of a scene. `light_field.step_mm` of the scene is the size of the cells at
  * the surface, `grain_rays` the number of rays through grains for the optics of the snow, and `edge_mm` the greatest
  * distance of vertices, by default two cells. A surface of snow sends out
  *
  *     L = R0(mu, mu0, phi) V F + (H + K(mu) J) / pi,
  *
- * F the irradiance by the lamp, V its visibility, H the irradiance by other snow, J the net flux, K a polynomial.
+ * F the irradiance by the light, V its visibility, H the irradiance by other snow, J the net flux, K a polynomial.
  */
 export interface LightField {
   /** Unknowns of a solution at each wavelength. */
@@ -132,14 +134,23 @@ export interface LightField {
   reflection_table(n: number): Float32Array;
   /** Solves for a lamp, JSON of a table `[[light]]`, without any other. */
   light(lamp: string): void;
-  /** J at each vertex as linear sRGB (3 values), in W/m² as renderings weight them, of the last lamp. */
+  /**
+   * Solves for the sun of a sky or the sky without its sun, JSON of a table `[sky]`. A clear sky needs the files of its
+   * coefficients.
+   */
+  light_sky(sky: string, is_sun: boolean, files: Files): void;
+  /** Radiance of the last sky from each direction (3 values each) as linear sRGB, in W/(m² sr) as renderings have it. */
+  sky_radiance(directions: Float32Array): Float32Array;
+  /** J at each vertex as linear sRGB (3 values), in W/m² as renderings weight them, of the last light. */
   flux(object: number): Float32Array;
   /** H, the same. */
   diffuse_irradiance(object: number): Float32Array;
-  /** V at each vertex, 0 to 1. */
+  /** V F of a sky at each vertex, the same; empty for a lamp and the sun. */
+  sky_irradiance(object: number): Float32Array;
+  /** V at each vertex, 0 to 1; 1 for a sky. */
   visibility(object: number): Float32Array;
-  /** Linear sRGB of the lamp's radiant intensity (point) or irradiance (directional). */
-  lamp_rgb(): Float32Array;
+  /** Linear sRGB of the radiant intensity of a lamp, or of the irradiance of a surface that faces the sun. */
+  strength_rgb(): Float32Array;
   free(): void;
 }
 

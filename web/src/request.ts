@@ -19,7 +19,7 @@ export function defaultState(): State {
     illuminant: "D65",
     observer: "1931",
     swatch_exposure: "auto",
-    view: { shape: "block", method: "field", exposure: "auto", ...structuredClone(defaults("block")) },
+    view: { shape: "block", method: "field", exposure: "auto", sky: undefined, ...structuredClone(defaults("block")) },
     pinned: [],
   };
 }

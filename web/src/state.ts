@@ -25,6 +25,11 @@ export interface Lamp {
   radiant_intensity_w_sr: number;
 }
 
+/** A sky, clear with its sun or overcast. The elevation is that of the sun, also behind clouds. */
+export type Sky =
+  | { type: "clear"; elevation_deg: number; azimuth_deg: number; turbidity: number }
+  | { type: "overcast"; elevation_deg: number };
+
 export interface Camera {
   azimuth_deg: number;
   elevation_deg: number;
@@ -34,6 +39,8 @@ export interface Camera {
 export interface View {
   shape: Shape;
   lamps: Lamp[];
+  /** Shines instead of the lamps. */
+  sky: Sky | undefined;
   method: Method;
   exposure: number | "auto";
   camera: Camera;

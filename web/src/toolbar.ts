@@ -1,14 +1,15 @@
-/** The controls of the 3-D view: shape, light transport, lamps, exposure and the visitor's own mesh. */
+/** The controls of the 3-D view: shape, light transport, lamps or a sky, exposure and the visitor's own mesh. */
 
 import { byId, el } from "./dom";
 import { icon } from "./icons/icons";
 import { Radio, Select } from "./panel/choice";
 import { illuminantOptions } from "./panel/light";
 import { NumberField } from "./panel/number-field";
-import { MOST_LAMPS, type Lamp, type Method, type Shape, type State } from "./state";
+import { MOST_LAMPS, type Lamp, type Method, type Shape, type Sky, type State } from "./state";
 import type { Store } from "./store";
 import type { ViewHost } from "./view-host";
 import { defaults } from "./view/shapes";
+import * as skies from "./view/sky";
 
 const SHAPES: { value: Exclude<Shape, "own">; label: string }[] = [
   { value: "block", label: "Block" },
@@ -28,6 +29,22 @@ const STRENGTH = {
   sentence: "Radiant intensity of the lamp, over 400–700 nm, equal in all directions.",
   source: "snowblue, chapter Rendering",
 } as const;
+const SKY_SOURCE = "Hosek & Wilkie 2012, doi:10.1145/2185520.2185591";
+const ELEVATION = {
+  label: "Sun elevation", quantity: "sun elevation", range: skies.ELEVATION, scale: "linear", step: 1,
+  sentence: "The sun's height above the horizon; a low sun is redder and weaker. Behind clouds it sets their strength.",
+  source: SKY_SOURCE,
+} as const;
+const AZIMUTH = {
+  label: "Sun azimuth", quantity: "sun azimuth", range: skies.AZIMUTH, scale: "linear", step: 5,
+  sentence: "From north by way of east. North is away from the camera at its start: at 0° the sun stands behind the snow.",
+  source: SKY_SOURCE,
+} as const;
+const TURBIDITY = {
+  label: "Turbidity", quantity: "turbidity", range: skies.TURBIDITY, scale: "linear", step: 0.5,
+  sentence: "Haze: 2 in very clear alpine air, 3 on a clear day, 6 on a moist one. Haze makes the sky whiter.",
+  source: SKY_SOURCE,
+} as const;
 const EXPOSURE = {
   label: "Stops", quantity: "exposure", range: { least: -100, greatest: 100, default: 0, unit: "stops" },
   slider: [-10, 10], scale: "linear", step: 0.5,
@@ -38,7 +55,8 @@ export function buildToolbar(store: Store, host: ViewHost): void {
   byId("toolbar").append(
     shapeRow(store, host), settings(store),
     el("p", { class: "note" },
-      "Drag a lamp to move it. The snow is that of the first layer; its thickness here is that of the shape."),
+      "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer; its thickness here is that " +
+      "of the shape."),
   );
   acceptDrops(byId("view-drop"), host);
 }
@@ -74,7 +92,10 @@ function shapeRow(store: Store, host: ViewHost): HTMLElement {
     type: "button", class: "quiet end",
     click: () => store.update(({ view }) => view.lamps.push(another(view.lamps))),
   }, icon("plus"), "Lamp");
-  store.subscribe(({ view }) => (add.disabled = view.lamps.length >= MOST_LAMPS));
+  store.subscribe(({ view }) => {
+    add.disabled = view.lamps.length >= MOST_LAMPS;
+    add.hidden = view.sky !== undefined;
+  });
   return el("div", { class: "row wrap" }, shape.element, own, input, add);
 }
 
@@ -87,9 +108,18 @@ function settings(store: Store): HTMLElement {
     (value) => store.update(({ view }) => (view.exposure = value === "auto" ? "auto" : 0)),
   );
   const stops = new NumberField(EXPOSURE, (value) => store.update(({ view }) => (view.exposure = value)));
+  const light = new Radio<"lamps" | Sky["type"]>(
+    { label: "Light" },
+    [{ value: "lamps", label: "Lamps" }, { value: "clear", label: "Clear sky" }, { value: "overcast", label: "Overcast" }],
+    (value) => store.update(({ view }) => (view.sky = value === "lamps" ? undefined : skies.defaultSky(value))),
+  );
   const lamps = el("div", { class: "lamps" });
+  const sky = new SkyFields(store);
   let fields: LampField[] = [];
   store.subscribe(({ view }) => {
+    light.set(view.sky?.type ?? "lamps");
+    lamps.hidden = view.sky !== undefined;
+    sky.set(view.sky);
     method.set(view.method);
     mode.set(view.exposure === "auto" ? "auto" : "stops");
     stops.element.hidden = view.exposure === "auto";
@@ -101,7 +131,33 @@ function settings(store: Store): HTMLElement {
     fields.forEach((field, index) => field.set(view.lamps[index]!, view.lamps.length));
   });
   return el("div", { class: "settings" },
-    method.element, el("div", { class: "stack" }, mode.element, stops.element), lamps);
+    method.element, el("div", { class: "stack" }, mode.element, stops.element), light.element, lamps, sky.element);
+}
+
+class SkyFields {
+  readonly element = el("div", { class: "sky" });
+  readonly #elevation: NumberField;
+  readonly #azimuth: NumberField;
+  readonly #turbidity: NumberField;
+
+  constructor(store: Store) {
+    const change = (values: Partial<Extract<Sky, { type: "clear" }>>) =>
+      store.update(({ view }) => Object.assign(view.sky!, values));
+    this.#elevation = new NumberField(ELEVATION, (elevation_deg) => change({ elevation_deg }));
+    this.#azimuth = new NumberField(AZIMUTH, (azimuth_deg) => change({ azimuth_deg }));
+    this.#turbidity = new NumberField(TURBIDITY, (turbidity) => change({ turbidity }));
+    this.element.append(this.#elevation.element, this.#azimuth.element, this.#turbidity.element);
+  }
+
+  set(sky: Sky | undefined): void {
+    this.element.hidden = sky === undefined;
+    if (sky === undefined) return;
+    this.#elevation.set(sky.elevation_deg);
+    this.#azimuth.element.hidden = this.#turbidity.element.hidden = sky.type === "overcast";
+    if (sky.type === "overcast") return;
+    this.#azimuth.set(sky.azimuth_deg);
+    this.#turbidity.set(sky.turbidity);
+  }
 }
 
 class LampField {

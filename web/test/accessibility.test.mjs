@@ -52,6 +52,14 @@ pageTest("for everyone", { fragment: ALL, reducedMotion: "reduce" }, async (page
     }
   }
 
+  await t.test("nothing serious under a clear sky, at 360 px", async () => {
+    await page.setViewportSize({ width: 360, height: 900 });
+    await follow(page, "sky=clear,20,30,2.5");
+    assert.deepEqual(await findings(page, "#toolbar"), []);
+    assert.equal(await overflow(page), 0);
+    assert.equal(await page.locator(".sb-lamp").count(), 0);
+  });
+
   await t.test("nothing moves by itself where that is wanted", async () => {
     assert.equal(await transition(page), "0s");
     await page.emulateMedia({ reducedMotion: "no-preference" });

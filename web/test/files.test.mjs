@@ -97,6 +97,8 @@ pageTest("files in and out", {}, async (page, t) => {
       ["layer=thickness_cm:x", "'x' is not a number for thickness_cm"],
       ["lamp=1,2", "a lamp has a position of three numbers, an illuminant and a strength"],
       ["shape=own", "'own' is not known for shape"],
+      ["sky=rain,3", "'rain' is not known for sky"],
+      ["sky=clear,95,0,3", "sun elevation is 95°, but must lie in 0–90°"],
       ["foo=1", "'foo' is not known"],
     ]) {
       await follow(page, fragment);
@@ -114,6 +116,7 @@ pageTest("files in and out", {}, async (page, t) => {
   };
   for (const [fragment, count] of [
     ["shape=block&illuminant=A", 1], ["shape=ball", 1], ["shape=igloo", 2], ["shape=drift", 1], ["shape=sculpture", 2],
+    ["sky=clear,20,30,2.5", 1], ["sky=overcast,30", 1],
   ]) {
     await t.test(`the command takes the scene file of ${fragment}`, async () => {
       await follow(page, fragment);

@@ -150,6 +150,16 @@ pageTest("controls, light and lamps by keyboard", {}, async (page, t) => {
     assert.ok(Math.abs(after[2] / before[2] - 1) > 1e-3, `${before} and ${after} are the same`);
   });
 
+  await t.test("a sky is chosen, its sun moves, and the lamps come back", async () => {
+    await press(page.getByRole("radio", { name: "Lamps" }), "ArrowRight");
+    await press(control(page, "Sun elevation, slider"), "ArrowRight", "ArrowRight");
+    await page.waitForFunction(() => location.hash.includes("sky=clear,20,10,2.5"));
+    assert.equal(await page.locator(".sb-lamp").count(), 0);
+    await press(page.getByRole("radio", { name: "Clear sky" }), "ArrowLeft");
+    await page.waitForFunction(() => !location.hash.includes("sky="));
+    await page.locator(".sb-lamp").waitFor();
+  });
+
   await t.test("the view turns and comes nearer", async () => {
     await press(page.locator(".sb-field"), "ArrowLeft", "ArrowUp", "+");
     await page.waitForFunction(() => location.hash.includes("camera=27,19,1.136"));

@@ -1,5 +1,5 @@
 /**
- * The light field at two sizes of cells, each in a worker of its own: a coarse one follows lamps as they move, a fine
+ * The light field at two sizes of cells, each in a worker of its own: a coarse one follows lights as they move, a fine
  * one is solved for once they rest.
  */
 
@@ -11,7 +11,7 @@ import type { Size } from "./step";
 
 /** Rays through grains for the coarse field: an error of 1 % in the light behind 15 cm. */
 const COARSE_RAYS = 1 << 14;
-/** Rest of the lamps before the fine field is solved for, in ms. */
+/** Rest of the lights before the fine field is solved for, in ms. */
 const REST_MS = 300;
 
 export interface FieldEvents {
@@ -30,8 +30,8 @@ export interface FieldInput {
   scenes: Record<Size, string>;
   /** Greatest distance of vertices in the fine field, in mm. */
   fine_edge_mm: number;
-  /** JSON of lamps of 1 W/sr. */
-  lamps: string[];
+  /** JSON of lights. */
+  lights: string[];
 }
 
 class Stage {
@@ -79,7 +79,7 @@ class Stage {
 }
 
 export class FieldClient {
-  /** Time from the last request to the coarse light of all lamps, in ms. */
+  /** Time from the last request to the coarse light of all lights, in ms. */
   latency_ms = 0;
   private version = 0;
   private bodies = 0;
@@ -104,7 +104,7 @@ export class FieldClient {
   ask(input: FieldInput): void {
     const before = this.input;
     const isSameBody = before !== undefined && before.scenes.fine === input.scenes.fine && before.body === input.body;
-    if (isSameBody && before.lamps.join() === input.lamps.join()) return;
+    if (isSameBody && before.lights.join() === input.lights.join()) return;
     this.input = input;
     this.version += 1;
     if (!isSameBody) this.bodies += 1;
@@ -122,7 +122,7 @@ export class FieldClient {
     return this.fine.body;
   }
 
-  /** Whether the fine light of all lamps where they are now is known. */
+  /** Whether the fine light of all lights where they are now is known. */
   get isFine(): boolean {
     return this.isReady(this.fine, "fine");
   }
@@ -139,16 +139,16 @@ export class FieldClient {
   }
 
   private isReady({ body }: Stage, stage: Size): boolean {
-    return this.input !== undefined && body?.key === this.key(stage) && body.hasAll(this.input.lamps);
+    return this.input !== undefined && body?.key === this.key(stage) && body.hasAll(this.input.lights);
   }
 
   private key(stage: Size): string {
     return `${stage} ${this.bodies}`;
   }
 
-  private request(stage: Size, { body, scenes, fine_edge_mm, lamps }: FieldInput): FieldRequest {
+  private request(stage: Size, { body, scenes, fine_edge_mm, lights }: FieldInput): FieldRequest {
     const mesh = namedMesh(surfaceOf(body, stage));
     const [grain_rays, edge_mm] = stage === "coarse" ? [COARSE_RAYS, undefined] : [undefined, fine_edge_mm];
-    return { version: this.version, bodyKey: this.key(stage), scene: scenes[stage], mesh, grain_rays, edge_mm, lamps };
+    return { version: this.version, bodyKey: this.key(stage), scene: scenes[stage], mesh, grain_rays, edge_mm, lights };
   }
 }

@@ -17,8 +17,8 @@ export interface FieldRequest {
   grain_rays: number | undefined;
   /** Greatest distance of vertices, if not the default. */
   edge_mm: number | undefined;
-  /** JSON of lamps of 1 W/sr. */
-  lamps: string[];
+  /** JSON of lights. */
+  lights: string[];
 }
 
 /** An object's surface; see `LightField` of the module `scene`. */
@@ -29,10 +29,11 @@ export interface SurfaceGeometry {
   escape: number[];
 }
 
-/** J and V (four values) and H (three values) at each vertex of an object. */
-export interface LampLight {
+/** J and V (four values) and H (three values) at each vertex of an object, and V F (three values) of a sky. */
+export interface LightOnObject {
   flux: Float32Array;
   irradiance: Float32Array;
+  sky: Float32Array;
 }
 
 export type Rgb = [number, number, number];
@@ -50,10 +51,13 @@ export type FieldAnswer =
       kind: "light";
       version: number;
       bodyKey: string;
-      lamp: number;
+      /** The place of the light among those of the request. */
+      light: number;
       json: string;
-      objects: LampLight[];
+      objects: LightOnObject[];
       rgb: Rgb;
+      /** Radiance of a sky from each of the directions `DOME_DIRECTIONS`. */
+      dome: Float32Array;
       milliseconds: number;
     }
   | { kind: "error"; version: number; text: string };

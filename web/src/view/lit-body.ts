@@ -1,31 +1,38 @@
-/** Snow with its light as three.js meshes: a geometry for each object, and attributes for each lamp. */
+/** Snow with its light as three.js meshes: a geometry for each object, and attributes for each light. */
 
 import { BufferAttribute, BufferGeometry, type Data3DTexture, Group, Mesh, Sphere, Vector3 } from "three";
-import type { FieldAnswer, LampLight, Rgb } from "./field-messages";
-import { attributeNames, reflectionTexture, SnowMaterial } from "./snow-material";
+import type { FieldAnswer, LightOnObject, Rgb } from "./field-messages";
+import type { Light, Wanted } from "./lights";
+import { attributesOf, reflectionTexture, SnowMaterial } from "./snow-material";
 
 type BodyAnswer = Extract<FieldAnswer, { kind: "body" }>;
 type LightAnswer = Extract<FieldAnswer, { kind: "light" }>;
 
-/** A lamp that the field was solved for. */
-export interface SolvedLamp {
+/** A light that the field was solved for. */
+export interface SolvedLight {
   json: string;
-  position: [number, number, number];
-  /** Linear sRGB of 1 W/sr. */
+  light: Light;
+  /** Where a lamp is, or the direction towards the sun. */
+  place: [number, number, number];
+  /** Linear sRGB of a lamp of 1 W/sr, or of the irradiance by the sun. */
   rgb: Rgb;
+  /** Radiance of a sky from each of some directions. */
+  dome: Float32Array;
   milliseconds: number;
-  objects: LampLight[];
+  objects: LightOnObject[];
 }
 
 export class LitBody {
   readonly group = new Group();
   readonly key: string;
   readonly nodes: number;
-  readonly lamps: SolvedLamp[] = [];
+  readonly lights: SolvedLight[] = [];
   private readonly reflection: Data3DTexture;
   private readonly escapes: number[][];
   private readonly geometries: BufferGeometry[];
   private materials: SnowMaterial[] = [];
+  /** Types of the lights that the materials are for. */
+  private types: Light["type"][] = [];
 
   constructor({ bodyKey, nodes, objects, reflection }: BodyAnswer) {
     this.key = bodyKey;
@@ -42,31 +49,38 @@ export class LitBody {
     });
   }
 
-  /** Takes the light of a lamp. */
-  light({ lamp, json, objects, rgb, milliseconds }: LightAnswer): void {
-    const { position } = JSON.parse(json) as { position: [number, number, number] };
-    this.lamps[lamp] = { json, position, rgb, milliseconds, objects };
-    const [fluxName, irradianceName] = attributeNames(lamp);
-    objects.forEach(({ flux, irradiance }, object) => {
-      replace(this.geometries[object]!, fluxName, flux, 4);
-      replace(this.geometries[object]!, irradianceName, irradiance, 3);
+  /** Takes the light of a lamp, the sun or a sky. */
+  light({ light: number, json, objects, rgb, dome, milliseconds }: LightAnswer): void {
+    const light = JSON.parse(json) as Light;
+    const place = light.type === "point" ? light.position : light.type === "sun" ? light.towards : NOWHERE;
+    this.lights[number] = { json, light, place, rgb, dome, milliseconds, objects };
+    const attributes = attributesOf(number, light.type);
+    objects.forEach(({ flux, irradiance, sky }, object) => {
+      attributes.forEach(([name, size], at) => replace(this.geometries[object]!, name, [flux, irradiance, sky][at]!, size));
     });
   }
 
-  /** Whether every lamp is solved for. */
-  hasAll(lamps: readonly string[]): boolean {
-    return lamps.every((json, lamp) => this.lamps[lamp]?.json === json);
+  /** Whether every light is solved for. */
+  hasAll(lights: readonly string[]): boolean {
+    return lights.every((json, number) => this.lights[number]?.json === json);
   }
 
-  /** Sets strengths in W/sr, the factor of the display, and whether radiance is written instead. */
-  show(strengths: readonly number[], exposure: number, isLinear: boolean): void {
-    if (this.materials.length === 0 || this.group.userData.lamps !== strengths.length) this.assemble(strengths.length);
+  /** The strengths of lights; one is dark until there is a solution for a light of its type. */
+  strengths(wanted: readonly Wanted[]): number[] {
+    return wanted.map(({ type, strength }, number) => (this.lights[number]?.light.type === type ? strength : 0));
+  }
+
+  /** Sets the lights, the factor of the display, and whether radiance is written instead. */
+  show(wanted: readonly Wanted[], exposure: number, isLinear: boolean): void {
+    const strengths = this.strengths(wanted);
+    const types = wanted.map(({ type }, number) => this.lights[number]?.light.type ?? type);
+    if (this.materials.length === 0 || this.types.join() !== types.join()) this.assemble(types);
     for (const material of this.materials) {
       material.exposure = exposure;
       material.isLinear = isLinear;
-      strengths.forEach((strength, lamp) => {
-        const solved = this.lamps[lamp];
-        if (solved !== undefined) material.setLamp(lamp, { ...solved, strength });
+      strengths.forEach((strength, number) => {
+        const solved = this.lights[number];
+        if (solved !== undefined) material.setLight(number, { ...solved, strength });
       });
     }
   }
@@ -85,25 +99,27 @@ export class LitBody {
     for (const material of this.materials) material.dispose();
   }
 
-  /** Makes the meshes for a number of lamps. */
-  private assemble(lamps: number): void {
+  /** Makes the meshes for some lights. */
+  private assemble(types: Light["type"][]): void {
     for (const material of this.materials) material.dispose();
     this.group.clear();
-    this.group.userData.lamps = lamps;
-    this.materials = this.escapes.map((escape) => new SnowMaterial(lamps, escape, this.reflection));
+    this.types = types;
+    this.materials = this.escapes.map((escape) => new SnowMaterial(types, escape, this.reflection));
     this.geometries.forEach((geometry, object) => {
-      for (let lamp = 0; lamp < lamps; lamp++) this.darken(geometry, lamp);
+      types.forEach((type, number) => darken(geometry, number, type));
       this.group.add(new Mesh(geometry, this.materials[object]));
     });
   }
+}
 
-  /** A lamp that is not solved for yet is dark. */
-  private darken(geometry: BufferGeometry, lamp: number): void {
-    const vertices = geometry.getAttribute("position").count;
-    attributeNames(lamp).forEach((name, number) => {
-      const size = 4 - number;
-      if (!geometry.hasAttribute(name)) replace(geometry, name, new Float32Array(size * vertices), size);
-    });
+/** Of a sky, which is everywhere. */
+const NOWHERE: SolvedLight["place"] = [0, 0, 0];
+
+/** A light that is not solved for yet is dark. */
+function darken(geometry: BufferGeometry, number: number, type: Light["type"]): void {
+  const vertices = geometry.getAttribute("position").count;
+  for (const [name, size] of attributesOf(number, type)) {
+    if (!geometry.hasAttribute(name)) replace(geometry, name, new Float32Array(size * vertices), size);
   }
 }
 

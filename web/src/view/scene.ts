@@ -3,6 +3,7 @@
 import type { Method, Vector, View } from "../state";
 import { toml } from "../toml";
 import type { Body, Surface } from "./shapes";
+import { skyTable } from "./sky";
 import type { SnowMaterial } from "./snow";
 
 /** What a camera needs to know of the picture. */
@@ -53,16 +54,18 @@ export function sceneOf(
     integrator: { type: INTEGRATORS[view.method], samples_per_pixel: 64, max_bounces: 8 },
     light_field: { step_mm },
     material: { [MATERIAL]: material },
-    light: view.lamps.map((lamp) => ({ type: "point", ...lamp })),
+    light: view.sky === undefined ? view.lamps.map((lamp) => ({ type: "point", ...lamp })) : [],
+    ...(view.sky === undefined ? {} : { sky: skyTable(view.sky) }),
     object: [{ ...object, material: MATERIAL }],
   };
 }
 
-/** A scene for the light field alone, which does not depend on the camera or the strengths of lamps. */
+/** A scene for the light field alone, which does not depend on the camera or the lights. */
 export function fieldScene({ object }: Surface, material: SnowMaterial, step_mm: number): string {
   const view: View = {
     shape: "own",
     lamps: [{ position: [0, 0, 5], illuminant: "D65", radiant_intensity_w_sr: 1 }],
+    sky: undefined,
     method: "field",
     exposure: 0,
     camera: { azimuth_deg: 0, elevation_deg: 0, distance_m: 5 },
@@ -76,7 +79,7 @@ type Table = Record<string, unknown>;
 
 /** The TOML of a scene, with comment lines above it. */
 export function toToml(scene: ReturnType<typeof sceneOf>, comments: string[]): string {
-  const { camera, film, integrator, light_field, material, light, object } = scene;
+  const { camera, film, integrator, light_field, material, light, sky, object } = scene;
   const blocks = [
     comments.map((line) => `# ${line}`).join("\n"),
     table("[camera]", camera),
@@ -85,6 +88,7 @@ export function toToml(scene: ReturnType<typeof sceneOf>, comments: string[]): s
     table("[light_field]", light_field),
     ...Object.entries(material).map(([name, keys]) => table(`[material.${name}]`, { ...keys })),
     ...light.map((keys) => table("[[light]]", keys)),
+    ...(sky === undefined ? [] : [table("[sky]", sky)]),
     ...object.map((keys) => table("[[object]]", keys)),
   ];
   return `${blocks.join("\n\n")}\n`;

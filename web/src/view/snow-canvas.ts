@@ -4,7 +4,8 @@ import { FloatType, PerspectiveCamera, Scene, Vector3, WebGLRenderer, WebGLRende
 import type { View } from "../state";
 import type { LitBody } from "./lit-body";
 import { cameraPosition, verticalFieldOfView } from "./scene";
-import { grid, LampMarks } from "./surroundings";
+import { type Wanted, wantedOf } from "./lights";
+import { grid, LampMarks, SunMark } from "./surroundings";
 
 const MOST_PIXELS = 2_000_000;
 const MOST_PIXEL_RATIO = 2;
@@ -22,8 +23,9 @@ export class SnowCanvas {
   private readonly scene = new Scene();
   private readonly grid = grid();
   private readonly marks = new LampMarks();
+  private readonly sun = new SunMark();
   private body: LitBody | undefined;
-  private strengths: number[] = [];
+  private wanted: Wanted[] = [];
   private exposure = 1;
   private size = { width: 1, height: 1 };
   private frame = 0;
@@ -38,7 +40,7 @@ export class SnowCanvas {
     this.element.className = "sb-field";
     this.element.addEventListener("webglcontextrestored", () => this.invalidate());
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.grid, this.marks.group);
+    this.scene.add(this.grid, this.marks.group, this.sun.group);
   }
 
   resize(width: number, height: number): void {
@@ -60,15 +62,16 @@ export class SnowCanvas {
   }
 
   /** Sets what is shown; the exposure is a factor. */
-  show(body: LitBody | undefined, lamps: View["lamps"], exposure: number): void {
+  show(body: LitBody | undefined, { lamps, sky }: Pick<View, "lamps" | "sky">, exposure: number): void {
     if (this.body !== body) {
       if (this.body !== undefined) this.scene.remove(this.body.group);
       if (body !== undefined) this.scene.add(body.group);
       this.body = body;
     }
-    this.strengths = lamps.map((lamp) => lamp.radiant_intensity_w_sr);
+    this.wanted = wantedOf({ lamps, sky });
     this.exposure = exposure;
-    this.marks.set(lamps);
+    this.marks.set(sky === undefined ? lamps : []);
+    this.sun.set(sky);
     this.invalidate();
   }
 
@@ -97,7 +100,7 @@ export class SnowCanvas {
 
   /** Draws now, for a copy of the canvas. */
   draw(): void {
-    this.body?.show(this.strengths, this.exposure, false);
+    this.body?.show(this.wanted, this.exposure, false);
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }
@@ -119,9 +122,9 @@ export class SnowCanvas {
   readPixels(x: number, y: number, width: number, height: number): Float32Array {
     const { width: columns, height: rows } = this.element;
     const target = new WebGLRenderTarget(columns, rows, { type: FloatType });
-    const hidden = [this.grid, this.marks.group];
+    const hidden = [this.grid, this.marks.group, this.sun.group];
     for (const one of hidden) one.visible = false;
-    this.body?.show(this.strengths, this.exposure, true);
+    this.body?.show(this.wanted, this.exposure, true);
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);

@@ -1,4 +1,9 @@
-/** The exit law of snow as a shader: L = sum over lamps of strength (R0 V F + (H + K(mu) J) / pi). */
+/**
+ * The exit law of snow as a shader: L = sum over lights of strength (R0 V F + (H + K(mu) J) / pi).
+ *
+ * A sky shines from many directions. What the surface reflects of it depends on the eye as that of the sky without
+ * shadows does, which is a sum of R0 over some directions, in each vertex.
+ */
 
 import {
   ClampToEdgeWrapping,
@@ -12,19 +17,24 @@ import {
   Vector3,
 } from "three";
 import { GAMUT_GLSL } from "./gamut";
+import { DOME_DIRECTIONS, type Light } from "./lights";
 import { TABLE_SIZE } from "./table-size";
 
-/** What one lamp does to a picture. */
-export interface LampUniforms {
-  position: readonly [number, number, number];
-  /** Linear sRGB of the radiant intensity for 1 W/sr. */
+/** What one light does to a picture. */
+export interface LightUniforms {
+  /** The position of a lamp, or the direction towards the sun. */
+  place: readonly [number, number, number];
+  /** Linear sRGB of the radiant intensity of a lamp of 1 W/sr, or of the irradiance by the sun. */
   rgb: readonly [number, number, number];
+  /** Radiance of a sky from each direction. */
+  dome: Float32Array;
   strength: number;
 }
 
-/** Names of the attributes of a lamp: J and V, and H. */
-export function attributeNames(lamp: number): [string, string] {
-  return [`flux${lamp}`, `irradiance${lamp}`];
+/** Names of the attributes of a light and their sizes: J and V, H, and V F of a sky. */
+export function attributesOf(light: number, type: Light["type"]): [string, number][] {
+  const names: [string, number][] = [[`flux${light}`, 4], [`irradiance${light}`, 3]];
+  return type === "dome" ? [...names, [`sky${light}`, 3]] : names;
 }
 
 /** The table of (mu + mu0) R0. */
@@ -41,34 +51,39 @@ export function reflectionTexture(table: Float32Array): Data3DTexture {
 }
 
 export class SnowMaterial extends ShaderMaterial {
-  private readonly positions: Vector3[];
+  private readonly places: Vector3[];
   private readonly intensities: Vector3[];
   private readonly strengths: number[];
+  private readonly dome: Float32Array;
 
-  constructor(lamps: number, escape: readonly number[], reflection: Data3DTexture) {
-    const vectors = () => Array.from({ length: lamps }, () => new Vector3());
-    const [positions, intensities, strengths] = [vectors(), vectors(), new Array<number>(lamps).fill(0)];
+  constructor(lights: readonly Light["type"][], escape: readonly number[], reflection: Data3DTexture) {
+    const vectors = () => lights.map(() => new Vector3());
+    const [places, intensities, strengths] = [vectors(), vectors(), new Array<number>(lights.length).fill(0)];
+    const dome = new Float32Array(DOME_DIRECTIONS.length);
     super({
       glslVersion: GLSL3,
       uniforms: {
         escape: { value: [...escape] },
         reflection: { value: reflection },
-        positions: { value: positions },
+        places: { value: places },
         intensities: { value: intensities },
         strengths: { value: strengths },
+        directions: { value: DOME_DIRECTIONS },
+        dome: { value: dome },
         exposure: { value: 1 },
         is_linear: { value: false },
       },
-      vertexShader: vertexShader(lamps),
-      fragmentShader: fragmentShader(lamps),
+      vertexShader: vertexShader(lights),
+      fragmentShader: fragmentShader(lights),
     });
-    [this.positions, this.intensities, this.strengths] = [positions, intensities, strengths];
+    [this.places, this.intensities, this.strengths, this.dome] = [places, intensities, strengths, dome];
   }
 
-  setLamp(index: number, { position, rgb, strength }: LampUniforms): void {
-    this.positions[index]!.set(...position);
+  setLight(index: number, { place, rgb, dome, strength }: LightUniforms): void {
+    this.places[index]!.set(...place);
     this.intensities[index]!.set(...rgb).multiplyScalar(strength);
     this.strengths[index] = strength;
+    if (dome.length > 0) this.dome.set(dome);
   }
 
   /** The factor of the display. */
@@ -82,21 +97,53 @@ export class SnowMaterial extends ShaderMaterial {
   }
 }
 
-function each(lamps: number, line: (lamp: number) => string): string {
-  return Array.from({ length: lamps }, (_, lamp) => line(lamp)).join("\n");
+function each(lights: readonly Light["type"][], line: (light: number, type: Light["type"]) => string): string {
+  return lights.map((type, light) => line(light, type)).join("\n");
 }
 
+/** R0 of a direction of light and one to the eye, by the cosines of both. */
+const REFLECTION_GLSL = /* glsl */ `
+precision highp sampler3D;
+uniform sampler3D reflection;
+float r0(vec3 to_eye, float mu, vec3 to_light, float mu0) {
+  float sines = sqrt(max((1.0 - mu * mu) * (1.0 - mu0 * mu0), 1e-12));
+  float azimuth = sqrt(clamp(0.5 + 0.5 * (dot(to_eye, to_light) - mu * mu0) / sines, 0.0, 1.0));
+  vec3 where = (vec3(azimuth, sqrt(mu0), sqrt(mu)) * ${TABLE_SIZE - 1}.0 + 0.5) / ${TABLE_SIZE}.0;
+  return texture(reflection, where).r / max(mu + mu0, 1e-4);
+}
+`;
+
 /** J and H are added up here: the exit law is linear in them. */
-function vertexShader(lamps: number): string {
-  const names = (lamp: number) => attributeNames(lamp);
+function vertexShader(lights: readonly Light["type"][]): string {
+  const declarations = each(lights, (light, type) =>
+    attributesOf(light, type).map(([name, size]) => `in vec${size} ${name};`).join("\n"));
   return /* glsl */ `
-${each(lamps, (lamp) => `in vec4 ${names(lamp)[0]};\nin vec3 ${names(lamp)[1]};`)}
-uniform float strengths[${lamps}];
+precision highp float;
+${declarations}
+${REFLECTION_GLSL}
+uniform float strengths[${lights.length}];
+uniform vec3 directions[${DOME_DIRECTIONS.length / 3}];
+uniform vec3 dome[${DOME_DIRECTIONS.length / 3}];
 out vec3 place;
 out vec3 surface_normal;
 out vec3 flux;
 out vec3 irradiance;
 out vec4 visibility;
+
+// What the surface reflects of the sky towards the eye, relative to a white diffuse surface.
+vec3 reflected_sky() {
+  vec3 to_eye = normalize(cameraPosition - position);
+  float mu = clamp(dot(normal, to_eye), 0.0, 1.0);
+  vec3 received = vec3(1e-20);
+  vec3 sent = vec3(1e-20);
+  for (int k = 0; k < ${DOME_DIRECTIONS.length / 3}; k++) {
+    float mu0 = dot(normal, directions[k]);
+    if (mu0 <= 0.0) continue;
+    received += mu0 * dome[k];
+    sent += 3.14159265 * r0(to_eye, mu, directions[k], mu0) * mu0 * dome[k];
+  }
+  return sent / received;
+}
 
 void main() {
   place = position;
@@ -104,21 +151,27 @@ void main() {
   flux = vec3(0.0);
   irradiance = vec3(0.0);
   visibility = vec4(0.0);
-  ${each(lamps, (lamp) => `flux += strengths[${lamp}] * ${names(lamp)[0]}.rgb;
-  irradiance += strengths[${lamp}] * ${names(lamp)[1]};
-  visibility[${lamp}] = ${names(lamp)[0]}.a;`)}
+  ${each(lights, (light, type) => `flux += strengths[${light}] * flux${light}.rgb;
+  irradiance += strengths[${light}] * ${type === "dome"
+    ? `(irradiance${light} + reflected_sky() * sky${light})`
+    : `irradiance${light}`};
+  visibility[${light}] = flux${light}.a;`)}
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }`;
 }
 
-function fragmentShader(lamps: number): string {
+/** Towards a light, and the square of its distance. */
+const TOWARDS: Record<Exclude<Light["type"], "dome">, (light: number) => string> = {
+  point: (light) => `places[${light}] - place`,
+  sun: (light) => `places[${light}]`,
+};
+
+function fragmentShader(lights: readonly Light["type"][]): string {
   return /* glsl */ `
 precision highp float;
-precision highp sampler3D;
 uniform float escape[4];
-uniform sampler3D reflection;
-uniform vec3 positions[${lamps}];
-uniform vec3 intensities[${lamps}];
+uniform vec3 places[${lights.length}];
+uniform vec3 intensities[${lights.length}];
 uniform float exposure;
 uniform bool is_linear;
 in vec3 place;
@@ -130,18 +183,14 @@ out vec4 colour;
 
 const float PI = 3.14159265358979;
 ${GAMUT_GLSL}
-// Light of a lamp that the surface reflects after few scatterings.
-vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 lamp, vec3 intensity, float visible) {
-  vec3 towards = lamp - place;
+${REFLECTION_GLSL}
+// Light of a lamp or the sun that the surface reflects after few scatterings. The direction to the sun has length 1.
+vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 towards, vec3 intensity, float visible) {
   float square = dot(towards, towards);
-  vec3 to_lamp = towards * inversesqrt(square);
-  float mu0 = dot(normal, to_lamp);
+  vec3 to_light = towards * inversesqrt(square);
+  float mu0 = dot(normal, to_light);
   if (mu0 <= 0.0) return vec3(0.0);
-  float sines = sqrt(max((1.0 - mu * mu) * (1.0 - mu0 * mu0), 1e-12));
-  float azimuth = sqrt(clamp(0.5 + 0.5 * (dot(to_eye, to_lamp) - mu * mu0) / sines, 0.0, 1.0));
-  vec3 where = (vec3(azimuth, sqrt(mu0), sqrt(mu)) * ${TABLE_SIZE - 1}.0 + 0.5) / ${TABLE_SIZE}.0;
-  float r0 = texture(reflection, where).r / max(mu + mu0, 1e-4);
-  return r0 * visible * mu0 / square * intensity;
+  return r0(to_eye, mu, to_light, mu0) * visible * mu0 / square * intensity;
 }
 
 float transfer(float linear) {
@@ -154,8 +203,8 @@ void main() {
   float mu = clamp(dot(normal, to_eye), 0.0, 1.0);
   float k = escape[0] + mu * (escape[1] + mu * (escape[2] + mu * escape[3]));
   vec3 radiance = (irradiance + k * flux) / PI;
-  ${each(lamps, (lamp) =>
-    `radiance += reflected(normal, to_eye, mu, positions[${lamp}], intensities[${lamp}], visibility[${lamp}]);`)}
+  ${each(lights, (light, type) => (type === "dome" ? "" :
+    `radiance += reflected(normal, to_eye, mu, ${TOWARDS[type](light)}, intensities[${light}], visibility[${light}]);`))}
   if (is_linear) {
     colour = vec4(radiance, 1.0);
   } else {

@@ -1,4 +1,4 @@
-/** What the eye needs besides snow: a grid on the ground, and lamps with lines to their feet. */
+/** What the eye needs besides snow: a grid on the ground, lamps with lines to their feet, and where the sun stands. */
 
 import {
   BufferGeometry,
@@ -10,7 +10,8 @@ import {
   MeshBasicMaterial,
   SphereGeometry,
 } from "three";
-import type { Lamp } from "../state";
+import type { Lamp, Sky } from "../state";
+import { towardsSun } from "./sky";
 
 const GRID_STEP_M = 0.1;
 const GRID_LINES = 8;
@@ -69,5 +70,36 @@ export class LampMarks {
     this.lines.geometry = new BufferGeometry();
     this.lines.geometry.setAttribute("position", new Float32BufferAttribute(feet, 3));
     this.group.add(this.lines);
+  }
+}
+
+const SUN_DISTANCE_M = 0.62;
+const SUN_RADIUS_M = 0.016;
+
+/** A ball in the direction of the sun, with a line to its foot and one on the ground, along which the light comes. */
+export class SunMark {
+  readonly group = new Group();
+  private readonly ball = new Mesh(
+    new SphereGeometry(SUN_RADIUS_M, 24, 16),
+    new MeshBasicMaterial({ color: 0xffe9a8, toneMapped: false }),
+  );
+  private readonly lines = new LineSegments(
+    new BufferGeometry(),
+    new LineBasicMaterial({ color: 0x8a7a4c, toneMapped: false }),
+  );
+
+  constructor() {
+    this.group.add(this.ball, this.lines);
+    this.group.visible = false;
+  }
+
+  set(sky: Sky | undefined): void {
+    this.group.visible = sky?.type === "clear";
+    if (sky?.type !== "clear") return;
+    const [x, y, z] = towardsSun(sky).map((part) => SUN_DISTANCE_M * part) as [number, number, number];
+    this.ball.position.set(x, y, z);
+    this.lines.geometry.dispose();
+    this.lines.geometry = new BufferGeometry();
+    this.lines.geometry.setAttribute("position", new Float32BufferAttribute([x, y, z, x, y, 0, x, y, 0, 0, 0, 0], 3));
   }
 }

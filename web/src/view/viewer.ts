@@ -1,4 +1,4 @@
-/** Snow in 3-D, lit by lamps that are dragged. */
+/** Snow in 3-D, lit by lamps that are dragged, or by a sky. */
 
 import type { Snow } from "../native";
 import type { Lamp, Method, Shape, View } from "../state";
@@ -6,6 +6,7 @@ import { automaticStops } from "./exposure";
 import { bakedGlb } from "./bake";
 import { FieldClient } from "./field-client";
 import { LampHandles } from "./lamps";
+import { lightsOf, wantedOf } from "./lights";
 import type { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
 import { readMesh } from "./own-mesh";
@@ -140,8 +141,7 @@ export class Viewer {
   /** The light field on the snow, for other programs. Rejects if it cannot be computed. */
   async exportGlb(): Promise<Blob> {
     await this.whenFine();
-    const { lamps, shape } = this.view!;
-    return bakedGlb(this.field.best!, lamps, 2 ** this.stops, shape);
+    return bakedGlb(this.field.best!, this.view!, 2 ** this.stops);
   }
 
   /** The view as it is shown. */
@@ -243,20 +243,18 @@ export class Viewer {
     if (this.canvas === undefined) return;
     if (body === undefined) this.events.status("Choose a PLY or GLB file of a closed mesh, or drop it here.");
     else this.light(body, view);
-    this.handles?.set(view.lamps);
+    this.handles?.set(view.sky === undefined ? view.lamps : []);
     this.canvas.aim(view.camera, body?.target ?? NO_TARGET);
     this.show();
   }
 
-  private light(body: Body, { lamps }: View): void {
+  private light(body: Body, view: View): void {
     const [coarse, fine] = [this.fieldScene(body, "coarse"), this.fieldScene(body, "fine")];
     this.field.ask({
       body,
       scenes: { coarse, fine },
       fine_edge_mm: fineEdge(body, this.material),
-      lamps: lamps.map(({ position, illuminant }) =>
-        JSON.stringify({ type: "point", position, illuminant, radiant_intensity_w_sr: 1 }),
-      ),
+      lights: lightsOf(view),
     });
     if (!this.field.isFine) this.events.status("The light in the snow is being computed.");
   }
@@ -270,7 +268,9 @@ export class Viewer {
     this.events.status(
       [
         `Light field of ${nodes.toLocaleString("en")} unknowns at each wavelength.`,
-        `${calls} draw calls, one texture fetch for each lamp in each pixel.`,
+        this.view?.sky === undefined
+          ? `${calls} draw calls, one texture fetch for each lamp in each pixel.`
+          : "The sky is that of the scene file; below the horizon it is dark.",
         "Squares on the ground measure 10 cm.",
         this.notice ?? "",
         this.view?.shape === "own" ? this.ownNotice : "",
@@ -284,14 +284,14 @@ export class Viewer {
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
     if (view.exposure !== "auto") [this.stops, this.exposed] = [view.exposure, []];
-    else if (lit !== undefined) this.expose(lit, view.lamps.map((lamp) => lamp.radiant_intensity_w_sr));
-    this.canvas.show(lit, view.lamps, 2 ** this.stops);
+    else if (lit !== undefined) this.expose(lit, lit.strengths(wantedOf(view)));
+    this.canvas.show(lit, view, 2 ** this.stops);
     this.trace(view);
   }
 
   /** Sets the automatic exposure, which looks at all vertices, if the light has changed. */
   private expose(lit: LitBody, strengths: number[]): void {
-    const light = [lit, ...lit.lamps, ...strengths];
+    const light = [lit, ...lit.lights, ...strengths];
     if (light.length === this.exposed.length && light.every((one, place) => one === this.exposed[place])) return;
     this.exposed = light;
     this.stops = automaticStops(lit, strengths) ?? this.stops;

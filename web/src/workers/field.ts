@@ -1,22 +1,26 @@
 /**
- * Solves for the light field of a body, lamp by lamp. The newest request counts: an older one is given up between two
- * lamps. Lamps that did not move are not solved for again.
+ * Solves for the light field of a body, light by light. The newest request counts: an older one is given up between two
+ * lights. Lights that did not move are not solved for again.
  */
 
-import init, { LightField, Meshes } from "native:scene";
-import type { LightField as Field } from "../native";
-import type { FieldRequest, FieldAnswer, LampLight, SurfaceGeometry } from "../view/field-messages";
+import init, { Files, LightField } from "native:scene";
+import type { Files as NamedFiles, LightField as Field } from "../native";
+import { addCoefficients } from "../view/coefficients";
+import type { FieldRequest, FieldAnswer, LightOnObject, SurfaceGeometry } from "../view/field-messages";
+import { DOME_DIRECTIONS, type Light } from "../view/lights";
 import { TABLE_SIZE } from "../view/table-size";
 
 interface Body {
   key: string;
   field: Field;
-  /** Lamps solved for, by their place. */
-  lamps: string[];
+  /** Lights solved for, by their place. */
+  lights: string[];
 }
 
 let loaded: Promise<unknown> | undefined;
 let body: Body | undefined;
+/** Of skies. */
+let files: NamedFiles | undefined;
 let newest: FieldRequest | undefined;
 let isBusy = false;
 
@@ -34,8 +38,8 @@ async function work(): Promise<void> {
     const request = newest;
     try {
       const lit = prepare(request);
-      const lamp = request.lamps.findIndex((wanted, place) => lit.lamps[place] !== wanted);
-      if (lamp >= 0) solve(lit, request, lamp);
+      const place = request.lights.findIndex((wanted, place) => lit.lights[place] !== wanted);
+      if (place >= 0) await solve(lit, request, place);
       else if (newest === request) newest = undefined;
     } catch (error) {
       if (newest === request) newest = undefined;
@@ -53,11 +57,11 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRe
   const before = body;
   body = undefined;
   before?.field.free();
-  const meshes = new Meshes();
+  const meshes = new Files();
   try {
-    if (mesh !== undefined) meshes.add(mesh.name, mesh.positions, mesh.triangles);
+    if (mesh !== undefined) meshes.add_mesh(mesh.name, mesh.positions, mesh.triangles);
     const field = new LightField(scene, meshes, grain_rays, edge_mm);
-    body = { key: bodyKey, field, lamps: [] };
+    body = { key: bodyKey, field, lights: [] };
     const objects: SurfaceGeometry[] = range(field.object_count()).map((object) => ({
       positions: field.positions(object),
       normals: field.normals(object),
@@ -73,19 +77,26 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRe
   }
 }
 
-function solve(lit: Body, { version, bodyKey, lamps }: FieldRequest, lamp: number): void {
+async function solve({ field, lights }: Body, { version, bodyKey, lights: wanted }: FieldRequest, place: number) {
+  const json = wanted[place]!;
+  const light = JSON.parse(json) as Light;
+  files ??= new Files();
+  if (light.type !== "point" && light.sky.type === "clear") await addCoefficients(files);
   const start = performance.now();
-  lit.field.light(lamps[lamp]!);
-  lit.lamps[lamp] = lamps[lamp]!;
-  const objects: LampLight[] = range(lit.field.object_count()).map((object) => ({
-    flux: interleaved(lit.field.flux(object), lit.field.visibility(object)),
-    irradiance: lit.field.diffuse_irradiance(object),
+  if (light.type === "point") field.light(json);
+  else field.light_sky(JSON.stringify(light.sky), light.type === "sun", files);
+  lights[place] = json;
+  const objects: LightOnObject[] = range(field.object_count()).map((object) => ({
+    flux: interleaved(field.flux(object), field.visibility(object)),
+    irradiance: field.diffuse_irradiance(object),
+    sky: field.sky_irradiance(object),
   }));
-  const [red, green, blue] = lit.field.lamp_rgb() as unknown as [number, number, number];
+  const [red, green, blue] = field.strength_rgb() as unknown as [number, number, number];
+  const dome = light.type === "dome" ? field.sky_radiance(DOME_DIRECTIONS) : new Float32Array();
   const milliseconds = performance.now() - start;
   post(
-    { kind: "light", version, bodyKey, lamp, json: lamps[lamp]!, objects, rgb: [red, green, blue], milliseconds },
-    objects.flatMap((one) => [one.flux.buffer, one.irradiance.buffer]),
+    { kind: "light", version, bodyKey, light: place, json, objects, rgb: [red, green, blue], dome, milliseconds },
+    objects.flatMap((one) => [one.flux.buffer, one.irradiance.buffer, one.sky.buffer]),
   );
 }
 

@@ -1,7 +1,9 @@
 /** Traces a picture of a scene and posts it as it gets better. A new request replaces the present one. */
 
-import init, { Meshes, Picture } from "native:scene";
+import init, { Files, Picture } from "native:scene";
+import { addCoefficients } from "../view/coefficients";
 import type { PictureAnswer, PictureRequest } from "../view/picture-messages";
+import type { sceneOf } from "../view/scene";
 
 /** Time between two pictures. */
 const SHARE_MS = 100;
@@ -26,11 +28,13 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
   await loaded;
   await otherMessages();
   if (scene === undefined || newest !== version) return;
-  const meshes = new Meshes();
+  const files = new Files();
   try {
-    if (mesh !== undefined) meshes.add(mesh.name, mesh.positions, mesh.triangles);
-    const picture = new Picture(scene, meshes);
-    const wanted = (JSON.parse(scene) as { integrator: { samples_per_pixel: number } }).integrator.samples_per_pixel;
+    if (mesh !== undefined) files.add_mesh(mesh.name, mesh.positions, mesh.triangles);
+    const { integrator, sky } = JSON.parse(scene) as ReturnType<typeof sceneOf>;
+    if (sky?.type === "clear") await addCoefficients(files);
+    const picture = new Picture(scene, files);
+    const wanted = integrator.samples_per_pixel;
     try {
       let samples = 0;
       while (newest === version && samples < wanted) {
@@ -46,7 +50,7 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
   } catch (error) {
     post({ kind: "error", version, text: error instanceof Error ? error.message : String(error) });
   } finally {
-    meshes.free();
+    files.free();
   }
 }
 
