@@ -14,8 +14,8 @@ pub use readers::{
 pub struct Reader {
     /// Name.
     pub name: &'static str,
-    /// Reads a file, and uses what it says.
-    pub read: fn(&[u8]),
+    /// Reads a file, and says whether it is a right one.
+    pub read: fn(&[u8]) -> bool,
 }
 
 /// All readers.

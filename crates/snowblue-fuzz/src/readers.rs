@@ -1,4 +1,4 @@
-//! The readers. Errors are results as any other, so they are dropped.
+//! The readers. Each says whether the file is a right one.
 
 use std::io::Write as _;
 
@@ -21,18 +21,18 @@ const CAMERA: &str = "[camera]\nposition = [0, -5, 1]\nlook_at = [0, 0, 0]\n";
 const LIGHT: &str = "[environment]\nradiance_w_m2_sr = 1\n";
 
 /// The axes of a table, in TOML.
-pub fn axes(bytes: &[u8]) {
-    drop(axes_file::parse(&String::from_utf8_lossy(bytes), IceTable::default()));
+pub fn axes(bytes: &[u8]) -> bool {
+    axes_file::parse(&String::from_utf8_lossy(bytes), IceTable::default()).is_ok()
 }
 
 /// Curves as rows of CSV, for the import of a table.
-pub fn curves_csv(bytes: &[u8]) {
-    drop(import_csv_bytes("curves.csv", bytes, &FixedValues::new()));
+pub fn curves_csv(bytes: &[u8]) -> bool {
+    import_csv_bytes("curves.csv", bytes, &FixedValues::new()).is_ok()
 }
 
 /// An image of the sky, in OpenEXR.
-pub fn exr_sky(bytes: &[u8]) {
-    build(&format!("{CAMERA}[environment]\nimage = \"file.exr\"\n"), "file.exr", bytes);
+pub fn exr_sky(bytes: &[u8]) -> bool {
+    build(&format!("{CAMERA}[environment]\nimage = \"file.exr\"\n"), "file.exr", bytes)
 }
 
 /// An image with sums to resume from, in OpenEXR.
@@ -40,100 +40,101 @@ pub fn exr_sky(bytes: &[u8]) {
 /// # Panics
 ///
 /// When no temporary file can be written.
-pub fn exr_sums(bytes: &[u8]) {
+pub fn exr_sums(bytes: &[u8]) -> bool {
     let mut file = tempfile::NamedTempFile::new().expect("a temporary file can be made");
     file.write_all(bytes).expect("a temporary file can be written");
-    drop(ResumableImage::open(file.path()).and_then(|image| image.read_sums()));
+    ResumableImage::open(file.path()).and_then(|image| image.read_sums()).is_ok()
 }
 
 /// A glTF or GLB: as a mesh, and as a scene with materials, lights and a camera.
-pub fn gltf(bytes: &[u8]) {
+pub fn gltf(bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([("file.glb", bytes)]);
-    drop(read_mesh_from(&files, "file.glb", None));
+    let is_mesh = read_mesh_from(&files, "file.glb", None).is_ok();
     if let Ok(file) = GltfFile::read(&files, "file.glb")
         && let Ok(nodes) = file.nodes(DAffine3::IDENTITY)
     {
         drop((file.view(&nodes), file.lights(&nodes)));
     }
-    build(&format!("gltf = \"file.glb\"\n{CAMERA}{LIGHT}"), "file.glb", bytes);
+    build(&format!("gltf = \"file.glb\"\n{CAMERA}{LIGHT}"), "file.glb", bytes) && is_mesh
 }
 
 /// A map of heights. The first byte chooses the format.
-pub fn heights(bytes: &[u8]) {
-    let Some((first, bytes)) = bytes.split_first() else { return };
+pub fn heights(bytes: &[u8]) -> bool {
+    let Some((first, bytes)) = bytes.split_first() else { return false };
     let name = ["file.asc", "file.tif", "file.exr", "file.png"][usize::from(*first % 4)];
     let scene = format!(
         "{CAMERA}{LIGHT}[material.snow]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n\
-         shape = \"heights\"\nbottom = -1e6\nfile = \"{name}\"\nfill = 0\nsize = [1, 1, 1]\nmaterial = \"snow\"\n"
+         shape = \"heights\"\nbottom = -1e4\nfile = \"{name}\"\nfill = 0\nsize = [1, 1, 1]\nmaterial = \"snow\"\n"
     );
-    build(&scene, name, bytes);
+    build(&scene, name, bytes)
 }
 
 /// Layers of snow, in TOML.
-pub fn layers(bytes: &[u8]) {
-    drop(LayerFile::parse(&String::from_utf8_lossy(bytes)));
+pub fn layers(bytes: &[u8]) -> bool {
+    LayerFile::parse(&String::from_utf8_lossy(bytes)).is_ok()
 }
 
 /// A table, in NetCDF: as our own, and as one to import.
-pub fn netcdf(bytes: &[u8]) {
-    if let Ok(AnyTable::Compressed(table)) = AnyTable::from_bytes("table.nc", bytes) {
+pub fn netcdf(bytes: &[u8]) -> bool {
+    let table = AnyTable::from_bytes("table.nc", bytes);
+    if let Ok(AnyTable::Compressed(table)) = &table {
         let samples = [0, table.axes.samples() - 1].map(|number| table.axes.table_sample(number));
         let mut spectrum = vec![0.0; table.axes.wavelengths_nm.len()];
-        for snow in samples.iter().filter_map(|sample| PcaSnow::new(&table, sample).ok()) {
+        for snow in samples.iter().filter_map(|sample| PcaSnow::new(table, sample).ok()) {
             snow.transmittance(1.0, 30.0, &mut spectrum);
         }
     }
-    drop(import_netcdf_bytes("table.nc", bytes, &FixedValues::new()));
+    import_netcdf_bytes("table.nc", bytes, &FixedValues::new()).is_ok() || table.is_ok()
 }
 
 /// A Wavefront OBJ mesh.
-pub fn obj(bytes: &[u8]) {
-    mesh("file.obj", bytes);
+pub fn obj(bytes: &[u8]) -> bool {
+    mesh("file.obj", bytes)
 }
 
 /// A PLY mesh.
-pub fn ply(bytes: &[u8]) {
-    mesh("file.ply", bytes);
+pub fn ply(bytes: &[u8]) -> bool {
+    mesh("file.ply", bytes)
 }
 
 /// A texture, as PNG.
-pub fn png(bytes: &[u8]) {
+pub fn png(bytes: &[u8]) -> bool {
     let scene = format!(
         "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\ntexture = \"file.png\"\n[[object]]\nshape = \"box\"\n\
          size = [1, 1, 1]\nmaterial = \"wall\"\n"
     );
-    build(&scene, "file.png", bytes);
+    build(&scene, "file.png", bytes)
 }
 
 /// A scene in TOML, without files.
-pub fn scene(bytes: &[u8]) {
-    build(&String::from_utf8_lossy(bytes), "file", &[]);
+pub fn scene(bytes: &[u8]) -> bool {
+    build(&String::from_utf8_lossy(bytes), "file", &[])
 }
 
 /// Spectra of a light and of a surface, as CSV.
-pub fn spectrum_csv(bytes: &[u8]) {
+pub fn spectrum_csv(bytes: &[u8]) -> bool {
     let scene = format!(
         "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\nreflectance_spectrum = \"file.csv\"\n[[object]]\n\
          shape = \"box\"\nsize = [1, 1, 1]\nmaterial = \"wall\"\n"
     );
-    build(&scene, "file.csv", bytes);
-    build(&format!("{CAMERA}{LIGHT}spectrum = \"file.csv\"\n"), "file.csv", bytes);
+    let is_reflectance = build(&scene, "file.csv", bytes);
+    build(&format!("{CAMERA}{LIGHT}spectrum = \"file.csv\"\n"), "file.csv", bytes) && is_reflectance
 }
 
 /// Reads a mesh, and makes an object of it.
-fn mesh(name: &str, bytes: &[u8]) {
+fn mesh(name: &str, bytes: &[u8]) -> bool {
     let scene = format!(
         "{CAMERA}{LIGHT}[material.wall]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n\
          mesh = \"{name}\"\nmaterial = \"wall\"\n"
     );
-    build(&scene, name, bytes);
+    build(&scene, name, bytes)
 }
 
 /// Reads a scene and builds it, with one file beside it. Light fields are computations, with a memory of their own.
-fn build(text: &str, name: &str, bytes: &[u8]) {
+fn build(text: &str, name: &str, bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([(name, bytes)]);
-    let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return };
+    let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return false };
     scene.description.integrator.kind = IntegratorKind::PcaSnow;
-    drop(scene.description.build(snowblue_data::embedded(), &files));
-    drop(scene.frame(1, 3));
+    let is_built = scene.description.build(snowblue_data::embedded(), &files).is_ok();
+    is_built && scene.frame(1, 3).is_ok()
 }

@@ -27,9 +27,9 @@ fn inputs(folder: &str, reader: &str) -> Vec<(PathBuf, Vec<u8>)> {
     paths.into_iter().map(|path| (path.clone(), std::fs::read(path).unwrap())).collect()
 }
 
-fn read(reader: &Reader, bytes: &[u8], name: &str) {
+fn read(reader: &Reader, bytes: &[u8], name: &str) -> bool {
     let outcome = catch_unwind(AssertUnwindSafe(|| (reader.read)(bytes)));
-    assert!(outcome.is_ok(), "the reader {} panics on {name}", reader.name);
+    outcome.unwrap_or_else(|_| panic!("the reader {} panics on {name}", reader.name))
 }
 
 fn replay(name: &str) {
@@ -41,7 +41,7 @@ fn replay(name: &str) {
     let mut below = |end: usize| usize::try_from(random.next_u64() % end as u64).unwrap();
     for (path, bytes) in inputs("seeds", name) {
         let path = path.display();
-        read(reader, &bytes, &path.to_string());
+        assert!(read(reader, &bytes, &path.to_string()), "{path} is wrong");
         for _ in 0..DAMAGED {
             let length = below(bytes.len());
             read(reader, &bytes[..length], &format!("the first {length} bytes of {path}"));
