@@ -110,7 +110,7 @@ impl Keyframes {
             }
         };
         if self.0.len() == MOST_TRACKS {
-            return Err(wrong(value, keys, &format!("must be one of at most {MOST_TRACKS} values that change")));
+            return Err(wrong(value, keys, format!("must be one of at most {MOST_TRACKS} values that change")));
         }
         self.0.push(track);
         Ok(())
