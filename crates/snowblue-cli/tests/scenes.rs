@@ -32,7 +32,7 @@ fn scenes_have_a_description_render_and_are_watertight() {
             continue;
         }
         // Coarse cells: whether the scene renders does not depend on their size, and its time does.
-        let size = ["--width", "8", "--height", "8", "--spp", "1", "--field-step-mm", "80"];
+        let size = ["--width", "8", "--height", "8", "--spp", "1", "--field-memory-mib", "16"];
         stdout(&[&["render", scene, "-o", picture], &size[..]].concat());
         assert_eq!(std::fs::read(picture).unwrap()[..8], *b"\x89PNG\r\n\x1a\n", "{scene}");
         let objects = stdout(&["render", scene, "--check", "--format", "csv"]);

@@ -155,7 +155,7 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
         let file = ResumableImage::open(&path).unwrap();
         assert_eq!(
             (&file.provenance, file.aovs, file.image_size),
-            (&provenance, channels, ImageSize { width: 23, height: 17 })
+            (&provenance, sums.aovs(), ImageSize { width: 23, height: 17 })
         );
         assert_eq!((&file.coverage, file.exposure), (sums.coverage(), resume_data.exposure));
         let back = file.read_sums().unwrap();

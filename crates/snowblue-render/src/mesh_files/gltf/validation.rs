@@ -93,7 +93,8 @@ mod tests {
         "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}],
         "images": [{"bufferView": 0, "mimeType": "image/png"}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
         "buffers": [{"byteLength": 36}], "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
-        "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}, {"componentType": 5123, "count": 3, "type": "SCALAR"}]}"#;
+        "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}, {"bufferView": 0, "componentType": 5123,
+        "count": 3, "type": "SCALAR"}]}"#;
 
     #[test]
     fn a_file_whose_parts_cannot_be_asked_for_is_refused() {

@@ -198,7 +198,7 @@ mod tests {
     /// Every edge has two triangles, of the same orientation, and the triangles around a vertex are one ring.
     fn assert_manifold(mesh: &TriangleMesh, what: &str) {
         let topology = Topology::of(mesh);
-        let of_triangles = Topology { triangles: mesh.indices.len(), ..Topology::default() };
+        let of_triangles = Topology { triangles: mesh.indices.len(), most_of_an_edge: 2, ..Topology::default() };
         assert_eq!(topology, of_triangles, "{what}");
         // From each vertex, the next vertex after each other one.
         let mut rings = vec![BTreeMap::new(); mesh.positions.len()];
