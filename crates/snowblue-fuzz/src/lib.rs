@@ -14,7 +14,7 @@ pub use readers::{
 pub struct Reader {
     /// Name.
     pub name: &'static str,
-    /// Reads a file, and says whether it is a right one.
+    /// Reads a file, and says whether it is valid.
     pub read: fn(&[u8]) -> bool,
 }
 

@@ -1,4 +1,4 @@
-//! The readers. Each says whether the file is a right one.
+//! The readers. Each says whether the file is valid.
 
 use std::io::Write as _;
 

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 use crate::error::RenderError;
 
-/// Memory in bytes that any file may take: a height map of 4096 × 4096, or a sky of 4096 × 2048.
+/// Memory in bytes that a file of any length may take: a height map of 4096 × 4096, or a sky of 4096 × 2048.
 const LEAST_ALLOWED: f64 = (384u64 << 20) as f64;
 
 /// Bytes in memory that each byte of a file may take: a byte of a compressed image stands for 1032 bytes at most
 /// (zlib), of which several forms are held.
 const ALLOWED_PER_BYTE: f64 = 4096.0;
 
-/// Memory in bytes that no file may take.
+/// Greatest memory of any file in bytes, however long it is.
 const MOST_ALLOWED: f64 = (16u64 << 30) as f64;
 
 /// Yields the bytes of files by the names that a scene gives them.
@@ -52,7 +52,7 @@ impl FilesIn {
 impl SceneFiles for FilesIn {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
         let path = self.display_name(name);
-        // A scene of another's could name a device that never ends.
+        // A scene from elsewhere may name a device, which would be read without end.
         if path.exists() && !path.is_file() {
             return Err(io::Error::other("it is not a file, but a folder or device"));
         }
@@ -122,7 +122,7 @@ impl NamedFile {
     }
 }
 
-/// Refuses the formats of the feature `formats` in a build without it, whose compiler then drops all that follows.
+/// Refuses the formats of the feature `formats` in a build without it. The compiler then drops the code that follows.
 #[inline]
 pub(crate) fn check_formats(path: &Path) -> Result<(), RenderError> {
     if cfg!(feature = "formats") {
@@ -135,16 +135,28 @@ pub(crate) fn check_formats(path: &Path) -> Result<(), RenderError> {
 /// Refuses what would take more memory than a file of `file_bytes` may. To be called before memory is allocated by what
 /// a header says. `what` is a noun in the plural.
 pub(crate) fn check_memory(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(), String> {
-    let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).clamp(LEAST_ALLOWED, MOST_ALLOWED);
+    check_expansion(what, asked_bytes, file_bytes)?;
+    check_total(what, asked_bytes)
+}
+
+/// Refuses what would take more memory than the length of a file justifies.
+pub(crate) fn check_expansion(what: &str, asked_bytes: f64, file_bytes: usize) -> Result<(), String> {
+    let allowed = (ALLOWED_PER_BYTE * file_bytes as f64).max(LEAST_ALLOWED);
+    at_most(what, asked_bytes, allowed).map_err(|reason| format!("{reason} in a file of {file_bytes} bytes"))
+}
+
+/// Refuses what would take more memory than any file may.
+pub(crate) fn check_total(what: &str, asked_bytes: f64) -> Result<(), String> {
+    at_most(what, asked_bytes, MOST_ALLOWED)
+}
+
+fn at_most(what: &str, asked_bytes: f64, allowed: f64) -> Result<(), String> {
     if asked_bytes <= allowed {
         return Ok(());
     }
     let mib = |bytes: f64| (bytes / f64::from(1 << 20)).ceil();
-    Err(format!(
-        "{what} take {} MiB of memory, but must take at most {} MiB in a file of {file_bytes} bytes",
-        mib(asked_bytes),
-        mib(allowed)
-    ))
+    let (asked, allowed) = (mib(asked_bytes), mib(allowed));
+    Err(format!("{what} take {asked} MiB of memory, but must take at most {allowed} MiB"))
 }
 
 /// The part of a file name after its last dot, in lower case.

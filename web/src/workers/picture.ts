@@ -33,6 +33,7 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
     if (mesh !== undefined) files.add_mesh(mesh.name, mesh.positions, mesh.triangles);
     const { integrator, sky } = JSON.parse(scene) as ReturnType<typeof sceneOf>;
     if (sky?.type === "clear") await addCoefficients(files);
+    if (newest !== version) return;
     const picture = new Picture(scene, files);
     const wanted = integrator.samples_per_pixel;
     try {

@@ -105,11 +105,12 @@ impl Partial {
         let partial = partial_path(path).ok_or_else(|| io::Error::other("the path names no file"))?;
         loop {
             // What writes a file may read it again.
-            let file = File::options().read(true).write(true).create(true).truncate(true).open(&partial)?;
+            let file = File::options().read(true).write(true).create(true).truncate(false).open(&partial)?;
             // Where a file system has no locks, files of killed processes stay.
             drop(file.lock());
-            // Another process may have removed it before it was locked.
-            if partial.exists() {
+            // Another process may have renamed or removed it before it was locked.
+            if is_at(&file, &partial) {
+                file.set_len(0)?;
                 remove_abandoned(&partial);
                 return Ok(Self { path: partial, file });
             }
@@ -123,6 +124,8 @@ impl Partial {
                 if let Ok(metadata) = fs::metadata(&path) {
                     fs::set_permissions(&self.path, metadata.permissions())?;
                 }
+                // A network file system may report a full disk only now.
+                self.file.sync_all()?;
                 fs::rename(&self.path, path)
             }
             Target::Stream => {
@@ -166,10 +169,25 @@ fn remove_abandoned(own: &Path) {
         if process.is_some_and(|process| process != this_process())
             && let Ok(file) = File::options().write(true).open(&path)
             && file.try_lock().is_ok()
+            && is_at(&file, &path)
         {
             drop(fs::remove_file(&path));
         }
     }
+}
+
+/// Whether a path names an open file.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    let number = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    file.metadata().is_ok_and(|open| fs::metadata(path).is_ok_and(|named| number(open) == number(named)))
+}
+
+/// Whether a path names an open file. Here an open file is neither renamed nor removed.
+#[cfg(not(unix))]
+fn is_at(_file: &File, path: &Path) -> bool {
+    path.exists()
 }
 
 /// The number of this process.

@@ -31,7 +31,7 @@ use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
-use crate::images::exr_size::check_header_size;
+use crate::images::exr_size::check_header_expansion;
 use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
@@ -268,9 +268,8 @@ impl ResumableImage {
         let length =
             std::fs::metadata(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
-        // All channels as they are, and the sums, of which one is put together.
-        let pixel_bytes = |samples: usize| samples + (image.aovs.sum_count() + 1) * size_of::<i128>();
-        check_header_size(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
+        let pixel_bytes = image.aovs.sum_count() * size_of::<i128>();
+        check_header_expansion(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
         Ok(image)
     }
 

@@ -101,7 +101,7 @@ impl Merge {
     fn merge_shards(&self) -> Result<String, Failure> {
         self.given.refuse_idle(&[Idle {
             when: true,
-            options: &["keep_sums", "exposure"],
+            options: &["keep_sums", "exposure", "film_memory_mib"],
             why: "it is for pictures, but the parts are tables",
         }])?;
         check_table_path(&self.output)?;

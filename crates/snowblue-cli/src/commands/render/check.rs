@@ -4,7 +4,7 @@ use snowblue_figures::{Cell, DataTable};
 use snowblue_render::Scene;
 use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
 
-use crate::output::{Failure, Outcome, OutputOptions};
+use crate::output::{Failure, Outcome, OutputOptions, printable};
 
 const COLUMNS: [&str; 16] = [
     "object",
@@ -49,7 +49,7 @@ fn row(index: usize, object: &Inspection) -> Vec<Cell> {
     vec![
         count(index + 1),
         // A comma would separate columns in CSV.
-        Cell::Word(object.name.replace(',', ";")),
+        Cell::Word(printable(&object.name).replace(',', ";")),
         yes_or_no(object.is_snow),
         yes_or_no(object.is_watertight()),
         count(topology.triangles),

@@ -233,6 +233,7 @@ impl Render {
             "seed",
             "field_memory_mib",
             "field_step_mm",
+            "film_memory_mib",
             "exposure",
             "white",
             "false_color",
@@ -256,7 +257,11 @@ impl Render {
             },
             Idle { when: self.list_scenes, options: of_pictures, why: "--list-scenes renders no picture" },
             Idle { when: self.list_scenes, options: of_scenes, why: "--list-scenes prints the names of scenes" },
-            Idle { when: self.list_scenes, options: &["scene", "print"], why: "--list-scenes lists all scenes" },
+            Idle {
+                when: self.list_scenes,
+                options: &["file", "scene", "print"],
+                why: "--list-scenes lists all scenes",
+            },
         ])
     }
 

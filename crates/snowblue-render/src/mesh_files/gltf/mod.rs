@@ -10,7 +10,7 @@ mod material;
 mod punctual;
 mod validation;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -21,7 +21,7 @@ use gltf::mesh::Mode;
 use gltf::{Gltf, Node, Primitive, Semantic};
 
 use crate::error::RenderError;
-use crate::files::{FilesIn, NamedFile, SceneFiles, check_memory, name_beside};
+use crate::files::{FilesIn, NamedFile, SceneFiles, check_memory, check_total, name_beside};
 use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::geometry::vertex_normals::VertexNormals;
@@ -104,7 +104,7 @@ impl GltfFile {
         for buffer in gltf.buffers() {
             let content = neighbours.buffer(&buffer, &mut blob)?;
             size = size.saturating_add(content.len());
-            check_memory("its buffers", size as f64, usize::MAX).map_err(wrong)?;
+            check_total("its buffers", size as f64).map_err(wrong)?;
             buffers.push(content);
         }
         Ok(Self { name: name.to_owned(), path, gltf, buffers, size })
@@ -140,13 +140,18 @@ impl GltfFile {
             pending.extend(children.into_iter().rev().map(|child| (child, to_root, named)));
             nodes.push(PlacedNode { node, to_root, named });
         }
-        let mut meshes = BTreeMap::new();
-        let mesh_bytes = |mesh: gltf::Mesh| {
-            *meshes.entry(mesh.index()).or_insert_with(|| mesh.primitives().map(|one| bytes_of(&one)).sum::<f64>())
-        };
-        let asked: f64 = nodes.iter().filter_map(|placed| placed.node.mesh()).map(mesh_bytes).sum();
-        check_memory("the meshes of its nodes", asked, self.size).map_err(|reason| self.wrong(reason))?;
+        // Nodes share a mesh.
+        let meshes: BTreeSet<usize> = nodes.iter().filter_map(PlacedNode::mesh).collect();
+        self.check_mesh_memory("its meshes", meshes.into_iter())?;
         Ok(nodes)
+    }
+
+    /// Refuses meshes, given by their indices, that take too much memory together.
+    fn check_mesh_memory(&self, what: &str, meshes: impl Iterator<Item = usize>) -> Result<(), RenderError> {
+        let bytes: Vec<f64> =
+            self.gltf.meshes().map(|mesh| mesh.primitives().map(|one| bytes_of(&one)).sum()).collect();
+        let asked = meshes.map(|mesh| bytes[mesh]).sum();
+        check_memory(what, asked, self.size).map_err(|reason| self.wrong(reason))
     }
 
     /// All triangles of the file in its own axes, or those of the nodes or meshes named `part` and their descendants.
@@ -157,7 +162,10 @@ impl GltfFile {
     pub fn mesh(&self, part: Option<&str>) -> Result<TriangleMesh, RenderError> {
         let mut whole = TriangleMesh::default();
         let mut found = false;
-        for node in self.nodes_named(DAffine3::IDENTITY, part)?.iter().filter(|node| node.named) {
+        let mut nodes = self.nodes_named(DAffine3::IDENTITY, part)?;
+        nodes.retain(|node| node.named);
+        self.check_mesh_memory("the meshes of its nodes", nodes.iter().filter_map(PlacedNode::mesh))?;
+        for node in &nodes {
             found = true;
             for surface in node.mesh().map_or_else(|| Ok(Vec::new()), |mesh| self.surfaces(mesh))? {
                 whole.append(&surface.mesh, &node.to_root).map_err(|reason| self.wrong(reason))?;

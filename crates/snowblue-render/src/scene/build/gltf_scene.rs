@@ -12,7 +12,7 @@ use glam::DAffine3;
 use snowblue_color::LinearRgb;
 
 use crate::error::RenderError;
-use crate::files::{check_formats, check_memory};
+use crate::files::{check_formats, check_total};
 use crate::geometry::instance::Instance;
 use crate::geometry::mesh_bvh::MeshBvh;
 use crate::geometry::ray::narrow;
@@ -145,7 +145,7 @@ impl Palette<'_> {
         let paint = self.file.base_colour_texture(material, self.sources.files)?;
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
-        check_memory("its textures", self.texture_bytes, usize::MAX).map_err(|reason| self.file.wrong(reason))?;
+        check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;
         Ok(paint.map_or_else(|| self.sources.uniform(material.base_colour), |texture| self.sources.textured(texture)))
     }
 }

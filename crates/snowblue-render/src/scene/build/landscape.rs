@@ -33,7 +33,7 @@ const GAP_M: f64 = 1e-3;
 /// longer side: four times the greatest offset.
 const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
 
-/// Refuses the shapes of the feature `shapes` in a build without it, whose compiler then drops all that follows.
+/// Refuses the shapes of the feature `shapes` in a build without it. The compiler then drops the code that follows.
 #[inline]
 pub(super) fn check_shapes(path: &KeyPath) -> Result<(), DescriptionError> {
     if cfg!(feature = "shapes") {
