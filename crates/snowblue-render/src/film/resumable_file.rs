@@ -1,6 +1,7 @@
 //! OpenEXR files of images, with the exact sums that merging and resuming need.
 //!
-//! Every file has the [`channels`] of its means. The unit of the spectrum is in the attribute `emissiveUnits`.
+//! Every file has the [`channels`](crate::film::channels) of its means. The unit of the spectrum is in the attribute
+//! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
 //! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
