@@ -91,7 +91,7 @@ pub fn parse(text: &str, ice: IceTable) -> Result<Axes, AxesFileError> {
     let mut axes = match &tables.preset {
         None => Axes::paper(),
         Some(name) => Axes::preset(name.get_ref()).ok_or_else(|| {
-            let presets = Axes::PRESETS.join(", ");
+            let presets = Axes::PRESETS.map(|(name, _)| name).join(", ");
             AxesFileError::at(name.span(), format!("preset is \"{}\", but must be one of {presets}", name.get_ref()))
         })?,
     };

@@ -7,7 +7,7 @@ use snowblue_figures::page::{self, Section};
 use snowblue_figures::{FigureFile, FigureOptions, recipes};
 
 use crate::options::{GivenOptions, Idle};
-use crate::output::{Failure, Outcome, Progress, check_path, print, print_message, write_file};
+use crate::output::{Failure, Outcome, Progress, create_folder, print, print_message, write_file};
 
 /// Recompute the figures and tables of the paper and of the validation
 #[derive(Debug, Args)]
@@ -46,11 +46,7 @@ impl Figures {
             options: &["truth_samples"],
             why: "--only leaves truth out",
         }])?;
-        if !self.output.is_dir() {
-            check_path(&self.output)?;
-            let failed = |error| Failure::Input(format!("{}: cannot be created: {error}", self.output.display()));
-            std::fs::create_dir(&self.output).map_err(failed)?;
-        }
+        create_folder(&self.output)?;
         let options = FigureOptions { reference_samples: self.truth_samples };
         let bar = Progress::new("figures", quiet);
         let mut sections = Vec::new();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_mangen::Man as Page;
 
-use crate::output::{Failure, Outcome, check_path, print, write_file};
+use crate::output::{Failure, Outcome, create_folder, print, write_file};
 
 /// Write the manual pages
 #[derive(Debug, Args)]
@@ -27,11 +27,7 @@ impl Man {
         let Some(folder) = &self.output else {
             return print(&String::from_utf8(page(program)?).map_err(Failure::work)?).map_err(Failure::work);
         };
-        if !folder.is_dir() {
-            check_path(folder)?;
-            let failed = |error| Failure::Input(format!("{}: cannot be created: {error}", folder.display()));
-            std::fs::create_dir(folder).map_err(failed)?;
-        }
+        create_folder(folder)?;
         let mut commands = vec![program];
         while let Some(command) = commands.pop() {
             commands.extend(command.get_subcommands().cloned());

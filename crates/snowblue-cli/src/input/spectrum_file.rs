@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use snowblue_render::spectrum::light_spectrum::LightSpectrum;
+
 use super::settings_file::SettingsFile;
 use crate::options::parse;
 use crate::output::Failure;
 
-/// Greatest value in any unit. Sums over a spectrum are far below the greatest number.
-const GREATEST_VALUE: f64 = 1e30;
+const GREATEST_VALUE: f64 = LightSpectrum::GREATEST_VALUE;
 
 /// A spectrum of the file.
 #[derive(Debug, Clone, PartialEq, Default)]

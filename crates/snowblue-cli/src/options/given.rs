@@ -5,10 +5,10 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use crate::output::{Failure, Outcome};
 
-/// Names of the options on the command line. It defines no option. It must be the first field of its command: clap
-/// hands each value out once, and values that are handed out no longer count.
+/// The options on the command line. It defines no option. It must be the first field of its command: clap hands each
+/// value out once, and values that are handed out no longer count.
 #[derive(Debug)]
-pub(crate) struct GivenOptions(Vec<String>);
+pub(crate) struct GivenOptions(ArgMatches);
 
 /// Options that have no effect in some case. An option that is given and has none is an error: its value looks as if it
 /// were in the result.
@@ -22,25 +22,32 @@ pub(crate) struct Idle<'a> {
 }
 
 impl GivenOptions {
+    /// Whether an option is given, by its name in Rust. Debug builds panic if the command has no such option.
     pub(crate) fn has(&self, option: &str) -> bool {
-        self.0.iter().any(|given| given == option)
+        self.0.value_source(option) == Some(ValueSource::CommandLine)
     }
 
     /// Refuses given options that have no effect.
     pub(crate) fn refuse_idle(&self, cases: &[Idle]) -> Outcome {
-        let mut idle =
-            cases.iter().filter(|case| case.when).flat_map(|case| case.options.iter().map(|one| (one, case.why)));
-        match idle.find(|(option, _)| self.has(option)) {
-            Some((option, why)) => Err(Failure::Input(format!("--{} has no effect: {why}", option.replace('_', "-")))),
-            None => Ok(()),
+        for Idle { when, options, why } in cases {
+            // Also where all have an effect, so that every name is checked.
+            let given: Vec<&&str> = options.iter().filter(|option| self.has(option)).collect();
+            if let Some(option) = given.first().filter(|_| *when) {
+                return Err(has_no_effect(option, why));
+            }
         }
+        Ok(())
     }
+}
+
+/// The error of a given option that has no effect.
+pub(crate) fn has_no_effect(option: &str, why: &str) -> Failure {
+    Failure::Input(format!("--{} has no effect: {why}", option.replace('_', "-")))
 }
 
 impl FromArgMatches for GivenOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = matches.ids().filter(|id| matches.value_source(id.as_str()) == Some(ValueSource::CommandLine));
-        Ok(Self(given.map(|id| id.as_str().to_owned()).collect()))
+        Ok(Self(matches.clone()))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

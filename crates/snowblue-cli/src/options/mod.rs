@@ -15,7 +15,7 @@ pub(crate) use color::{ColorOptions, LightOptions, SampleCount};
 pub(crate) use compression::Compression;
 pub(crate) use engine::OrdinatesArguments;
 pub(crate) use film_memory::FilmMemory;
-pub(crate) use given::{GivenOptions, Idle};
+pub(crate) use given::{GivenOptions, Idle, has_no_effect};
 pub(crate) use scene::SceneOptions;
 pub(crate) use slab::SlabOptions;
 pub(crate) use snow::{SnowOptions, describe_distribution, describe_measure, describe_range};

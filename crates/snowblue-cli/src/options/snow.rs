@@ -7,8 +7,8 @@ use snowblue_transport::optics::Impurities;
 use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowDescription, SnowSample, SnowType, TruncatedNormal};
 use snowblue_transport::slab::Slab;
 
-use super::SlabOptions;
 use super::parse::{self, GrainSizeArgument, ImpurityAmount, Wavelengths};
+use super::{SlabOptions, has_no_effect};
 use crate::output::Failure;
 
 /// What the snow is made of.
@@ -83,8 +83,7 @@ impl SnowOptions {
         }
         let size = self.grain_size.map(|_| "--grain-size").or(self.ssa.map(|_| "--ssa"));
         if let (Some(_), Some(_), Some(size)) = (self.snow, self.density, size) {
-            let why = format!("{size} and --density replace all that a kind of snow sets");
-            return Err(Failure::Input(format!("--snow has no effect: {why}")));
+            return Err(has_no_effect("snow", &format!("{size} and --density replace all that a kind of snow sets")));
         }
         let described = SnowDescription {
             snow_type: self.snow,

@@ -30,6 +30,15 @@ pub(crate) fn check_path(path: &Path) -> Outcome {
     check_writable(path).map_err(|error| Failure::Input(format!("{name}: cannot be written: {error}")))
 }
 
+/// Creates a folder for outputs if it does not exist.
+pub(crate) fn create_folder(path: &Path) -> Outcome {
+    if path.is_dir() {
+        return Ok(());
+    }
+    check_path(path)?;
+    std::fs::create_dir(path).map_err(|error| Failure::Input(format!("{}: cannot be created: {error}", path.display())))
+}
+
 /// Whether two paths name one file.
 pub(crate) fn is_same_file(one: &Path, other: &Path) -> bool {
     one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))

@@ -7,9 +7,11 @@
 //! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
 //! exposure of a PNG. The data window and the display window give the position of a part in the image.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use exr::block::BlockIndex;
 use exr::block::reader::ChunksReader as _;
@@ -265,7 +267,7 @@ impl ResumableImage {
         if text(header, PROVENANCE).is_none() {
             return Err(invalid("another version of snowblue wrote the image; this one cannot resume or merge it"));
         }
-        let image = Self::from_header(path, header).ok_or_else(|| invalid("the attributes of the sums are damaged"))?;
+        let image = Self::from_header(path, header).map_err(|reason| invalid(&reason))?;
         let length =
             std::fs::metadata(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
@@ -274,37 +276,50 @@ impl ResumableImage {
         Ok(image)
     }
 
-    fn from_header(path: &Path, header: &Header) -> Option<Self> {
+    /// The header's content, or why it is not that of sums.
+    fn from_header(path: &Path, header: &Header) -> Result<Self, String> {
+        fn damaged(part: &str) -> String {
+            format!("the {part} of the sums are damaged")
+        }
+        /// An attribute as a value.
+        fn parsed<T: FromStr<Err: Display>>(header: &Header, name: &str) -> Result<T, String> {
+            let text = text(header, name).ok_or_else(|| format!("the attribute {name} of the sums is missing"))?;
+            text.parse().map_err(|error| format!("the attribute {name} of the sums: {error}"))
+        }
         let display = header.shared_attributes.display_window;
-        let image_size =
-            ImageSize { width: u32::try_from(display.size.0).ok()?, height: u32::try_from(display.size.1).ok()? };
         let position = header.own_attributes.layer_position;
         let range = |start: i32, length: usize| {
             let start = u32::try_from(start).ok()?;
             Some(start..start.checked_add(u32::try_from(length).ok()?)?)
         };
-        let window =
-            Window { columns: range(position.0, header.layer_size.0)?, rows: range(position.1, header.layer_size.1)? };
-        let coverage: Coverage = text(header, COVERAGE)?.parse().ok()?;
+        let size = u32::try_from(display.size.0).ok().zip(u32::try_from(display.size.1).ok());
+        let window = range(position.0, header.layer_size.0).zip(range(position.1, header.layer_size.1));
+        let (Some((width, height)), Some((columns, rows))) = (size, window) else {
+            return Err(damaged("windows"));
+        };
+        let (image_size, window) = (ImageSize { width, height }, Window { columns, rows });
+        let coverage: Coverage = parsed(header, COVERAGE)?;
         let is_within = |block: &SampleBlock| window.contains(&block.window());
-        let wavelengths: Option<Vec<f64>> =
-            text(header, WAVELENGTHS)?.split_whitespace().map(|nm| nm.parse().ok()).collect();
-        let is_consistent = Window::of_image(image_size).contains(&window) && coverage.blocks().iter().all(is_within);
-        is_consistent.then_some(Self {
+        if !Window::of_image(image_size).contains(&window) || !coverage.blocks().iter().all(is_within) {
+            return Err(damaged("windows"));
+        }
+        let wavelengths: String = parsed(header, WAVELENGTHS)?;
+        let wavelengths: Result<Vec<f64>, _> = wavelengths.split_whitespace().map(str::parse).collect();
+        Ok(Self {
             path: path.into(),
-            provenance: Provenance::parse(&text(header, PROVENANCE)?),
-            exposure: text(header, EXPOSURE)?.parse().ok()?,
+            provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
+            exposure: parsed(header, EXPOSURE)?,
             coverage,
-            aovs: text(header, AOVS)?.parse().ok()?,
+            aovs: parsed(header, AOVS)?,
             image_size,
             window,
-            wavelengths_nm: wavelengths?.try_into().ok()?,
+            wavelengths_nm: wavelengths.ok().and_then(|nm| nm.try_into().ok()).ok_or_else(|| damaged("wavelengths"))?,
         })
     }
 
     /// Whether this is the header of the file.
     fn is_of(&self, header: &Header) -> bool {
-        Self::from_header(&self.path, header).is_some_and(|image| image == *self)
+        Self::from_header(&self.path, header).is_ok_and(|image| image == *self)
     }
 
     /// Reads the sums.

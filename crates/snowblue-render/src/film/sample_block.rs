@@ -131,6 +131,17 @@ impl Coverage {
         &self.0
     }
 
+    /// The samples of disjoint sets.
+    ///
+    /// # Errors
+    ///
+    /// When there are more blocks than a file may have.
+    pub fn union<'a>(sets: impl IntoIterator<Item = &'a Self>) -> Result<Self, ParseSamplesError> {
+        let mut union = Self::default();
+        sets.into_iter().flat_map(|set| &set.0).for_each(|block| union.add(block.clone()));
+        check_count(union.0.len()).map(|()| union)
+    }
+
     /// Adds samples that are not in the set yet. Blocks whose union is a block are joined.
     pub(crate) fn add(&mut self, mut block: SampleBlock) {
         while let Some((index, joined)) =
@@ -169,10 +180,7 @@ impl FromStr for Coverage {
 
     fn from_str(text: &str) -> Result<Self, ParseSamplesError> {
         let mut coverage = Self::default();
-        let count = text.split_whitespace().count();
-        if count > MOST_BLOCKS {
-            return Err(ParseSamplesError::TooManyBlocks(count));
-        }
+        check_count(text.split_whitespace().count())?;
         for block in text.split_whitespace() {
             let block: SampleBlock = block.parse()?;
             if let Some(other) = coverage.0.iter().find(|other| other.intersection(&block).is_some()) {
@@ -182,6 +190,11 @@ impl FromStr for Coverage {
         }
         Ok(coverage)
     }
+}
+
+/// Checks the number of blocks of a file.
+fn check_count(count: usize) -> Result<(), ParseSamplesError> {
+    if count > MOST_BLOCKS { Err(ParseSamplesError::TooManyBlocks(count)) } else { Ok(()) }
 }
 
 fn intersection(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
@@ -236,6 +249,17 @@ mod tests {
         }
         let many = (0..MOST_BLOCKS + 1).map(|row| format!("0:1,{row}:{},0:1 ", row + 1)).collect::<String>();
         assert_eq!(many.parse::<Coverage>(), Err(ParseSamplesError::TooManyBlocks(MOST_BLOCKS + 1)));
+        // Every other row: blocks that cannot be joined.
+        let rows = |rows: Range<usize>| {
+            Coverage(rows.map(|row| block(&format!("0:1,{}:{},0:1", 2 * row, 2 * row + 1))).collect())
+        };
+        let halves = [rows(0..MOST_BLOCKS / 2), rows(MOST_BLOCKS / 2..MOST_BLOCKS)];
+        assert_eq!(Coverage::union(&halves).map(|union| union.0.len()), Ok(MOST_BLOCKS));
+        let more = rows(MOST_BLOCKS..MOST_BLOCKS + 1);
+        assert_eq!(
+            Coverage::union(halves.iter().chain([&more])),
+            Err(ParseSamplesError::TooManyBlocks(MOST_BLOCKS + 1))
+        );
         let error = "0:2,0:2,0:2 1:3,1:3,1:3".parse::<Coverage>().unwrap_err();
         assert_eq!(error.to_string(), "the blocks 0:2,0:2,0:2 and 1:3,1:3,1:3 overlap");
     }

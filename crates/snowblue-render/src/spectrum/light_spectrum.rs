@@ -10,8 +10,6 @@ use crate::geometry::ray::narrow;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
-/// Greatest value in a file of any unit. Sums over a spectrum are far below the greatest number.
-const GREATEST: f64 = 1e30;
 /// Least value that the brightest wavelength may have. Below, ratios of values lose their digits.
 const LEAST_MAXIMUM: f64 = 1e-30;
 
@@ -25,6 +23,8 @@ pub struct LightSpectrum {
 }
 
 impl LightSpectrum {
+    /// Greatest value in a file, in any unit. Sums over a spectrum are far below the greatest number.
+    pub const GREATEST_VALUE: f64 = 1e30;
     /// Equal power at all wavelengths. In false colour all lights have this spectrum.
     pub const EQUAL_ENERGY: Self = Self { unit: Spectrum::ONE, relative: Spectrum::ONE };
 
@@ -59,7 +59,7 @@ impl LightSpectrum {
     /// increase or do not cover 400–700 nm, or all values there are below 10⁻³⁰. The message names the file and the
     /// line.
     pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
-        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, GREATEST)?;
+        let file = SpectrumFile::parse(&NamedFile::read(files, name)?, Self::GREATEST_VALUE)?;
         let power = file.resample(&wavelengths_nm())?;
         let greatest = power.iter().copied().fold(0.0, f64::max);
         if greatest < LEAST_MAXIMUM {

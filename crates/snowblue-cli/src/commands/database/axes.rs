@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use snowblue_database::axes_file::{self, AxesFileError};
 use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
@@ -17,8 +18,8 @@ use crate::output::Failure;
 #[command(next_help_heading = "Axes")]
 pub(super) struct AxesOptions {
     /// Axes that further options change
-    #[arg(long, value_name = "PRESET", value_enum, default_value = "paper")]
-    preset: Preset,
+    #[arg(long, value_name = "PRESET", value_parser = preset(), default_value = "paper")]
+    preset: Axes,
     /// TOML file of axes with the keys preset, grain_size_um, facetness, density_kg_m3, thickness_cm, angle_deg,
     /// wavelength_nm, water_saturation, temperature_c, impurities_ng_g
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
@@ -54,34 +55,17 @@ pub(super) struct AxesOptions {
     impurity: Vec<ImpurityAxis>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    /// Table 1 of the paper: 24,750 curves
-    Paper,
-    /// The embedded table: the paper's with more thicknesses and angles
-    Default,
-    /// The default every 5 nm
-    Fine,
-    /// 300–2500 nm every 20 nm, one density, also diffuse light
-    Infrared,
-}
-
-impl Preset {
-    fn axes(self) -> Axes {
-        match self {
-            Self::Paper => Axes::paper(),
-            Self::Default => Axes::with_thin_and_thick_knots(),
-            Self::Fine => Axes::fine(),
-            Self::Infrared => Axes::infrared(),
-        }
-    }
+/// Parses the name of a preset.
+fn preset() -> impl TypedValueParser<Value = Axes> {
+    let names = Axes::PRESETS.map(|(name, meaning)| PossibleValue::new(name).help(meaning));
+    PossibleValuesParser::new(names).map(|name| Axes::preset(&name).expect("every name of a preset has axes"))
 }
 
 impl AxesOptions {
     /// The axes, checked with a table of ice.
     pub(super) fn axes(&self, ice: IceTable) -> Result<Axes, Failure> {
         let mut axes = match &self.axes {
-            None => self.preset.axes(),
+            None => self.preset.clone(),
             Some(path) => read(path, ice)?,
         };
         let given = |values: &[f64]| (!values.is_empty()).then(|| values.to_vec());

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
+use snowblue_render::film::sample_block::Coverage;
 use snowblue_render::images::raster::{ImageSize, PixelPosition};
 
 use crate::options::FilmMemory;
@@ -66,7 +67,7 @@ fn common_exposure(paths: &[PathBuf], parts: &[ResumableImage]) -> Result<Exposu
     }
 }
 
-/// Checks that the parts belong to one picture and have no common sample.
+/// Checks that the parts belong to one picture, have no common sample, and cover what a file can describe.
 fn check(paths: &[PathBuf], parts: &[ResumableImage]) -> Outcome {
     for (number, (path, part)) in paths.iter().zip(parts).enumerate() {
         let names = |other: usize| format!("{} and {}", paths[other].display(), path.display());
@@ -84,5 +85,8 @@ fn check(paths: &[PathBuf], parts: &[ResumableImage]) -> Outcome {
             }
         }
     }
-    Ok(())
+    match Coverage::union(parts.iter().map(|part| &part.coverage)) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(Failure::Input(format!("the parts cannot be merged at once: {error}"))),
+    }
 }
