@@ -53,7 +53,8 @@ export class Engine {
     worker.onerror = ({ message }) => {
       const job = this.#running;
       this.#worker = undefined;
-      if (job !== undefined) this.#end(job, () => job.reject(new Error(`The computation stopped: ${message ?? "its worker could not be loaded"}`)));
+      const why = message ?? "its worker could not be loaded";
+      if (job !== undefined) this.#end(job, () => job.reject(new Error(`The computation stopped: ${why}`)));
     };
     worker.postMessage(module);
     this.#worker = worker;

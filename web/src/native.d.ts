@@ -109,9 +109,9 @@ export interface Files {
 }
 
 /**
- * The light of one lamp, the sun or a sky at a time in all snow of a scene. `light_field.step_mm` of the scene is the size of the cells at
- * the surface, `grain_rays` the number of rays through grains for the optics of the snow, and `edge_mm` the greatest
- * distance of vertices, by default two cells. A surface of snow sends out
+ * The light of one lamp, the sun or a sky at a time in all snow of a scene. `light_field.step_mm` of the scene is the
+ * size of the cells at the surface, `grain_rays` the number of rays through grains for the optics of the snow, and
+ * `edge_mm` the greatest distance of vertices, by default two cells. A surface of snow sends out
  *
  *     L = R0(mu, mu0, phi) V F + (H + K(mu) J) / pi,
  *
@@ -139,7 +139,9 @@ export interface LightField {
    * coefficients.
    */
   light_sky(sky: string, is_sun: boolean, files: Files): void;
-  /** Radiance of the last sky from each direction (3 values each) as linear sRGB, in W/(m² sr) as renderings have it. */
+  /**
+   * Radiance of the last sky from each direction (3 values each) as linear sRGB, in W/(m² sr) as renderings have it.
+   */
   sky_radiance(directions: Float32Array): Float32Array;
   /** J at each vertex as linear sRGB (3 values), in W/m² as renderings weight them, of the last light. */
   flux(object: number): Float32Array;

@@ -43,7 +43,8 @@ export function between(least: number, greatest: number): string {
 }
 
 export function superscript(exponent: number): string {
-  return [...String(exponent)].map((sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]!)).join("");
+  const raised = (sign: string): string => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]!);
+  return [...String(exponent)].map(raised).join("");
 }
 
 export function minus(text: string): string {

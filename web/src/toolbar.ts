@@ -23,6 +23,11 @@ const METHODS: { value: Method; label: string }[] = [
   { value: "pcasnow", label: "Beside it: the paper's PCASnow" },
   { value: "hybrid", label: "Beside it: path tracer (hybrid)" },
 ];
+const LIGHTS: { value: "lamps" | Sky["type"]; label: string }[] = [
+  { value: "lamps", label: "Lamps" },
+  { value: "clear", label: "Clear sky" },
+  { value: "overcast", label: "Overcast" },
+];
 const STRENGTH = {
   quantity: "strength", range: { least: 0, greatest: 1e6, default: 10, unit: "W/sr" },
   slider: [0, 200], scale: "cubic",
@@ -37,7 +42,8 @@ const ELEVATION = {
 } as const;
 const AZIMUTH = {
   label: "Sun azimuth", quantity: "sun azimuth", range: skies.AZIMUTH, scale: "linear", step: 5,
-  sentence: "From north by way of east. North is away from the camera at its start: at 0° the sun stands behind the snow.",
+  sentence:
+    "From north by way of east. North is away from the camera at its start: at 0° the sun stands behind the snow.",
   source: SKY_SOURCE,
 } as const;
 const TURBIDITY = {
@@ -55,8 +61,8 @@ export function buildToolbar(store: Store, host: ViewHost): void {
   byId("toolbar").append(
     shapeRow(store, host), settings(store),
     el("p", { class: "note" },
-      "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer; its thickness here is that " +
-      "of the shape."),
+      "Drag the view to turn it, and a lamp to move it. The snow is that of the first layer; its thickness here is " +
+      "that of the shape."),
   );
   acceptDrops(byId("view-drop"), host);
 }
@@ -110,7 +116,7 @@ function settings(store: Store): HTMLElement {
   const stops = new NumberField(EXPOSURE, (value) => store.update(({ view }) => (view.exposure = value)));
   const light = new Radio<"lamps" | Sky["type"]>(
     { label: "Light" },
-    [{ value: "lamps", label: "Lamps" }, { value: "clear", label: "Clear sky" }, { value: "overcast", label: "Overcast" }],
+    LIGHTS,
     (value) => store.update(({ view }) => (view.sky = value === "lamps" ? undefined : skies.defaultSky(value))),
   );
   const lamps = el("div", { class: "lamps" });

@@ -50,9 +50,9 @@ const STEPS: Step[] = [
     layer: { thickness_cm: 40, grain_size_um: 1500 },
     others: [{ thickness_cm: 40 }],
     text: (shown, [fine]) =>
-      `Ice absorbs light of 650 nm about a hundred times as strongly as light of 450 nm. In coarse grains the paths through ice between ` +
-      `two scatterings are longer. Grains of 1500 µm transmit ${blue(shown)} of blue light, grains of 400 µm ` +
-      `${blue(fine!)}. Move “Grain size” and watch the light.`,
+      "Ice absorbs light of 650 nm about a hundred times as strongly as light of 450 nm. In coarse grains the paths " +
+      `through ice between two scatterings are longer. Grains of 1500 µm transmit ${blue(shown)} of blue light, ` +
+      `grains of 400 µm ${blue(fine!)}. Move “Grain size” and watch the light.`,
   },
   {
     title: "A little soot takes the blue away",

@@ -109,4 +109,7 @@ fn a_picture_that_needs_too_much_memory_is_refused_before_the_work() {
     let more = [&large[..], &["--film-memory-mib", "12287"]].concat();
     assert_refused(&more, &["12288 MiB", "12287 MiB"]);
     assert!(snowblue(&[&spectra[..], &["--crop", "0:4,0:4"]].concat()).status.success());
+    // The window of both corners is the whole picture; the sums of the first are in memory too.
+    let corner = [&spectra[..], &["--crop", "16380:16384,16380:16384", "--resume"]].concat();
+    assert_refused(&corner, &["large.exr", "139265 MiB", "16384 MiB"]);
 }

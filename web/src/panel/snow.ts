@@ -178,8 +178,8 @@ function iceSelect(store: Store): HTMLElement {
     {
       label: "Absorption of ice",
       sentence:
-        "In the blue, ice is so clear that two tables differ by a factor of seven at 450 nm; with the second, thick snow is " +
-        "not blue.",
+        "In the blue, ice is so clear that two tables differ by a factor of seven at 450 nm; with the second, thick " +
+        "snow is not blue.",
       source: "Warren & Brandt 2008; Picard, Libois & Arnaud 2016, doi:10.5194/tc-10-2655-2016",
     },
     [

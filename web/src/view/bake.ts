@@ -50,8 +50,8 @@ export function bakedGlb(body: LitBody, view: View, exposure: number): Blob {
       extras: {
         escape_polynomial: escape,
         radiance:
-          "R0 F + (H + K(mu) J) / pi; F is the irradiance by the visible lamps and the sun, _LAMP_n J by one of them, " +
-          "_SKY J by a sky, _IRRADIANCE H and the irradiance by a sky, and K escape_polynomial",
+          "R0 F + (H + K(mu) J) / pi; F is the irradiance by the visible lamps and the sun, _LAMP_n J by one of " +
+          "them, _SKY J by a sky, _IRRADIANCE H and the irradiance by a sky, and K escape_polynomial",
         unit: "W/m2 as linear sRGB",
       },
     };

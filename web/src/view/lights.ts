@@ -13,7 +13,9 @@ export type Light =
 export function lightsOf({ lamps, sky }: Pick<View, "lamps" | "sky">): string[] {
   let lights: Light[];
   if (sky === undefined) {
-    lights = lamps.map(({ position, illuminant }) => ({ type: "point", position, illuminant, radiant_intensity_w_sr: 1 }));
+    lights = lamps.map(({ position, illuminant }) => (
+      { type: "point", position, illuminant, radiant_intensity_w_sr: 1 }
+    ));
   } else {
     const table = skyTable(sky);
     lights = [{ type: "dome", sky: table }];

@@ -56,7 +56,8 @@ export class LitBody {
     this.lights[number] = { json, light, place, rgb, dome, milliseconds, objects };
     const attributes = attributesOf(number, light.type);
     objects.forEach(({ flux, irradiance, sky }, object) => {
-      attributes.forEach(([name, size], at) => replace(this.geometries[object]!, name, [flux, irradiance, sky][at]!, size));
+      const values = [flux, irradiance, sky];
+      attributes.forEach(([name, size], at) => replace(this.geometries[object]!, name, values[at]!, size));
     });
   }
 

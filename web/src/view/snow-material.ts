@@ -204,7 +204,8 @@ void main() {
   float k = escape[0] + mu * (escape[1] + mu * (escape[2] + mu * escape[3]));
   vec3 radiance = (irradiance + k * flux) / PI;
   ${each(lights, (light, type) => (type === "dome" ? "" :
-    `radiance += reflected(normal, to_eye, mu, ${TOWARDS[type](light)}, intensities[${light}], visibility[${light}]);`))}
+    `radiance +=
+      reflected(normal, to_eye, mu, ${TOWARDS[type](light)}, intensities[${light}], visibility[${light}]);`))}
   if (is_linear) {
     colour = vec4(radiance, 1.0);
   } else {

@@ -19,7 +19,7 @@ use crate::geometry::bounds::Bounds;
 const MOST_IN_CHAIN: usize = 4096;
 /// Neighbours overlap if the mean surface area of their boxes is this share of that of the box around them. In a smooth
 /// surface of [`MOST_IN_CHAIN`] triangles it is a few ten-thousandths.
-const OVERLAPPING: f32 = 1.0 / 64.0;
+const OVERLAPPING: f64 = 1.0 / 64.0;
 
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
@@ -46,8 +46,9 @@ fn neighbours_overlap(primitives: &[Bounds]) -> bool {
     let mut order: Vec<u32> = (0..primitives.len() as u32).collect();
     let mut parts = vec![order.as_mut_slice()];
     while let Some(part) = parts.pop().filter(|part| part.len() > MOST_IN_CHAIN) {
-        let areas: f32 = part.iter().map(|&primitive| primitives[primitive as usize].aabb().half_area()).sum();
-        if areas >= OVERLAPPING * part.len() as f32 * union(primitives, part).half_area() {
+        let area = |&primitive: &u32| f64::from(primitives[primitive as usize].aabb().half_area());
+        let mean = part.iter().map(area).sum::<f64>() / part.len() as f64;
+        if mean >= OVERLAPPING * f64::from(union(primitives, part).half_area()) {
             return true;
         }
         let half = halve(primitives, part);

@@ -237,6 +237,7 @@ impl<'a> Film<'a> {
             preview,
             aovs: self.options.aovs,
             file: self.picture(number)?,
+            film_memory: self.options.film_memory,
             checkpoint: self.options.checkpoint,
             unit: format!("samples of frame {number} of 0–{}", self.count - 1),
             quiet: self.quiet,

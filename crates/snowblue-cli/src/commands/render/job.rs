@@ -10,6 +10,7 @@ use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 
 use super::interrupt;
 use super::preview::Preview;
+use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, Progress, describe_samples, print_message};
 
 /// Interval of previews.
@@ -22,6 +23,7 @@ pub(super) struct RenderJob<'a> {
     pub(super) aovs: Aovs,
     pub(super) target: SampleBlock,
     pub(super) file: PictureFile,
+    pub(super) film_memory: FilmMemory,
     /// Further metadata of the picture.
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
@@ -70,6 +72,10 @@ impl RenderJob<'_> {
         if part.aovs != aovs {
             return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }
+        // Samples of other pixels move to a larger film.
+        let window = part.window.enclosing(&self.target.window());
+        let both = [&window, &part.window];
+        self.film_memory.check(&self.file, if window == part.window { &both[..1] } else { &both }, aovs)?;
         part.read_sums().map(Some).map_err(Failure::input)
     }
 

@@ -211,6 +211,7 @@ impl Render {
             preview: preview.as_mut(),
             aovs: self.aovs,
             file,
+            film_memory: self.film_memory,
             checkpoint: self.checkpoint,
             unit: "samples".to_owned(),
             quiet,
