@@ -265,6 +265,31 @@ mod tests {
         assert!((uneven.z / tens.z - 1.0).abs() < 1e-13 && (uneven.x / tens.x - 1.0).abs() < 1e-13);
     }
 
+    /// What lies between tens counts in fine equal steps, also of a spectrum that is wider than the range.
+    #[test]
+    fn fine_equal_steps_keep_detail() {
+        let luminance = |own_nm: &[f64]| {
+            let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::E, own_nm).unwrap();
+            assert_eq!(of_spectrum.wavelengths_nm(), own_nm);
+            let is_between = |nm: &f64| if nm % 10.0 == 0.0 { 0.0 } else { 1.0 };
+            of_spectrum.xyz(&own_nm.iter().map(is_between).collect::<Vec<_>>()).y
+        };
+        let fives = |first: u32, last: u32| (first..=last).step_by(5).map(f64::from).collect::<Vec<_>>();
+        for own_nm in [fives(400, 700), fives(395, 705), fives(380, 780)] {
+            assert!((luminance(&own_nm) - 0.5).abs() < 1e-3, "{own_nm:?}");
+        }
+        // In uneven steps values on the tens alone count.
+        let uneven = [fives(400, 500), vec![506.0], fives(510, 700)].concat();
+        assert!(luminance(&uneven).abs() < 1e-15);
+    }
+
+    /// Steps beyond 400–700 nm may be wide.
+    #[test]
+    fn steps_beyond_the_range_may_be_wide() {
+        let own_nm = [vec![370.0], visible_grid_nm(), vec![740.0]].concat();
+        assert!(Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::E, &own_nm).is_ok());
+    }
+
     #[test]
     fn spectra_with_gaps_are_rejected() {
         let message = |own_nm: &[f64]| {

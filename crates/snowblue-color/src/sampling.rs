@@ -213,6 +213,8 @@ mod tests {
         assert!(matches!(back, Err(ColorError::NotIncreasing { .. })));
         let few = resample(&[400.0, 410.0, 420.0], &[1.0; 3], &[405.0], Interpolation::Sprague);
         assert!(matches!(few, Err(ColorError::SpragueNeedsEvenSteps { count: 3, .. })));
+        let even = [400.0, 410.0, 420.0, 430.0, 440.0, 450.0];
+        assert!(resample(&even, &[1.0; 6], &[405.0], Interpolation::Sprague).is_ok());
         let uneven = [400.0, 410.0, 420.0, 430.0, 440.0, 455.0];
         let message = resample(&uneven, &[1.0; 6], &[405.0], Interpolation::Sprague).unwrap_err().to_string();
         assert!(message.contains("6 values"), "{message}");
