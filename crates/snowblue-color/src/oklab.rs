@@ -72,3 +72,39 @@ const fn xyz_to_cones() -> Matrix {
     let [row_l, row_m, row_s] = PUBLISHED_XYZ_TO_CONES;
     [multiply(row_l, [1.0 / l; 3]), multiply(row_m, [1.0 / m; 3]), multiply(row_s, [1.0 / s; 3])]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The examples of Ottosson (2020), to three digits.
+    #[test]
+    fn published_examples_are_met() {
+        for (xyz, lab) in [
+            ([0.950, 1.000, 1.089], [1.000, 0.000, 0.000]),
+            ([1.000, 0.000, 0.000], [0.450, 1.236, -0.019]),
+            ([0.000, 1.000, 0.000], [0.922, -0.671, 0.263]),
+            ([0.000, 0.000, 1.000], [0.153, -1.415, -0.449]),
+        ] {
+            let [x, y, z] = xyz;
+            let Oklab { l, a, b } = Oklab::from_xyz(Xyz { x, y, z });
+            for (found, expected) in [l, a, b].iter().zip(lab) {
+                // Half the last digit; and scaling M₁ changes roots by a third of 5·10⁻⁴, times factors up to 2.4.
+                assert!((found - expected).abs() < 5e-4 + 4e-4, "{xyz:?}: {found}, expected {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn white_is_one_and_colours_return() {
+        let white = Oklab::from_xyz(RgbSpace::Srgb.white());
+        assert!((white.l - 1.0).abs() < 2e-7 && white.chroma() < 2e-7, "{white:?}");
+        for xyz in [[0.2, 0.3, 0.9], [0.9, 0.5, 0.01], [1e-6, 2e-6, 3e-6], [0.4, 0.2, 0.0]] {
+            let [x, y, z] = xyz;
+            let back = Oklab::from_xyz(Xyz { x, y, z }).xyz();
+            for (found, expected) in [back.x, back.y, back.z].iter().zip(xyz) {
+                assert!((found - expected).abs() < 1e-14 + 1e-13 * y, "{xyz:?}: {back:?}");
+            }
+        }
+    }
+}
