@@ -13,7 +13,7 @@ const DIST = join(ROOT, "dist");
 /** Greatest size of all files together, brotli-compressed. */
 const MOST_BYTES = 1.25 * (1 << 20);
 
-/** The licences of what the page holds: ours, those of the data in the modules, and that of three.js. */
+/** The licences of what the page holds: ours, those of data and packages in the modules, and that of three.js. */
 function licences() {
   const data = readdirSync(join(ROOT, "../crates")).sort().flatMap((crate) => {
     const folder = join(ROOT, "../crates", crate, "data");
@@ -21,7 +21,8 @@ function licences() {
     return names.filter((name) => /^(LICENSE-.*|SOURCES\.md)$/.test(name)).map((name) => join(folder, name));
   });
   const ours = ["../LICENSE-MIT", "../LICENSE-APACHE", "node_modules/three/LICENSE"].map((name) => join(ROOT, name));
-  return [...ours, ...data].map((file) => readFileSync(file, "utf8")).join(`\n${"-".repeat(80)}\n\n`);
+  const all = [...ours, ...data, join(WASM, "dependencies.txt")];
+  return all.map((file) => readFileSync(file, "utf8")).join(`\n${"-".repeat(80)}\n\n`);
 }
 
 /** The module `spectrum`, running here. */

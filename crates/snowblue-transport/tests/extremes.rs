@@ -53,7 +53,7 @@ prop_compose! {
             facetness,
             density_kg_m3,
             water_saturation,
-            impurities: impurity.map_or(Impurities::none(), |(substance, ng_g)| Impurities::none().with(substance, ng_g)),
+            impurities: impurity.iter().fold(Impurities::none(), |all, (substance, ng_g)| all.with(*substance, *ng_g)),
             temperature_c,
             ice: if is_picard { IceTable::Picard2016 } else { IceTable::WarrenBrandt2008 },
         }
