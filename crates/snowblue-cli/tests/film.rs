@@ -154,7 +154,7 @@ fn a_film_that_was_stopped_is_resumed_to_the_same_bits() {
     let samples = "integrator.samples_per_pixel = { at = [0, 0.5, 0.5, 1], values = [3, 3, 16000000, 16000000] }\n";
     let folder = Folder::new(&format!("{CAMERA}{samples}"));
     let started = |output: &str| {
-        let more = ["--frames", "3", "--checkpoint", "0.01", "--resume"];
+        let more = ["--frames", "3", "--checkpoint", "0.01", "--resume", "--threads", "1"];
         Command::new(env!("CARGO_BIN_EXE_snowblue"))
             .args(folder.arguments(output, &more))
             .stderr(Stdio::piped())

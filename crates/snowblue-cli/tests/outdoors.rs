@@ -19,7 +19,7 @@ fn the_scene_of_the_chapter_is_a_film_of_an_afternoon() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("path.toml"), blocks("toml")).unwrap();
-    let small = ["--width", "36", "--height", "24", "--integrator", "diffusion", "--field-step-mm", "50"];
+    let small = ["--width", "36", "--height", "24", "--integrator", "diffusion", "--field-step-mm", "70"];
     let (scene, output) = (path("path.toml"), path("{}.png"));
     let said = stderr(&[&["render", &*scene, "--frames", "2", "-o", &*output], &small[..]].concat());
     for name in ["0000.png", "0001.png"] {

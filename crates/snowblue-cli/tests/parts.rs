@@ -21,9 +21,18 @@ struct Folder(tempfile::TempDir);
 
 impl Folder {
     fn new() -> Self {
+        Self::with(|scene| scene + "\n[light_field]\nstep_mm = 60\n")
+    }
+
+    /// By PCASnow, which solves for no light field.
+    fn without_field() -> Self {
+        Self::with(|scene| scene.replace("[integrator]\n", "[integrator]\ntype = \"pcasnow\"\n"))
+    }
+
+    fn with(change: impl Fn(String) -> String) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let scene = std::fs::read_to_string(shipped_scene("block_30cm.toml")).unwrap();
-        std::fs::write(folder.path().join("scene.toml"), scene + "\n[light_field]\nstep_mm = 60\n").unwrap();
+        std::fs::write(folder.path().join("scene.toml"), change(scene)).unwrap();
         Self(folder)
     }
 
@@ -130,7 +139,7 @@ fn parts_merge_to_the_whole_picture() {
 
 #[test]
 fn parts_of_different_pictures_are_refused_in_one_line() {
-    let folder = Folder::new();
+    let folder = Folder::without_field();
     folder.render("a.exr", &["--spp-range", "0:4"]);
     folder.render("b.exr", &["--spp-range", "3:6"]);
     folder.render("seed.exr", &["--spp-range", "4:6", "--seed", "7"]);
@@ -178,7 +187,7 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
 
 #[test]
 fn a_picture_is_resumed_to_more_samples() {
-    let folder = Folder::new();
+    let folder = Folder::without_field();
     folder.render("whole.exr", &["--spp", "11", "--keep-sums"]);
     let whole = pixels(&folder.path("whole.exr"));
     for samples in ["4", "11", "11"] {
@@ -216,10 +225,10 @@ enum Event {
 /// The preview tells when the checkpoint is written: each update precedes a checkpoint, so the second update follows
 /// the first checkpoint.
 #[cfg(unix)]
-fn interrupted(folder: &Folder, output: &str, signal: &str) -> Ended {
+fn interrupted(folder: &Folder, output: &str, signal: &str, threads: &str) -> Ended {
     let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = viewer.local_addr().unwrap().to_string();
-    let more = ["--spp", MOST_SAMPLES, "--checkpoint", "0.01", "--tev", &address];
+    let more = ["--spp", MOST_SAMPLES, "--checkpoint", "0.01", "--tev", &address, "--threads", threads];
     let mut child = Command::new(env!("CARGO_BIN_EXE_snowblue"))
         .args(folder.rendering(output, &more))
         .stderr(Stdio::piped())
@@ -272,9 +281,9 @@ const MOST_SAMPLES: &str = "16777216";
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_a_picture_that_can_be_resumed() {
-    let folder = Folder::new();
+    let folder = Folder::without_field();
     for signal in ["-INT", "-TERM"] {
-        let Ended { code, message } = interrupted(&folder, "stopped.exr", signal);
+        let Ended { code, message } = interrupted(&folder, "stopped.exr", signal, "1");
         assert_eq!(code, Some(130), "{message}");
         assert_names(&message, &["interrupted", "stopped.exr", MOST_SAMPLES, "--resume"]);
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
@@ -282,17 +291,17 @@ fn an_interrupt_leaves_a_picture_that_can_be_resumed() {
         std::fs::remove_file(folder.path("stopped.exr")).unwrap();
     }
     // A killed process cannot write anything, but its last checkpoint can be resumed.
-    assert_eq!(interrupted(&folder, "killed.exr", "-KILL").code, None);
+    assert_eq!(interrupted(&folder, "killed.exr", "-KILL", "1").code, None);
     folder.render("killed.exr", &["--spp", "1", "--resume"]);
     // Pixels can have different numbers of samples.
-    let Ended { message, .. } = interrupted(&folder, "stopped.exr", "-INT");
+    let Ended { message, .. } = interrupted(&folder, "stopped.exr", "-INT", "2");
     let (samples, _) = message.split_once(" of ").unwrap();
     let most: u32 = samples.rsplit_once([' ', '–']).unwrap().1.parse().unwrap();
     let beyond = (most + 50).to_string();
     folder.render("whole.exr", &["--spp", &beyond, "--keep-sums"]);
     folder.render("stopped.exr", &["--spp", &beyond, "--resume"]);
     assert!(pixels(&folder.path("stopped.exr")) == pixels(&folder.path("whole.exr")), "{message}");
-    let Ended { code, message } = interrupted(&folder, "stopped.png", "-INT");
+    let Ended { code, message } = interrupted(&folder, "stopped.png", "-INT", "1");
     assert_eq!(code, Some(130), "{message}");
     assert_names(&message, &["stopped.png", "PNG", "resumed"]);
 }
@@ -332,7 +341,7 @@ fn a_viewer_gets_the_picture_and_a_missing_one_is_reported_first() {
 
 #[test]
 fn requested_aovs_are_in_the_file() {
-    let folder = Folder::new();
+    let folder = Folder::without_field();
     folder.render("all.exr", &["--spp", "2", "--aovs", "spectrum,variance,normal,albedo,thickness,angle"]);
     let names: Vec<String> = pixels(&folder.path("all.exr")).into_iter().map(|(name, _)| name).collect();
     for name in ["R", "S0.400,000000nm", "S0.700,000000nm", "variance.G", "normal.Z", "albedo.B", "thickness", "angle"]

@@ -13,6 +13,8 @@ use snowblue_transport::slab::{Estimate, Incidence, Slab};
 use snowblue_transport::stack::{Layer, Stack};
 
 const RAYS: u64 = 20_000;
+/// Rays of the tests with many paths. They find differences of 2 % in probabilities of a half: 4 σ of √(1/4 /8000).
+const FEW_RAYS: u64 = 8_000;
 
 /// A slab: size range (µm), sphericity, facetness, density (kg/m³), thickness (cm), angle (degrees, or none for diffuse
 /// light), wavelength (nm).
@@ -112,10 +114,10 @@ fn shared_paths_agree_with_separate_ones() {
         sample: SnowSample::default(),
         thicknesses_cm: vec![2.0, 0.5, 1.0],
         incidences: vec![Incidence::Beam { angle_deg: 40.0 }, Incidence::Diffuse],
-        wavelengths_nm: vec![400.0, 450.0, 500.0, 600.0, 700.0],
+        wavelengths_nm: vec![400.0, 550.0, 700.0],
     };
     let run = |per_wavelength| {
-        monte_carlo::solve(&slab, &MonteCarloOptions { rays: RAYS, seed: 4, per_wavelength }, &|_| ()).unwrap()
+        monte_carlo::solve(&slab, &MonteCarloOptions { rays: FEW_RAYS, seed: 4, per_wavelength }, &|_| ()).unwrap()
     };
     let (shared, separate) = (run(false), run(true));
     let solved = ordinates::solve(&slab, &OrdinatesOptions { seed: 3, ..OrdinatesOptions::default() }).unwrap();
@@ -126,7 +128,7 @@ fn shared_paths_agree_with_separate_ones() {
             (a.transmittance, b.transmittance, c.transmittance),
             (a.absorptance, b.absorptance, c.absorptance),
         ] {
-            // 180 comparisons, most of them correlated; 4 σ is a false alarm in a hundred seeds.
+            // 108 comparisons, most of them correlated; 4 σ is a false alarm in a hundred seeds or more.
             assert!(z_score(a, b).abs() < 4.0 && z_score(a, c).abs() < 4.0, "{a:?} {b:?} {c:?}");
         }
     }
@@ -153,7 +155,7 @@ fn engines_agree_about_layers() {
             incidences: vec![Incidence::Beam { angle_deg: 50.0 }, Incidence::Diffuse],
             wavelengths_nm: vec![450.0, 700.0, 1030.0],
         };
-        let options = MonteCarloOptions { rays: RAYS, seed: 21, ..MonteCarloOptions::default() };
+        let options = MonteCarloOptions { rays: FEW_RAYS, seed: 21, ..MonteCarloOptions::default() };
         let simulated = monte_carlo::solve_stack(&stack, &options, &|_| ()).unwrap();
         let solved = ordinates::solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
         for (a, b) in simulated.iter().zip(&solved) {

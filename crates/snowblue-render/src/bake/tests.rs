@@ -39,6 +39,15 @@ fn scene(text: &str) -> Scene {
     file.description.build(snowblue_data::embedded(), &FilesInMemory::default()).unwrap()
 }
 
+/// With coarse cells and few rays through grains, which saves time: for light that is compared with itself only.
+fn coarse_scene(text: &str, max_bounces: u32) -> Scene {
+    let text = format!("{HEAD}[light_field]\nstep_mm = 12\n{text}");
+    let text = text.replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
+    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    description.light_field.grain_rays = 1 << 12;
+    description.build(snowblue_data::embedded(), &FilesInMemory::default()).unwrap()
+}
+
 fn scene_with_bounces(text: &str) -> Scene {
     let text = format!("{HEAD}{text}").replace("max_bounces = 0", "max_bounces = 4");
     let file = SceneFile::parse(text, "scene.toml").unwrap();
@@ -91,9 +100,7 @@ fn the_attributes_add_up_to_the_whole_flux() {
     for (others, bounces, rest) in [("", 0, 0.0..0.005), (SKY, 0, 0.1..1e3), ("", 4, 0.005..1e3)] {
         let floor = "[[object]]\nshape = \"plane\"\nposition = [0, 0, -0.2]\nmaterial = \"grey\"\n";
         let text = format!("{LAMP_BEHIND}{OTHER_LAMP}{others}{BLOCK}{floor}");
-        let text = format!("{HEAD}{text}").replace("max_bounces = 0", &format!("max_bounces = {bounces}"));
-        let file = SceneFile::parse(text, "scene.toml").unwrap();
-        let scene = file.description.build(snowblue_data::embedded(), &FilesInMemory::default()).unwrap();
+        let scene = coarse_scene(&text, bounces);
         let baked = baked(&scene, 0.05, Channels::Rgb);
         assert_eq!(baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>(), ["point", "point"]);
         let (object, field) = (&baked.objects[0], scene.light_field.as_ref().unwrap().of_object(0).unwrap());
@@ -248,7 +255,7 @@ fn sharp_edges_have_vertices_on_both_sides() {
 #[test]
 fn files_hold_the_meshes_and_their_attributes() {
     let ball = "[[object]]\nshape = \"sphere\"\nradius = 0.03\nposition = [0, -0.2, 0.1]\nmaterial = \"snow\"\n";
-    let scene = scene(&format!("{LAMP_BEHIND}{OTHER_LAMP}{SKY}{BLOCK}{ball}"));
+    let scene = coarse_scene(&format!("{LAMP_BEHIND}{OTHER_LAMP}{SKY}{BLOCK}{ball}"), 0);
     let provenance = Provenance::of(&scene, snowblue_data::embedded());
     let folder = tempfile::tempdir().unwrap();
     let baked = baked(&scene, 0.03, Channels::Rgb);
@@ -302,7 +309,7 @@ fn what_cannot_be_baked_is_named() {
     let error = |scene: &Scene, options| bake(scene, options, &|_, _| {}).unwrap_err().to_string();
     assert_eq!(error(&scene(&format!("{SKY}{floor}")), BakeOptions::default()), "the scene has no snow");
     let tiny = BakeOptions { step_m: Some(1e-5), ..BakeOptions::default() };
-    let many = error(&scene(&format!("{SKY}{BLOCK}")), tiny);
+    let many = error(&coarse_scene(&format!("{SKY}{BLOCK}"), 0), tiny);
     assert!(many.contains("4194304 vertices") && many.contains("0.01 mm"), "{many}");
     let text = format!("{HEAD}{SKY}{BLOCK}").replace("type = \"diffusion\"", "type = \"pcasnow\"");
     let file = SceneFile::parse(text, "scene.toml").unwrap();
@@ -316,7 +323,7 @@ fn relighting_forgets_the_last_lamp() {
     let other_block =
         "[[object]]\nshape = \"box\"\nsize = [0.1, 0.1, 0.3]\nposition = [0.12, -0.12, 0]\nmaterial = \"snow\"\n";
     // Two blocks light each other.
-    let of_lamp = |lamp: &str| scene_with_bounces(&format!("[light_field]\nstep_mm = 12\n{lamp}{BLOCK}{other_block}"));
+    let of_lamp = |lamp: &str| coarse_scene(&format!("{lamp}{BLOCK}{other_block}"), 4);
     let lamp = |scene: &Scene| match &scene.lights[0] {
         Light::Point(light) => Light::Point(*light),
         other => panic!("{other:?}"),
