@@ -14,7 +14,7 @@ use snowblue_transport::ordinates::Streams;
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let options = FillOptions {
-        engine: Engine::Ordinates { streams: Streams::Exactly(16), tally_rays: 1 << 18 },
+        engine: Engine::Ordinates { streams: Streams::Exactly(16), tally_rays: 1 << 16 },
         ..FillOptions::default()
     };
     fill::fill(&Axes::paper(), &options, &|_| ()).unwrap()

@@ -171,24 +171,26 @@ fn walks_have_little_noise_on_flat_faces() {
 #[test]
 fn lamp_and_camera_can_be_exchanged() {
     let directions = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.36, 0.48, 0.8)];
-    let total = |integrator: &str, seed: u32, to_lamp: Vec3A, to_camera: Vec3A| {
+    let lit = |integrator: &str, to_lamp: Vec3A, to_camera: Vec3A| {
         let text = format!(
             "[camera]\nposition = {:?}\nlook_at = [0, 0, 0]\nvertical_fov_deg = 0.35\n\
-             [film]\nwidth = 24\nheight = 24\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\nseed = {seed}\n\
+             [film]\nwidth = 24\nheight = 24\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\n\
              type = \"{integrator}\"\n[[light]]\ntype = \"directional\"\ndirection = {:?}\nirradiance_w_m2 = 1\n\
              illuminant = \"E\"\n{SNOW}{}",
             (to_camera * 20.0).to_array(),
             (-to_lamp).to_array(),
             shape("box", "size = [0.08, 0.03, 0.05]")
         );
-        let file = SceneFile::parse(text, Path::new("block.toml")).unwrap();
-        let film = render(&file.build(&table()).unwrap(), &|_| {}).film;
-        film.pixels().iter().map(|xyz| xyz.y).sum::<f64>()
+        SceneFile::parse(text, Path::new("block.toml")).unwrap().build(&table()).unwrap()
     };
     for (integrator, seeds) in [("diffusion", 4), ("hybrid", 6)] {
         let [there, back] = [[0, 1], [1, 0]].map(|[lamp, camera]| {
+            let mut scene = lit(integrator, directions[lamp], directions[camera]);
             let mut totals = Moments::default();
-            (1..=seeds).for_each(|seed| totals.push(total(integrator, seed, directions[lamp], directions[camera])));
+            for seed in 1..=seeds {
+                scene.set_seed(seed);
+                totals.push(render(&scene, &|_| {}).film.pixels().iter().map(|xyz| xyz.y).sum());
+            }
             totals
         });
         // Diffusion errs by 2 % at the edges of so small a block. The rest is noise: at edges, light that a grain
@@ -355,7 +357,7 @@ fn the_wall_of_a_deep_hole_is_as_bright_as_by_the_reference() {
     let drift = shape("drift", "size = [0.4, 0.4, 0.2]\nrelief = 0");
     let hole = "[[object.imprint]]\ntype = \"hole\"\nposition = [0, 0]\nradius = 0.012\ndepth = 0.12\n";
     let [mut field, mut truth] = field_and_reference(&format!("{drift}{hole}{SKY}"));
-    for depth_m in [0.01, 0.02, 0.04, 0.08, 0.11] {
+    for depth_m in [0.01, 0.04, 0.11] {
         // The wall is two degrees off the vertical, and seen past the opposite rim.
         let target = Vec3A::new(0.012 - 0.035 * depth_m, 0.0, -depth_m);
         let eye = target + (Vec3A::new(-0.009, 0.0, 0.0) - target).normalize() * 3.0;

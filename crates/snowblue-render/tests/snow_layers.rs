@@ -8,7 +8,7 @@ mod snow;
 use std::f64::consts::TAU;
 
 use glam::Vec3A;
-use snow::{analytic_table, radiance, scene_by};
+use snow::{analytic_table, radiance, scene_by, scene_of_few_grains};
 use snowblue_database::CompressedTable;
 use snowblue_database::table::Attribute;
 use snowblue_render::scene::Scene;
@@ -49,8 +49,17 @@ const PACKS: [(&str, &str); 3] = [
 
 /// A scene of a body of the layers of a file.
 fn layered(integrator: &str, layers: &str, top: &str, text: &str) -> Scene {
-    let material = format!("[material.snow]\ntype = \"pca_snow\"\nlayers = \"pack.toml\"\nlayers_top = {top}\n");
-    scene_by(integrator, &format!("{material}{text}"), &table(), &[("pack.toml", layers.to_owned())])
+    scene_by(integrator, &format!("{}{text}", material(top)), &table(), &[("pack.toml", layers.to_owned())])
+}
+
+/// The same with few rays through grains.
+fn layered_of_few_grains(integrator: &str, layers: &str, top: &str, text: &str) -> Scene {
+    let files = [("pack.toml", layers.to_owned())];
+    scene_of_few_grains(integrator, &format!("{}{text}", material(top)), &table(), &files)
+}
+
+fn material(top: &str) -> String {
+    format!("[material.snow]\ntype = \"pca_snow\"\nlayers = \"pack.toml\"\nlayers_top = {top}\n")
 }
 
 fn slab(thickness_m: f64, width_m: f64) -> String {
@@ -77,16 +86,19 @@ fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> Spectrum {
 /// Slabs of 10 cm under a beam, at all wavelengths.
 #[test]
 fn light_through_layers_agrees_with_discrete_ordinates() {
+    let angles_deg = [0.0_f64, 60.0];
     for (name, pack) in PACKS {
-        for angle_deg in [0.0_f64, 60.0] {
-            let stack = Stack {
-                layers: LayerFile::parse(pack).unwrap().layers,
-                ground_albedo: 0.0,
-                depths_cm: Vec::new(),
-                incidences: vec![Incidence::Beam { angle_deg }],
-                wavelengths_nm: wavelengths_nm().to_vec(),
-            };
-            let known = solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
+        let stack = Stack {
+            layers: LayerFile::parse(pack).unwrap().layers,
+            ground_albedo: 0.0,
+            depths_cm: Vec::new(),
+            incidences: angles_deg.map(|angle_deg| Incidence::Beam { angle_deg }).to_vec(),
+            wavelengths_nm: wavelengths_nm().to_vec(),
+        };
+        let solved = solve_stack(&stack, &OrdinatesOptions::default()).unwrap();
+        for (angle_deg, incidence) in angles_deg.into_iter().zip(&stack.incidences) {
+            let known: Vec<_> = solved.iter().filter(|known| known.whole.incidence == *incidence).collect();
+            assert_eq!(known.len(), 31);
             let (sin, cos) = angle_deg.to_radians().sin_cos();
             let lamp = format!(
                 "[[light]]\ntype = \"directional\"\ndirection = [{sin}, 0, {}]\nirradiance_w_m2 = {}\n\
@@ -116,7 +128,7 @@ fn walks_in_layers_agree_with_diffusion() {
         "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, -0.8]\nirradiance_w_m2 = 1\nilluminant = \"E\"\n";
     for (name, pack) in PACKS {
         let found = [("diffusion", 1), ("hybrid", 2048)].map(|(integrator, samples)| {
-            let mut scene = layered(integrator, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
+            let mut scene = layered(integrator, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.4)));
             scene.set_samples_per_pixel(samples);
             [(0.05, 3.0), (-0.05, -3.0)].map(|(z, up)| {
                 [Vec3A::new(0.3, 0.2, up), Vec3A::new(1.5, 0.2, up)]
@@ -155,12 +167,13 @@ fn layers_of_the_same_snow_are_one() {
         material = \"snow\"\n";
     let text = format!("{LIGHTS}{bodies}");
     for integrator in ["diffusion", "hybrid"] {
-        let plain = radiances(&mut scene_by(integrator, &format!("{}{text}", snow::SNOW), &table(), &[]));
-        let one = radiances(&mut layered(integrator, &layer(1.0), "\"surface\"", &text));
+        let plain = format!("{}{text}", snow::SNOW);
+        let plain = radiances(&mut scene_of_few_grains(integrator, &plain, &table(), &[]));
+        let one = radiances(&mut layered_of_few_grains(integrator, &layer(1.0), "\"surface\"", &text));
         assert_eq!(plain, one, "{integrator}");
         let alike = [1.0, 0.7, 2.0].map(layer).concat();
         for top in ["\"surface\"", "0.01"] {
-            let many = radiances(&mut layered(integrator, &alike, top, &text));
+            let many = radiances(&mut layered_of_few_grains(integrator, &alike, top, &text));
             for (plain, many) in plain.iter().zip(&many) {
                 for (k, (plain, many)) in plain.0.iter().zip(many.0).enumerate() {
                     assert!((many / plain - 1.0).abs() < 1e-4, "{integrator} {top} {k}: {plain} {many}");
@@ -179,15 +192,19 @@ fn layers_lie_below_the_surface_or_a_height() {
     // A stair of two steps, with the tops at z = 0.1 and z = 0.
     let step = |x: f64, top: f64| {
         format!(
-            "[[object]]\nshape = \"box\"\nsize = [0.2, 0.2, 0.2]\nposition = [{x}, 0, {}]\nmaterial = \"snow\"\n\
+            "[[object]]\nshape = \"box\"\nsize = [0.2, 0.1, 0.2]\nposition = [{x}, -0.05, {}]\nmaterial = \"snow\"\n\
              body = \"stair\"\n",
             top - 0.1
         )
     };
-    let text = format!("[environment]\nradiance_w_m2_sr = 1\n{}{}", step(-0.1, 0.1), step(0.1, 0.0));
+    let text = format!(
+        "[light_field]\nstep_mm = 6\n[environment]\nradiance_w_m2_sr = 1\n{}{}",
+        step(-0.1, 0.1),
+        step(0.1, 0.0)
+    );
     for integrator in ["diffusion", "hybrid"] {
         for (top, depths) in [("\"surface\"", [0.1, 0.0]), ("0", [0.0, 0.0])] {
-            let mut scene = layered(integrator, &pack, top, &text);
+            let mut scene = layered_of_few_grains(integrator, &pack, top, &text);
             scene.set_samples_per_pixel(16);
             for (x, top_m) in [-0.1, 0.1].into_iter().zip(depths) {
                 for (depth_m, is_dark) in [(0.033, false), (0.044, true), (0.056, true), (0.067, false)] {

@@ -110,6 +110,19 @@ pub(crate) fn scene_by(integrator: &str, text: &str, table: &CompressedTable, fi
     built(&file.description, table, files)
 }
 
+/// The same with few rays through grains, which saves time: for scenes that are compared with each other only.
+pub(crate) fn scene_of_few_grains(
+    integrator: &str,
+    text: &str,
+    table: &CompressedTable,
+    files: &[(&str, String)],
+) -> Scene {
+    let text = format!("{}{text}", camera_of(integrator));
+    let mut description = SceneFile::parse(text, "scene.toml").unwrap_or_else(|error| panic!("{error}")).description;
+    description.light_field.grain_rays = 1 << 12;
+    built(&description, table, files)
+}
+
 /// Builds a scene; `files` are those that it names, or else come from the file system by their paths.
 fn built(description: &SceneDescription, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
     let files = |name: &str| match files.iter().find(|(other, _)| *other == name) {

@@ -95,8 +95,13 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
     let thickness_m = 0.2;
     let (mut found, mut expected) = ([0.0; 31], [0.0; 31]);
     let mut earlier: Option<Scene> = None;
+    // The sky by rings: what a ring sends is absorbed as at its angle.
+    let rings = [0, 1, 2, 3, 4, 5].map(|ring| {
+        let angle_deg = 7.5 + 15.0 * f64::from(ring);
+        (angle_deg, pack(20.0, &[], Incidence::Beam { angle_deg }))
+    });
     // Elevations of the sun at 46.5° N in March, from morning to noon; the afternoon is the same.
-    for elevation_deg in [6.0, 15.0, 24.0, 32.0, 38.0, 41.0] {
+    for elevation_deg in [6.0, 24.0, 41.0] {
         let text = format!(
             "[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\n[film]\nwidth = 64\nheight = 64\n\
              [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\n{SNOW}\
@@ -126,13 +131,6 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
         }
         let sky = ClearSky::new(elevation_deg, 3.0, &[0.9; WAVELENGTHS_NM.len()]).unwrap();
         let sun = pack(20.0, &[], Incidence::Beam { angle_deg: 90.0 - elevation_deg });
-        // The sky by rings: what a ring sends is absorbed as at its angle.
-        let rings: Vec<_> = (0..6)
-            .map(|ring| {
-                let angle_deg = 7.5 + 15.0 * f64::from(ring);
-                (angle_deg, pack(20.0, &[], Incidence::Beam { angle_deg }))
-            })
-            .collect();
         for (k, nm) in wavelengths_nm().into_iter().enumerate() {
             let absorbed = |one: &StackRadiometry| 1.0 - one.whole.reflectance.value - one.whole.transmittance.value;
             expected[k] += 310.0 * sky.sun_irradiance(nm) * elevation_deg.to_radians().sin() * absorbed(&sun[k]);
