@@ -231,12 +231,12 @@ fn channels_have_the_values_of_their_names() {
     }
 }
 
-/// The variance estimated from 16 samples of one image, against the variance of means of 16 independent samples.
+/// The variance estimated from 64 samples of one image, against the variance of means of 64 independent samples.
 #[test]
 fn the_variance_channel_agrees_with_the_variance_over_images() {
     let mut scene = two_lights();
     let channels = Aovs { variance: true, ..Aovs::default() };
-    let (pictures, samples) = (16u32, 16);
+    let (pictures, samples) = (64u32, 16);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("variance.exr");
     let mut values: Vec<Vec<f64>> = Vec::new();
@@ -255,7 +255,7 @@ fn the_variance_channel_agrees_with_the_variance_over_images() {
     let image_count = 8;
     for seed in 0..image_count {
         scene.set_seed(5000 + seed);
-        let sums = sums_of(&scene, channels, &block(0..23, 0..17, 0..pictures));
+        let sums = sums_of(&scene, channels, &block(0..23, 0..17, 0..64));
         resumable_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
         estimated.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(image_count));
