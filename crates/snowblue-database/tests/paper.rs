@@ -83,7 +83,7 @@ fn spectral_trends() {
 /// chance, and no number reliably.
 #[test]
 fn samples_that_suffice_for_the_illuminants_of_figure_3() {
-    // With a quarter of the rays some of these numbers differ by one.
+    // With a quarter of the rays some of these numbers can differ by one.
     let table = table(1 << 18);
     let every: Vec<&[f64]> = table.curves(Quantity::Transmittance).collect();
     let number = ((6 * 5 + 1) * 5 + 2) * table.axes.curves_per_sample() + 7;

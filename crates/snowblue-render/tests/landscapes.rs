@@ -178,7 +178,8 @@ fn the_ground_shines_through_thin_snow() {
         let text = format!(
             "{}{SNOW}[light_field]\nstep_mm = 10\n[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
              [material.rock]\ntype = \"diffuse\"\nreflectance = {reflectance}\n\
-             [[object]]\nshape = \"heights\"\n{ground}bottom = -0.1\nmaterial = \"rock\"\n[[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n",
+             [[object]]\nshape = \"heights\"\n{ground}bottom = -0.1\nmaterial = \"rock\"\n\
+             [[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n",
             camera_of("diffusion").replace("max_bounces = 0", "max_bounces = 8")
         );
         let description = SceneFile::parse(text, "scene.toml").unwrap().description;
