@@ -208,8 +208,8 @@ fn engines_agree_about_wet_and_dirty_snow() {
             let options = MonteCarloOptions { rays: 6_000, seed: 9, per_wavelength };
             monte_carlo::solve(&slab, &options, &|_| ()).unwrap()
         };
-        // Sharp forward peaks take more streams than dry snow. The noise of these tallies, some .4 % of T, is below that
-        // of the Monte Carlo engine.
+        // Sharp forward peaks take more streams than dry snow. The noise of these tallies, some .4 % of T, is less than
+        // that of the Monte Carlo engine.
         let options =
             OrdinatesOptions { streams: Streams::Exactly(48), tally_rays: 1 << 16, ..OrdinatesOptions::default() };
         let solved = ordinates::solve(&slab, &options).unwrap();
