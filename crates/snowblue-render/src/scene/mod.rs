@@ -107,6 +107,12 @@ impl Scene {
         self.solved_light_fields
     }
 
+    /// If the cells of a wide body of snow have sizes for the pixels of the image: the factor of these sizes that makes
+    /// them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
+    pub fn factor_of_cells(&self) -> Option<f64> {
+        self.light_field.as_ref().and_then(LightField::view_factor)
+    }
+
     /// Sets the number of paths per pixel.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
         self.integrator.samples_per_pixel = samples.max(1);

@@ -171,6 +171,11 @@ pub(crate) struct Render {
     tev: Option<String>,
 }
 
+/// Cells of snow that are larger by more than this factor than the pixels of a picture need are worth a message.
+const MOST_FACTOR: f64 = 2.0;
+/// So are those of a picture of fewer rows. In one of 32, the wall of a snow hut is thinner than a cell.
+const FEWEST_ROWS: u32 = 160;
+
 /// A scene, and what it was made from.
 struct LoadedScene {
     scene: Scene,
@@ -201,6 +206,9 @@ impl Render {
         let file = self.file(output)?;
         let check = |scene: &SceneDescription| self.check_memory(scene, &file, quiet);
         let LoadedScene { scene, provenance } = self.load(check)?;
+        if let Some(warning) = coarse_cells(&scene).filter(|_| !quiet) {
+            print_message(&format!("{}: {warning}\n", output.display()));
+        }
         let mut preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
@@ -404,6 +412,21 @@ fn list_scenes() -> Outcome {
     let width = SCENES.iter().map(|scene| scene.name.len()).max().unwrap_or(0);
     let lines = SCENES.map(|scene| format!("{:width$}  {}\n", scene.name, scene.story()));
     print(&lines.concat()).map_err(Failure::work)
+}
+
+/// What to say of cells of snow that may be too large, if those of a wide body follow the pixels of the picture.
+fn coarse_cells(scene: &Scene) -> Option<String> {
+    let factor = scene.factor_of_cells()?;
+    let (rows, memory_mib) = (scene.description().film.height, scene.description().light_field.memory_mib);
+    let (cells, remedy) = if factor > MOST_FACTOR {
+        let cells = format!("in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need");
+        (cells, "raise --field-memory-mib")
+    } else if rows < FEWEST_ROWS {
+        (format!("cells of snow follow the pixels, and {rows} rows make them large"), "try 160 rows or more")
+    } else {
+        return None;
+    };
+    Some(format!("{cells}; light may leak through thin snow: {remedy}"))
 }
 
 /// The last component of a path.

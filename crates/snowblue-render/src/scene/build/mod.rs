@@ -355,7 +355,7 @@ impl Kept {
         let gltf_view = Some(view).filter(|_| description.camera.is_none());
         let solids = Solids { objects, materials, volumes, gltf_lights, gltf_view, files: earlier.solid_files };
         let light_field = match light_field {
-            Some(field) if field.depends_on_view() && changes.view => KeptField::Nothing,
+            Some(field) if field.view_factor().is_some() && changes.view => KeptField::Nothing,
             Some(field) if !changes.field() => KeptField::Everything(field),
             Some(field) if !changes.grids => KeptField::Grids(field, changes.clone()),
             _ => KeptField::Nothing,

@@ -113,8 +113,8 @@ pub(crate) struct BodyField {
     snow: Arc<Snowpack>,
     /// ℓ* of the whole pack at each wavelength, in m.
     transport_lengths_m: Vec<f64>,
-    /// Whether its cells have sizes for a viewer.
-    depends_on_view: bool,
+    /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
+    view_factor: Option<f64>,
 }
 
 /// The light at a point of the surface of a body, with the snow there.
@@ -179,8 +179,8 @@ struct PreparedBody<'a> {
     snow: Arc<Snowpack>,
     /// ℓ* of the whole pack at each wavelength, in m.
     transport_lengths_m: Vec<f64>,
-    /// Whether its cells have sizes for a viewer.
-    depends_on_view: bool,
+    /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
+    view_factor: Option<f64>,
     /// The solution for other light, from which the next starts.
     before: Option<Fluence>,
 }
@@ -279,10 +279,10 @@ impl LightField {
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
             let solid = object.and_then(|object| Solid::new(objects, object));
-            let BodyField { body, lit, nodes, snow, transport_lengths_m, depends_on_view } = one;
+            let BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
-            PreparedBody { solid, body, nodes, snow, transport_lengths_m, depends_on_view, before: None }
+            PreparedBody { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None }
         });
         (prepared.collect(), solutions, body_of)
     }
@@ -308,8 +308,8 @@ impl LightField {
             lights.push(illumination.indices);
         }
         let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
-            let PreparedBody { body, nodes, snow, transport_lengths_m, depends_on_view, .. } = one;
-            BodyField { body, lit, nodes, snow, transport_lengths_m, depends_on_view }
+            let PreparedBody { body, nodes, snow, transport_lengths_m, view_factor, .. } = one;
+            BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor }
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
@@ -332,9 +332,9 @@ impl LightField {
         self.bright_snow.sample(surface, numbers)
     }
 
-    /// Whether its cells are those for a viewer.
-    pub(crate) fn depends_on_view(&self) -> bool {
-        self.bodies.iter().any(|body| body.depends_on_view)
+    /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.
+    pub(crate) fn view_factor(&self) -> Option<f64> {
+        self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
     }
 
     /// Unknowns of a solution at each wavelength, of all bodies.
@@ -451,10 +451,9 @@ impl<'a> PreparedBody<'a> {
         let step_mm = scene.settings.step_mm;
         let viewer = scene.viewer.filter(|_| step_mm.is_none() && survey.is_wide(shortest_m, groups, memory_mib));
         let viewer_sizes = viewer.map(|viewer| viewer.sizes());
-        let depends_on_view = viewer_sizes.is_some();
         let step_m = match step_mm {
             Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
-            None if depends_on_view => Ok(survey.finest_step_m(shortest_m)),
+            None if viewer.is_some() => Ok(survey.finest_step_m(shortest_m)),
             None => survey.choose_step_m(shortest_m, groups, memory_mib),
         };
         let step_m = step_m.map_err(refusal)?;
@@ -465,13 +464,14 @@ impl<'a> PreparedBody<'a> {
             }
             None => None,
         };
+        let view_factor = sizes.as_ref().map(|sizes| sizes.factor);
         let sizes = sizes.as_ref().map(|sizes| sizes as &dyn CellSizes);
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
         // The extrapolation lengths of kinds of snow differ by less than .002.
         let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
         drop(of_cell);
-        Ok(Self { solid, body, nodes, snow, transport_lengths_m, depends_on_view, before: None })
+        Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })
     }
 
     /// The light of lamps and skies. `body_of` gives the body of each object.
