@@ -27,7 +27,7 @@ fn all_scenes_of_the_repository_are_inside_the_program() {
         .collect();
     assert_eq!(names, files.iter().map(String::as_str).collect());
     for line in listed.lines() {
-        assert!(line.ends_with('.') && line.split_whitespace().count() > 5, "a story: {line}");
+        assert!(line.ends_with('.') && line.split_whitespace().count() > 5, "a summary: {line}");
     }
     for name in names {
         let file = shipped_scene(&format!("{name}.toml"));

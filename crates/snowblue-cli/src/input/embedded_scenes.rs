@@ -54,10 +54,10 @@ impl EmbeddedScene {
     }
 
     /// What it shows: the first sentences of its file, up to the first line that is no comment or an empty one.
-    pub(crate) fn story(self) -> String {
+    pub(crate) fn summary(self) -> String {
         let lines = self.text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim);
-        let story = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
-        self.lacks().map_or(story.clone(), |lacks| format!("{story} It {lacks}."))
+        let summary = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+        self.lacks().map_or(summary.clone(), |lacks| format!("{summary} It {lacks}."))
     }
 
     /// What it needs that is not inside the program.

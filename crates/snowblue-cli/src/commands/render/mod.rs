@@ -410,7 +410,7 @@ impl Render {
 /// Lists the scenes inside the program.
 fn list_scenes() -> Outcome {
     let width = SCENES.iter().map(|scene| scene.name.len()).max().unwrap_or(0);
-    let lines = SCENES.map(|scene| format!("{:width$}  {}\n", scene.name, scene.story()));
+    let lines = SCENES.map(|scene| format!("{:width$}  {}\n", scene.name, scene.summary()));
     print(&lines.concat()).map_err(Failure::work)
 }
 
