@@ -98,7 +98,7 @@ frames)
     done
     duplicate=$(printf '%s\n' "${images[@]}" | sort | uniq -d | head -n 1)
     [ -z "$duplicate" ] || fail 2 "two scenes have the same output $duplicate"
-    # Behind the scenes come the options of 'render', and after another '--' those of 'merge'.
+    # The options of 'render' follow the scenes, and those of 'merge' follow another '--'.
     frame_options=(${merge_options[@]+"${merge_options[@]}"})
     check_recipe "$(first_existing "${images[@]}")" ${frame_options[@]+"${frame_options[@]}"}
     work=(frames "$parts" "$folder" "$output" "${scenes[@]}" ${frame_options[@]+"${frame_options[@]}"})

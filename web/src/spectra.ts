@@ -1,4 +1,4 @@
-/** The spectrum of the latest sample: a coarse one at once, a fine one when the hand rests. */
+/** The spectrum of the latest sample: a coarse one at once, a fine one when the sample stops changing. */
 
 import { Engine } from "./engine";
 import { encodeSample } from "./fragment";
@@ -7,7 +7,7 @@ import { coarseRequest, defaultState, fineRequest } from "./request";
 import type { Sample, State } from "./state";
 import firstAnswer from "virtual:first-answer";
 
-/** The hand rests for so long before the fine computation starts, in ms. */
+/** Time without a change before the fine computation starts, in ms. */
 const REST_MS = 300;
 /** So many fine answers are kept. */
 const MOST_KEPT = 64;

@@ -1,4 +1,4 @@
-/** The state of the page and who wants to hear of its changes. */
+/** The state of the page and its listeners. */
 
 import type { State } from "./state";
 

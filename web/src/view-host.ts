@@ -6,7 +6,7 @@ import type { Layer, State, View } from "./state";
 import type { Store } from "./store";
 import type { Viewer } from "./view/viewer";
 
-/** A control rests after so long, in ms. */
+/** Time without a change after which a control counts as at rest, in ms. */
 const REST_MS = 200;
 
 export class ViewHost {
@@ -45,7 +45,7 @@ export class ViewHost {
     say(byId("view-error"), text);
   }
 
-  /** A lamp or the camera moves at once; the snow follows when its control rests, since all light is solved again. */
+  /** A lamp or the camera moves at once; the snow follows when its control is at rest, as all light is solved again. */
   #follow(viewer: Viewer, state: State, before: State): void {
     clearTimeout(this.#rest);
     const set = () => viewer.set(snowOf(this.#store.state.layers[0]!), this.#store.state.view);

@@ -54,5 +54,5 @@ fn the_chapter_on_the_command_is_its_help() {
     }
     let written = std::fs::read_to_string(&path).unwrap_or_default();
     let differs = page.lines().zip(written.lines()).find(|(now, then)| now != then);
-    assert!(page == written, "{}: UPDATE_REFERENCE=1 writes it anew; it differs at {differs:?}", path.display());
+    assert!(page == written, "{}: UPDATE_REFERENCE=1 writes it again; it differs at {differs:?}", path.display());
 }

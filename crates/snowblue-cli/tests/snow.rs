@@ -44,7 +44,7 @@ fn water_transmits_blue_and_soot_absorbs_it() {
     let dry = transmittance(&[]);
     assert!(transmittance(&["--water-saturation", "0.3"]) > 1.2 * dry);
     let sooty = transmittance(&["--impurity", "black-carbon=100"]);
-    // σ_a = .24/m more, κ(1 − g) = 500/m: x/sinh x with x = .05 √(3 · .24 · 500) = .95 is .87.
+    // σ_a = 0.24/m more, κ(1 − g) = 500/m: x/sinh x with x = 0.05 √(3 · 0.24 · 500) = 0.95 is 0.87.
     assert!((sooty / dry - 0.87).abs() < 0.03);
     let both = transmittance(&["--impurity", "black-carbon=100,saharan-dust=500"]);
     let repeated = transmittance(&["--impurity", "saharan-dust=500", "--impurity", "black-carbon=100"]);

@@ -61,7 +61,7 @@ impl Colorimeter {
         Ok(Colorimeter { wavelengths_nm: wavelengths_nm.to_vec(), weights })
     }
 
-    /// Computes the weights for a spectrum that somebody measured: on wavelengths of any steps up to 20 nm that cover
+    /// Computes the weights for a measured spectrum: on wavelengths of any steps up to 20 nm that cover
     /// 400–700 nm. Values outside have no weight.
     ///
     /// The sum runs over 400, 410, … 700 nm, on which the spectrum is interpolated linearly. A spectrum in equal steps

@@ -1,8 +1,8 @@
 //! Systems x = b + M x of which only products with M are known, by GMRES with restarts (Saad & Schultz 1986; Saad 2003,
 //! *Iterative Methods for Sparse Linear Systems*, algorithm 6.9), for groups of four systems at once.
 //!
-//! Light that goes to and fro between surfaces that absorb little decays by some per cent from one reflection to the
-//! next. To sum its series takes hundreds of products; GMRES takes some ten.
+//! Light that goes back and forth between surfaces that absorb little decays by some per cent from one reflection to
+//! the next. To sum its series takes hundreds of products; GMRES takes some ten.
 
 use wide::{f32x4, f64x4};
 

@@ -5,7 +5,7 @@ use snowblue_transport::{
     Demand, GrainTallies, Medium, PhaseFunction, PhasePlan, Population, SnowSample, TallyPlan, TransportError,
 };
 
-/// Rays of the tallies per node of the refractive index for an error of .2 % in the transmittance of 15 cm.
+/// Rays of the tallies per node of the refractive index for an error of 0.2 % in the transmittance of 15 cm.
 pub const GRAIN_RAYS: u32 = 1 << 18;
 
 /// Diffusion and absorption of snow, and the functions of its surface.
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     /// A body of several kinds of snow has one extrapolation length: another kind is wrong as if it were thicker or
-    /// thinner by .002 ℓ*.
+    /// thinner by 0.002 ℓ*.
     #[test]
     fn kinds_of_snow_have_nearly_the_same_extrapolation_length() {
         let facetness = |facetness: f64| SnowKeys { facetness: Some(vec![facetness]), ..SnowKeys::default() };

@@ -15,7 +15,7 @@ const USUAL_NODES: f64 = 60_000.0;
 const FINEST_LENGTHS: f64 = 1.0;
 /// Coarsest cells of a body that is not large, in transport mean free paths.
 const COARSE_LENGTHS: f64 = 10.0;
-/// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface is guesswork.
+/// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface has no known error.
 const COARSEST_LENGTHS: f64 = 50.0;
 /// Greatest factor of the sizes of a rule that makes a grid fit into the memory.
 const MOST_FACTOR: f64 = 32.0;

@@ -1,4 +1,4 @@
-//! Cells of different sizes at the surface: as coarse as the surface is plain, and as fine as somebody looks.
+//! Cells of different sizes at the surface: coarse where the surface is flat, and as fine as a viewer needs.
 //!
 //! A wide body has too much surface for cells of one size. Where the surface in a cell is one flat sheet above thick
 //! snow, light varies along it only as the lighting does, and the cell may be large. Edges, holes, thin walls and

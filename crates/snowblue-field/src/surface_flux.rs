@@ -131,7 +131,7 @@ impl SurfaceNodes {
             }
         }
         let neighbours = self.neighbours(grid);
-        // A node where no bright sample fell does not know that it misses one: its neighbours do.
+        // At a node without a bright sample the scatter does not show that one is missing. That of its neighbours does.
         for _ in 0..STEPS_OF_ERROR {
             scatter = self.spread(&neighbours, &scatter, None);
         }

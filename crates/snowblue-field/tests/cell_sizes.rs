@@ -129,7 +129,7 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
 }
 
 /// The flux by two lights together is the sum of those by each, also in cells in which light decays. The solution for
-/// light that goes to and fro in a cavity requires it.
+/// light that goes back and forth in a cavity requires it.
 #[test]
 fn the_flux_is_linear_in_the_light() {
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.5));

@@ -21,7 +21,7 @@ pub(crate) struct Control {
     stop: AtomicBool,
 }
 
-/// The payload of an unwinding that ends work nobody waits for.
+/// The payload of an unwinding that ends work whose result is no longer needed.
 struct Stopped;
 
 impl Control {
@@ -55,12 +55,12 @@ pub(crate) fn run<T: Send + 'static>(
     check_process()?;
     let control = Arc::new(Control::default());
     let (sender, receiver) = channel();
-    // The lock makes the receiver shareable; nobody else takes it.
+    // The lock makes the receiver shareable; no other thread takes it.
     let receiver = Mutex::new(receiver);
     let seen_by_work = Arc::clone(&control);
     let thread = std::thread::spawn(move || {
         let outcome = catch_unwind(AssertUnwindSafe(|| work(&seen_by_work)));
-        // Nobody waits any more after an exception.
+        // After an exception there is no receiver.
         drop(sender.send(outcome));
     });
     loop {

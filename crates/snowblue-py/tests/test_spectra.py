@@ -228,7 +228,7 @@ def test_discrete_ordinates_agree_with_pythonicdisort():
 
 def test_two_streams_of_tartes_agree_within_their_physics(repository):
     """TARTES (Libois et al. 2013) has two streams and a grain of its own, whose kappa (1 - g) is a fifth above ours:
-    the albedo of deep snow differs by less than .01 in the visible, and the transmittance of 5 cm by less than 25 %."""
+    the albedo of deep snow differs by less than 0.01 in the visible, the transmittance of 5 cm by less than 25 %."""
     path = repository / "contrib" / "tartes" / "table.py"
     spec = importlib.util.spec_from_file_location("tartes_table", path)
     table = importlib.util.module_from_spec(spec)

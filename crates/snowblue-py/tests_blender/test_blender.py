@@ -25,7 +25,7 @@ SNOW = {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_
 BOX = {"shape": "box", "size": [0.2, 0.1, 0.2], "position": [0, 0, 0.1], "material": "snow"}
 BEHIND, FRONT = (0.0, 0.6, 0.1), (0.3, -0.8, 0.4)
 DARK = 0.01
-"""Of the mean over dark faces: of that, J between the vertices of the default step misses .8 %."""
+"""Of the mean over dark faces: of that, J between the vertices of the default step misses 0.8 %."""
 LIT, LIT_ERROR = 0.975, 0.01
 """What R0 of 1/pi gives of the brightness of the lit block, as measured once, and the noise and step of DARK."""
 

@@ -87,6 +87,6 @@ def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path, unit_m):
     # The front face, away from its edges, in the middle of the picture.
     middle = (slice(16, 48), slice(20, 40))
     ratio = cycles[middle].mean((0, 1)) / (ours[middle].mean((0, 1)) / white)
-    # The table's own look-up is within .5 % of the engine, whose fit the shader has.
+    # The table's own look-up is within 0.5 % of the engine, whose fit the shader has.
     assert ratio[1:] == pytest.approx(1, abs=0.01)
     assert ratio[0] == pytest.approx(1, abs=0.02)

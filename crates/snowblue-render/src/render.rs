@@ -43,8 +43,9 @@ use crate::spectrum::Spectrum;
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
-/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. The
-/// reference uses the fewest, because its samples are slow and an interrupt waits for the end of a pixel.
+/// Fewest and most samples of a pixel in one pass. A pixel accumulator holds 2¹³ samples between two flushes. With
+/// `hybrid` and the reference it is the fewest, because their samples are slow and an interrupt waits for the end of a
+/// pixel. So it is with a noise target, which is compared with the noise before each pass.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
 
 /// Progress of a rendering.

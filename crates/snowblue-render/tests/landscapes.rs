@@ -202,7 +202,7 @@ fn the_ground_shines_through_thin_snow() {
     let of = |incidence: Incidence| known.iter().find(|known| known.incidence == incidence).unwrap();
     let (beam, diffuse) = (of(slab.incidences[0]), of(Incidence::Diffuse));
     for ground in [0.0, 0.5] {
-        // Light that the slab lets through goes to and fro between it and the ground.
+        // Light that the slab lets through goes back and forth between it and the ground.
         let to_and_fro = ground / (1.0 - diffuse.reflectance.value * ground);
         let through = beam.transmittance.value * diffuse.transmittance.value * to_and_fro;
         let expected = beam.reflectance.value + through;

@@ -96,7 +96,7 @@ fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
 }
 
 /// Under a sky of radiance 1 snow that absorbs nothing has the radiance 1 everywhere. At 400 nm this ball absorbs less
-/// than .1 %.
+/// than 0.1 %.
 #[test]
 fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
     let ball = shape("sphere", "radius = 0.03");
@@ -301,7 +301,7 @@ fn a_lamp_in_the_middle_of_a_ball_shines_through() {
             let forward = Vec3A::new(0.0, 1.0, 0.0);
             sum += f64::from(radiance(&mut scene, at - forward * 2.0, at).0[0]) / f64::from(count);
         }
-        // Absorption at 400 nm in 5 cm of snow is below .1 %; the rest is the grid, and at most 2 % of noise.
+        // Absorption at 400 nm in 5 cm of snow is below 0.1 %; the rest is the grid, and at most 2 % of noise.
         let ratio = sum * std::f64::consts::PI * 0.05_f64.powi(2) / intensity;
         assert!((ratio - 1.0).abs() < 0.04, "{integrator}: {ratio}");
     }
@@ -351,7 +351,7 @@ fn field_and_reference(text: &str) -> [Scene; 2] {
     })
 }
 
-/// Light goes to and fro in a narrow hole, and hardly any is lost from one reflection to the next.
+/// Light goes back and forth in a narrow hole, and hardly any is lost from one reflection to the next.
 #[test]
 fn the_wall_of_a_deep_hole_is_as_bright_as_by_the_reference() {
     let drift = shape("drift", "size = [0.4, 0.4, 0.2]\nrelief = 0");

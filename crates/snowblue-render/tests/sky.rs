@@ -91,7 +91,7 @@ fn the_edge_of_a_shadow_is_as_soft_as_the_sun_is_wide() {
     // The sky lights all three nearly alike.
     assert!(((half - dark) / (lit - dark) - 0.5).abs() < 0.02, "{lit} {half} {dark}");
     let inner = (at(-0.6 * penumbra_m) - dark) / (lit - dark);
-    // An even disc would show 1 − (arccos .6 − .6·.8)/π = .858 of its light; with limb darkening more.
+    // An even disc would show 1 − (arccos 0.6 − 0.6·0.8)/π = 0.858 of its light; with limb darkening more.
     assert!(inner > 0.865 && inner < 0.93, "{inner}");
 }
 
@@ -123,7 +123,7 @@ fn the_camera_sees_the_sun_where_it_stands() {
 fn white_balance_makes_ground_neutral() {
     let sun = "[sky]\nsun = { elevation_deg = 12, azimuth_deg = 120 }\n";
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, -1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";
-    // D65 at 31 wavelengths is neutral within .4 %, and the sampled light of the sky has noise.
+    // D65 at 31 wavelengths is neutral within 0.4 %, and the sampled light of the sky has noise.
     for (lights, white, most) in [(sun, "sky", 0.02), (lamp, "sky", 0.005), (lamp, "A", 0.005), (sun, "D65", 0.0)] {
         let mut scene = under(lights, "pcasnow", "");
         let mut description = scene.description().clone();

@@ -139,7 +139,7 @@ fn walks_in_layers_agree_with_diffusion() {
             for (view, (field, walks)) in field.iter().zip(walks).enumerate() {
                 for k in [0, 5, 15, 30] {
                     // Walks have the index of ice at the middle wavelength, which makes 1.7 % at 400 nm; 2048 of them
-                    // have a noise of up to .5 %.
+                    // have a noise of up to 0.5 %.
                     let error = walks.0[k] / field.0[k] - 1.0;
                     assert!(error.abs() < 0.025, "{name} {face} {view} {k}: {error}");
                 }

@@ -3,7 +3,7 @@
 //! **Sky** (Hosek & Wilkie 2012, doi:10.1145/2185520.2185591). At each wavelength of the tables, the radiance at the
 //! zenith angle θ and the angle γ to the sun is
 //!
-//! L = R (1 + p₀ e^(p₁ / (cos θ + .01))) (p₂ + p₃ e^(p₄ γ) + p₅ cos² γ + p₆ χ(p₈, γ) + p₇ √cos θ),
+//! L = R (1 + p₀ e^(p₁ / (cos θ + 0.01))) (p₂ + p₃ e^(p₄ γ) + p₅ cos² γ + p₆ χ(p₈, γ) + p₇ √cos θ),
 //! χ(g, γ) = (1 + cos² γ) / (1 + g² − 2 g cos γ)^1.5.
 //!
 //! R and p₀–p₈ are quintic Bézier curves of x = (h₀ / 90°)^(1/3), with h₀ the elevation of the sun, and linear in

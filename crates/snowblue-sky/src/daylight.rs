@@ -70,7 +70,7 @@ impl Sky {
 
     /// Illuminance, in lx.
     ///
-    /// A clear noon is about ten times as bright as an overcast one:
+    /// A clear noon is four to ten times as bright as an overcast one:
     /// ```
     /// # use snowblue_sky::{ClearSky, OvercastSky, Sky};
     /// let clear = Sky::Clear(ClearSky::new(50.0, 2.5, &[0.2; 11])?).illuminance().global();

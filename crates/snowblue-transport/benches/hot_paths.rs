@@ -22,7 +22,7 @@ fn visible_nm() -> Vec<f64> {
     (40..=70).map(|ten| 10.0 * f64::from(ten)).collect()
 }
 
-/// One ray and one grain of sphericity .8, by the roughness of its surface.
+/// One ray and one grain of sphericity 0.8, by the roughness of its surface.
 #[divan::bench(args = [0.0, 0.075, 0.2])]
 fn grain_hit(bencher: Bencher, roughness: f64) {
     let shape = Spheroid::of_unit_size(0.8, SizeMeasure::GreatestExtension);

@@ -172,7 +172,7 @@ mod tests {
         let expected = [(0, 1.0), (0, 1.0), (1, 2.0), (1, 1.0)];
         assert_eq!(slices, expected.map(|(layer, thickness_cm)| Slice { layer, thickness_cm }));
         assert_eq!(faces, [4, 0, 1, 2, 3, 1]);
-        // The sum of three tenths rounds to above .3, which leaves a last slice of no thickness.
+        // The sum of three tenths rounds to above 0.3, which leaves a last slice of no thickness.
         let Slices { slices, faces } = stack(&[0.1, 0.1, 0.1], &[0.3]).slices();
         assert_eq!((slices.len(), faces[0]), (4, 3));
     }

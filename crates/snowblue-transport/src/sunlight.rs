@@ -23,7 +23,7 @@ use crate::slab::{Estimate, Incidence, Radiometry};
 /// Name of the spectrum.
 pub const SPECTRUM: &str = "ASTM G173-03 global on a plane tilted by 37°, air mass 1.5";
 
-/// Greatest distance between the wavelengths of a curve, in nm. At 50 nm albedos are within .003 of the limit of dense
+/// Greatest distance between the wavelengths of a curve, in nm. At 50 nm albedos are within 0.003 of the limit of dense
 /// wavelengths, at 10 nm within 2·10⁻⁵. The infrared transmittance of thick snow needs dense wavelengths.
 pub const MOST_STEP_NM: f64 = 50.0;
 

@@ -29,8 +29,8 @@ fn broadband(band: Band, curve: &[Radiometry]) -> Broadband {
 
 /// Gardner & Sharp (2010, doi:10.1029/2009JF001444) fit the broadband albedo of deep pure snow by 1.48 − S^−0.07 for
 /// the sun at the zenith, with the specific surface area S in cm²/g, and a term for lower suns. They assume Mie spheres
-/// and another atmosphere; our albedo is .02 lower throughout. The visible albedo of pure snow is .96–.99 (Wiscombe &
-/// Warren 1980, abstract of part II).
+/// and another atmosphere; our albedo is 0.02 lower throughout. The visible albedo of pure snow is 0.96–0.99
+/// (Wiscombe & Warren 1980, abstract of part II).
 #[test]
 fn albedo_of_deep_pure_snow_agrees_with_published_values() {
     let angles_deg: [f64; 2] = [0.0, 60.0];
@@ -51,7 +51,7 @@ fn albedo_of_deep_pure_snow_agrees_with_published_values() {
     }
 }
 
-/// A step of 10 nm, the default of the command, changes the albedo by 2·10⁻⁵, the widest step allowed by .003.
+/// A step of 10 nm, the default of the command, changes the albedo by 2·10⁻⁵, the widest step allowed by 0.003.
 #[test]
 fn few_wavelengths_suffice() {
     let close = curves(SnowSample::default(), &[1.0, 15.0, 30.0], &[0.0], steps(300, 2500, 5));

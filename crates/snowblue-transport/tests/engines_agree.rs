@@ -1,4 +1,4 @@
-//! Two independent engines agree within 4 standard errors (law 9), for snow that differs in all parameters.
+//! Two independent engines agree within 4 standard errors, for snow that differs in all parameters.
 //!
 //! The Monte Carlo engine traces grain by grain through the slab; discrete ordinates solve the equation of transfer
 //! with the moments of the same grains. They share only the scattering by a single grain.

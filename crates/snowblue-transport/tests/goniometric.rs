@@ -228,7 +228,7 @@ fn radiance_under_lambertian_light_has_the_fluxes_of_ordinates() {
             [(spread.transmission[ring], transmittance - direct), (spread.reflection[ring], reflectance)]
         {
             let expected = flux / parts as f64 / PI;
-            // .2 % for the tally and for the midpoints in the outermost ring.
+            // 0.2 % for the tally and for the midpoints in the outermost ring.
             let allowed = 4.0 * patch.bsdf_per_sr.standard_error + 0.002 * expected;
             assert!((patch.bsdf_per_sr.value - expected).abs() < allowed, "ring {ring}: {patch:?}, {expected}");
         }

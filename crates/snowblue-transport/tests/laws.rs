@@ -29,7 +29,7 @@ fn assert_within_four_sigma(estimate: Estimate, expected: f64, what: &str) {
     assert!(gap <= 4.0 * estimate.standard_error, "{what}: {estimate:?}, expected {expected}");
 }
 
-/// Law 1: without absorption R + T = 1.
+/// Without absorption R + T = 1.
 #[test]
 fn energy_is_conserved() {
     for g in [-0.3, 0.0, 0.75, 0.89, 0.996] {
@@ -49,7 +49,7 @@ fn energy_is_conserved() {
     }
 }
 
-/// Law 1: grains that neither deflect nor absorb transmit everything, and black grains transmit only direct light.
+/// Grains that neither deflect nor absorb transmit everything, and black grains transmit only direct light.
 #[test]
 fn invisible_and_black_grains() {
     let straight_on = Scattering { one_minus_albedo: 0.0, moments: vec![1.0; 33] };
@@ -60,7 +60,7 @@ fn invisible_and_black_grains() {
     assert!((fluxes.direct / (-6.0_f64).exp() - 1.0).abs() < 1e-13);
 }
 
-/// Law 2: under Lambertian light the mean paths depend on the grains through B only (Blanco & Fournier 2003,
+/// Under Lambertian light the mean paths depend on the grains through B only (Blanco & Fournier 2003,
 /// doi:10.1209/epl/i2003-00208-x): 2h through pores, 2κh scattering events, 2hφB through ice, with B = n² for rough
 /// grains.
 #[test]
@@ -95,7 +95,7 @@ fn mean_paths_are_invariant() {
     }
 }
 
-/// Law 3: a thick conservative isotropic slab has T = (√3/4) H(μ₀) (4/3)/(τ + 2·.710446), with H from Chandrasekhar
+/// A thick conservative isotropic slab has T = (√3/4) H(μ₀) (4/3)/(τ + 2·0.710446), with H from Chandrasekhar
 /// (1960). The error of the formula decays as e^{−τ}; H has seven figures.
 #[test]
 fn conservative_isotropic_slab() {
@@ -112,7 +112,7 @@ fn conservative_isotropic_slab() {
     assert!((beam(&isotropic(0.0, 64), 1.0, 1.0, 64).reflectance - 0.341_329).abs() < 1e-6);
 }
 
-/// Law 4: plane albedo of a semi-infinite isotropic medium at normal incidence, 1 − √(1 − ω) H(1) (Chandrasekhar 1960).
+/// Plane albedo of a semi-infinite isotropic medium at normal incidence, 1 − √(1 − ω) H(1) (Chandrasekhar 1960).
 #[test]
 fn semi_infinite_isotropic_albedo() {
     for (one_minus_albedo, expected) in [(0.1, 0.414_947), (0.01, 0.752_721), (0.001, 0.912_845)] {
@@ -122,7 +122,7 @@ fn semi_infinite_isotropic_albedo() {
     }
 }
 
-/// Law 6: asymptotic theory (Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589) within its 2 %.
+/// Asymptotic theory (Kokhanovsky & Zege 2004, doi:10.1364/AO.43.001589) within its 2 %.
 #[test]
 fn asymptotic_transmittance() {
     let g = 0.7;
@@ -158,7 +158,7 @@ fn by_ordinates(slab: &Slab) -> Vec<Radiometry> {
     ordinates::solve(slab, &options).unwrap()
 }
 
-/// Law 7: dry snow depends on the load ρh only, and ln T of deep snow has the slope √(3 σ_a κ (1 − g)).
+/// Dry snow depends on the load ρh only, and ln T of deep snow has the slope √(3 σ_a κ (1 − g)).
 #[test]
 fn transmittance_depends_on_load_and_becomes_exponential() {
     let dense = SnowSample { density_kg_m3: 400.0, ..SnowSample::default() };
@@ -175,7 +175,7 @@ fn transmittance_depends_on_load_and_becomes_exponential() {
     assert!((slope / expected - 1.0).abs() < 1e-5, "{slope} {expected}");
 }
 
-/// Law 8, the paper's trends: T increases with grain size, decreases with facetness, density, thickness and angle, and
+/// The paper's trends: T increases with grain size, decreases with facetness, density, thickness and angle, and
 /// is larger in the blue than in the red.
 #[test]
 fn trends() {
@@ -222,7 +222,7 @@ fn estimate(values: &[f64]) -> Estimate {
 }
 
 /// Asymmetry of smooth grains and the ice path in smooth and rough ones, as in geometric optics without diffraction.
-/// The asymmetries are computed values with four digits, ± .0005.
+/// The asymmetries are computed values with four digits, ± 0.0005.
 #[test]
 fn single_grain_facts() {
     let near = |estimate: Estimate, expected: f64, what: &str| {
@@ -261,7 +261,7 @@ fn absorbing_sphere_without_refraction() {
     }
 }
 
-/// Asymmetry over the paper's population (Ψ .7–.9) at 550 nm, computed, ± .0003.
+/// Asymmetry over the paper's population (Ψ 0.7–0.9) at 550 nm, computed, ± 0.0003.
 #[test]
 fn asymmetry_of_the_papers_population() {
     use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
@@ -271,7 +271,7 @@ fn asymmetry_of_the_papers_population() {
         let demand = Demand::of_sample(&sample, &[550.0]);
         let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
         let asymmetry = tallies.medium(&sample, 550.0, None).scattering.asymmetry();
-        // Rounding of the third digit, the stated .0003, and 4 σ of this tally, were its rays independent: .45/2¹⁰.
+        // Rounding of the third digit, the stated 0.0003, and 4 σ of this tally, were its rays independent: 0.45/2¹⁰.
         assert!((asymmetry - g).abs() < 0.0005 + 0.0003 + 0.0018, "{facetness}: {asymmetry}, expected {g}");
     }
 }

@@ -247,7 +247,7 @@ fn profiles_of_a_snow_pack() {
             assert!((at.down.value - at.up.value - at.net.value).abs() < 1e-12, "{at:?}");
         }
         let errors = [whole.reflectance, whole.transmittance, whole.absorptance, last.down, last.e_folding_depth_cm];
-        // A tally of 2¹⁵ rays has standard errors of .1 to several per cent.
+        // A tally of 2¹⁵ rays has standard errors of 0.1 to several per cent.
         assert!(errors.iter().all(|e| e.standard_error > 0.0 && e.standard_error < 0.2 * e.value), "{errors:?}");
     }
     // Light penetrates deepest into coarse snow, then into loose fine snow, then into denser medium snow; and deeper in

@@ -11,7 +11,8 @@ fn henyey_greenstein(one_minus_albedo: f64, g: f64, depth: f64, cos_incidence: f
     medium.fluxes(depth, &[medium.beam(cos_incidence)])[0]
 }
 
-/// van de Hulst (1980), *Multiple Light Scattering*, Table 35: g = .75, ω = .9, τ = 2, normal incidence. Five figures.
+/// van de Hulst (1980), *Multiple Light Scattering*, Table 35: g = 0.75, ω = 0.9, τ = 2, normal incidence. Five
+/// figures.
 #[test]
 fn van_de_hulst_slab() {
     let fluxes = henyey_greenstein(0.1, 0.75, 2.0, 1.0, 32);
@@ -70,7 +71,7 @@ fn two_isotropic_layers() {
     }
 }
 
-/// Six layers of depth l and albedo .6 + .05 l, isotropic and with forward scattering: Devaux, Grandjean, Ishiguro &
+/// Six layers of depth l and albedo 0.6 + 0.05 l, isotropic and with forward scattering: Devaux, Grandjean, Ishiguro &
 /// Siewert (1979, Astrophys. Space Sci. 62, 225), Tables VI and VII, with the figures of DISORT's tests 9a and 9b at
 /// the depths 0, 1.05, 2.1, 6 and 21.
 #[test]

@@ -51,8 +51,8 @@ fn transmittance(sample: SnowSample, thickness_cm: f64, wavelength_nm: f64) -> f
     ordinates::solve(&slab, &OrdinatesOptions::default()).unwrap()[0].transmittance.value
 }
 
-/// Grains entirely in water at 550 nm, n = 1.3110/1.3347: 1 − g is .0040 for a smooth sphere, .0044 for the default
-/// grains, near the .004 expected.
+/// Grains entirely in water at 550 nm, n = 1.3110/1.3347: 1 − g is 0.0040 for a smooth sphere, 0.0044 for the default
+/// grains, near the 0.004 expected.
 #[test]
 fn grains_in_water_scatter_forward() {
     let one = |sphericity, facetness| SnowSample {
@@ -91,7 +91,7 @@ fn wet_snow_transmits_more_blue_light() {
     }
 }
 
-/// Law 2 in wet snow: under Lambertian light the mean path through ice, with n_water² times the path in grains in
+/// In wet snow: under Lambertian light the mean path through ice, with n_water² times the path in grains in
 /// water, is 2hφ n_ice².
 #[test]
 fn mean_ice_path_does_not_depend_on_water() {
@@ -119,7 +119,7 @@ fn absorption_of_black_carbon_adds_to_that_of_ice() {
     let clean = medium(&sooty(0.0), 500.0);
     let dirty = medium(&sooty(10.0), 500.0);
     let absorbed = |medium: &Medium| medium.extinction_per_m * medium.scattering.one_minus_albedo;
-    // 10⁻⁸ · 300 kg/m³ · 12,583 m²/kg · .6313.
+    // 10⁻⁸ · 300 kg/m³ · 12,583 m²/kg · 0.6313.
     assert!((absorbed(&dirty) - absorbed(&clean) - 0.02383).abs() < 2e-5);
     let rate = |medium: &Medium| {
         (3.0 * absorbed(medium) * medium.extinction_per_m * (1.0 - medium.scattering.asymmetry())).sqrt()

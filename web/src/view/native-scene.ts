@@ -11,7 +11,7 @@ function sceneModule(): Promise<WebAssembly.Module> {
   return module;
 }
 
-/** A worker of the module `scene`: its first message is the compiled module. `failed` hears if it cannot be loaded. */
+/** A worker of the module `scene`: its first message is the compiled module. `failed` is called if loading fails. */
 export function sceneWorker(script: string, failed: () => void): Worker {
   const worker = new Worker(new URL(script, import.meta.url), { type: "module" });
   worker.onerror = failed;

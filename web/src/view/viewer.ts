@@ -229,7 +229,7 @@ export class Viewer {
     this.change({ ...this.view!, lamps }, this.snow);
   }
 
-  /** A change from here, which the page hears of. */
+  /** A change made here, of which the page is notified. */
   private change(view: View, snow: Snow): void {
     this.apply(view, snow);
     this.events.change(structuredClone(view));

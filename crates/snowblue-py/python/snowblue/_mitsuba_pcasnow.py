@@ -165,7 +165,7 @@ class PCASnow:
         self.scene, self.snow, self.lamps = None, [], []
 
     def _unite(self, arrays: list[tuple[np.ndarray, np.ndarray]], solids: list[int]) -> None:
-        """Makes one mesh of all snow, whose triangles know their shape and solid."""
+        """Makes one mesh of all snow, whose triangles hold the numbers of their shape and solid."""
         counts = [len(triangles) for _, triangles in arrays]
         firsts = np.cumsum([0, *(len(vertices) for vertices, _ in arrays)])
         mesh = mi.Mesh("snow", int(firsts[-1]), sum(counts))
@@ -397,7 +397,7 @@ def _is_blocked(scene: Any, snow: tuple[Any, ...], exit: Any, target: Any, solid
 
 
 def _is_other(snow: tuple[Any, ...], ray: Any, hit: Any, solid: Any, own: Any, active: Any) -> Any:
-    """Whether a hit is on another shape of a solid: the mesh of all snow, which knows its shapes, is hit there too."""
+    """Whether a hit is on another shape of a solid: the mesh of all snow, which holds its shapes, is hit there too."""
     surfaces, solid_of, shape_of = snow
     same = surfaces.ray_intersect(ray, ray_flags=mi.RayFlags.Minimal, coherent=False, active=active)
     active = active & same.is_valid() & (dr.abs(same.t - hit.t) <= SAME_PLACE * (1 + dr.max(dr.abs(hit.p))))

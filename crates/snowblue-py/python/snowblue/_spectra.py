@@ -143,7 +143,7 @@ def layers(
         Each has `thickness_cm`, and arguments of :class:`Snow`.
     ground_albedo : float, 0 to 1
         On a ground that reflects, `transmittance` is the downward flux at the ground per incident flux. It may
-        exceed 1, since light is reflected to and fro.
+        exceed 1, since light is reflected back and forth.
     depth_cm : array
         Depths at which the fluxes `down`, `up` and `net` are computed, by discrete ordinates only. `e_folding_depth` is
         that of light deep in snow like that of the layer, far from all faces.

@@ -78,7 +78,7 @@ def _unsolved() -> float:
     that an exception here would concern scenes that are not rendered."""
     warnings.warn(
         "some snow is not solved for: only the integrator 'snow' renders it, with another its pixels are NaN; snow of "
-        "other scenes, which are not rendered now, is no matter",
+        "other scenes, which are not rendered now, does not matter",
         stacklevel=2,
     )
     return float("nan")
@@ -497,7 +497,7 @@ class _Field:
             raise ValueError(reason) from None
 
     def _put(self, shape: Any, one: dict[str, Any], parameters: Any) -> None:
-        """Replaces a mesh by the one whose vertices know the light."""
+        """Replaces a mesh by the one whose vertices hold the light."""
         name, baked = shape.id(), _baked(one, [])
         given = self._mesh(shape)
         positions = (baked.positions / self.unit_m).astype(np.float32)

@@ -32,7 +32,7 @@ const SKY_SAMPLES: u32 = 64;
 pub struct Relighting {
     /// Without its light field.
     scene: Scene,
-    /// That of the last light; it is taken and put back when it is solved for anew.
+    /// That of the last light; it is taken and put back when it is solved for again.
     field: Option<LightField>,
     surfaces: Vec<Surface>,
 }

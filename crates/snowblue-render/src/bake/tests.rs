@@ -433,7 +433,7 @@ fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
     assert!(count > 100, "{count}");
 }
 
-/// A wall receives .396 of the light that level ground receives under the overcast sky of the CIE:
+/// A wall receives 0.396 of the light that level ground receives under the overcast sky of the CIE:
 /// ∫ (1 + 2 cos θ)/3 sin²θ cos φ dθ dφ = 2 (π/4 + 2/3)/3 over the quarter of the sphere, and 7π/9 on the ground.
 #[test]
 fn a_wall_receives_its_share_of_an_overcast_sky() {

@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_pixel_is_repeated_once_its_noise_is_below_the_target() {
-        // The standard error of 64 samples of spread .4 is .05.
+        // The standard error of 64 samples of spread 0.4 is 0.05.
         for (target, is_done) in [(0.06, true), (0.04, false)] {
             let mut pixel = sums(64, 0.4);
             assert_eq!(repeat_if_done(&mut pixel, AOVS, [64, 16], target), is_done);

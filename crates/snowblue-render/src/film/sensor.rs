@@ -302,7 +302,7 @@ mod tests {
         for strength in [1e-3, 1.0, 70.0] {
             let sensor = Sensor::cie_1931().balanced(&(bulb.relative * strength)).unwrap();
             let LinearRgb { r, g, b } = sensor.albedo_rgb(&Spectrum::constant(0.5));
-            // D65 at 31 wavelengths is neutral within .4 %.
+            // D65 at 31 wavelengths is neutral within 0.4 %.
             assert!([r, g, b].iter().all(|channel| (channel / 0.5 - 1.0).abs() < 0.004), "{strength}: {r} {g} {b}");
         }
     }

@@ -276,7 +276,7 @@ mod tests {
         sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|bits| bits.map(corner)).collect()
     }
 
-    /// Two triangles upon each segment of a line in the plane of x and z, from y = 0 to 1.
+    /// Two triangles on each segment of a line in the plane of x and z, from y = 0 to 1.
     fn faces(strip: &[Vec3]) -> Vec<[Vec3; 3]> {
         let face = |pair: &[Vec3]| {
             let (a, b) = (pair[0], pair[1]);

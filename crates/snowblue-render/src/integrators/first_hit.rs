@@ -1,6 +1,6 @@
 //! What a sample's camera ray hits first, for channels beside the colour: the surface, and the snow behind it.
 //!
-//! It is asked anew, beside the path of light, so that pictures without such channels pay nothing for them.
+//! It is found separately from the path of light, so that pictures without such channels take no time for them.
 
 use snowblue_color::LinearRgb;
 

@@ -44,7 +44,7 @@ pub struct IntegratorSettings {
     /// The integrator.
     #[serde(rename = "type")]
     pub kind: IntegratorKind,
-    /// Paths per pixel.
+    /// Samples per pixel, each of one path.
     pub samples_per_pixel: u32,
     /// Standard error of a pixel relative to its luminance below which it gets no further samples.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -100,7 +100,7 @@ impl Layering {
                 return lengths_m.iter().map(|length_m| narrow(length_m / total_m)).collect();
             }
         }
-        // A cell with so little snow counts for next to nothing.
+        // A cell with so little snow has next to no weight.
         let mut top = vec![0.0; lengths_m.len()];
         top[0] = 1.0;
         top

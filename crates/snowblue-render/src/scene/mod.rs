@@ -113,7 +113,7 @@ impl Scene {
         self.light_field.as_ref().and_then(LightField::view_factor)
     }
 
-    /// Sets the number of paths per pixel.
+    /// Sets the number of samples per pixel.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
         self.integrator.samples_per_pixel = samples.max(1);
         self.description.integrator = self.integrator;

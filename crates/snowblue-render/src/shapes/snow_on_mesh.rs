@@ -1,4 +1,4 @@
-//! Snow upon a mesh: on all its faces that look upwards, raised vertically by the depth of the snow.
+//! Snow on a mesh: on all its faces that look upwards, raised vertically by the depth of the snow.
 //!
 //! Where such a face borders on one that does not look upwards, as at the side of a boulder, the snow ends in a wedge;
 //! where it borders on nothing, as at the edge of a map, in a wall. What lies above a face does not shelter it.
@@ -11,7 +11,7 @@ use crate::geometry::ray::narrow;
 use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::shapes::sheet::{Sheet, SheetVertex};
 
-/// The solid of snow upon a mesh with z upwards. `depth_m` is the depth at a vertex, by its number and its texture
+/// The solid of snow on a mesh with z upwards. `depth_m` is the depth at a vertex, by its number and its texture
 /// coordinates, and 0 where there is none; the underside lies `gap_m` above the mesh.
 ///
 /// # Errors

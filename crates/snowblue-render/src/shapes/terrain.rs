@@ -46,11 +46,11 @@ pub(crate) struct Terrain {
 pub(crate) enum Filling {
     /// All below the heights, down to a level in m.
     Below(f64),
-    /// Snow upon the heights.
+    /// Snow on the heights.
     Snow(SnowCover),
 }
 
-/// Snow upon ground.
+/// Snow on ground.
 #[derive(Debug)]
 pub(crate) struct SnowCover {
     /// Depth of the snow.

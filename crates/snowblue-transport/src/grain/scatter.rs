@@ -1,7 +1,7 @@
 //! Scattering by a grain: the direction in which light leaves it, and its path through the ice.
 //!
 //! Light is reflected or enters, crosses the ice in straight segments between interfaces, and leaves. Grains that are
-//! nearly smooth trap some light: below a roughness of about .025 the distribution of ice paths is heavy-tailed. The
+//! nearly smooth trap some light: below a roughness of about 0.025 the distribution of ice paths is heavy-tailed. The
 //! mean ice path is discontinuous at roughness 0: it is n² times the mean chord for any roughness above 0. A facetness
 //! of 0 is smooth.
 //!
@@ -11,7 +11,8 @@ use super::microsurface::{Outcome, interact};
 use super::spheroid::{Frame, Hit, Spheroid};
 use crate::rng::Stream;
 
-/// Roughness α of the microsurface per unit of facetness: α = .25 f. With it f = .5 has the asymmetry of natural snow.
+/// Roughness α of the microsurface per unit of facetness: α = 0.25 f. The factor is our choice: with it f = 0.5 has the
+/// asymmetry of natural snow.
 pub const ROUGHNESS_PER_FACETNESS: f64 = 0.25;
 
 /// The optical properties of a grain, except its size.

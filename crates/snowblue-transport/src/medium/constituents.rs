@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::optics::impurity::{Impurities, Substance};
 
-    /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb .024 per metre at 500 nm: 12,583 m²/kg · (1 − .3687) ·
+    /// 10 ng/g of black carbon in snow of 300 kg/m³ absorb 0.024 per metre at 500 nm: 12,583 m²/kg · (1 − 0.3687) ·
     /// 3·10⁻⁶.
     #[test]
     fn absorption_is_proportional_to_the_mass_of_black_carbon() {
@@ -111,7 +111,7 @@ mod tests {
         let wet = Constituents::new(&SnowSample { water_saturation: 0.25, ..SnowSample::default() }, 600.0);
         assert!((wet.scatterer_extinction_per_m() / dry.scatterer_extinction_per_m() - 1.0).abs() < 1e-15);
         assert!((wet.in_water.extinction_per_m / wet.in_air.extinction_per_m - 1.0 / 3.0).abs() < 1e-15);
-        // φ = 300/917.7, n = 1.33302 and γ = .23525/m.
+        // φ = 300/917.7, n = 1.33302 and γ = 0.23525/m.
         let expected = (1.0 - 300.0 / 917.701_5) * 0.25 * 1.333_02 * 1.333_02 * 0.235_25;
         assert!((wet.pore_absorption_per_m / expected - 1.0).abs() < 1e-6);
         assert!(dry.pore_absorption_per_m.abs() < f64::MIN_POSITIVE && dry.particles.is_empty());

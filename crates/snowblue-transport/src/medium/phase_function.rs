@@ -51,7 +51,8 @@ pub struct PhasePlan {
 }
 
 impl Default for PhasePlan {
-    /// 1 − g has a standard error of .3 % in dry and .5 % in wet snow, and p of 15 % in a single bin behind the grain.
+    /// 1 − g has a standard error of 0.3 % in dry and 0.5 % in wet snow, and p of 15 % in a single bin behind the
+    /// grain.
     fn default() -> Self {
         Self { rays: 1 << 16, seed: 1 }
     }
@@ -111,7 +112,7 @@ impl PhaseFunction {
 
     /// The phase function of Henyey & Greenstein (1941), (1 − g²)/(1 + g² − 2g cos Θ)^{3/2}/4π.
     ///
-    /// The bins resolve it for g between −.98 and .98.
+    /// The bins resolve it for g between −0.98 and 0.98.
     #[must_use]
     pub fn henyey_greenstein(asymmetry: f64) -> Self {
         let values = (0..BINS.0).map(|bin| henyey_greenstein_per_sr(asymmetry, cosine(middle(bin))));
@@ -296,7 +297,7 @@ mod tests {
         grains.into_iter().chain(formulas).collect()
     }
 
-    /// By the midpoint rule in Θ, which knows nothing of the bins.
+    /// By the midpoint rule in Θ, which does not depend on the bins.
     #[test]
     fn every_phase_function_has_norm_one_and_its_asymmetry() {
         let count = 1_u32 << 16;
@@ -342,7 +343,7 @@ mod tests {
             let function = PhaseFunction::of_sample(&sample, 500.0, &PhasePlan { rays: 1 << 18, seed: 9 });
             let found = function.unwrap().asymmetry();
             assert!((found - expected).abs() < 4.0 * 2.0_f64.sqrt() * deviation, "{found} {expected} ± {deviation}");
-            // .2 % of 1 − g.
+            // 0.2 % of 1 − g.
             assert!(deviation < 2e-3 * (1.0 - expected), "{deviation}");
         }
     }

@@ -1,5 +1,5 @@
 //! The last tallies of the process. A tally takes most of the time of a spectrum and depends on the grains only, not on
-//! the thickness, density or light: whoever varies these waits once.
+//! the thickness, density or light: where only these vary, it is computed once.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};

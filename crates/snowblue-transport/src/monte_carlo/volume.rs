@@ -6,7 +6,7 @@
 //! index of ice alone: walks at a few nodes of the index serve all wavelengths, each with its weights of the nodes.
 //!
 //! Scattering events are precomputed, a million at each node, and a walk takes them in order from a random start:
-//! scattering by a grain does not depend on the position of the light. The finite list leaves a standard error of .4 %
+//! scattering by a grain does not depend on the position of the light. The finite list leaves a standard error of 0.4 %
 //! in 1 − ⟨cos Θ⟩, to which light through deep snow is proportional.
 //!
 //! **The phase function** serves next-event estimation: from each scattering event straight to a light source. It is
@@ -319,7 +319,7 @@ mod tests {
                 // precision.
                 let allowed = 0.011 * expected + 3e-6;
                 assert!((1.0 - albedo - expected).abs() < allowed, "{wavelength_nm}: {albedo} {expected}");
-                // The deviation of the cosine is .4: 4 σ of 2¹⁸ grains on both sides are .0044. Bins add less than
+                // The deviation of the cosine is 0.4: 4 σ of 2¹⁸ grains on both sides are 0.0044. Bins add less than
                 // 10⁻⁴.
                 let asymmetry = medium.scattering.asymmetry();
                 assert!((along / albedo - asymmetry).abs() < 0.0045, "{wavelength_nm}: {} {asymmetry}", along / albedo);

@@ -192,7 +192,7 @@ mod tests {
             let count = 100_000;
             let uniform = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
             let mean = (0..count).map(|i| henyey_greenstein(g, uniform(i))).sum::<f64>() / f64::from(count);
-            // The rule's error is f'' h²/24, and f'' is 10⁴ at the most, at g = .96.
+            // The rule's error is f'' h²/24, and f'' is 10⁴ at the most, at g = 0.96.
             assert!((mean - g).abs() < 1e-7, "{g} {mean}");
         }
         let (g, s) = (0.7_f64, 0.3);

@@ -9,7 +9,7 @@ use crate::rng::Stream;
 
 /// Steps of the cosine of incidence.
 const CELLS: u32 = 16;
-/// Walks at each cosine: the displacement has a standard error of .02 transport mean free paths.
+/// Walks at each cosine: the displacement has a standard error of 0.02 transport mean free paths.
 const WALKS: u32 = 1 << 13;
 
 /// Where walks end that enter a half-space: those that come to a scattering deeper than a bound.

@@ -130,15 +130,15 @@ impl Ice {
 
     /// Absorption coefficient of ice, in 1/m: γ = 4π k / λ.
     ///
-    /// # Panics
-    /// Outside the table: below 199 nm or, for Picard 2016, 320 nm; beyond 4099 nm.
-    ///
     /// Ice absorbs red some 200 times as strongly as blue (Warren & Brandt 2008):
     /// ```
     /// # use snowblue_transport::optics::Ice;
     /// let ice = Ice::warren_brandt_2008();
     /// assert!(ice.absorption_per_m(700.0) > 150.0 * ice.absorption_per_m(450.0));
     /// ```
+    ///
+    /// # Panics
+    /// Outside the table: below 199 nm or, for Picard 2016, 320 nm; beyond 4099 nm.
     #[must_use]
     pub fn absorption_per_m(&self, wavelength_nm: f64) -> f64 {
         match self.table {
@@ -149,7 +149,9 @@ impl Ice {
     }
 }
 
-/// Density of ice in kg/m³: 917 − 0.1403 T, with T in °C (linear fit of the thermal expansion from −60 to 0 °C).
+/// Density of ice in kg/m³: 917 − 0.1403 T, with T in °C, here from −60 to 0 °C (Pounder 1965, *The Physics of Ice*, as
+/// quoted by Cox & Weeks 1983, "Equations for determining the gas and brine volumes in sea-ice samples", Journal of
+/// Glaciology 29, 306).
 #[must_use]
 pub fn density_kg_m3(temperature_c: f64) -> f64 {
     917.0 - 0.1403 * temperature_c

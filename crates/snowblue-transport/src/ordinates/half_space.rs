@@ -36,7 +36,7 @@ use crate::quadrature::Quadrature;
 
 /// Gauss nodes of a hemisphere.
 const NODES: usize = 24;
-/// Azimuthal modes of multiple scattering. With more, R₀ of dry snow changes by less than 10⁻³ for cosines above .05.
+/// Azimuthal modes of multiple scattering. With more, R₀ of dry snow changes by less than 10⁻³ for cosines above 0.05.
 const MODES: usize = 12;
 /// Cells of the reflection table in √μ and in √μ₀.
 const CELLS: usize = 64;
@@ -138,7 +138,7 @@ impl HalfSpace {
         first + part * (last - first)
     }
 
-    /// The extrapolation length q, in transport mean free paths 1/(κ(1 − g)): .7104 for isotropic scattering.
+    /// The extrapolation length q, in transport mean free paths 1/(κ(1 − g)): 0.7104 for isotropic scattering.
     #[must_use]
     pub fn extrapolation(&self) -> f64 {
         self.extrapolation
@@ -421,7 +421,7 @@ mod tests {
         }
     }
 
-    /// A thick slab of the discrete-ordinates engine, which knows no half-space, transmits K(μ₀) T.
+    /// A thick slab of the discrete-ordinates engine, which has no half-space, transmits K(μ₀) T.
     #[test]
     fn thick_slabs_transmit_by_the_escape_function() {
         for phase in functions() {
@@ -439,8 +439,8 @@ mod tests {
         }
     }
 
-    /// Random walks with a join to the eye at each scattering: radiance away from the light source less that towards
-    /// it. Deep light has forgotten its azimuth, so walks of 100 scatterings suffice.
+    /// Random walks with next-event estimation towards the eye at each scattering: radiance away from the light source
+    /// less that towards it. Deep light does not depend on the azimuth, so walks of 100 scatterings suffice.
     #[test]
     fn azimuths_agree_with_random_walks() {
         let phase = PhaseFunction::henyey_greenstein(0.7);

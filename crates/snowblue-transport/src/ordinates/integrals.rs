@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn exponential_integral_matches_abramowitz_and_stegun_table_5_4() {
-        // E₃(0) = 1/2 exactly; E₃(1) = .1096920 (Table 5.4, 7 figures); E₃(5) from E₁(5) = .001148296 by recurrence.
+        // E₃(0) = 1/2 exactly; E₃(1) = 0.1096920 (Table 5.4, 7 figures); E₃(5) from E₁(5) = 0.001148296 by recurrence.
         for (tau, expected, tolerance) in [(0.0, 0.5, 1e-12), (1.0, 0.109_692_0, 5e-8), (5.0, 8.778e-4, 5e-8)] {
             assert!((third_exponential_integral(tau) - expected).abs() < tolerance, "{tau}");
         }

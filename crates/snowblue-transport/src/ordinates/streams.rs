@@ -2,7 +2,7 @@
 //!
 //! The error comes from the integration over angle with few directions and from the δ-M forward peak. It grows towards
 //! the horizon, where only the topmost grains scatter the beam. Worst relative error of T against 128 streams on the
-//! paper's grid (100–500 µm, facetness .1–.9, 200–400 kg/m³, 1–50 cm, 400–700 nm):
+//! paper's grid (100–500 µm, facetness 0.1–0.9, 200–400 kg/m³, 1–50 cm, 400–700 nm):
 //!
 //! ```text
 //! streams       8        12        16        32        48
@@ -14,9 +14,9 @@
 //! diffuse  2.0e-5    1.6e-6    3.4e-7    7.2e-9    8e-10
 //! ```
 //!
-//! Grains in water, and algae, scatter so far forward (1 − g ≈ .004) that they take more streams for the same errors.
+//! Grains in water, and algae, scatter so far forward (1 − g ≈ 0.004) that they take more streams for the same errors.
 //! Worst relative error of T against 128 or 192 streams, saturated snow (half-saturated snow a third to a tenth of it),
-//! .01–50 cm, 400–1200 nm:
+//! 0.01–50 cm, 400–1200 nm:
 //!
 //! ```text
 //! streams      16        32        48        64        96       128
@@ -31,7 +31,7 @@
 //! There the error of the reflectance is larger than that of the transmittance: where a thin saturated layer sends back
 //! 10⁻⁴, a hundredth of that is off at 64 streams.
 //!
-//! In dry layers of .0005–.5 cm, 16 streams keep 8·10⁻⁵ up to 80° and in diffuse light, and 48 keep 6·10⁻⁵ at 89°.
+//! In dry layers of 0.0005–0.5 cm, 16 streams keep 8·10⁻⁵ up to 80° and in diffuse light, and 48 keep 6·10⁻⁵ at 89°.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Snow as people describe it: by what they know of it.
+//! Snow by the properties that are known.
 
 use super::grain_size::GrainSize;
 use super::snow_sample::SnowSample;

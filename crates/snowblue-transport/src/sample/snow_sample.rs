@@ -108,7 +108,7 @@ impl SnowSample {
 }
 
 impl Default for SnowSample {
-    /// Sizes 350–450 µm, sphericity .7–.9 about .8 ± .1, facetness .3 (.2–.4 ± .075), 300 kg/m³, −5 °C, dry and
+    /// Sizes 350–450 µm, sphericity 0.7–0.9 about 0.8 ± 0.1, facetness 0.3 (0.2–0.4 ± 0.075), 300 kg/m³, −5 °C, dry and
     /// clean.
     fn default() -> Self {
         Self {

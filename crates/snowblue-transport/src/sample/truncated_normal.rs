@@ -30,7 +30,7 @@ impl TruncatedNormal {
         Self { min: value, max: value, mean: value, standard_deviation: 0.0 }
     }
 
-    /// The facetness distribution that a mean represents: mean ± .1 within 0–1, standard deviation .075.
+    /// The facetness distribution that a mean represents: mean ± 0.1 within 0–1, standard deviation 0.075.
     #[must_use]
     pub fn facetness_around(mean: f64) -> Self {
         Self {

@@ -187,8 +187,8 @@ impl<'a> Film<'a> {
         Failure::Input(format!("{}: cannot be resumed: {reason}", self.names.path(number).display()))
     }
 
-    /// One exposure for all frames whose exposure is automatic and matters: the least of some frames, to which the
-    /// brightest asks. To a hundredth of a stop, so that it does not depend on the machine.
+    /// One exposure for all frames, if it is automatic and has an effect: the exposure of the brightest of some frames,
+    /// rounded to a hundredth of a stop so that it does not depend on the machine.
     fn automatic_exposure(&self, scene: &mut Option<Scene>) -> Result<Option<Exposure>, Failure> {
         let is_automatic = self.frame(0)?.description.film.exposure == Exposure::Auto;
         if !is_automatic || (self.format == PictureFormat::Exr && !self.picture(0)?.keeps_sums) {
@@ -213,7 +213,7 @@ impl<'a> Film<'a> {
                 Ok((built, film))
             })?;
             *scene = Some(built);
-            // A dark frame asks for no exposure.
+            // A dark frame has no exposure of its own.
             if film.metered_pixels().any(|pixel| pixel.y > 0.0) {
                 let factor = film.display_factor(Exposure::Auto);
                 least = Some(least.map_or(factor, |least| least.min(factor)));

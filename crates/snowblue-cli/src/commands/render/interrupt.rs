@@ -16,13 +16,13 @@ static LISTENING: AtomicBool = AtomicBool::new(false);
 /// The file that may be half written.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// What the program says if a signal ends it at once; none while there is something to write.
+/// The message if a signal ends the program at once; none while there is something to write.
 static AT_ONCE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Time within which signals count as one: `timeout -s INT` signals the process and its group.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
-/// Installs the signal handler, or tells it the next file. The first signal sets the flag of [`is_requested`]; one more
+/// Installs the signal handler, or sets its next file. The first signal sets the flag of [`is_requested`]; one more
 /// ends the program at once and removes the unfinished file of `output`.
 pub(super) fn listen(output: &Path) -> Outcome {
     if let Ok(mut unfinished) = UNFINISHED.lock() {

@@ -1,7 +1,7 @@
 //! Snow by random walks that end in the light field inside.
 //!
 //! A walk enters where a camera ray hits snow and goes from grain to grain backwards, as the reference integrator's
-//! does. At each scattering it joins the lights. Once a scattering x lies deeper than [`EndDepth`] below the nearest
+//! does. Each scattering has next-event estimation. Once a scattering x lies deeper than [`EndDepth`] below the nearest
 //! surface, light there is diffuse: with the walk's next direction w, the radiance from there is φ(x + ℓ* w)/4π
 //! (Wang & Jacques 1993; Li, Pellacini & Torrance 2005). So walks are short, and hold at edges and in small bodies,
 //! where the light field at the surface does not.

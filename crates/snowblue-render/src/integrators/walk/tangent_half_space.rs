@@ -9,8 +9,8 @@
 //! ```
 //!
 //! at the depth z and the displacement s along the surface, where t is the direction of the ray along the surface and
-//! C the mean displacement of the walks that end inside (`WalkEnds`). The walk in the half-space joins the same
-//! lights, finds H/π where it leaves, and φ/4π where it ends.
+//! C the mean displacement of the walks that end inside (`WalkEnds`). The walk in the half-space has next-event
+//! estimation of the same lights, finds H/π where it leaves, and φ/4π where it ends.
 //!
 //! φ and its gradient are those of the body's light field a few ℓ* below the entry, the depth z′ where walks end. With
 //! r = (q + z)/(q + z′), φ(z) = r φ(z′) + 4 (1 − r) E. The mean holds for any values, so neither the light field nor H

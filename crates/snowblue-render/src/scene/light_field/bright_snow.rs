@@ -1,6 +1,6 @@
 //! Directions towards bright snow, for the reflection at other surfaces.
 //!
-//! The light field knows what the surface of all snow sends out. So floors and walls need not find the bright places of
+//! The light field holds what the surface of all snow sends out. So floors and walls need not find the bright places of
 //! snow by chance: half of their rays go to patches of the surface, chosen by the light that each may send to the
 //! point. The estimate is unbiased by the density of the mixture (one-sample model of Veach & Guibas 1995, "Optimally
 //! combining sampling techniques for Monte Carlo rendering", doi:10.1145/218380.218498).

@@ -468,7 +468,7 @@ impl<'a> PreparedBody<'a> {
         let sizes = sizes.as_ref().map(|sizes| sizes as &dyn CellSizes);
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
-        // The extrapolation lengths of kinds of snow differ by less than .002.
+        // The extrapolation lengths of kinds of snow differ by less than 0.002.
         let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
         drop(of_cell);
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })
