@@ -31,9 +31,10 @@ pub enum TransportError {
     },
     /// A mean grain size whose range of ± 50 µm leaves the model's range.
     #[error(
-        "mean grain size is {mean_um} µm, but its range of ± 50 µm would start below 20 µm; give the range as MIN:MAX"
+        "mean grain size is {mean_um} µm, but its range of ± 50 µm must lie in 20–5000 µm: give a mean of 70–4950 µm, \
+         or the range as MIN:MAX"
     )]
-    MeanTooSmall {
+    MeanSize {
         /// Mean given, in µm.
         mean_um: f64,
     },

@@ -189,3 +189,35 @@ fn read_layer(table: &LayerTable, ice: IceTable) -> Result<Layer, LayerFileError
 fn parsed<K, V>(key: &Spanned<K>, parse: impl Fn(&K) -> Result<V, TransportError>) -> Result<V, LayerFileError> {
     parse(key.get_ref()).map_err(|error| LayerFileError::at(key.span(), error))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::SnowSample;
+
+    #[test]
+    fn values_are_numbers_or_lists() {
+        let text = "[[layer]]\nthickness_cm = 3\ngrain_size_um = 200\nfacetness = 0.5\nsphericity = 0.9\n\
+                    [[layer]]\nthickness_cm = 2\ngrain_size_um = [100, 300]\nfacetness = [0, 1, 0.5, 0.2]\n";
+        let [one, other] = LayerFile::parse(text).unwrap().layers[..] else { panic!("two layers") };
+        let ends = |sample: &SnowSample| (sample.grain_size.min_um, sample.grain_size.max_um);
+        assert_eq!((ends(&one.sample), ends(&other.sample)), ((150.0, 250.0), (100.0, 300.0)));
+        assert_eq!(one.sample.facetness, TruncatedNormal::facetness_around(0.5));
+        assert_eq!(one.sample.sphericity, TruncatedNormal::exactly(0.9));
+        let wide = TruncatedNormal { min: 0.0, max: 1.0, mean: 0.5, standard_deviation: 0.2 };
+        assert_eq!(other.sample.facetness, wide);
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        for (layer, expected) in [
+            ("thickness_cm = 3\ngrain_size_um = 12000", "12000 µm"),
+            ("thickness_cm = 3\ngrain_size_um = [1, 2, 3]", "3"),
+            ("thickness_cm = 3\nfacetness = \"rough\"", "number or a list of numbers"),
+            ("thickness_cm = -3", "thickness is -3 cm"),
+        ] {
+            let error = LayerFile::parse(&format!("[[layer]]\n{layer}\n")).unwrap_err();
+            assert!(error.reason.contains(expected), "{}", error.reason);
+        }
+    }
+}

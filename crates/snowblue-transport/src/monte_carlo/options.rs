@@ -49,3 +49,16 @@ pub(super) fn cos_incidence(incidence: Incidence, stream: &mut Stream) -> f64 {
         Incidence::Diffuse => stream.uniform().sqrt(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_ray_has_no_error_and_too_many_are_refused() {
+        assert!(check_rays(2).is_ok() && check_rays(1_000_000_000_000).is_ok());
+        let message = check_rays(1).unwrap_err().to_string();
+        assert_eq!(message, "number of rays is 1, but must lie in 2–1000000000000");
+        assert!(check_rays(1_000_000_000_001).is_err());
+    }
+}

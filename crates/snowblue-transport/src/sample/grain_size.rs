@@ -23,16 +23,13 @@ impl GrainSize {
     /// The range that a mean greatest extension represents: mean ± 50 µm.
     ///
     /// # Errors
-    /// [`TransportError::MeanTooSmall`] if the range would start below 20 µm, [`TransportError::OutOfRange`] if it
-    /// would end above 5000 µm.
+    /// [`TransportError::MeanSize`] if the range would start below 20 µm or end above 5000 µm.
     pub fn around(mean_um: f64) -> Result<Self, TransportError> {
         let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
-        if min_um < GRAIN_SIZE_RANGE.least {
-            return Err(TransportError::MeanTooSmall { mean_um });
+        if GRAIN_SIZE_RANGE.check_interval(min_um, max_um).is_err() {
+            return Err(TransportError::MeanSize { mean_um });
         }
-        let size = Self { min_um, max_um, measure: SizeMeasure::default() };
-        size.check()?;
-        Ok(size)
+        Ok(Self { min_um, max_um, measure: SizeMeasure::default() })
     }
 
     /// Grains of one optical diameter with a given specific surface area SSA = S/(V ρ_ice), in m²/kg.

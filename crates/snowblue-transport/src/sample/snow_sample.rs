@@ -132,7 +132,12 @@ mod tests {
     fn messages_name_quantity_value_range_and_unit() {
         let sample = SnowSample { density_kg_m3: 1200.0, ..SnowSample::default() };
         assert_eq!(sample.check().unwrap_err().to_string(), "density is 1200 kg/m³, but must lie in 10–900 kg/m³");
-        assert!(GrainSize::around(60.0).unwrap_err().to_string().contains("below 20 µm"));
+        for mean_um in [60.0, 12_000.0] {
+            let message = GrainSize::around(mean_um).unwrap_err().to_string();
+            assert!(message.contains(&format!("{mean_um} µm")) && message.contains("70–4950 µm"), "{message}");
+        }
+        let sample = SnowSample { facetness: TruncatedNormal::facetness_around(1.3), ..SnowSample::default() };
+        assert_eq!(sample.check().unwrap_err().to_string(), "facetness is 1.3, but must lie in 0–1");
     }
 
     #[test]

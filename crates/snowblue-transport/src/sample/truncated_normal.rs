@@ -112,6 +112,7 @@ impl TruncatedNormal {
     }
 
     pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), TransportError> {
+        range.check(self.mean)?;
         range.check_interval(self.min, self.max)?;
         ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;
         deviations.check(self.standard_deviation)
