@@ -17,6 +17,7 @@ use crate::commands::sky::Sky;
 use crate::commands::slab::Slab;
 use crate::commands::spectrum::Spectrum;
 use crate::commands::swatch::Swatch;
+use crate::options::parse;
 
 /// Predicts the blue of light through snow from what the snow is made of
 #[derive(Debug, Parser)]
@@ -37,7 +38,7 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
     /// Number of threads [1–1024; default: one for each core]; results do not depend on it
     #[arg(
-        long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024),
+        long, global = true, value_name = "N", value_parser = parse::whole_number::<u16>(1..=1024),
         help_heading = "Global options"
     )]
     pub(crate) threads: Option<u16>,

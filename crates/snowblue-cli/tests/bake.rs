@@ -26,6 +26,13 @@ fn a_scene_of_any_integrator_is_baked() {
     let header = String::from_utf8_lossy(&bytes[..bytes.len().min(8000)]).into_owned();
     let names = ["comment lamp_0: point", "max_bounces: 0", "property float lamp_0_400nm", "property float sky_700nm"];
     assert_names(&header, &names);
+    // The cells of the light field set the default of the vertices.
+    let baked = |step_mm: &str| {
+        let output = file("cells.glb");
+        stdout(&["bake", scene, "--field-memory-mib", "16", "--field-step-mm", step_mm, "-o", &output]);
+        std::fs::metadata(output).unwrap().len()
+    };
+    assert!(baked("60") < baked("30"));
     // What was baked is snow again.
     let text = std::fs::read_to_string(scene).unwrap();
     let place = text.find("shape = \"box\"").unwrap();
@@ -46,6 +53,7 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
     assert_refused(&["bake", scene, "--spectrum", "-o", &file("snow.glb")], &["snow.glb", "--spectrum", ".ply"]);
     assert_refused(&["bake", scene, "-o", &file("missing/snow.glb")], &["missing/snow.glb", "folder"]);
     assert_refused(&["bake", scene, "--step-mm", "0", "-o", &file("a.glb")], &["0 mm", "0.01–100000 mm"]);
+    assert_refused(&["bake", scene, "--field-memory-mib", "8", "-o", &file("a.glb")], &["'8'", "16–1048576"]);
     let many = ["4194304 vertices", "0.1 mm", "--step-mm"];
     assert_refused(&["bake", scene, "--step-mm", "0.1", "-o", &file("a.glb")], &many);
     let bare = "[camera]\nposition = [0, -9, 9]\nlook_at = [0, 0, 0]\n[environment]\nradiance_w_m2_sr = 1\n";

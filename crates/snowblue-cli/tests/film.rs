@@ -76,7 +76,7 @@ fn a_frame_is_the_same_alone_and_in_a_film() {
     let folder = Folder::new(&format!("{CAMERA}{LAMP}"));
     let printed = folder.render("whole_{}.exr", &["--frames", "3"]);
     // The first lamp is dark in the first frame, and the second does not change.
-    assert_names(&printed, &["whole_0000.exr: 1 light fields solved", "whole_0002.exr: 1 light fields solved"]);
+    assert_names(&printed, &["whole_0000.exr: 1 light field solved", "whole_0002.exr: 1 light field solved"]);
     let part = ["--frames", "3", "--frame-range"];
     folder.render("part_{}.exr", &[&part[..], &["1:3"]].concat());
     folder.render("part_{}.exr", &[&part[..], &["0:1", "--threads", "1"]].concat());
@@ -100,6 +100,8 @@ fn only_a_camera_that_moves_solves_for_no_light() {
     let printed = folder.render("film_{}.png", &["--frames", "3", "--exposure", "0"]);
     let solved: Vec<&str> = printed.lines().map(|line| line.rsplit_once(": ").unwrap().1).collect();
     assert_eq!(solved, ["2 light fields solved", "0 light fields solved", "0 light fields solved"]);
+    let printed = folder.render("slab_{}.png", &["--frames", "2", "--exposure", "0", "--integrator", "pcasnow"]);
+    assert_eq!(printed, "", "no light field");
 }
 
 #[test]
@@ -114,7 +116,10 @@ fn finished_frames_are_kept_and_others_refused() {
     assert!(!printed.contains("film_0001.png"), "{printed}");
     assert_eq!(std::fs::metadata(folder.path("film_0001.png")).unwrap().modified().unwrap(), before);
     folder.assert_same_films("whole_{}.png", "film_{}.png");
-    assert_eq!(folder.render("film_{}.png", &film).trim(), "3 of 3 frames are finished");
+    let again = folder.render("film_{}.png", &film);
+    let lines: Vec<&str> = again.lines().collect();
+    assert!(lines.len() == 2 && lines[0].starts_with("exposure: "), "{again}");
+    assert_eq!(lines[1], "3 of 3 frames are finished");
     // All have the exposure of the brightest.
     let exposures = ["0000", "0001", "0002"].map(|number| folder.record(&format!("film_{number}.png")).exposure);
     assert!(matches!(exposures[0], Exposure::Stops(_)) && exposures[1..].iter().all(|one| *one == exposures[0]));
@@ -129,9 +134,16 @@ fn finished_frames_are_kept_and_others_refused() {
     ] {
         folder.assert_refused("film_{}.png", &[&more[..], &["--noise-target", "0.1", "--resume"]].concat(), expected);
     }
+    // So are frames of another exposure, whether or not a frame is missing.
+    let bright = [&film[..], &["--exposure", "3"]].concat();
+    let expected = ["film_0000.png: cannot be resumed", "exposure is", "not 3"];
+    folder.assert_refused("film_{}.png", &bright, &expected);
+    folder.render("other_{}.png", &bright);
+    assert_eq!(folder.render("other_{}.png", &bright).trim(), "3 of 3 frames are finished");
+    let automatic = [&film[..], &["--exposure", "auto", "--quiet"]].concat();
+    folder.assert_refused("other_{}.png", &automatic, &["other_0000.png: cannot be resumed", "exposure is 3, not"]);
     std::fs::remove_file(folder.path("film_0001.png")).unwrap();
-    let expected = ["film_0000.png", "exposure is", "not 3"];
-    folder.assert_refused("film_{}.png", &[&film[..], &["--exposure", "3"]].concat(), &expected);
+    folder.assert_refused("film_{}.png", &[&bright[..], &["--quiet"]].concat(), &expected);
     std::fs::write(folder.path("film_0001.png"), "no picture").unwrap();
     folder.assert_refused("film_{}.png", &film, &["film_0001.png", "no frame of a film"]);
     // An EXR with a noise target, and with AOVs.
@@ -197,10 +209,12 @@ fn what_makes_no_film_is_refused_in_one_line() {
         ("film_{}.jpg", vec!["--frames", "3"], &["film_0000.jpg", ".png or .exr"]),
         ("no/film_{}.png", vec!["--frames", "3"], &["no/film_0000.png", "folder does not exist"]),
         ("film_{}.png", vec!["--frames", "1"], &["--frames", "1"]),
-        ("film_{}.png", vec!["--frame-range", "0:1"], &["--frames"]),
+        ("film_{}.png", vec!["--frame-range", "0:1"], &["{} stands for the number of a frame: give --frames N"]),
+        ("film_{}.png", vec![], &["film_{}.png: {} stands for the number of a frame: give --frames N"]),
+        ("film.png", vec!["--frame-range", "0:1"], &["--frame-range has no effect", "--frames N"]),
         ("film_{}.png", vec!["--frames", "3", "--frame-range", "1:4"], &["--frame-range ends at 4", "3 frames"]),
         ("film_{}.png", vec!["--frames", "3", "--aovs", "normal"], &["--aovs", ".exr"]),
-        ("film_{}.png", vec!["--frames", "3", "--width", "0"], &["film.width is 0"]),
+        ("film_{}.png", vec!["--frames", "3", "--width", "0"], &["--width", "'0'", "1–16384"]),
         ("film_{}.exr", vec!["--frames", "3", "--crop", "0:40,0:2"], &["--crop ends at 40,2"]),
         ("film_{}.png", vec!["--frames", "3", "--check"], &["--check"]),
     ];

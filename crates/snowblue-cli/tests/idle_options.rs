@@ -55,6 +55,11 @@ fn options_without_effect_are_refused() {
             &["--field-memory-mib", "64"],
             "the integrator pcasnow solves for no light field",
         ),
+        (
+            &["render", "--scene", "block_30cm", "--integrator", "diffusion", "-o", "a.png"],
+            &["--path", "normal"],
+            "the integrator diffusion has no path modes",
+        ),
     ]
     .into_iter()
     .map(|(command, option, why)| {
@@ -69,6 +74,7 @@ fn options_without_effect_are_refused() {
         assert_refused(&arguments, &[&format!("{option} has no effect: "), why]);
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
+    assert_refused(&["render", "my.toml", "--list-scenes"], &["SCENE has no effect: --list-scenes lists all scenes"]);
 }
 
 /// Options that matter are not refused: a kind of snow of which one quantity is left, and the seed of the ordinates.
@@ -80,4 +86,10 @@ fn options_with_effect_are_taken() {
     assert_ne!(with(&["--snow", "firn", "--grain-size", "400"]), with(&["--grain-size", "400"]));
     assert_ne!(with(&["--seed", "2"]), with(&[]));
     assert!(snowblue(&["render", "--scene", "block_30cm", "--check", "--format", "csv"]).status.success());
+    let picture = |integrator: &[&str]| {
+        let small = ["--width", "6", "--height", "4", "--spp", "1", "--path", "view", "-o", "-"];
+        snowblue(&[&["render", "--scene", "block_30cm"], &small[..], integrator].concat()).stdout
+    };
+    let by_path_mode = picture(&[]);
+    assert!(by_path_mode.starts_with(b"\x89PNG") && by_path_mode == picture(&["--integrator", "pcasnow"]));
 }

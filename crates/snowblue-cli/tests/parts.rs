@@ -116,6 +116,16 @@ fn parts_merge_to_the_whole_picture() {
     let parts = ["d.exr", "a.exr", "c.exr", "b.exr"];
     folder.merge(&parts, "merged.exr", &[]);
     assert_eq!(pixels(&folder.path("merged.exr")), whole);
+    assert!(folder.bytes("merged.exr") == folder.bytes("whole.exr"), "also what the file says of the scene");
+    // The content of a scene matters, and not the name of its file, on which a merged file says nothing then.
+    std::fs::rename(folder.path("scene.toml"), folder.path("moved.toml")).unwrap();
+    let mut moved = folder.rendering("moved.exr", &["--spp-range", "3:10", "--crop", "8:21,5:14"]);
+    moved[1] = folder.path("moved.toml");
+    stdout(&words(&moved));
+    std::fs::rename(folder.path("moved.toml"), folder.path("scene.toml")).unwrap();
+    let merged = folder.merge(&["moved.exr", "a.exr", "c.exr", "b.exr"], "merged.exr", &[]);
+    let has = |text: &[u8]| merged.windows(text.len()).any(|bytes| bytes == text);
+    assert!(!has(b"Scene: ") && has(b"Table: embedded"));
     // A merged part can be merged again.
     folder.merge(&["b.exr", "d.exr", "c.exr"], "most.exr", &["--keep-sums"]);
     folder.merge(&["most.exr", "a.exr"], "merged.exr", &[]);
@@ -128,6 +138,7 @@ fn parts_merge_to_the_whole_picture() {
     // As PNG, with the exposure of the scene or another.
     let bright = decoded(&folder.render("whole.png", &["--spp", "10"]));
     assert!(bright == decoded(&folder.merge(&parts, "merged.png", &[])));
+    assert!(folder.bytes("merged.png") == folder.bytes("whole.png"));
     assert!(bright != decoded(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
     folder.merge(&parts, "merged.exr", &["--keep-sums"]);
     assert!(bright == decoded(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
@@ -153,6 +164,8 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
     let another_light = "[[light]]\ntype = \"point\"\nposition = [0, -2, 2]\nradiant_intensity_w_sr = 1\n";
     std::fs::write(folder.path("scene.toml"), format!("{scene}\n{another_light}")).unwrap();
     folder.render("scene.exr", &["--spp-range", "4:6"]);
+    snowblue_data::embedded().write(Path::new(&folder.path("table.nc"))).unwrap();
+    std::fs::write(folder.path("empty.exr"), "").unwrap();
     let refusals = [
         (["a.exr", "b.exr"], &["a.exr", "b.exr", "sample 3", "pixel 0,0"][..]),
         (["a.exr", "seed.exr"], &["seed", "1", "7"]),
@@ -162,7 +175,9 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
         (["a.exr", "scene.exr"], &["a.exr", "scene.exr", "scene"]),
         (["tile.exr", "corner.exr"], &["pixel 2,0"]),
         (["a.exr", "plain.exr"], &["plain.exr", "--keep-sums"]),
-        (["a.exr", "scene.toml"], &["a.exr", "scene.toml", "kind"]),
+        (["a.exr", "table.nc"], &["a.exr is a picture", "table.nc is a table", "kind"]),
+        (["a.exr", "scene.toml"], &["scene.toml: is neither a picture", ".exr", ".nc"]),
+        (["empty.exr", "a.exr"], &["empty.exr: is empty"]),
         (["a.exr", "missing.exr"], &["missing.exr"]),
     ];
     let before = folder.names();

@@ -110,6 +110,7 @@ fn a_closed_cube_with_duplicate_vertices_passes() {
     for (column, value) in [("triangles", 12.0), ("size_x_m", 2.0), ("volume_m3", 8.0), ("open_edges", 0.0)] {
         assert!((number(&row, column) - value).abs() < 1e-6, "{column}: {row}");
     }
+    assert_eq!((row["triangles"].as_i64(), row["size_x_m"].as_i64()), (Some(12), Some(2)), "whole numbers: {row}");
     assert!((number(&row, "merged_vertices") - 16.0).abs() < 1e-6 && number(&row, "lines") > 3000.0, "{row}");
 }
 
@@ -142,8 +143,8 @@ fn integrators_with_a_light_field_refuse_open_snow_and_name_its_holes() {
     let option = |name: &str, value: &str, words: &[&str]| {
         assert_refused(&["render", scene, name, value, "--integrator", "hybrid", "-o", picture], words);
     };
-    option("--field-memory-mib", "8", &["light_field.memory_mib is 8 MiB", "16 to 1048576 MiB"]);
-    option("--field-step-mm", "2000", &["light_field.step_mm is 2000 mm", "0.01 to 1000 mm"]);
+    option("--field-memory-mib", "8", &["'8'", "--field-memory-mib", "a whole number of 16–1048576"]);
+    option("--field-step-mm", "2000", &["'2000'", "--field-step-mm", "a number of 0.01–1000"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use snowblue_render::scene::IntegratorKind;
 use snowblue_render::{Scene, SceneDescription};
 
 use crate::input::scene_table;
-use crate::options::{GivenOptions, Idle, SceneOptions, parse};
+use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, parse};
 use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
@@ -54,8 +54,10 @@ pub(crate) struct Bake {
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
     /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=10_000))]
     max_bounces: Option<u32>,
+    #[command(flatten)]
+    light_field: LightFieldOptions,
 }
 
 /// The format of the output.
@@ -72,10 +74,11 @@ impl Bake {
         self.given.refuse_idle(&[Idle { when: is_ply, options: &["exposure"], why }])?;
         let mut file = self.scene.open()?;
         let table = scene_table(self.database.as_deref())?;
-        let SceneDescription { film, integrator, .. } = &mut file.description;
+        let SceneDescription { film, integrator, light_field, .. } = &mut file.description;
         film.exposure = self.exposure.unwrap_or(film.exposure);
         integrator.kind = IntegratorKind::Diffusion;
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
+        self.light_field.override_values(light_field);
         let scene = file.build(&table).map_err(Failure::input)?;
         let provenance = Provenance::of(&scene, &table);
         let baked = self.bake(&scene, quiet)?;

@@ -45,14 +45,14 @@ pub(crate) struct Bsdf {
         help_heading = "Slab"
     )]
     wavelengths: Wavelengths,
-    /// Number of rays for each wavelength, 2 or more
+    /// Number of rays for each wavelength [2–1000000000000]
     #[arg(
-        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count,
+        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::rays(),
         help_heading = "Engine"
     )]
     rays: u64,
     /// Seed of random numbers
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Engine")]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse::seed(), help_heading = "Engine")]
     seed: u64,
     /// Patches of a hemisphere, RINGSxSECTORS [default: 10x12; 10x1 at 0° and for diffuse light, where the azimuth does
     /// not matter]

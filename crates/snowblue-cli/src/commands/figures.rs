@@ -6,7 +6,7 @@ use clap::Args;
 use snowblue_figures::page::{self, Section};
 use snowblue_figures::{FigureFile, FigureOptions, recipes};
 
-use crate::options::{GivenOptions, Idle};
+use crate::options::{GivenOptions, Idle, parse};
 use crate::output::{Failure, Outcome, Progress, create_folder, print, print_message, write_file};
 
 /// Recompute the figures and tables of the paper and of the validation
@@ -34,7 +34,7 @@ pub(crate) struct Figures {
     only: Vec<String>,
     /// Factor on the samples of the references of truth, whose noise falls with its square root [1–1000]; 1 takes about
     /// 5 minutes on one core
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse::whole_number::<u32>(1..=1000))]
     truth_samples: u32,
 }
 

@@ -30,7 +30,10 @@ pub(crate) struct Slab {
     #[arg(long, value_name = "MU0", default_value = "1", value_parser = parse::number)]
     mu0: f64,
     /// Number of streams of both hemispheres together, even
-    #[arg(long, value_name = "N", default_value_t = ordinates::DEFAULT_STREAMS)]
+    #[arg(
+        long, value_name = "N", default_value_t = ordinates::DEFAULT_STREAMS,
+        value_parser = parse::whole_number::<usize>(2..=ordinates::MOST_STREAMS as u64)
+    )]
     streams: usize,
     #[command(flatten)]
     output: OutputOptions,

@@ -18,7 +18,10 @@ pub(crate) struct Compression {
     #[arg(long, value_name = "SPACE", value_enum)]
     space: Option<SpaceArgument>,
     /// Number of principal components [1–31]
-    #[arg(long, value_name = "N", requires = "space", conflicts_with_all = ["max_delta_e", "max_rmse"])]
+    #[arg(
+        long, value_name = "N", requires = "space", conflicts_with_all = ["max_delta_e", "max_rmse"],
+        value_parser = parse::whole_number::<usize>(1..=31)
+    )]
     components: Option<usize>,
     /// Least number of components that keeps every curve below this colour difference, ΔE*ab (the paper: 2.3)
     #[arg(long, value_name = "DE", requires = "space", value_parser = parse::number)]

@@ -14,7 +14,7 @@ pub(crate) struct OrdinatesArguments {
     #[arg(long, value_name = "N", default_value = "auto", value_parser = parse::streams)]
     pub(crate) streams: Streams,
     /// Seed of random numbers; the ordinates too send rays, through single grains
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse::seed())]
     pub(crate) seed: u64,
 }
 

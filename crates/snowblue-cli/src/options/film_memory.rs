@@ -5,6 +5,7 @@ use snowblue_render::Aovs;
 use snowblue_render::film::accumulator::memory_bytes;
 use snowblue_render::film::window::Window;
 
+use super::parse;
 use crate::output::{Failure, PictureFile};
 
 /// A film of so many MiB or more is worth a message.
@@ -15,7 +16,7 @@ const WORTH_A_MESSAGE_MIB: u64 = 1024;
 pub(crate) struct FilmMemory {
     /// Greatest memory of the pixels of a picture in MiB [16–16777216]
     #[arg(
-        long, value_name = "N", default_value_t = 16384, value_parser = clap::value_parser!(u64).range(16..=1 << 24)
+        long, value_name = "N", default_value_t = 16384, value_parser = parse::whole_number::<u64>(16..=1 << 24)
     )]
     film_memory_mib: u64,
 }

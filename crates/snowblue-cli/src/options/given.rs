@@ -15,7 +15,7 @@ pub(crate) struct GivenOptions(ArgMatches);
 pub(crate) struct Idle<'a> {
     /// Whether this is the case.
     pub(crate) when: bool,
-    /// Their names in Rust.
+    /// Their names in Rust. An argument without a name on the command line has an id in capitals, as in the help.
     pub(crate) options: &'a [&'a str],
     /// Why they have no effect, as in "--rays has no effect: WHY".
     pub(crate) why: &'a str,
@@ -42,7 +42,9 @@ impl GivenOptions {
 
 /// The error of a given option that has no effect.
 pub(crate) fn has_no_effect(option: &str, why: &str) -> Failure {
-    Failure::Input(format!("--{} has no effect: {why}", option.replace('_', "-")))
+    let is_positional = option.chars().all(|letter| letter.is_uppercase() || letter == '_');
+    let name = if is_positional { option.to_owned() } else { format!("--{}", option.replace('_', "-")) };
+    Failure::Input(format!("{name} has no effect: {why}"))
 }
 
 impl FromArgMatches for GivenOptions {

@@ -1,6 +1,6 @@
 //! Parsers of option values: numbers, ranges, lists and distributions.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
 use snowblue_color::{Illuminant, Observer, Srgb8};
@@ -67,13 +67,43 @@ pub(crate) fn number(word: &str) -> Result<f64, String> {
     word.trim().parse().map_err(|_| format!("'{word}' is not a number"))
 }
 
-/// A whole number, in plain or exponent form (1e5).
-pub(crate) fn count(word: &str) -> Result<u64, String> {
-    let number = number(word)?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and below 2⁵³")]
-    let count = number as u64;
-    let whole = (0.0..9e15).contains(&number) && number.fract() == 0.0;
-    if whole { Ok(count) } else { Err(format!("'{word}' is not a whole number of 0 or more")) }
+/// The parser of a number in a range.
+pub(crate) fn number_of(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |word| {
+        let number = number(word).ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("must be a number of {}–{}", range.start(), range.end()))
+    }
+}
+
+/// The parser of a whole number in a range, in plain or exponent form (1e5).
+pub(crate) fn whole_number<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |word| {
+        let number = whole(word).filter(|number| range.contains(number)).map(T::try_from);
+        match number {
+            Some(Ok(number)) => Ok(number),
+            _ => Err(format!("must be a whole number of {}–{}", range.start(), range.end())),
+        }
+    }
+}
+
+fn whole(word: &str) -> Option<u64> {
+    let plain = word.trim().parse().ok();
+    plain.or_else(|| {
+        let number = number(word).ok()?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and below 2⁵³")]
+        let whole = number as u64;
+        ((0.0..9e15).contains(&number) && number.fract() == 0.0).then_some(whole)
+    })
+}
+
+/// The parser of a number of rays.
+pub(crate) fn rays() -> impl Fn(&str) -> Result<u64, String> + Clone {
+    whole_number(2..=1_000_000_000_000)
+}
+
+/// The parser of a seed of 64 bits.
+pub(crate) fn seed() -> impl Fn(&str) -> Result<u64, String> + Clone {
+    whole_number(0..=u64::MAX)
 }
 
 fn numbers(words: &str) -> Result<Vec<f64>, String> {
@@ -226,6 +256,22 @@ mod tests {
         assert!(facetness("1.2").is_err() && sphericity("0.7:0.9").is_err());
         assert_eq!(incidence("diffuse").unwrap(), Incidence::Diffuse);
         assert!(incidence("steep").is_err());
+    }
+
+    #[test]
+    fn numbers_lie_in_their_range() {
+        let threads = whole_number::<u16>(1..=1024);
+        assert_eq!([threads("1"), threads("1e3"), threads(" 1024 ")], [Ok(1), Ok(1000), Ok(1024)]);
+        for wrong in ["0", "-1", "1025", "1.5", "1e400", "nan", "", "many", "99999999999999999999"] {
+            assert_eq!(threads(wrong).unwrap_err(), "must be a whole number of 1–1024", "{wrong}");
+        }
+        assert_eq!(seed()("18446744073709551615"), Ok(u64::MAX));
+        assert!(seed()("18446744073709551616").is_err() && rays()("1").is_err() && rays()("1e12").is_ok());
+        let fraction = number_of(0.0001..=1.0);
+        assert_eq!(fraction("1e-4").unwrap().to_bits(), 1e-4_f64.to_bits());
+        for wrong in ["1%", "0", "nan", "2"] {
+            assert_eq!(fraction(wrong).unwrap_err(), "must be a number of 0.0001–1", "{wrong}");
+        }
     }
 
     #[test]

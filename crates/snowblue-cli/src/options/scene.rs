@@ -13,7 +13,7 @@ use crate::output::Failure;
 #[derive(Debug, Args)]
 pub(crate) struct SceneOptions {
     /// Scene file (TOML)
-    #[arg(value_name = "SCENE", conflicts_with = "scene")]
+    #[arg(id = "SCENE", conflicts_with = "scene")]
     file: Option<PathBuf>,
     /// A scene inside this program instead of a file; 'snowblue render --list-scenes' lists them
     #[arg(long, value_name = "NAME", value_parser = EmbeddedScene::named)]

@@ -17,6 +17,10 @@ pub(crate) enum PictureFormat {
     Exr,
 }
 
+/// Keywords of what a picture says of its scene.
+pub(crate) const SCENE_NOTE: &str = "Scene";
+pub(crate) const TABLE_NOTE: &str = "Table";
+
 /// Why an exposure has no effect on an EXR without sums.
 pub(crate) const IDLE_EXPOSURE: &str =
     "an .exr holds light without an exposure; with --keep-sums it also keeps the exposure of a later .png";

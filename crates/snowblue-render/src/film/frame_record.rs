@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::film::aov::Aovs;
 use crate::film::exposure::Exposure;
-use crate::film::image_file::of_exr_text;
+use crate::film::image_file::{note_of, of_exr_text};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::Coverage;
 
@@ -81,7 +81,7 @@ fn png_text(path: &Path) -> Option<String> {
 fn exr_text(path: &Path) -> Option<String> {
     let meta = MetaData::read_from_file(path, false).ok()?;
     let comments = of_exr_text(meta.headers.first()?.own_attributes.comments.as_ref()?);
-    comments.lines().find_map(|line| line.strip_prefix(FrameRecord::KEYWORD)?.strip_prefix(": ")).map(str::to_owned)
+    note_of(&comments, FrameRecord::KEYWORD).map(str::to_owned)
 }
 
 #[cfg(test)]

@@ -115,6 +115,11 @@ pub(crate) fn of_exr_text(text: &Text) -> String {
     String::from_utf8_lossy(text.bytes()).into_owned()
 }
 
+/// The text of a keyword in comments that [`attributes`] made.
+pub(crate) fn note_of<'a>(comments: &'a str, keyword: &str) -> Option<&'a str> {
+    comments.lines().find_map(|line| line.strip_prefix(keyword)?.strip_prefix(": "))
+}
+
 /// Writes a complete file, or nothing if encoding or writing fails.
 pub(crate) fn write_file(path: &Path, content: Result<Vec<u8>, String>) -> Result<(), RenderError> {
     let error = |reason: String| RenderError::WriteImage { path: path.into(), reason };

@@ -30,7 +30,7 @@ use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
 use crate::film::exposure::Exposure;
-use crate::film::image_file::{Metadata, attributes, exr_text, of_exr_text};
+use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
@@ -230,6 +230,8 @@ fn word_channel_name(sum_name: &str, word: usize) -> String {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResumableImage {
     path: PathBuf,
+    /// The metadata, a line for each keyword.
+    comments: String,
     /// The inputs that the samples depend on.
     pub provenance: Provenance,
     /// Exposure of a PNG.
@@ -307,6 +309,7 @@ impl ResumableImage {
         let wavelengths: Result<Vec<f64>, _> = wavelengths.split_whitespace().map(str::parse).collect();
         Ok(Self {
             path: path.into(),
+            comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
             exposure: parsed(header, EXPOSURE)?,
             coverage,
@@ -315,6 +318,11 @@ impl ResumableImage {
             window,
             wavelengths_nm: wavelengths.ok().and_then(|nm| nm.try_into().ok()).ok_or_else(|| damaged("wavelengths"))?,
         })
+    }
+
+    /// The text of a keyword of the metadata.
+    pub fn note(&self, keyword: &str) -> Option<&str> {
+        note_of(&self.comments, keyword)
     }
 
     /// Whether this is the header of the file.

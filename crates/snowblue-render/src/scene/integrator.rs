@@ -32,7 +32,7 @@ impl IntegratorKind {
     }
 
     /// Whether it reads the light field inside snow, which must be closed then.
-    pub(crate) fn has_light_field(self) -> bool {
+    pub fn has_light_field(self) -> bool {
         matches!(self, Self::Diffusion | Self::Hybrid)
     }
 }

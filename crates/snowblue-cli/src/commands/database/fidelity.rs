@@ -48,11 +48,14 @@ pub(crate) struct Fidelity {
     #[arg(long, value_name = "FILE", help_heading = "Fidelity")]
     truth: Option<PathBuf>,
     /// Greatest number of components [1–31]
-    #[arg(long, value_name = "N", default_value_t = 4, help_heading = "Fidelity")]
+    #[arg(
+        long, value_name = "N", default_value_t = 4, value_parser = parse::whole_number::<usize>(1..=31),
+        help_heading = "Fidelity"
+    )]
     components: usize,
     /// Compare look-ups with direct solutions at this many random points, chosen by --seed [1–100000]
     #[arg(
-        long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000),
+        long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=100_000),
         conflicts_with_all = ["truth", "components"], help_heading = "Fidelity"
     )]
     off_grid: Option<u32>,

@@ -31,12 +31,12 @@ pub(super) struct Filling {
     /// transmittance of 15 cm [1024–1048576]
     #[arg(
         long, value_name = "N", default_value_t = 1 << 20,
-        value_parser = clap::value_parser!(u32).range(1024..=1 << 20), help_heading = "Engine"
+        value_parser = parse::whole_number::<u32>(1024..=1 << 20), help_heading = "Engine"
     )]
     tally_rays: u32,
     /// Rays of the Monte Carlo engine for each sample, angle and index node
     #[arg(
-        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count,
+        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::rays(),
         help_heading = "Engine"
     )]
     rays: u64,

@@ -62,18 +62,20 @@ pub(crate) struct Merge {
 impl Merge {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.parts.iter().try_for_each(|part| check_not_input(part, &self.output))?;
-        let pictures = self.parts.iter().map(|path| is_picture(path)).collect::<Result<Vec<bool>, Failure>>()?;
-        if let Some(odd) = pictures.iter().position(|is_picture| *is_picture != pictures[0]) {
-            let kind = |is_picture: bool| if is_picture { "a picture" } else { "not a picture" };
+        let kinds = self.parts.iter().map(|path| PartKind::of(path)).collect::<Result<Vec<PartKind>, Failure>>()?;
+        if let Some(odd) = kinds.iter().position(|kind| *kind != kinds[0]) {
             return Err(Failure::Input(format!(
                 "{} is {}, but {} is {}: parts must be of one kind",
                 self.parts[0].display(),
-                kind(pictures[0]),
+                kinds[0].name(),
                 self.parts[odd].display(),
-                kind(pictures[odd])
+                kinds[odd].name()
             )));
         }
-        let summary = if pictures[0] { self.merge_pictures() } else { self.merge_shards() }?;
+        let summary = match kinds[0] {
+            PartKind::Picture => self.merge_pictures(),
+            PartKind::Table => self.merge_shards(),
+        }?;
         if !quiet {
             print_message(&format!("{}: {summary}\n", self.output.display()));
         }
@@ -113,12 +115,36 @@ impl Merge {
     }
 }
 
-/// Whether a file is an OpenEXR picture, by its content.
-fn is_picture(path: &Path) -> Result<bool, Failure> {
-    let mut start = Vec::new();
-    match File::open(path).and_then(|file| file.take(EXR_MAGIC.len() as u64).read_to_end(&mut start)) {
-        Ok(_) => Ok(start == EXR_MAGIC),
-        Err(error) => Err(Failure::Input(format!("{}: cannot be read: {error}", path.display()))),
+/// What a part is, by the first bytes of its content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PartKind {
+    /// OpenEXR.
+    Picture,
+    /// NetCDF.
+    Table,
+}
+
+impl PartKind {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        let refused = |what: &str| Failure::Input(format!("{}: {what}", path.display()));
+        let mut start = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(EXR_MAGIC.len() as u64).read_to_end(&mut start))
+            .map_err(|error| refused(&format!("cannot be read: {error}")))?;
+        match &start[..] {
+            [] => Err(refused("is empty")),
+            start if start == EXR_MAGIC => Ok(Self::Picture),
+            // The classic format and that of NetCDF-4, which the reader refuses.
+            start if start.starts_with(b"CDF") || start == b"\x89HDF" => Ok(Self::Table),
+            _ => Err(refused("is neither a picture with sums (.exr) nor a table (.nc)")),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Picture => "a picture",
+            Self::Table => "a table",
+        }
     }
 }
 

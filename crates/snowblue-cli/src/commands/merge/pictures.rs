@@ -9,7 +9,7 @@ use snowblue_render::film::sample_block::Coverage;
 use snowblue_render::images::raster::{ImageSize, PixelPosition};
 
 use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, PictureFormat, describe_samples};
+use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
 
 /// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
 ///
@@ -46,11 +46,19 @@ pub(super) fn merge_pictures(
     } else {
         format!(" of {} × {}, from {},{}", whole.width, whole.height, window.columns.start, window.rows.start)
     };
-    let count = [("Parts", paths.len().to_string())];
-    file.write(&sums, ResumeData { provenance: &first.provenance, exposure }, &count)?;
+    file.write(&sums, ResumeData { provenance: &first.provenance, exposure }, &common_notes(&parts))?;
     let (samples, count) = (describe_samples(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
     Ok(format!("{columns} × {rows} pixels{crop}, {samples} samples per pixel, from {count} {parts}"))
+}
+
+/// What all parts say of their scene: a merged file is that of a single run.
+fn common_notes(parts: &[ResumableImage]) -> Vec<(&'static str, String)> {
+    let common = |keyword| {
+        let text = parts[0].note(keyword)?;
+        parts.iter().all(|part| part.note(keyword) == Some(text)).then(|| (keyword, text.to_owned()))
+    };
+    [SCENE_NOTE, TABLE_NOTE].into_iter().filter_map(common).collect()
 }
 
 /// The exposure of all parts.

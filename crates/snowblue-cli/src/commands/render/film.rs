@@ -29,7 +29,7 @@ const METERED_SAMPLES: u32 = 16;
 /// Fewest digits of the number of a frame.
 const FEWEST_DIGITS: usize = 4;
 /// What stands for the number of a frame.
-const NUMBER: &str = "{}";
+pub(super) const NUMBER: &str = "{}";
 
 /// A film to render.
 pub(super) struct Film<'a> {
@@ -97,22 +97,26 @@ impl<'a> Film<'a> {
             }
         }
         let note = format!("{} of {} frames are finished\n", finished.len(), self.range.len());
-        let Some(first) = missing.first() else {
+        if missing.is_empty() && self.format == PictureFormat::Exr {
             self.print_note(&note);
             return Ok(());
-        };
-        interrupt::listen(&self.names.path(*first))?;
-        let mut preview = self.options.preview(file_name(&self.names.path(*first)))?;
+        }
+        let first = self.names.path(missing.first().copied().unwrap_or(self.range.start));
+        interrupt::listen(&first)?;
+        let mut preview = if missing.is_empty() { None } else { self.options.preview(file_name(&first))? };
         let mut scene = None;
+        // Also if no frame is missing: those that are there may have another exposure.
         let exposure = self.automatic_exposure(&mut scene)?;
-        for (number, found) in finished {
-            let wanted = self.exposed_frame(number, exposure)?.description.film.exposure;
-            if self.format == PictureFormat::Png && found != wanted {
-                let what = format!("its exposure is {found}, not {wanted}");
-                return Err(self.cannot_resume(number, &what));
+        if self.format == PictureFormat::Png {
+            for (number, found) in &finished {
+                let wanted = self.exposed_frame(*number, exposure)?.description.film.exposure;
+                if *found != wanted {
+                    let what = format!("its exposure is {found}, not {wanted}");
+                    return Err(self.cannot_resume(*number, &what));
+                }
             }
         }
-        if missing.len() < self.range.len() {
+        if !finished.is_empty() {
             self.print_note(&note);
         }
         for number in missing {
@@ -244,7 +248,11 @@ impl<'a> Film<'a> {
         };
         match job.run(self.options.resume && self.format == PictureFormat::Exr) {
             Ok(()) => {
-                self.print_note(&format!("{}: {} light fields solved\n", path.display(), scene.solved_light_fields()));
+                if scene.description().integrator.kind.has_light_field() {
+                    let solved = scene.solved_light_fields();
+                    let fields = if solved == 1 { "field" } else { "fields" };
+                    self.print_note(&format!("{}: {solved} light {fields} solved\n", path.display()));
+                }
                 Ok(())
             }
             Err(Failure::Interrupted(_)) => Err(Failure::Interrupted(interrupted(number))),

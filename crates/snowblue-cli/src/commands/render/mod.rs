@@ -22,12 +22,12 @@ use snowblue_render::scene::material::pca_snow::PathMode;
 use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription};
 
 use crate::input::{SCENES, scene_table};
-use crate::options::{FilmMemory, GivenOptions, Idle, SceneOptions, parse};
+use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, parse};
 use crate::output::{
-    Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, output_path, print,
-    print_message,
+    Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
+    output_path, print, print_message,
 };
-use film::Film;
+use film::{Film, NUMBER};
 use job::RenderJob;
 use preview::{Preview, TEV};
 
@@ -77,11 +77,11 @@ pub(crate) struct Render {
     output: Option<PathBuf>,
     /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
     #[arg(
-        long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), conflicts_with = "check"
+        long, value_name = "N", value_parser = parse::whole_number::<u32>(2..=1_000_000), conflicts_with = "check"
     )]
     frames: Option<u32>,
     /// Only frames A to B-1 of the film, 0 ≤ A < B ≤ N
-    #[arg(long, value_name = "A:B", value_parser = parse::whole_range, requires = "frames")]
+    #[arg(long, value_name = "A:B", value_parser = parse::whole_range)]
     frame_range: Option<Range<u32>>,
     /// Only report the objects: sizes in metres, open edges, rays that find them open; exit code 1 if snow is not
     /// watertight. -o then names a .csv, .json or .txt file
@@ -98,22 +98,23 @@ pub(crate) struct Render {
     /// (volumetric path tracer, the ground truth, slow)
     #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
     integrator: Option<IntegratorKind>,
-    /// Path mode of all snow by the integrator pcasnow: brightest (the brighter of the next two), normal (along the
-    /// inward normal), light (towards the light) or view (along the viewing ray, as in the paper)
-    #[arg(long, value_name = "MODE", value_parser = parse_path_mode, conflicts_with = "integrator")]
+    /// Path mode of all snow by the integrator pcasnow, which it selects if --integrator is not given: brightest (the
+    /// brighter of the next two), normal (along the inward normal), light (towards the light) or view (along the
+    /// viewing ray, as in the paper)
+    #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
     path: Option<PathMode>,
     /// Width in pixels [1–16384], instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=16_384))]
     width: Option<u32>,
     /// Height in pixels [1–16384], instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=16_384))]
     height: Option<u32>,
     /// Samples per pixel [1–16777216], instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=1 << 24))]
     spp: Option<u32>,
     /// Standard error of a pixel relative to its luminance [0.0001–1] below which it gets no further samples, instead
     /// of the scene's; --spp is then the greatest number
-    #[arg(long, value_name = "FRACTION")]
+    #[arg(long, value_name = "FRACTION", value_parser = parse::number_of(0.0001..=1.0))]
     noise_target: Option<f64>,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
     #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
@@ -122,18 +123,13 @@ pub(crate) struct Render {
     #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
     crop: Option<Window>,
     /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=10_000))]
     max_bounces: Option<u32>,
     /// Seed of random numbers [0–4294967295], instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=u32::MAX.into()))]
     seed: Option<u32>,
-    /// Greatest memory of the light field of a body of snow in MiB [16–1048576], instead of the scene's; for the
-    /// integrators diffusion and hybrid
-    #[arg(long, value_name = "N")]
-    field_memory_mib: Option<u32>,
-    /// Greatest size of the cells of the light field at the surface of snow in mm [0.01–1000], instead of the scene's
-    #[arg(long, value_name = "X")]
-    field_step_mm: Option<f64>,
+    #[command(flatten)]
+    light_field: LightFieldOptions,
     /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a
     /// lamp or the sun, and is the same for all frames of a film, such that the brightest of five is not too bright
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
@@ -203,6 +199,7 @@ impl Render {
         if let Some(frames) = self.frames {
             return Film::open(self, output, frames, quiet)?.render();
         }
+        self.check_is_no_film(output)?;
         let file = self.file(output)?;
         let check = |scene: &SceneDescription| self.check_memory(scene, &file, quiet);
         let LoadedScene { scene, provenance } = self.load(check)?;
@@ -225,6 +222,21 @@ impl Render {
             quiet,
         };
         job.run(self.resume)
+    }
+
+    /// Refuses what belongs to a film, of which --frames gives the number of frames.
+    fn check_is_no_film(&self, output: &Path) -> Outcome {
+        if file_name(output).contains(NUMBER) {
+            return Err(Failure::Input(format!(
+                "{}: {NUMBER} stands for the number of a frame: give --frames N",
+                output.display()
+            )));
+        }
+        self.given.refuse_idle(&[Idle {
+            when: true,
+            options: &["frame_range"],
+            why: "it belongs to a film: give --frames N",
+        }])
     }
 
     /// Refuses options without effect on what is asked for.
@@ -268,7 +280,7 @@ impl Render {
             Idle { when: self.list_scenes, options: of_scenes, why: "--list-scenes prints the names of scenes" },
             Idle {
                 when: self.list_scenes,
-                options: &["file", "scene", "print"],
+                options: &["SCENE", "scene", "print"],
                 why: "--list-scenes lists all scenes",
             },
         ])
@@ -279,10 +291,12 @@ impl Render {
         let mut changed = scene.clone();
         self.override_values(&mut changed);
         let kind = changed.integrator.kind;
-        let solves_field = matches!(kind, IntegratorKind::Diffusion | IntegratorKind::Hybrid);
+        let solves_field = kind.has_light_field();
         let no_field = format!("the integrator {} solves for no light field", kind.name());
+        let no_modes = format!("the integrator {} has no path modes", kind.name());
         self.given.refuse_idle(&[
             Idle { when: !solves_field, options: &["field_memory_mib", "field_step_mm"], why: &no_field },
+            Idle { when: kind != IntegratorKind::PcaSnow, options: &["path"], why: &no_modes },
             Idle {
                 when: changed.film.false_color.is_some(),
                 options: &["white"],
@@ -309,7 +323,7 @@ impl Render {
     /// What a picture says of its scene.
     fn notes(&self) -> Vec<(&'static str, String)> {
         let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
-        vec![("Scene", self.scene.name()), ("Table", table)]
+        vec![(SCENE_NOTE, self.scene.name()), (TABLE_NOTE, table)]
     }
 
     /// The output file, if the options agree with its format.
@@ -399,8 +413,7 @@ impl Render {
         integrator.noise_target = self.noise_target.or(integrator.noise_target);
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
-        light_field.memory_mib = self.field_memory_mib.unwrap_or(light_field.memory_mib);
-        light_field.step_mm = self.field_step_mm.or(light_field.step_mm);
+        self.light_field.override_values(light_field);
         if let Some(mode) = self.path {
             scene.set_path_mode(mode);
         }

@@ -67,7 +67,7 @@ pub(crate) struct Spectrum {
     /// Rays of the Monte Carlo engine for each angle and index node, shared by wavelengths and thicknesses; for each
     /// wavelength with layers, with impurities and above a water saturation of 0.5
     #[arg(
-        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::count,
+        long, value_name = "N", default_value_t = monte_carlo::DEFAULT_RAYS, value_parser = parse::rays(),
         help_heading = "Engine"
     )]
     rays: u64,

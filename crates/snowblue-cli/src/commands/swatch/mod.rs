@@ -71,7 +71,7 @@ pub(crate) struct Swatch {
     exposure: Exposure,
     /// Height of a swatch in pixels [16–2048]; long labels make it wider than high
     #[arg(
-        long, value_name = "N", default_value_t = 160, value_parser = clap::value_parser!(u32).range(16..=2048),
+        long, value_name = "N", default_value_t = 160, value_parser = parse::whole_number::<u32>(16..=2048),
         help_heading = "Sheet"
     )]
     size: u32,
