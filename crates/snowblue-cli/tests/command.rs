@@ -110,6 +110,8 @@ fn bad_input_is_refused_in_one_line() {
         (&["spectrum", "--grain-size", "60"], &["grain size", "20 µm"]),
         (&["spectrum", "--streams", "7"], &["7", "even"]),
         (&["spectrum", "--wavelengths", "100"], &["wavelength", "100 nm", "300–2500 nm"]),
+        (&["spectrum", "--thickness", "1e99"], &["thickness is 1e99 cm", "0–100000 cm"]),
+        (&["spectrum", "--broadband", "blue"], &["'blue'", "solar, visible, near-infrared, par"]),
         (&["spectrum", "--plot", "plot.png"], &["plot.png", ".svg"]),
         (&["color", "--illuminant", "D66"], &["D66", "D65"]),
         (&["slab", "--one-minus-omega", "2", "--g", "0", "--tau", "1"], &["--one-minus-omega", "2", "0–1"]),
@@ -119,6 +121,39 @@ fn bad_input_is_refused_in_one_line() {
     ] {
         assert_refused(arguments, words);
     }
+}
+
+/// All options that take a number of a range refuse others in the same words.
+#[test]
+fn numbers_out_of_range_are_refused_in_the_same_words() {
+    let picture = ["render", "--scene", "block_30cm", "-o", "never_{}.png"];
+    for (command, option, wrong, range) in [
+        (&["spectrum"][..], "--threads", "0", "a whole number of 1–1024"),
+        (&["spectrum"], "--seed", "-1", "a whole number of 0–18446744073709551615"),
+        (&["spectrum"], "--seed", "99999999999999999999", "a whole number of 0–18446744073709551615"),
+        (&["spectrum"], "--rays", "99999999999999999999", "a whole number of 2–1000000000000"),
+        (&["bsdf"], "--rays", "1", "a whole number of 2–1000000000000"),
+        (&["database", "fidelity"], "--components", "32", "a whole number of 1–31"),
+        (&picture, "--frames", "1", "a whole number of 2–1000000"),
+        (&picture, "--spp", "1.5", "a whole number of 1–16777216"),
+        (&picture, "--seed", "4294967296", "a whole number of 0–4294967295"),
+        (&picture, "--noise-target", "1%", "a number of 0.0001–1"),
+    ] {
+        let expected = format!("invalid value '{wrong}' for '{option} <");
+        assert_refused(&[command, &[option, wrong]].concat(), &[&expected, &format!(">': must be {range}\n")]);
+    }
+}
+
+#[test]
+fn an_unknown_option_has_no_misleading_tip() {
+    let message = |option: &str| {
+        let arguments = ["spectrum", option];
+        assert_refused(&arguments, &[]);
+        String::from_utf8(snowblue(&arguments).stderr).unwrap()
+    };
+    assert_eq!(message("--field"), "snowblue: unexpected argument '--field' found\n");
+    let near = "snowblue: unexpected argument '--densty' found; a similar argument exists: '--density'\n";
+    assert_eq!(message("--densty"), near);
 }
 
 /// Without a command, the help precedes the error.
@@ -138,6 +173,9 @@ fn broken_scenes_meshes_and_tables_are_refused_in_one_line() {
     let picture = at("picture.png");
     let typo = changed_scene(folder.path(), "facetness = 0.3", "facetnes = 0.3");
     assert_refused(&["render", &typo, "-o", &picture], &["scene.toml:", "facetnes"]);
+    std::fs::write(at("latin1.toml"), b"[camera]\n# \xe9\n").unwrap();
+    assert_refused(&["render", &at("latin1.toml"), "-o", &picture], &["latin1.toml:2: the line is not text (UTF-8)"]);
+    assert_refused(&["spectrum", "--layers", &at("latin1.toml")], &["latin1.toml: is not text (UTF-8)"]);
     let missing = changed_scene(folder.path(), "shape = \"box\"\nsize = [0.6, 0.3, 0.6]", "mesh = \"none.ply\"");
     assert_refused(&["render", &missing, "-o", &picture], &["none.ply"]);
     std::fs::write(at("none.ply"), "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n").unwrap();

@@ -59,6 +59,13 @@ fn pipes_and_devices_are_not_replaced() {
     let full = render("/dev/full", &[]);
     let message = String::from_utf8_lossy(&full.stderr).into_owned();
     assert!(full.status.code() == Some(1) && message.contains("No space"), "{message}");
+    for arguments in [&["spectrum", "--quiet"][..], &["--help"], &["render", "--list-scenes"]] {
+        let device = std::fs::File::create("/dev/full").unwrap();
+        let full = Command::new(env!("CARGO_BIN_EXE_snowblue")).args(arguments).stdout(device).output().unwrap();
+        let message = String::from_utf8_lossy(&full.stderr).into_owned();
+        assert_eq!(full.status.code(), Some(1), "{message}");
+        assert!(message.starts_with("snowblue: the standard output cannot be written: No space"), "{message}");
+    }
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "{left:?}");
 }
@@ -80,9 +87,11 @@ fn outputs_are_checked_before_the_work() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     let long = ["spectrum", "--grain-size", "400", "--engine", "montecarlo", "--rays", "1000000000"];
     assert_refused(&[&long[..], &["-o", &at("spectrum.xyz")]].concat(), &["spectrum.xyz", ".csv", "--format"]);
-    assert_refused(&[&long[..], &["-o", &at("missing/a.csv")]].concat(), &["missing/a.csv", "folder"]);
+    assert_refused(&[&long[..], &["-o", &at("missing/a.csv")]].concat(), &["missing/a.csv: its folder does not exist"]);
+    assert_refused(&[&long[..], &["-o", &at(""), "--format", "csv"]].concat(), &["is a folder"]);
     let closed = at("a.csv");
     std::fs::write(at("b"), "").unwrap();
+    assert_refused(&[&long[..], &["-o", &at("b/a.csv")]].concat(), &["b/a.csv: its folder is a file"]);
     symlink(at("b/c"), &closed).unwrap();
     assert_refused(&[&long[..], &["-o", &closed]].concat(), &["a.csv", "cannot be written"]);
 }

@@ -6,7 +6,7 @@ mod shell;
 
 use std::path::Path;
 
-use shell::{assert_names, assert_refused, stderr, stdout};
+use shell::{assert_names, assert_refused, snowblue, stderr, stdout};
 
 /// Axes of a small table.
 const SMALL: [&str; 8] =
@@ -42,6 +42,24 @@ fn shards_merge_to_the_same_file() {
     assert!(!merged.exists(), "no partial file is left");
     assert_refused(&["merge", path("whole.nc").to_str().unwrap(), "-o", "x.nc"], &["whole.nc", "full table", "shard"]);
     assert_refused(&[&["database", "build", "--shard", "9/3"], &SMALL[..], &output].concat(), &["9/3"]);
+}
+
+/// The message says which command makes a table that can be rendered.
+#[test]
+fn a_full_table_is_compressed_by_the_command_that_rendering_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let [full, small] = ["full.nc", "small.nc"].map(|name| folder.path().join(name));
+    let snow = ["--grain-size", "200,300,400,500", "--facetness", "0.3", "--preset", "default"];
+    let full = full.to_str().unwrap();
+    stdout(&[&["database", "build", "--quiet", "--tally-rays", "1024", "-o", full], &snow[..]].concat());
+    let picture = ["render", "--scene", "block_30cm", "--integrator", "pcasnow", "--width", "4", "--height", "4", "-o"];
+    let render = [&picture[..], &["never.png", "--database", full]].concat();
+    assert_refused(&render, &["full.nc: is a full table, but rendering needs a compressed table"]);
+    let message = String::from_utf8(snowblue(&render).stderr).unwrap();
+    let named = message.trim_end().split_once(": snowblue ").unwrap().1.replace("FILE.nc", small.to_str().unwrap());
+    stdout(&named.split(' ').collect::<Vec<_>>());
+    let output = folder.path().join("a.png");
+    stdout(&[&picture[..], &[output.to_str().unwrap(), "--database", small.to_str().unwrap()]].concat());
 }
 
 #[test]

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TransportError {
     /// A quantity lies outside the range in which the model holds.
-    #[error("{quantity} is {value}{unit}, but must lie in {least}–{greatest}{unit}", unit = suffix(.unit))]
+    #[error("{quantity} is {}{unit}, but must lie in {least}–{greatest}{unit}", short(*.value), unit = suffix(.unit))]
     OutOfRange {
         /// Name of the quantity.
         quantity: &'static str,
@@ -135,7 +135,23 @@ pub(crate) fn find_by_name<T: Copy>(
     })
 }
 
+/// A number in digits, or with an exponent where there would be more than fifteen of them.
+fn short(value: f64) -> String {
+    if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
+}
+
 /// A unit as it follows a number: `10 µm`, `45°`, `0.5`.
 fn suffix(unit: &str) -> String {
     if unit.is_empty() || unit == "°" { unit.to_owned() } else { format!(" {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, f64::NAN].map(short);
+        assert_eq!(shown, ["1200", "-0.25", "123456789012345", "1e99", "-1e15", "NaN"]);
+    }
 }

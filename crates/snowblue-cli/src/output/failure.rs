@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 
 use super::printable::printable;
-use super::terminal::print_message;
+use super::terminal::{print_message, unprinted};
 
 /// Exit code after an interrupt, as a shell reports it: 128 plus the number of SIGINT.
 pub(crate) const INTERRUPTED: u8 = 130;
@@ -47,7 +47,8 @@ impl Failure {
     }
 }
 
-/// Joins the lines of a message by clap: the error and its tip.
+/// Joins the lines of a message by clap: the error and its tips, without the one on how an unknown option could be a
+/// value, which no argument takes.
 impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Self {
         use clap::error::ErrorKind;
@@ -56,11 +57,12 @@ impl From<clap::Error> for Failure {
             return match error.print() {
                 Ok(()) if asked => Self::Printed,
                 Ok(()) => Self::Input(String::from("a command is missing")),
-                Err(error) => Self::work(error),
+                Err(error) => Self::work(unprinted(&error)),
             };
         }
         let text = error.render().to_string();
-        let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        let mut lines =
+            text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("tip: to pass '"));
         let mut message = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
         for line in lines.take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more")) {
             message.push_str(if line.starts_with("tip:") { "; " } else { " " });

@@ -24,8 +24,12 @@ pub(crate) fn ending(path: &Path, of_stream: &str) -> String {
 pub(crate) fn check_path(path: &Path) -> Outcome {
     let name = path.display();
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(Failure::Input(format!("{name}: it is a folder, or its folder does not exist")));
+    if path.is_dir() {
+        return Err(Failure::Input(format!("{name}: is a folder, but must be a file")));
+    }
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let what = if folder.exists() { "its folder is a file" } else { "its folder does not exist" };
+        return Err(Failure::Input(format!("{name}: {what}")));
     }
     check_writable(path).map_err(|error| Failure::Input(format!("{name}: cannot be written: {error}")))
 }

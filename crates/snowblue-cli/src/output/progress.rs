@@ -1,8 +1,10 @@
 //! A progress bar with rate and remaining time, on a terminal only.
 
+use std::fmt::Write;
 use std::io::{self, IsTerminal as _};
+use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 /// A progress bar on stderr.
 pub(crate) struct Progress(ProgressBar);
@@ -13,9 +15,13 @@ impl Progress {
         let hidden = quiet || !io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(None, target);
-        let template = format!("{{wide_bar}} {{human_pos}}/{{human_len}} {unit}, {{per_sec}}, {{eta}} left");
+        let template = format!("{{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}");
         if let Ok(style) = ProgressStyle::with_template(&template) {
-            bar.set_style(style);
+            let write = |state: &ProgressState, text: &mut dyn Write| {
+                // The bar shows what it can.
+                let _ = text.write_str(&pace(state.per_sec(), state.eta()));
+            };
+            bar.set_style(style.with_key("pace", write));
         }
         Self(bar)
     }
@@ -33,5 +39,33 @@ impl Progress {
 
     pub(crate) fn finish(&self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// The rate in 1/s and the remaining time; nothing before the first step is done.
+fn pace(per_second: f64, left: Duration) -> String {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rounded rate is whole")]
+    let whole = per_second.round() as u64;
+    let left = HumanDuration(left);
+    match per_second {
+        fast if fast >= 10.0 => format!(", {}/s, {left:#} left", HumanCount(whole)),
+        slow if slow >= 0.01 => format!(", {slow:.2}/s, {left:#} left"),
+        slower if slower > 0.0 => format!(", {left:#} left"),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_short_and_absent_before_the_first_step() {
+        let left = Duration::from_secs(90);
+        assert_eq!(pace(42_088.920_6, left), ", 42,089/s, 2m left");
+        assert_eq!(pace(0.256, left), ", 0.26/s, 2m left");
+        assert_eq!(pace(0.002, left), ", 2m left");
+        assert_eq!(pace(0.0, left), "");
+        assert_eq!(pace(f64::NAN, left), "");
     }
 }

@@ -7,10 +7,16 @@ use std::io::{self, Write as _};
 /// # Errors
 /// If stdout cannot be written for another reason.
 pub(crate) fn print(text: &str) -> io::Result<()> {
-    match io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+    let mut stdout = io::stdout();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(unprinted(&error)),
         _ => Ok(()),
     }
+}
+
+/// The error of text that stdout does not take.
+pub(crate) fn unprinted(error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("the standard output cannot be written: {error}"))
 }
 
 /// Prints messages to stderr, and ignores errors: results do not depend on them.

@@ -22,7 +22,7 @@ pub(super) struct Bands(Vec<Band>);
 pub(super) fn bands(words: &str) -> Result<Bands, String> {
     let band = |word: &str| {
         let known = Band::ALL.into_iter().find(|band| band.name() == word.trim());
-        known.ok_or_else(|| format!("band '{word}' is not known; there are {ALL_BANDS}"))
+        known.ok_or_else(|| format!("band '{word}' is not known; there are {}", ALL_BANDS.replace(',', ", ")))
     };
     let words = if words == "all" { ALL_BANDS } else { words };
     words.split(',').map(band).collect::<Result<_, _>>().map(Bands)

@@ -99,6 +99,7 @@ impl Range {
             return Ok(());
         }
         let space = if unit.is_empty() { "" } else { " " };
+        let value = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
         Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
     }
 

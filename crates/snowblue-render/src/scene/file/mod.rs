@@ -134,8 +134,12 @@ impl SceneFile {
     /// When it cannot be read, a key is unknown or missing, or a value is out of range. The message names the file and
     /// the line.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = 1 + text.iter().filter(|byte| **byte == b'\n').count();
+            RenderError::Scene { path: path.into(), line, reason: "the line is not text (UTF-8)".to_owned() }
+        })?;
         Self::parse(text, path)
     }
 
