@@ -14,6 +14,8 @@ use wide::f32x4;
 
 /// Wavelengths of a group.
 pub const GROUP: usize = 4;
+/// Most groups of nodes.
+pub const MOST_GROUPS: usize = 4;
 
 /// A layer of snow at some wavelengths. Its thickness is that in a typical vertical through a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +85,6 @@ impl SpectralNodes {
     #[must_use]
     pub fn for_layers(layers: &[LayerSpectrum]) -> Self {
         const ALLOWED: f64 = 5e-3;
-        const MOST_GROUPS: usize = 4;
         // Over ℓ*, a slab transmits k/sinh kd, which is 1/d without absorption.
         let of_layer = |layer: &LayerSpectrum, index: usize| {
             let k = (3.0 * layer.absorption_per_m[index] / layer.transport_lengths_m[index]).sqrt();

@@ -8,6 +8,9 @@ use snowblue_transport::ordinates::{self, HomogeneousMedium};
 use crate::options::parse;
 use crate::output::{Failure, Outcome, OutputOptions};
 
+/// Streams for which T is within 10⁻⁴ at almost all angles.
+const STREAMS: usize = 32;
+
 /// Solve a homogeneous Henyey–Greenstein slab, to check the solver against published values
 #[derive(Debug, Args)]
 #[command(
@@ -31,7 +34,7 @@ pub(crate) struct Slab {
     mu0: f64,
     /// Number of streams of both hemispheres together, even
     #[arg(
-        long, value_name = "N", default_value_t = ordinates::DEFAULT_STREAMS,
+        long, value_name = "N", default_value_t = STREAMS,
         value_parser = parse::whole_number::<usize>(2..=ordinates::MOST_STREAMS as u64)
     )]
     streams: usize,

@@ -113,15 +113,9 @@ impl Scene {
         self.light_field.as_ref().and_then(LightField::view_factor)
     }
 
-    /// Sets the number of samples per pixel.
+    /// Sets the number of samples per pixel, at least one.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
         self.integrator.samples_per_pixel = samples.max(1);
-        self.description.integrator = self.integrator;
-    }
-
-    /// Sets the relative standard error of a pixel below which it gets no further samples; none for all samples.
-    pub fn set_noise_target(&mut self, target: Option<f64>) {
-        self.integrator.noise_target = target;
         self.description.integrator = self.integrator;
     }
 

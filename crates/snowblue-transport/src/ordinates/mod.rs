@@ -24,4 +24,4 @@ pub use layered::{FaceFluxes, LayeredMedium, MediumLayer};
 pub use solve::{OrdinatesOptions, solve, solve_without_errors};
 pub use solve_alike::{FluxSpectra, solve_alike, solve_each};
 pub use solve_stack::solve_stack;
-pub use streams::{DEFAULT_STREAMS, MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};
+pub use streams::{MOST_STREAMS, Peak, StreamGroup, Streams, check_streams};

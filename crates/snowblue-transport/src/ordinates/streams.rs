@@ -41,8 +41,6 @@ use crate::quadrature::MOST_NODES;
 use crate::sample::SnowSample;
 use crate::slab::Incidence;
 
-/// A number of streams for all angles, with T within 10⁻⁴ almost everywhere.
-pub const DEFAULT_STREAMS: usize = 32;
 /// Most streams that are allowed.
 pub const MOST_STREAMS: usize = 2 * MOST_NODES;
 

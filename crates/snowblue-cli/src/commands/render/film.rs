@@ -24,8 +24,8 @@ use crate::output::{Failure, Outcome, PictureFile, PictureFormat, print_message}
 /// Frames that automatic exposure looks at, evenly over the film.
 const METERED_FRAMES: u32 = 5;
 /// The longer side of their pictures in pixels, and most samples of a pixel.
-const METERED_SIDE: u32 = 64;
-const METERED_SAMPLES: u32 = 16;
+const METERED_SIDE: u32 = 240;
+const METERED_SAMPLES: u32 = 4;
 /// Fewest digits of the number of a frame.
 const FEWEST_DIGITS: usize = 4;
 /// What stands for the number of a frame.

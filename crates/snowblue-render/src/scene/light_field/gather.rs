@@ -9,7 +9,7 @@
 
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
-use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
+use snowblue_field::{MOST_GROUPS, SnowBody, SpectralNodes, SurfaceElement};
 use wide::f32x4;
 
 use crate::geometry::ray::{Ray, SurfacePoint};
@@ -21,8 +21,6 @@ use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
-/// Most groups of spectral nodes.
-pub(super) const MOST_GROUPS: usize = 4;
 /// Most rays of a body, which bounds memory and time.
 const MOST_RAYS: usize = 2 << 20;
 /// Most rays of a surface element.

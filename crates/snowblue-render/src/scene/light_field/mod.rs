@@ -25,8 +25,8 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::{
-    CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SizesByDistance, SnowBody, SolveOptions, SpectralNodes,
-    SurfaceValues, Survey, VolumeSource, fit_sizes, solve_fixed_point,
+    CellSizes, FieldError, Fluence, GridOptions, MOST_GROUPS, ScaledSizes, SizesByDistance, SnowBody, SolveOptions,
+    SpectralNodes, SurfaceValues, Survey, VolumeSource, fit_sizes, solve_fixed_point,
 };
 use snowblue_transport::monte_carlo::WalkEnds;
 use wide::f32x4;
@@ -38,7 +38,7 @@ use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::Spectrum;
 
 use bright_snow::BrightSnow;
-use gather::{Exitance, GatheredPaths, MOST_GROUPS, Surroundings};
+use gather::{Exitance, GatheredPaths, Surroundings};
 pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;

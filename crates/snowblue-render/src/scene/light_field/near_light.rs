@@ -8,9 +8,9 @@
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
+use snowblue_field::MOST_GROUPS;
 use wide::f32x4;
 
-use super::gather::MOST_GROUPS;
 use super::{BodyField, LitFluence, MOST_NODES};
 use crate::geometry::ray::SurfacePoint;
 use crate::spectrum::Spectrum;
