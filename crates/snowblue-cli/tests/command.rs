@@ -107,7 +107,7 @@ fn bad_input_is_refused_in_one_line() {
     for (arguments, words) in [
         (&["spectrum", "--densty", "300"][..], &["'--densty'"][..]),
         (&["spectrum", "--density", "1200"], &["density", "1200 kg/m³", "10–900 kg/m³"]),
-        (&["spectrum", "--grain-size", "60"], &["grain size", "20 µm"]),
+        (&["spectrum", "--grain-size", "60"], &["grain size", "70–4950 µm"]),
         (&["spectrum", "--streams", "7"], &["7", "even"]),
         (&["spectrum", "--wavelengths", "100"], &["wavelength", "100 nm", "300–2500 nm"]),
         (&["spectrum", "--thickness", "1e99"], &["thickness is 1e99 cm", "0–100000 cm"]),

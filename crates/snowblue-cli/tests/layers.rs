@@ -89,7 +89,7 @@ fn bad_layers_are_refused_with_file_and_line() {
         ("density_kg_m3 = 120", "density_kg_m3 = 1200", 6, &["density", "1200 kg/m³", "10–900 kg/m³"]),
         ("density_kg_m3 = 120", "density_kg_m3 = \"light\"", 6, &["light"]),
         ("[100, 200]", "[200, 100]", 4, &["grain size", "200", "100"]),
-        ("[100, 200]", "60", 4, &["grain size", "20 µm"]),
+        ("[100, 200]", "60", 4, &["grain size", "70–4950 µm"]),
         ("[100, 200]", "true", 4, &["number"]),
         ("facetness = 0.6", "facetness = 1.6", 5, &["facetness", "1.6", "0–1"]),
         ("sphericity = [0.6, 0.9, 0.7, 0.1]", "sphericity = 0.3", 10, &["sphericity", "0.3"]),

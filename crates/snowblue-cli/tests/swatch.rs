@@ -123,7 +123,7 @@ fn impossible_sheets_are_refused_in_one_line() {
         (&["--rows", "angle=0,60", "--columns", "angle=1"][..], &["angle", "--rows", "--columns"][..]),
         (&["--columns", "density=200,1200"], &["density", "1200 kg/m³", "10–900 kg/m³"]),
         (&["--columns", "angle=0,95"], &["angle", "95°"]),
-        (&["--columns", "grain-size=60"], &["grain size", "20 µm"]),
+        (&["--columns", "grain-size=60"], &["grain size", "70–4950 µm"]),
         (&["--columns", "depth=1"], &["'depth'", "grain-size", "facetness", "density"]),
         (&["--columns", "density=200,400", "--density", "300"], &["density", "--columns", "--density"]),
         (&["--rows", "grain-size=200", "--ssa", "20"], &["grain-size", "--rows", "--ssa"]),
