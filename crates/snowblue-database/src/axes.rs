@@ -56,6 +56,8 @@ const THICK_KNOTS_CM: [f64; 2] = [70.0, 100.0];
 /// The paper's angles and two more where transmittance curves most, in degrees.
 const ANGLES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 89.0];
 
+/// Greatest absolute value of an axis, in any unit. Single precision, in which look-ups run, holds its square.
+const GREATEST_VALUE: f64 = 1e15;
 /// Most values of a quantity in a table: 2 GiB in memory, 350 times those of the paper.
 const MOST_VALUES: usize = 1 << 28;
 /// Most samples of snow in a table. Each takes a millisecond at least to compute.
@@ -343,14 +345,19 @@ impl Axes {
     /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not, or
     /// [`DatabaseError::TooManyValues`].
     pub fn check_order(&self) -> Result<(), DatabaseError> {
+        // Look-ups run in single precision.
+        #[expect(clippy::cast_possible_truncation, reason = "what single precision makes of values is checked")]
+        let ascends = |pair: &[f64]| (pair[0] as f32) < (pair[1] as f32);
         for NamedAxis { name, values, .. } in self.named() {
-            let why = match values
-                .windows(2)
-                .find(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
-            {
+            let why = match values.windows(2).find(|pair| !ascends(pair)) {
+                Some(pair) if pair[0] < pair[1] => {
+                    format!("{} is too close to {}", short(pair[1]), short(pair[0]))
+                }
                 Some(pair) => format!("{} follows {}", short(pair[1]), short(pair[0])),
                 None if values.is_empty() => "it is empty".to_owned(),
-                None if !values.iter().all(|value| value.is_finite()) => "it has a value that is not finite".to_owned(),
+                None if !values.iter().all(|value| value.abs() <= GREATEST_VALUE) => {
+                    format!("it has a value beyond ±{GREATEST_VALUE:e}")
+                }
                 None => continue,
             };
             return Err(DatabaseError::Axis { name, why });
@@ -362,7 +369,7 @@ impl Axes {
             }
         }
         // A thickness of 0 is not a knot: its transmittance is 1.
-        if self.thicknesses_cm.len() < 2 || self.thicknesses_cm[0] <= 0.0 {
+        if self.thicknesses_cm.len() < 2 || !ascends(&[0.0, self.thicknesses_cm[0]]) {
             return wrong("thickness", "two values or more, all above 0 cm");
         }
         let beams = |within: &dyn Fn(f64) -> bool| self.angles_deg.iter().all(|angle_deg| within(*angle_deg));
@@ -425,6 +432,26 @@ mod tests {
             ],
             diffuse: true,
             ..Axes::paper()
+        }
+    }
+
+    #[test]
+    fn axes_ascend_in_single_precision() {
+        let message = |thicknesses_cm: &[f64]| {
+            let axes = Axes { thicknesses_cm: thicknesses_cm.to_vec(), ..Axes::paper() };
+            axes.check_order().map_err(|error| error.to_string())
+        };
+        assert_eq!(message(&[1e-3, 2.0, 1e15]), Ok(()));
+        for (thicknesses_cm, expected) in [
+            (&[1.0, 2.0, 2.0][..], "2 follows 2"),
+            (&[1.0, 2.0, 2.0 + 1e-9], "is too close to 2"),
+            (&[1.0, f64::NAN], "follows 1"),
+            (&[1.0, 1e300], "beyond ±1e15"),
+            (&[1.0, f64::INFINITY], "beyond ±1e15"),
+            (&[1e-300, 1.0], "above 0 cm"),
+        ] {
+            let error = message(thicknesses_cm).unwrap_err();
+            assert!(error.contains(expected), "{thicknesses_cm:?}: {error}");
         }
     }
 

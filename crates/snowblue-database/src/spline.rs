@@ -24,7 +24,7 @@ pub(crate) struct Knots {
     last: f32,
     /// The intervals between neighbouring knots.
     intervals: Vec<Interval>,
-    /// All knots but the first and the last, eight at a time, padded with infinity.
+    /// All knots but the first and the last, eight at a time, padded with NaN, above which nothing is.
     inner: Vec<f32x8>,
 }
 
@@ -57,8 +57,7 @@ impl Knots {
         };
         let intervals: Vec<Interval> = knots.windows(2).map(interval).collect();
         let inner: Vec<f32> = intervals.iter().skip(1).map(|interval| interval.start).collect();
-        let padded =
-            |some: &[f32]| f32x8::new(std::array::from_fn(|lane| some.get(lane).copied().unwrap_or(f32::INFINITY)));
+        let padded = |some: &[f32]| f32x8::new(std::array::from_fn(|lane| some.get(lane).copied().unwrap_or(f32::NAN)));
         let inner = inner.chunks(8).map(padded).collect();
         Self { first: knots[0], last: knots[knots.len() - 1], intervals, inner }
     }

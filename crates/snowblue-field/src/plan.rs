@@ -60,7 +60,10 @@ pub enum FieldError {
         allowed_mm: f64,
     },
     /// A rule for the sizes of cells asks for too much.
-    #[error("needs cells more than {MOST_FACTOR:.0} times as large as a viewer needs to fit into {memory_mib} MiB")]
+    #[error(
+        "needs cells more than {MOST_FACTOR:.0} times as large as the pixels of the picture need, to fit into \
+         {memory_mib} MiB: allow more memory"
+    )]
     TooMuchDetail {
         /// Bound of the memory, in MiB.
         memory_mib: u64,

@@ -75,7 +75,7 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
             keys.refuse_beside("layers", &["grain_size_um", "facetness", "density_kg_m3"], path)?;
             keys.read(path, &known).map(MaterialDescription::LayeredSnow)
         }
-        "pca_snow" => keys.read(path, &known).map(MaterialDescription::PcaSnow),
+        "pca_snow" => keys.read(path, &["type", "layers"]).map(MaterialDescription::PcaSnow),
         _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "pca_snow"])),
     }
 }
