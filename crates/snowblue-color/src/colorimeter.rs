@@ -61,8 +61,8 @@ impl Colorimeter {
         Ok(Colorimeter { wavelengths_nm: wavelengths_nm.to_vec(), weights })
     }
 
-    /// Computes the weights for a measured spectrum: on wavelengths of any steps up to 20 nm that cover
-    /// 400–700 nm. Values outside have no weight.
+    /// Computes the weights for a measured spectrum: on wavelengths of any steps up to 20 nm that cover 400–700 nm.
+    /// Values outside have no weight.
     ///
     /// The sum runs over 400, 410, … 700 nm, on which the spectrum is interpolated linearly. A spectrum in equal steps
     /// of at most 10 nm that include 400 and 700 nm is summed as it is, so that no detail is lost; X, Y and Z are then

@@ -339,13 +339,13 @@ impl Axes {
         })
     }
 
-    /// The same without the model's range, for tables of other models.
+    /// Checks that all axes ascend in single precision, in which look-ups run, that no value is beyond ±10¹⁵, and that
+    /// the table is not too large; without the model's range, for tables of other models.
     ///
     /// # Errors
     /// [`DatabaseError::Axis`] or [`DatabaseError::AxisRange`] for the first axis that is not, or
     /// [`DatabaseError::TooManyValues`].
     pub fn check_order(&self) -> Result<(), DatabaseError> {
-        // Look-ups run in single precision.
         #[expect(clippy::cast_possible_truncation, reason = "what single precision makes of values is checked")]
         let ascends = |pair: &[f64]| (pair[0] as f32) < (pair[1] as f32);
         for NamedAxis { name, values, .. } in self.named() {

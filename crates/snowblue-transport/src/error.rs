@@ -4,7 +4,10 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TransportError {
     /// A quantity lies outside the range in which the model holds.
-    #[error("{quantity} is {}{unit}, but must lie in {least}–{greatest}{unit}", short(*.value), unit = suffix(.unit))]
+    #[error(
+        "{quantity} is {}{unit}, but must lie in {least}–{greatest}{unit}",
+        short_number(*.value), unit = suffix(.unit)
+    )]
     OutOfRange {
         /// Name of the quantity.
         quantity: &'static str,
@@ -136,7 +139,8 @@ pub(crate) fn find_by_name<T: Copy>(
 }
 
 /// A number in digits, or with an exponent where there would be more than fifteen of them.
-fn short(value: f64) -> String {
+#[must_use]
+pub fn short_number(value: f64) -> String {
     if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
 }
 
@@ -151,7 +155,7 @@ mod tests {
 
     #[test]
     fn long_numbers_have_an_exponent() {
-        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, f64::NAN].map(short);
+        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, f64::NAN].map(short_number);
         assert_eq!(shown, ["1200", "-0.25", "123456789012345", "1e99", "-1e15", "NaN"]);
     }
 }

@@ -57,7 +57,7 @@ pub mod measured;
 pub mod simplification;
 pub mod sunlight;
 
-pub use error::TransportError;
+pub use error::{TransportError, short_number};
 pub use medium::{
     Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
     Scattering, TallyPlan,

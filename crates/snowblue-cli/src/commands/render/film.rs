@@ -23,7 +23,8 @@ use crate::output::{Failure, Outcome, PictureFile, PictureFormat, print_message}
 
 /// Frames that automatic exposure looks at, evenly over the film.
 const METERED_FRAMES: u32 = 5;
-/// The longer side of their pictures in pixels, and most samples of a pixel.
+/// The longer side of their pictures in pixels, and most samples of a pixel. In smaller pictures the cells of wide snow
+/// are so large that light leaks through thin snow.
 const METERED_SIDE: u32 = 240;
 const METERED_SAMPLES: u32 = 4;
 /// Fewest digits of the number of a frame.

@@ -433,9 +433,10 @@ fn coarse_cells(scene: &Scene) -> Option<String> {
     let (rows, memory_mib) = (scene.description().film.height, scene.description().light_field.memory_mib);
     let (cells, remedy) = if factor > MOST_FACTOR {
         let cells = format!("in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need");
-        (cells, "raise --field-memory-mib")
+        (cells, "raise --field-memory-mib".to_owned())
     } else if rows < FEWEST_ROWS {
-        (format!("cells of snow follow the pixels, and {rows} rows make them large"), "try 160 rows or more")
+        let cells = format!("cells of snow follow the pixels, and {rows} rows make them large");
+        (cells, format!("try {FEWEST_ROWS} rows or more"))
     } else {
         return None;
     };

@@ -2,10 +2,10 @@
 
 use glam::Vec3A;
 use snowblue_database::Property;
-use snowblue_transport::ParameterRange;
 use snowblue_transport::sample::{
     DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
 };
+use snowblue_transport::{ParameterRange, short_number};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
@@ -99,7 +99,7 @@ impl Range {
             return Ok(());
         }
         let space = if unit.is_empty() { "" } else { " " };
-        let value = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
+        let value = short_number(value);
         Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
     }
 
