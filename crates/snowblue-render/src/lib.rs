@@ -50,7 +50,9 @@ pub mod film;
 
 pub mod scene;
 
-mod integrators;
+pub(crate) mod light_field;
+
+pub mod integrators;
 
 pub mod render;
 
@@ -65,6 +67,7 @@ pub use film::aov::Aovs;
 pub use film::exposure::Exposure;
 pub use film::sample_block::SampleBlock;
 pub use film::sensor::FalseColor;
+pub use integrators::{Integrator, Preparation};
 pub use render::{Progress, Rendering, render};
 pub use scene::Scene;
 pub use scene::description::SceneDescription;

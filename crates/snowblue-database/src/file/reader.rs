@@ -44,18 +44,32 @@ impl AnyTable {
         let path = Path::new(name);
         read_table(path, open_bytes(path, bytes)?)
     }
+
+    fn compressed(self, path: &Path) -> Result<CompressedTable, DatabaseError> {
+        match self {
+            Self::Compressed(table) => Ok(table),
+            Self::Full(_) | Self::Shard(_) => {
+                Err(DatabaseError::file(path, format!("is {}, not a compressed one", self.kind())))
+            }
+        }
+    }
 }
 
 impl CompressedTable {
+    /// Reads a compressed table from a file.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not a compressed table of snow.
+    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
+        read(path)?.compressed(path)
+    }
+
     /// Reads a compressed table from the bytes of its file. `name` identifies them in messages.
     ///
     /// # Errors
     /// If the bytes are not a compressed table of snow.
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, DatabaseError> {
-        match AnyTable::from_bytes(name, bytes)? {
-            AnyTable::Compressed(table) => Ok(table),
-            other => Err(DatabaseError::file(Path::new(name), format!("is {}, not a compressed one", other.kind()))),
-        }
+        AnyTable::from_bytes(name, bytes)?.compressed(Path::new(name))
     }
 }
 

@@ -26,8 +26,7 @@ pub struct FilmSettings {
     /// The light that looks white. In false colour all lights do.
     #[serde(with = "text")]
     pub white: WhiteBalance,
-    /// Three wavelengths of the table as red, green and blue, instead of the colours that an observer sees. Lights are
-    /// then white.
+    /// Three wavelengths as red, green and blue, instead of the colours that an observer sees. Lights are then white.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub false_color: Option<FalseColor>,
 }

@@ -9,9 +9,9 @@ use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
 use crate::film::white_balance::WhiteBalance;
 use crate::hash::Fnv1a;
-use crate::scene::Scene;
-use crate::scene::description::{MaterialDescription, SceneDescription};
-use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
+use crate::integrators::Integrator;
+use crate::scene::description::SceneDescription;
+use crate::scene::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings};
 
 /// The name of the list of files.
 const FILES: &str = "files";
@@ -23,21 +23,24 @@ const FILES: &str = "files";
 pub struct Provenance(Vec<(String, String)>);
 
 impl Provenance {
-    /// What a scene was built from, and its settings.
-    pub fn of(scene: &Scene, table: &CompressedTable) -> Self {
-        Self::new(&scene.description, table, &scene.file_hashes())
+    /// What the scene of an integrator was built from, and its settings.
+    pub fn of(integrator: &Integrator) -> Self {
+        let scene = integrator.scene();
+        Self::new(&scene.description, integrator.table_hash(), &scene.file_hashes())
     }
 
-    /// What a scene would be built from that names the same files as this one, without building it.
-    pub fn of_same_files(&self, scene: &SceneDescription, table: &CompressedTable, files: &dyn SceneFiles) -> Self {
+    /// What a scene would be built from that names the same files and reads the same table as this one, without building
+    /// it.
+    pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn SceneFiles) -> Self {
         let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
         let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
         let hashes = names.iter().filter_map(|name| Some((name.as_str(), hash(name)?))).collect();
+        let table = self.get("table").and_then(|hash| u64::from_str_radix(hash, 16).ok());
         Self::new(scene, table, &hashes)
     }
 
     /// That of a description, with hashes of the files that it names.
-    fn new(scene: &SceneDescription, table: &CompressedTable, files: &BTreeMap<&str, u64>) -> Self {
+    fn new(scene: &SceneDescription, table: Option<u64>, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
         let colours = match film.false_color {
             None if film.white == WhiteBalance::default() => "as seen".to_owned(),
@@ -46,9 +49,7 @@ impl Provenance {
         };
         let mut entries = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("path", path_modes(scene)),
             ("scene", format!("{:016x}", scene_hash(scene, files))),
-            ("table", format!("{:016x}", table_hash(table))),
             ("width", film.width.to_string()),
             ("height", film.height.to_string()),
             ("seed", integrator.seed.to_string()),
@@ -57,6 +58,13 @@ impl Provenance {
             ("integrator", integrator.kind.name().to_owned()),
             ("colours", colours),
         ];
+        if integrator.kind == IntegratorKind::PcaSnow {
+            let PcaSnowSettings { path, exit, emission, reflectance, table: _ } = &integrator.pcasnow;
+            let reflectance = reflectance.map_or("of the curves".to_owned(), |share| share.to_string());
+            entries.push(("path", path.name().to_owned()));
+            entries.push(("pcasnow", format!("{exit:?}, {emission:?}, reflectance {reflectance}").to_lowercase()));
+        }
+        entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
             let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.light_field;
             entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
@@ -100,19 +108,6 @@ impl fmt::Display for Provenance {
     }
 }
 
-/// The path modes of the scene's snow, each once, in the order of the materials.
-fn path_modes(scene: &SceneDescription) -> String {
-    let mut names = Vec::new();
-    for material in scene.materials.values() {
-        if let MaterialDescription::PcaSnow(snow) = material
-            && !names.contains(&snow.path.name())
-        {
-            names.push(snow.path.name());
-        }
-    }
-    names.join(", ")
-}
-
 /// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries
 /// of their own are left out.
 fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
@@ -128,7 +123,8 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
     hash.value()
 }
 
-fn table_hash(table: &CompressedTable) -> u64 {
+/// The hash of a table of curves.
+pub(crate) fn table_hash(table: &CompressedTable) -> u64 {
     let mut hash = Fnv1a::new();
     let axes = &table.axes;
     let mut add_axis = |name: &str, values: &[f64]| {

@@ -1,27 +1,44 @@
 //! Integrators: the radiance along a camera ray.
+//!
+//! [`Integrator::prepare`] computes once what a method needs of a scene: curves of snow, random walks, the light field.
+//! A tracer for each task is cheap.
 
-pub(crate) mod first_hit;
+mod first_hit;
 mod path;
 mod reference;
 mod single_scattering;
+mod snow_volumes;
 mod surroundings;
 mod walk;
 
+use std::borrow::Cow;
+use std::sync::{Arc, OnceLock};
+
+use snowblue_database::CompressedTable;
 use snowblue_transport::monte_carlo::{PathLengths, Volume};
 
+use crate::error::RenderError;
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::Ray;
-use crate::integrators::path::PathIntegrator;
-use crate::integrators::reference::ReferenceIntegrator;
+use crate::light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
 use crate::sampling::Sampler;
+use crate::scene::build::changes::Changes;
+use crate::scene::material::snow::SnowKinds;
 use crate::scene::queries::Statistics;
 use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
-pub(crate) use path::LightTables;
+use path::{LightTables, PathTracer, SnowCurves};
+use reference::ReferenceTracer;
+use snow_volumes::SnowVolumes;
+use surroundings::SnowBodies;
+
+pub(crate) use first_hit::FirstHits;
 
 /// Bounces before Russian roulette begins.
 const SAFE_BOUNCES: u32 = 4;
+/// Rays through grains for the albedo of snow, where nothing else needs its optics.
+const ALBEDO_RAYS: u32 = 1 << 14;
 
 /// Probability with which a path of some throughput survives a bounce.
 fn survival_probability(bounce: u32, throughput: &Spectrum) -> f32 {
@@ -35,29 +52,304 @@ fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectr
     attenuation
 }
 
-/// The integrator of a scene, with the state of one thread.
+/// An integrator that is ready for a scene. It shares the scene's parts.
 #[derive(Debug)]
-pub(crate) enum Integrator<'scene> {
-    Path(Box<PathIntegrator<'scene>>),
-    Reference(Box<ReferenceIntegrator<'scene>>),
+pub struct Integrator {
+    scene: Scene,
+    method: Method,
+    bodies: SnowBodies,
+    /// The responses to each light, and none, for pictures of spectra.
+    tables: LightTables,
+    no_tables: LightTables,
+    /// A hash of the table of curves, if the method reads one.
+    table_hash: Option<u64>,
+    notes: Vec<String>,
 }
 
-impl<'scene> Integrator<'scene> {
-    /// Starts with zero counts.
-    pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
-        match scene.integrator.kind {
-            IntegratorKind::Reference => Self::Reference(Box::new(ReferenceIntegrator::new(scene))),
-            IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Hybrid => {
-                Self::Path(Box::new(PathIntegrator::new(scene, tables)))
+/// What an integrator has prepared.
+#[derive(Debug)]
+enum Method {
+    /// The curves of each material's snow.
+    PcaSnow(SnowOfMaterials<SnowCurves>),
+    Diffusion(LightField),
+    Hybrid(LightField, SnowOfMaterials<SnowVolumes>),
+    /// Volumes, and the optics of the snow's surface once they are asked for.
+    Reference(SnowOfMaterials<SnowVolumes>, Box<OnceLock<SnowOfMaterials<Snowpack>>>),
+}
+
+/// What an integrator is prepared with.
+#[derive(Debug, Default)]
+pub struct Preparation<'a> {
+    /// The table of curves for PCASnow; none for that of the scene, or else the embedded one.
+    pub table: Option<&'a CompressedTable>,
+    /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
+    /// must have had the same files.
+    pub earlier: Option<Integrator>,
+}
+
+impl Integrator {
+    /// Prepares the integrator of a scene, with the embedded table or that of the scene.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`prepare_with`](Self::prepare_with).
+    pub fn prepare(scene: &Scene) -> Result<Self, RenderError> {
+        Self::prepare_with(scene, Preparation::default())
+    }
+
+    /// Prepares the integrator of a scene.
+    ///
+    /// # Errors
+    ///
+    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a point
+    /// or a sphere lies inside snow, or the scene's table cannot be read.
+    pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
+        let (mut notes, mut table_hash) = (Vec::new(), None);
+        let method = match Kept::of(preparation.earlier, scene) {
+            Kept::Everything(method) => *method,
+            Kept::Grids(method, changes) => method.relit(scene, &changes)?,
+            Kept::Nothing => {
+                let kinds = |material: &crate::scene::material::Material| {
+                    material.snow().map(|snow| Arc::new(snow.kinds(&scene.wavelengths_nm)))
+                };
+                let kinds: SnowOfMaterials<SnowKinds> = scene.materials.iter().map(kinds).collect();
+                match scene.integrator.kind {
+                    IntegratorKind::PcaSnow => {
+                        let table = table_of(scene, preparation.table)?;
+                        table_hash = table.as_deref().map(crate::film::provenance::table_hash);
+                        Method::PcaSnow(curves(scene, &kinds, table.as_deref(), &mut notes)?)
+                    }
+                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds)?,
+                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds)?,
+                    IntegratorKind::Reference => {
+                        Method::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default())
+                    }
+                }
+            }
+        };
+        let tables = match &method {
+            Method::PcaSnow(curves) => LightTables::new(scene, curves),
+            Method::Diffusion(_) => LightTables::new(scene, &[]),
+            Method::Hybrid(..) | Method::Reference(..) => LightTables::none(scene),
+        };
+        Ok(Self {
+            scene: scene.clone(),
+            method,
+            bodies: SnowBodies::new(scene),
+            tables,
+            no_tables: LightTables::none(scene),
+            table_hash,
+            notes,
+        })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What was done otherwise than the table allows, in sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The number of light fields that were solved for, one for all lights of one spectrum. Those that were kept of an
+    /// earlier integrator do not count.
+    pub fn solved_light_fields(&self) -> usize {
+        self.method.field().map_or(0, LightField::solved_count)
+    }
+
+    /// If the cells of a wide body of snow have sizes for the pixels of the image: the factor of these sizes that makes
+    /// them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
+    pub fn factor_of_cells(&self) -> Option<f64> {
+        self.method.field().and_then(LightField::view_factor)
+    }
+
+    /// A hash of the table of curves, if the method reads one.
+    pub(crate) fn table_hash(&self) -> Option<u64> {
+        self.table_hash
+    }
+
+    /// The light field, if the method has one.
+    pub(crate) fn light_field(&self) -> Option<&LightField> {
+        self.method.field()
+    }
+
+    /// The scene and its light field, if the method has one.
+    pub(crate) fn into_light_field(self) -> (Scene, Option<LightField>) {
+        let field = match self.method {
+            Method::Diffusion(field) | Method::Hybrid(field, _) => Some(field),
+            Method::PcaSnow(_) | Method::Reference(..) => None,
+        };
+        (self.scene, field)
+    }
+
+    /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
+    ///
+    /// The light field of a wide body keeps the cells that the former view needed.
+    pub fn set_view(&mut self, view: &crate::scene::camera::View) -> bool {
+        self.scene.set_view(view)
+    }
+
+    /// Sets the number of samples per pixel, at least one.
+    pub fn set_samples_per_pixel(&mut self, samples: u32) {
+        self.scene.set_samples_per_pixel(samples);
+    }
+
+    /// Sets the seed of the random numbers.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.scene.set_seed(seed);
+    }
+
+    /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
+    pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
+        match &self.method {
+            Method::Reference(volumes, _) => {
+                Tracer::Reference(Box::new(ReferenceTracer::new(&self.scene, &self.bodies, volumes)))
+            }
+            Method::PcaSnow(_) | Method::Diffusion(_) | Method::Hybrid(..) => {
+                Tracer::Path(Box::new(PathTracer::new(self, responses)))
             }
         }
     }
 
+    /// The optics of the snow of a material, if it is snow, where the method has no curves.
+    fn snowpack(&self, material: usize) -> Option<&Snowpack> {
+        let Method::Reference(volumes, snow) = &self.method else { return None };
+        let snow = snow.get_or_init(|| {
+            let kinds: SnowOfMaterials<SnowKinds> =
+                volumes.iter().map(|snow| snow.as_ref().map(|snow| Arc::clone(&snow.kinds))).collect();
+            snowpacks(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
+        });
+        snow.get(material)?.as_deref()
+    }
+}
+
+impl Method {
+    fn diffusion(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+        let rays = scene.description.light_field.grain_rays;
+        Ok(Self::Diffusion(LightField::of_scene(scene, &snowpacks(scene, kinds, rays, &|_, _, _| None)?)?))
+    }
+
+    fn hybrid(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+        let volumes = SnowVolumes::for_short_walks(scene, kinds)?;
+        let walk_ends = |material: usize, kind: usize, length_m: f64| {
+            volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
+        };
+        let snow = snowpacks(scene, kinds, scene.description.light_field.grain_rays, &walk_ends)?;
+        Ok(Self::Hybrid(LightField::of_scene(scene, &snow)?, volumes))
+    }
+
+    /// The same snow under changed lights.
+    fn relit(self, scene: &Scene, changes: &Changes) -> Result<Self, RenderError> {
+        Ok(match self {
+            Self::Diffusion(field) => Self::Diffusion(field.after_changes(scene, changes)?),
+            Self::Hybrid(field, volumes) => Self::Hybrid(field.after_changes(scene, changes)?, volumes),
+            Self::PcaSnow(_) | Self::Reference(..) => self,
+        })
+    }
+
+    fn field(&self) -> Option<&LightField> {
+        match self {
+            Self::Diffusion(field) | Self::Hybrid(field, _) => Some(field),
+            Self::PcaSnow(_) | Self::Reference(..) => None,
+        }
+    }
+}
+
+/// What holds of an earlier integrator for another scene.
+enum Kept {
+    Nothing,
+    /// Grids, and the solutions of all lights that are the same.
+    Grids(Box<Method>, Changes),
+    Everything(Box<Method>),
+}
+
+impl Kept {
+    fn of(earlier: Option<Integrator>, scene: &Scene) -> Self {
+        let Some(Integrator { scene: before, method, .. }) = earlier else { return Self::Nothing };
+        let changes = Changes::new(before.description(), scene.description());
+        match &method {
+            _ if changes.solids => Self::Nothing,
+            // The table may be another one.
+            Method::PcaSnow(_) => Self::Nothing,
+            Method::Reference(..) => Self::Everything(Box::new(method)),
+            Method::Diffusion(field) | Method::Hybrid(field, _) => {
+                if field.view_factor().is_some() && changes.view {
+                    Self::Nothing
+                } else if !changes.field() {
+                    Self::Everything(Box::new(method))
+                } else if !changes.grids {
+                    Self::Grids(Box::new(method), changes)
+                } else {
+                    Self::Nothing
+                }
+            }
+        }
+    }
+}
+
+/// The table of a scene: the given one, that of the scene, or else the embedded one.
+fn table_of<'a>(
+    scene: &Scene,
+    given: Option<&'a CompressedTable>,
+) -> Result<Option<Cow<'a, CompressedTable>>, RenderError> {
+    if let Some(table) = given {
+        return Ok(Some(Cow::Borrowed(table)));
+    }
+    if let Some(file) = &scene.table_file {
+        return Ok(Some(Cow::Owned(CompressedTable::open(file)?)));
+    }
+    Ok(embedded_table().map(Cow::Borrowed))
+}
+
+#[cfg(feature = "table")]
+#[expect(clippy::unnecessary_wraps, reason = "without the feature there is none")]
+fn embedded_table() -> Option<&'static CompressedTable> {
+    Some(snowblue_data::embedded())
+}
+
+#[cfg(not(feature = "table"))]
+fn embedded_table() -> Option<&'static CompressedTable> {
+    None
+}
+
+/// The curves of the snow of each material, with notes on those that are solved.
+fn curves(
+    scene: &Scene,
+    kinds: &SnowOfMaterials<SnowKinds>,
+    table: Option<&CompressedTable>,
+    notes: &mut Vec<String>,
+) -> Result<SnowOfMaterials<SnowCurves>, RenderError> {
+    let mut curves = Vec::with_capacity(kinds.len());
+    for (material, kinds) in kinds.iter().enumerate() {
+        let Some(kinds) = kinds else {
+            curves.push(None);
+            continue;
+        };
+        let path = scene.material_path(material);
+        let solved = SnowCurves::new(kinds, &scene.wavelengths_nm, table);
+        let (of_material, reason) =
+            solved.map_err(|error| path.error(format!("cannot be rendered by pcasnow: {error}")))?;
+        notes.extend(reason.map(|reason| format!("{path}: its curves are solved for, because {reason}")));
+        curves.push(Some(Arc::new(of_material)));
+    }
+    Ok(curves)
+}
+
+/// Traces camera rays, with the state of one thread.
+#[derive(Debug)]
+pub(crate) enum Tracer<'a> {
+    Path(Box<PathTracer<'a>>),
+    Reference(Box<ReferenceTracer<'a>>),
+}
+
+impl Tracer<'_> {
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
         match self {
-            Self::Path(integrator) => integrator.radiance(camera_ray, sampler),
-            Self::Reference(integrator) => integrator.radiance(camera_ray, sampler),
+            Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
+            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
         }
     }
 
@@ -65,16 +357,16 @@ impl<'scene> Integrator<'scene> {
     #[inline]
     pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
         match self {
-            Self::Path(integrator) => integrator.response(camera_ray, sampler),
-            Self::Reference(integrator) => scene.sensor.sample(&integrator.radiance(camera_ray, sampler)),
+            Self::Path(tracer) => tracer.response(camera_ray, sampler),
+            Self::Reference(tracer) => scene.sensor.sample(&tracer.radiance(camera_ray, sampler)),
         }
     }
 
     /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
         match self {
-            Self::Path(integrator) => integrator.statistics(),
-            Self::Reference(integrator) => integrator.statistics(),
+            Self::Path(tracer) => tracer.statistics(),
+            Self::Reference(tracer) => tracer.statistics(),
         }
     }
 }

@@ -17,6 +17,7 @@
 //! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
 mod carried;
+mod snow_curves;
 mod transmission;
 mod vertex;
 
@@ -30,21 +31,22 @@ use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::single_scattering::SingleScattering;
 use crate::integrators::survival_probability;
 use crate::integrators::walk::WalkTracer;
+use crate::integrators::{Integrator, Method};
+use crate::light_field::{EndDepth, LightField, SnowAt};
 use crate::sampling::{Sampler, cosine_direction};
-use crate::scene::light::{IncidentLight, Light, LightSample};
-use crate::scene::light_field::{EndDepth, SnowAt};
+use crate::scene::light::{IncidentLight, LightSample};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
-use crate::scene::material::pca_snow::Emission;
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::{SceneQueries, Statistics};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{Emission, Scene};
 use crate::spectrum::Spectrum;
 
 use carried::{Carried, Source};
-use vertex::{Shading, SnowVertex, Vertex};
+use vertex::{PcaSnow, Shading, Vertex};
 
 pub(crate) use carried::LightTables;
+pub(crate) use snow_curves::SnowCurves;
 
 /// Points around a surface point that lamps must light alike, their distance and their height above the surface, in
 /// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
@@ -56,14 +58,18 @@ const NEAR_LIGHT_LENGTHS: f32 = 60.0;
 
 /// Traces paths through a scene.
 #[derive(Debug)]
-pub(crate) struct PathIntegrator<'scene> {
-    scene: &'scene Scene,
-    tables: &'scene LightTables,
-    queries: SceneQueries<'scene>,
+pub(crate) struct PathTracer<'a> {
+    scene: &'a Scene,
+    tables: &'a LightTables,
+    queries: SceneQueries<'a>,
+    /// Snow by PCASnow, or none with a light field.
+    pcasnow: Option<PcaSnow<'a>>,
+    /// The light field, or none with PCASnow.
+    field: Option<&'a LightField>,
     /// Random walks in snow, if there are any.
-    walks: Option<WalkTracer<'scene>>,
+    walks: Option<WalkTracer<'a>>,
     /// Single scattering in snow, where the light field is read at the surface; none for PCASnow.
-    singles: Option<SingleScattering<'scene>>,
+    singles: Option<SingleScattering<'a>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
 }
@@ -76,13 +82,26 @@ struct PathRadiance<C> {
     later: Option<Spectrum>,
 }
 
-impl<'scene> PathIntegrator<'scene> {
-    /// Starts with zero counts.
-    pub(crate) fn new(scene: &'scene Scene, tables: &'scene LightTables) -> Self {
-        let has_area_lights = scene.lights.iter().any(Light::has_extent);
-        let walks = (scene.integrator.kind == IntegratorKind::Hybrid).then(|| WalkTracer::new(scene));
-        let singles = scene.integrator.kind.has_light_field().then(|| SingleScattering::new(scene));
-        Self { scene, tables, queries: SceneQueries::new(&scene.objects), walks, singles, has_area_lights }
+impl<'a> PathTracer<'a> {
+    /// Starts with zero counts. The sensor's responses are looked up where `responses` is true.
+    pub(crate) fn new(integrator: &'a Integrator, responses: bool) -> Self {
+        let Integrator { scene, method, bodies, .. } = integrator;
+        let (pcasnow, field, volumes) = match method {
+            Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator.pcasnow, curves)), None, None),
+            Method::Diffusion(field) => (None, Some(field), None),
+            Method::Hybrid(field, volumes) => (None, Some(field), Some(volumes)),
+            Method::Reference(..) => unreachable!("the reference traces no paths over surfaces"),
+        };
+        Self {
+            scene,
+            tables: if responses { &integrator.tables } else { &integrator.no_tables },
+            queries: SceneQueries::new(&scene.objects),
+            pcasnow,
+            field,
+            walks: field.zip(volumes).map(|(field, volumes)| WalkTracer::new(scene, field, bodies, volumes)),
+            singles: field.map(|field| SingleScattering::new(scene, field, bodies)),
+            has_area_lights: scene.lights.iter().any(|light| light.has_extent()),
+        }
     }
 
     /// Counts of the queries so far.
@@ -116,7 +135,7 @@ impl<'scene> PathIntegrator<'scene> {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
-        let vertex = self.vertex(&surface);
+        let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
             let end_depth = self.walks.as_ref().map(|walks| walks.end_depth(snow, &surface));
             // Where light and snow are even, the field is the mean of the walks, without their noise.
@@ -141,7 +160,7 @@ impl<'scene> PathIntegrator<'scene> {
 
     /// Whether each lamp shines alike on the points around a point of a flat surface.
     fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
-        let length_m = snow.layer.transport_length_m();
+        let length_m = snow.optics.transport_length_m();
         let [turn, ..] = sampler.next_four();
         let (side, up) = surface.normal.any_orthonormal_pair();
         let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
@@ -151,8 +170,7 @@ impl<'scene> PathIntegrator<'scene> {
             SurfacePoint { point, normal: surface.normal }
         });
         let lights = self.scene.lights.iter().enumerate();
-        let is_outside =
-            |index: usize| self.scene.light_field.as_ref().is_none_or(|all| all.lamp_inside(index).is_none());
+        let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
         let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
         for sample in samples {
             let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
@@ -183,7 +201,7 @@ impl<'scene> PathIntegrator<'scene> {
                 radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
             }
             let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
-            let vertex = self.vertex(&surface);
+            let vertex = self.vertex(&surface, sampler);
             if let Shading::Field(snow) = vertex.shading {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
@@ -207,7 +225,7 @@ impl<'scene> PathIntegrator<'scene> {
         let [u, v, chance, choice] = sampler.next_four();
         let surface = vertex.surface.surface_point();
         // The last ray finds lights only.
-        let (direction, factor) = match &self.scene.light_field {
+        let (direction, factor) = match self.field {
             Some(field) if bounce < self.scene.integrator.max_bounces => {
                 field.sample_reflection(&surface, [u, v, choice])
             }
@@ -265,17 +283,17 @@ impl<'scene> PathIntegrator<'scene> {
     }
 
     #[inline]
-    fn vertex<'a>(&mut self, surface: &'a SurfaceInteraction) -> Vertex<'a>
+    fn vertex<'v>(&mut self, surface: &'v SurfaceInteraction, sampler: &mut Sampler) -> Vertex<'v>
     where
-        'scene: 'a,
+        'a: 'v,
     {
-        let field = self.scene.light_field.as_ref().and_then(|all| all.of_object(surface.object));
-        let shading = match (field, &self.scene.materials[surface.material]) {
-            (Some(field), _) => Shading::Field(field.at(&self.scene.objects, surface.object, &surface.surface_point())),
-            (None, Material::Diffuse(Diffuse::Uniform(reflectance))) => Shading::Diffuse(reflectance),
-            (None, Material::Diffuse(diffuse)) => Shading::Textured(diffuse.reflectance(&self.scene.objects, surface)),
-            (None, Material::PcaSnow(snow)) => Shading::Snow(SnowVertex::new(snow, surface, &mut self.queries)),
-            (None, Material::LayeredSnow(_)) => unreachable!("only integrators with a light field have layers"),
+        let (scene, field) = (self.scene, self.field.and_then(|all| all.of_object(surface.object)));
+        let shading = match (&scene.materials[surface.material], field, &self.pcasnow) {
+            (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
+            (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(&scene.objects, surface)),
+            (Material::Snow(_), Some(field), _) => Shading::Field(field.at(&scene.objects, surface, sampler)),
+            (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),
+            (Material::Snow(_), None, None) => unreachable!("all snow has a light field or curves"),
         };
         let is_smooth = matches!(shading, Shading::Field(_));
         Vertex { surface, normal: if is_smooth { surface.shading_normal } else { surface.normal }, shading }

@@ -1,16 +1,18 @@
 //! Surfaces on a path.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_database::lookup::SnowMix;
 
 use crate::geometry::chord::{Chord, Line};
-use crate::geometry::ray::SurfacePoint;
-use crate::scene::light_field::SnowAt;
-use crate::scene::material::pca_snow::PcaSnowMaterial;
+use crate::geometry::ray::{SurfacePoint, narrow};
+use crate::integrators::path::snow_curves::SnowCurves;
+use crate::light_field::SnowAt;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
+use crate::scene::{PathMode, PcaSnowSettings};
 use crate::spectrum::Spectrum;
 
 /// A surface on a path, ready to be shaded.
@@ -33,10 +35,17 @@ pub(super) enum Shading<'a> {
     Field(SnowAt<'a>),
 }
 
+/// PCASnow: its settings, and the curves of the snow of each material.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PcaSnow<'a> {
+    settings: &'a PcaSnowSettings,
+    curves: &'a [Option<Arc<SnowCurves>>],
+}
+
 /// Snow at a point X_i of its surface.
 #[derive(Debug)]
 pub(super) struct SnowVertex<'a> {
-    pub(super) material: &'a PcaSnowMaterial,
+    pub(super) settings: &'a PcaSnowSettings,
     curves: SnowMix<'a>,
     pub(super) surface: &'a SurfaceInteraction,
     /// The path through the snow that does not depend on the light.
@@ -66,26 +75,61 @@ impl Vertex<'_> {
                 let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
                 let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
                 let cos_azimuth = cos_azimuth.clamp(-1.0, 1.0);
-                Spectrum::constant(PI * snow.layer.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth))
+                Spectrum::constant(PI * snow.optics.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth))
             }
         }
     }
 }
 
-impl<'a> SnowVertex<'a> {
-    /// The snow at a hit.
-    #[inline]
-    pub(super) fn new(
-        material: &'a PcaSnowMaterial,
-        surface: &'a SurfaceInteraction,
-        queries: &mut SceneQueries,
-    ) -> Self {
-        let curves = material.curves.at(queries.objects(), surface);
-        let mut snow = Self { material, curves, surface, straight: None };
-        snow.straight = snow.chord(queries, material.path.straight_direction(surface), f32::INFINITY);
-        snow
+impl<'a> PcaSnow<'a> {
+    pub(super) fn new(settings: &'a PcaSnowSettings, curves: &'a [Option<Arc<SnowCurves>>]) -> Self {
+        Self { settings, curves }
     }
 
+    /// The snow at a hit on snow.
+    #[inline]
+    pub(super) fn vertex<'v>(&self, surface: &'v SurfaceInteraction, queries: &mut SceneQueries) -> SnowVertex<'v>
+    where
+        'a: 'v,
+    {
+        let Some(curves) = &self.curves[surface.material] else { unreachable!("all snow has curves") };
+        let curves = curves.at(queries.objects(), surface);
+        let mut snow = SnowVertex { settings: self.settings, curves, surface, straight: None };
+        snow.straight = snow.chord(queries, self.settings.path.straight_direction(surface), f32::INFINITY);
+        snow
+    }
+}
+
+impl PathMode {
+    /// Direction of the path that does not depend on the light.
+    #[inline]
+    pub(crate) fn straight_direction(self, surface: &SurfaceInteraction) -> Vec3A {
+        match self {
+            Self::View => surface.direction,
+            Self::Normal | Self::Light | Self::Brightest => -surface.normal,
+        }
+    }
+
+    /// Whether light comes along that path.
+    #[inline]
+    pub(super) fn uses_straight(self) -> bool {
+        match self {
+            Self::View | Self::Normal | Self::Brightest => true,
+            Self::Light => false,
+        }
+    }
+
+    /// Whether light comes along lines to the light.
+    #[inline]
+    pub(super) fn uses_lines(self) -> bool {
+        match self {
+            Self::Light | Self::Brightest => true,
+            Self::View | Self::Normal => false,
+        }
+    }
+}
+
+impl SnowVertex<'_> {
     /// Index of its material in the scene.
     #[inline]
     pub(super) fn material_index(&self) -> usize {
@@ -106,7 +150,12 @@ impl<'a> SnowVertex<'a> {
 
     /// Reflectance for light at a cosine of incidence.
     pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
-        self.material.reflectance(&self.curves, self.depth_cm(), cos_incidence)
+        if let Some(reflectance) = self.settings.reflectance {
+            return Spectrum::constant(narrow(reflectance));
+        }
+        let mut reflectance = Spectrum::ZERO;
+        self.curves.reflectance(self.depth_cm(), self.look_up_angle_deg(cos_incidence), &mut reflectance.0);
+        reflectance
     }
 
     /// Transmittance of a depth for light at a cosine of incidence.
@@ -120,7 +169,7 @@ impl<'a> SnowVertex<'a> {
     #[inline]
     pub(super) fn chord(&self, queries: &mut SceneQueries, direction: Vec3A, end_m: f32) -> Option<Chord> {
         let SurfaceInteraction { object, point, normal, .. } = *self.surface;
-        queries.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
+        queries.chord(object, &Line { point, normal, direction, end_m }, self.settings.exit)
     }
 }
 

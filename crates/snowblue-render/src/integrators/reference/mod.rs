@@ -1,4 +1,4 @@
-//! Volumetric path tracer, the ground truth for PCASnow: light is scattered from grain to grain in snow of any shape.
+//! Volumetric path tracer, the ground truth: light is scattered from grain to grain in snow of any shape.
 //!
 //! A path runs backwards from the camera, which reciprocity allows because a grain's phase function depends on the
 //! scattering angle alone. The refractive index does not change where it enters snow. There it continues by free
@@ -20,17 +20,23 @@
 //! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices,
 //! with the same random numbers, and wavelengths are interpolated between them.
 //!
+//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn by the
+//! greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions, with the grains
+//! of the snow there.
+//!
 //! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
 //! that it entered.
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use crate::integrators::surroundings::{Flight, Medium, Surroundings};
+use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use crate::integrators::{attenuation, survival_probability};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
@@ -43,13 +49,16 @@ use crate::spectrum::Spectrum;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
-pub(crate) struct ReferenceIntegrator<'scene> {
+pub(crate) struct ReferenceTracer<'scene> {
     scene: &'scene Scene,
     surroundings: Surroundings<'scene>,
+    volumes: &'scene [Option<Arc<SnowVolumes>>],
     delta_lights: Vec<DeltaLight>,
     has_area_lights: bool,
     /// Weights of the wavelengths at each index node. A scene without snow has one node.
     weights: Vec<Spectrum>,
+    /// Path lengths in each kind of the present snow.
+    lengths: Vec<PathLengths>,
 }
 
 /// A light without extent, or a point of the sun.
@@ -98,17 +107,24 @@ struct Snow {
     material: usize,
 }
 
-impl<'scene> ReferenceIntegrator<'scene> {
+impl<'scene> ReferenceTracer<'scene> {
     /// Starts with zero counts.
-    pub(crate) fn new(scene: &'scene Scene) -> Self {
-        let volume = scene.volumes.iter().flatten().next();
+    pub(crate) fn new(
+        scene: &'scene Scene,
+        bodies: &'scene SnowBodies,
+        volumes: &'scene [Option<Arc<SnowVolumes>>],
+    ) -> Self {
+        // All volumes have the same nodes.
+        let volume = volumes.iter().flatten().flat_map(|snow| &snow.volumes).next();
         let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
         Self {
             scene,
-            surroundings: Surroundings::new(scene),
+            surroundings: Surroundings::new(scene, bodies, volumes),
+            volumes,
             delta_lights: Vec::with_capacity(scene.lights.len()),
             has_area_lights: scene.lights.iter().any(|light| !light.is_small()),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
+            lengths: Vec::new(),
         }
     }
 
@@ -153,9 +169,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
                         return;
                     }
                 }
-                Material::PcaSnow(_) | Material::LayeredSnow(_) => {
-                    within = Some(Snow { object: surface.object, material: surface.material })
-                }
+                Material::Snow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
             }
             if let Some(snow) = within {
                 let entering = self.scene.materials[surface.material].is_snow();
@@ -207,64 +221,105 @@ impl<'scene> ReferenceIntegrator<'scene> {
     }
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.
-    fn scatter(&mut self, path: &mut Path, snow: Snow, entering: bool) -> SnowEnd {
-        let Some(volume) = self.scene.volumes[snow.material].first() else { return SnowEnd::Absorbed };
-        let node = &volume.nodes()[path.node];
-        let mean_flight_m = node.extinction_per_m().recip();
-        let mut lengths = PathLengths::default();
+    fn scatter(&mut self, path: &mut Path, Snow { object, material }: Snow, entering: bool) -> SnowEnd {
+        let Some(snow) = self.volumes[material].as_deref() else { return SnowEnd::Absorbed };
+        let greatest_per_m = snow.greatest_extinction_per_m(path.node);
+        let mean_flight_m = greatest_per_m.recip();
+        self.lengths.clear();
+        self.lengths.resize(snow.volumes.len(), PathLengths::default());
         // Optical depth of absorption, at the least absorbed wavelength, at which the path ends.
         let absorption_limit = -path.stream.uniform().ln();
-        let mut events = node.events_from(path.stream.uniform());
+        let first_event = path.stream.uniform();
+        let mut events: Vec<_> =
+            snow.volumes.iter().map(|kind| kind.nodes()[path.node].events_from(first_event)).collect();
         // The way out along the first flight, where it is known.
         let mut known_exit = None;
         if entering {
-            known_exit = self.surroundings.enter(snow.object, &mut path.ray);
+            known_exit = self.surroundings.enter(object, &mut path.ray);
             if known_exit.is_none() {
                 return SnowEnd::Missed;
             }
         }
+        let mut kind = self.kind_at(snow, object, path);
         loop {
             let flight_m = narrow(-path.stream.uniform().ln() * mean_flight_m);
-            let flight = self.surroundings.fly(snow.object, &path.ray, flight_m, known_exit.take());
+            let flight = self.surroundings.fly(object, &path.ray, flight_m, known_exit.take());
             let length_m = flight.length_m();
-            self.add_area_lights(path, length_m, Some((volume, &lengths)));
-            lengths.pores_m += f64::from(length_m);
-            if volume.least_absorption(&lengths) > absorption_limit {
+            self.add_area_lights(path, length_m, Some((snow, kind)));
+            self.lengths[kind].pores_m += f64::from(length_m);
+            if self.least_absorption(snow) > absorption_limit {
                 return SnowEnd::Absorbed;
             }
             match flight {
                 Flight::Free(_) => {
                     path.ray.origin = path.ray.at(length_m);
-                    self.add_delta_lights(path, snow.object, volume, &lengths);
-                    let Some(event) = events.next() else { return SnowEnd::Absorbed };
-                    lengths.ice_in_air_m += f64::from(event.ice_in_air_m);
-                    lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
+                    kind = self.kind_at(snow, object, path);
+                    if !snow.kinds.is_uniform() {
+                        let extinction_per_m = snow.volumes[kind].nodes()[path.node].extinction_per_m();
+                        if path.stream.uniform() * greatest_per_m >= extinction_per_m {
+                            continue;
+                        }
+                    }
+                    self.add_delta_lights(path, object, snow, kind);
+                    let Some(event) = events[kind].next() else { return SnowEnd::Absorbed };
+                    self.lengths[kind].ice_in_air_m += f64::from(event.ice_in_air_m);
+                    self.lengths[kind].ice_in_water_m += f64::from(event.ice_in_water_m);
                     path.turn(event.cos_scattering);
-                    if volume.least_absorption(&lengths) > absorption_limit {
+                    if self.least_absorption(snow) > absorption_limit {
                         return SnowEnd::Absorbed;
                     }
                 }
                 Flight::Out { origin, .. } => {
-                    path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
+                    path.throughput *= self.attenuation(snow, (kind, 0.0));
                     path.ray.origin = origin;
                     return SnowEnd::Outside;
                 }
                 Flight::Solid(surface, _) => {
-                    path.throughput *= attenuation(volume, &lengths, volume.least_absorption(&lengths));
+                    path.throughput *= self.attenuation(snow, (kind, 0.0));
                     return SnowEnd::Solid(surface);
                 }
             }
         }
     }
 
+    /// The kind of snow where a path is.
+    #[inline]
+    fn kind_at(&self, snow: &SnowVolumes, object: usize, path: &mut Path) -> usize {
+        if snow.kinds.is_uniform() {
+            return 0;
+        }
+        let mix = snow.kinds.at_point(&self.scene.objects, object, path.ray.origin);
+        if mix.is_mixed() { mix.pick(narrow(path.stream.uniform())) } else { mix.first }
+    }
+
+    /// The optical depth of absorption so far, at the least absorbed wavelength of each kind.
+    #[inline]
+    fn least_absorption(&self, snow: &SnowVolumes) -> f64 {
+        snow.volumes.iter().zip(&self.lengths).map(|(volume, lengths)| volume.least_absorption(lengths)).sum()
+    }
+
+    /// What is not absorbed so far and over a further length in m in a kind of snow, beyond what Russian roulette
+    /// accounts for so far.
+    fn attenuation(&self, snow: &SnowVolumes, (kind, further_m): (usize, f64)) -> Spectrum {
+        let of_kind = |(number, (volume, lengths)): (usize, (&Volume, &PathLengths))| {
+            let further_m = if number == kind { further_m } else { 0.0 };
+            let whole = PathLengths { pores_m: lengths.pores_m + further_m, ..*lengths };
+            attenuation(volume, &whole, volume.least_absorption(lengths))
+        };
+        let mut of_kinds = snow.volumes.iter().zip(&self.lengths).enumerate().map(of_kind);
+        let first = of_kinds.next().unwrap_or(Spectrum::ONE);
+        of_kinds.fold(first, |product, kind| product * kind)
+    }
+
     /// Adds the lights without extent that a grain at the end of a flight scatters into the path.
-    fn add_delta_lights(&mut self, path: &mut Path, object: usize, volume: &Volume, lengths: &PathLengths) {
+    fn add_delta_lights(&mut self, path: &mut Path, object: usize, snow: &SnowVolumes, kind: usize) {
+        let node = &snow.volumes[kind].nodes()[path.node];
+        let mean_flight_m = snow.greatest_extinction_per_m(path.node).recip();
         for index in 0..self.delta_lights.len() {
             let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
             let point = path.ray.origin;
-            let node = &volume.nodes()[path.node];
-            let mean_flight_m = node.extinction_per_m().recip();
-            if self.surroundings.stays_inside(object, point, &sample.origin, narrow(-chance.ln() * mean_flight_m)) {
+            let flight_m = narrow(-chance.ln() * mean_flight_m);
+            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, point, &sample.origin, flight_m) {
                 continue;
             }
             let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, path.medium(), chance) else {
@@ -273,8 +328,7 @@ impl<'scene> ReferenceIntegrator<'scene> {
             let normal = sample.origin.direction_from(point).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
             let phase = node.phase_per_sr(f64::from(path.ray.direction.dot(normal)));
-            let absorbed = attenuation(volume, lengths, volume.least_absorption(lengths));
-            let mut scattered = path.throughput * absorbed * transmitted;
+            let mut scattered = path.throughput * self.attenuation(snow, (kind, 0.0)) * transmitted;
             scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
             path.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
         }
@@ -290,28 +344,25 @@ impl<'scene> ReferenceIntegrator<'scene> {
         }
     }
 
-    /// Adds the lights with extent within `limit_m` along the ray, in snow after the path lengths so far.
+    /// Adds the lights with extent within `limit_m` along the ray, in a kind of snow after the path lengths so far.
     #[inline]
-    fn add_area_lights(&self, path: &mut Path, limit_m: f32, snow: Option<(&Volume, &PathLengths)>) {
+    fn add_area_lights(&self, path: &mut Path, limit_m: f32, snow: Option<(&SnowVolumes, usize)>) {
         if !self.has_area_lights {
             return;
         }
         let lights = self.scene.lights.iter().filter(|light| !light.is_small());
         let hits = lights.filter_map(|light| light.full_hit_radiance(&path.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
-            let absorbed = snow.map_or(Spectrum::ONE, |(volume, lengths)| {
-                let to_light = PathLengths { pores_m: lengths.pores_m + f64::from(distance_m), ..*lengths };
-                attenuation(volume, &to_light, volume.least_absorption(lengths))
-            });
+            let absorbed = snow.map_or(Spectrum::ONE, |(snow, kind)| self.attenuation(snow, (kind, distance_m.into())));
             path.radiance.add_product(1.0, &(path.throughput * absorbed), &radiance);
         }
     }
 }
 
 impl Path {
-    /// The snow that it is in, which has no layers.
+    /// The snow on its way to a light.
     fn medium(&self) -> Medium {
-        Medium { layer: 0, node: self.node }
+        Medium::EachPlace { node: self.node }
     }
 
     /// Turns the ray by a scattering angle, at a random azimuth.

@@ -16,7 +16,8 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
-//! In snow of layers a walk has the snow of the layer where it enters, for the few mm that it goes.
+//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that it
+//! goes.
 //!
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
@@ -26,17 +27,19 @@ mod tangent_half_space;
 use std::f32::consts::FRAC_1_PI;
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
+use std::sync::Arc;
 
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::attenuation;
-use crate::integrators::surroundings::{Flight, Medium, Surroundings};
+use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::light_field::{EndDepth, LightField, NearLight, SnowAt};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
-use crate::scene::light_field::{EndDepth, NearLight, SnowAt};
 use crate::scene::material::Material;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
@@ -54,6 +57,8 @@ const LEAST_THROUGHPUT: f32 = 1e-4;
 #[derive(Debug)]
 pub(super) struct WalkTracer<'scene> {
     scene: &'scene Scene,
+    field: &'scene LightField,
+    volumes: &'scene [Option<Arc<SnowVolumes>>],
     surroundings: Surroundings<'scene>,
     /// The lights of the present walk.
     lights: Vec<WalkLight>,
@@ -90,7 +95,7 @@ struct Snow<'a> {
 
 impl Snow<'_> {
     fn medium(&self) -> Medium {
-        Medium { layer: self.at.number, node: 0 }
+        Medium::Kind(self.at.kind)
     }
 }
 
@@ -105,8 +110,13 @@ enum BodyEnd {
 }
 
 impl<'scene> WalkTracer<'scene> {
-    pub(super) fn new(scene: &'scene Scene) -> Self {
-        Self { scene, surroundings: Surroundings::new(scene), lights: Vec::new() }
+    pub(super) fn new(
+        scene: &'scene Scene,
+        field: &'scene LightField,
+        bodies: &'scene SnowBodies,
+        volumes: &'scene [Option<Arc<SnowVolumes>>],
+    ) -> Self {
+        Self { scene, field, volumes, surroundings: Surroundings::new(scene, bodies, volumes), lights: Vec::new() }
     }
 
     pub(super) fn statistics(&self) -> Statistics {
@@ -121,8 +131,9 @@ impl<'scene> WalkTracer<'scene> {
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> Spectrum {
-        let (field, transport_length_m) = (at.field, at.layer.transport_length_m());
-        let Some(volume) = self.scene.volumes[surface.material].get(at.number) else { return Spectrum::ZERO };
+        let (field, transport_length_m) = (at.field, at.optics.transport_length_m());
+        let Some(volumes) = &self.volumes[surface.material] else { return Spectrum::ZERO };
+        let volume = &volumes.volumes[at.kind];
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
@@ -172,7 +183,7 @@ impl<'scene> WalkTracer<'scene> {
 
     /// How deep walks from a point of the surface end.
     pub(super) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
-        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.layer.transport_length_m());
+        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
         let is_flat = self.scene.objects.holds_deeply(surface.object, below, radius_m);
         if is_flat { EndDepth::Flat } else { EndDepth::Edge }
@@ -186,8 +197,7 @@ impl<'scene> WalkTracer<'scene> {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
             if light.has_extent() {
-                let is_inside = self.scene.light_field.as_ref().is_some_and(|field| field.lamp_inside(index).is_some());
-                if !light.is_diffuse() && !is_inside {
+                if !light.is_diffuse() && self.field.lamp_inside(index).is_none() {
                     light.samples_at(entry, sampler).into_iter().for_each(add);
                 }
             } else {
@@ -204,7 +214,7 @@ impl<'scene> WalkTracer<'scene> {
         entry: SurfacePoint,
         walk: &mut Walk,
     ) -> TangentHalfSpace<'a> {
-        let mut tangent = TangentHalfSpace::new((snow.at.layer, snow.end_depth), near, entry, walk.ray.direction);
+        let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.ray.direction);
         let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
             let Some(incident) = sample.incident_at(&entry) else { continue };
@@ -224,7 +234,7 @@ impl<'scene> WalkTracer<'scene> {
         near: Option<&NearLight>,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) -> BodyEnd {
-        let transport_length_m = snow.at.layer.transport_length_m();
+        let transport_length_m = snow.at.optics.transport_length_m();
         let mean_flight_m = snow.node.extinction_per_m().recip();
         let mut end: Option<BodyEnd> = None;
         loop {

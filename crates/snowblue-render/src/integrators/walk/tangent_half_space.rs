@@ -20,14 +20,14 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::match_depth_lengths;
 use crate::geometry::ray::{Ray, SurfacePoint, narrow};
+use crate::light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use crate::scene::light::IncidentLight;
-use crate::scene::light_field::{EndDepth, LightWeights, NearLight, SnowLayer};
 use crate::spectrum::Spectrum;
 use glam::Vec3A;
 
 /// The walk in the half-space.
 pub(super) struct TangentHalfSpace<'a> {
-    layer: &'a SnowLayer,
+    optics: &'a KindOptics,
     end_depth: EndDepth,
     near: &'a NearLight<'a>,
     entry: SurfacePoint,
@@ -60,12 +60,12 @@ enum End {
 impl<'a> TangentHalfSpace<'a> {
     /// The half-space at the entry of a ray, still dark.
     pub(super) fn new(
-        (layer, end_depth): (&'a SnowLayer, EndDepth),
+        (optics, end_depth): (&'a KindOptics, EndDepth),
         near: &'a NearLight<'a>,
         entry: SurfacePoint,
         direction: Vec3A,
     ) -> Self {
-        Self { layer, end_depth, near, entry, direction, lights: Vec::new(), end: None }
+        Self { optics, end_depth, near, entry, direction, lights: Vec::new(), end: None }
     }
 
     /// Adds light number `index` of the walk.
@@ -104,13 +104,13 @@ impl<'a> TangentHalfSpace<'a> {
             && depth_m < seen_m * light.cos_incidence
         {
             let cos_scattering = f64::from(ray.direction.dot(light.to_light));
-            light.scattered_per_sr += narrow(self.layer.half_space().phase().per_sr(cos_scattering));
+            light.scattered_per_sr += narrow(self.optics.half_space().phase().per_sr(cos_scattering));
         }
     }
 
     /// Ends the walk at the point `ahead` of a scattering, if that lies deep enough.
     pub(super) fn end_below(&mut self, scattering: Vec3A, ahead: Vec3A) {
-        let least_m = self.end_depth.lengths() * self.layer.transport_length_m();
+        let least_m = self.end_depth.lengths() * self.optics.transport_length_m();
         if self.end.is_none() && self.depth_m(scattering) >= least_m {
             self.end = Some(End::Inside(ahead));
         }
@@ -128,15 +128,15 @@ impl<'a> TangentHalfSpace<'a> {
 
     /// (q + z′): φ(z′) − 4E over 3J.
     fn match_depth(&self) -> f32 {
-        narrow(self.layer.half_space().extrapolation()) + match_depth_lengths(self.end_depth)
+        narrow(self.optics.half_space().extrapolation()) + match_depth_lengths(self.end_depth)
     }
 
     /// What a half-space with a normal sends out.
     fn mean(&self, normal: Vec3A) -> Spectrum {
         let cos_exit = -normal.dot(self.direction);
         let along = self.direction + normal * cos_exit;
-        let escape = self.layer.escape(cos_exit) / (3.0 * PI * self.match_depth());
-        let displacement_m = self.layer.mean_displacement_m(self.end_depth, cos_exit);
+        let escape = self.optics.escape(cos_exit) / (3.0 * PI * self.match_depth());
+        let displacement_m = self.optics.mean_displacement_m(self.end_depth, cos_exit);
         let mut sum = self.near.sum(&LightWeights {
             fluence: escape,
             gradient: along.normalize_or_zero() * (0.25 * FRAC_1_PI * displacement_m),
@@ -151,8 +151,8 @@ impl<'a> TangentHalfSpace<'a> {
             let lengths = (incident.length_squared() * along.length_squared()).sqrt();
             // The camera's ray runs backwards.
             let cos_azimuth = if lengths > 1e-12 { -incident.dot(along) / lengths } else { 0.0 };
-            let reflection = self.layer.reflection_per_sr(cos_exit, cos, cos_azimuth.clamp(-1.0, 1.0));
-            sum += *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.layer.escape(cos)));
+            let reflection = self.optics.reflection_per_sr(cos_exit, cos, cos_azimuth.clamp(-1.0, 1.0));
+            sum += *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.optics.escape(cos)));
         }
         sum
     }
@@ -163,8 +163,8 @@ impl<'a> TangentHalfSpace<'a> {
         let (mut weights, mut entering) = (LightWeights { fluence: 0.0, gradient: Vec3A::ZERO, diffuse: 0.0 }, 0.0);
         match self.end {
             Some(End::Inside(ahead)) => {
-                let depth = narrow(self.layer.half_space().extrapolation())
-                    + self.depth_m(ahead) / self.layer.transport_length_m();
+                let depth = narrow(self.optics.half_space().extrapolation())
+                    + self.depth_m(ahead) / self.optics.transport_length_m();
                 let share = depth / self.match_depth();
                 let offset = ahead - entry;
                 weights.fluence = -0.25 * FRAC_1_PI * share;
@@ -176,7 +176,7 @@ impl<'a> TangentHalfSpace<'a> {
         }
         *sum += self.near.sum(&weights);
         for TangentLight { cos_incidence, irradiance, scattered_per_sr, .. } in &self.lights {
-            let found = scattered_per_sr / cos_incidence + entering * self.layer.escape(*cos_incidence);
+            let found = scattered_per_sr / cos_incidence + entering * self.optics.escape(*cos_incidence);
             *sum += *irradiance * -found;
         }
     }

@@ -32,8 +32,8 @@ pub use light::{
     SpotLightDescription, UniformSkyDescription,
 };
 pub use material::{
-    DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription,
-    TextureDescription,
+    DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription,
+    SnowDescription, TextureDescription,
 };
 pub use object::{
     BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,
@@ -41,4 +41,4 @@ pub use object::{
 };
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
-pub use value::{ColorDescription, Radii, Scale, SnowProperty};
+pub use value::{ColorDescription, Radii, Scale};

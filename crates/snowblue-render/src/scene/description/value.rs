@@ -10,40 +10,6 @@ use snowblue_color::{LinearRgb, Srgb8};
 use super::material::LayersTop;
 use crate::film::exposure::Exposure;
 use crate::geometry::ray::narrow;
-use crate::scene::integrator::IntegratorKind;
-use crate::scene::material::pca_snow::PathMode;
-
-/// A property of snow: one value, or two that a mask blends. Written as a number or a list of two.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum SnowProperty {
-    /// The same everywhere.
-    Uniform(f64),
-    /// The values where the mask is 0 and where it is 1.
-    Blend([f64; 2]),
-}
-
-impl SnowProperty {
-    /// The value where the mask has a value.
-    pub fn at(&self, mask: f64) -> f64 {
-        let [first, second] = self.ends();
-        first + mask * (second - first)
-    }
-
-    /// The values where the mask is 0 and where it is 1.
-    pub fn ends(&self) -> [f64; 2] {
-        match *self {
-            Self::Uniform(value) => [value; 2],
-            Self::Blend(ends) => ends,
-        }
-    }
-}
-
-impl From<f64> for SnowProperty {
-    fn from(value: f64) -> Self {
-        Self::Uniform(value)
-    }
-}
 
 /// A stretch: one factor, or one for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -124,43 +90,6 @@ impl Serialize for LayersTop {
     }
 }
 
-impl Serialize for PathMode {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl Serialize for IntegratorKind {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for PathMode {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer, &Self::ALL, Self::name)
-    }
-}
-
-impl<'de> Deserialize<'de> for IntegratorKind {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer, &Self::ALL, Self::name)
-    }
-}
-
-/// One of a few values by its name.
-fn one_of<'de, D: Deserializer<'de>, T: Copy>(
-    deserializer: D,
-    values: &[T],
-    name: fn(T) -> &'static str,
-) -> Result<T, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    values.iter().copied().find(|value| name(*value) == text).ok_or_else(|| {
-        let names: Vec<_> = values.iter().map(|value| name(*value)).collect();
-        D::Error::custom(format!("is \"{text}\", but must be one of {}", names.join(", ")))
-    })
-}
-
 /// A value that displays as text and is parsed from it.
 pub(crate) mod text {
     use std::fmt::Display;
@@ -238,17 +167,6 @@ impl<'de, T, const COUNT: usize> Visitor<'de> for Notations<T, COUNT> {
             return Err(A::Error::invalid_length(COUNT + 1, &self));
         }
         Ok(list(numbers))
-    }
-}
-
-impl<'de> Deserialize<'de> for SnowProperty {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations {
-            expected: "a number or a list of two",
-            number: Some(Self::Uniform),
-            text: None,
-            list: Some(Self::Blend),
-        })
     }
 }
 

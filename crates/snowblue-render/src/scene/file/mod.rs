@@ -101,7 +101,6 @@ use std::path::{Path, PathBuf};
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
-use snowblue_database::CompressedTable;
 
 use crate::error::RenderError;
 use crate::files::FilesIn;
@@ -185,15 +184,15 @@ impl SceneFile {
         Ok(self)
     }
 
-    /// Builds the scene, with the files beside the scene file; snow takes its curves from `table`.
+    /// Builds the scene, with the files beside the scene file.
     ///
     /// # Errors
     ///
-    /// When a changed value is out of range, a file is missing or malformed, or the table has no such snow.
-    pub fn build(&self, table: &CompressedTable) -> Result<Scene, RenderError> {
+    /// When a changed value is out of range, or a file is missing or malformed.
+    pub fn build(&self) -> Result<Scene, RenderError> {
         // Values out of range are changed ones, since those of the file were checked: the file has no line of them.
         self.description.check()?;
-        self.description.build(table, &FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
+        self.description.build(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
     }
 
     /// Builds the scene like [`build`](Self::build), and keeps what it has in common with
@@ -202,14 +201,15 @@ impl SceneFile {
     /// # Errors
     ///
     /// As those of [`build`](Self::build).
-    pub fn build_after(&self, earlier: Scene, table: &CompressedTable) -> Result<Scene, RenderError> {
+    pub fn build_after(&self, earlier: &Scene) -> Result<Scene, RenderError> {
         self.description.check()?;
-        let built = self.description.build_after(earlier, table, &FilesIn::beside(&self.path));
+        let built = self.description.build_after(earlier, &FilesIn::beside(&self.path));
         built.map_err(|error| self.locate(error))
     }
 
     /// Adds the file and the line to an error about a value.
-    fn locate(&self, error: RenderError) -> RenderError {
+    #[must_use]
+    pub fn locate(&self, error: RenderError) -> RenderError {
         match error {
             RenderError::Description(error) => {
                 let span = self.keyframes.frame(&self.text, self.position, |root| span_of(&root, &error.path));
@@ -240,13 +240,13 @@ fn keyframes_of(text: &str) -> Result<Keyframes, Mistake> {
 }
 
 impl Scene {
-    /// Reads a scene file and builds it with the files beside it; snow takes its curves from `table`.
+    /// Reads a scene file and builds it with the files beside it.
     ///
     /// # Errors
     ///
-    /// When a file is missing or malformed, a key is unknown or missing, a value is out of range, or the table has no
-    /// such snow. The message names the file and the line.
-    pub fn load(path: &Path, table: &CompressedTable) -> Result<Self, RenderError> {
-        SceneFile::open(path)?.build(table)
+    /// When a file is missing or malformed, a key is unknown or missing, or a value is out of range. The message names
+    /// the file and the line.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, RenderError> {
+        SceneFile::open(path.as_ref())?.build()
     }
 }

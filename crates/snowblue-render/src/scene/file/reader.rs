@@ -11,7 +11,7 @@ use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
     CarvedDescription, EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription,
     LightSource, MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription,
-    ShapeDescription, SkyDescription, SolidDescription, Step, UniformSkyDescription,
+    ShapeDescription, SkyDescription, SnowDescription, SolidDescription, Step, UniformSkyDescription,
 };
 use crate::scene::file::keyframes::KEYFRAMES;
 use crate::scene::file::message::{Mistake, explain};
@@ -71,13 +71,22 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
     let known = ["type"];
     match kind.get_ref().as_str() {
         "diffuse" => keys.read(path, &known).map(MaterialDescription::Diffuse),
-        "pca_snow" if keys.table.contains_key("layers") => {
-            keys.refuse_beside("layers", &["grain_size_um", "facetness", "density_kg_m3"], path)?;
-            keys.read(path, &known).map(MaterialDescription::LayeredSnow)
-        }
-        "pca_snow" => keys.read(path, &["type", "layers"]).map(MaterialDescription::PcaSnow),
-        _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "pca_snow"])),
+        "snow" => read_snow(keys, path).map(MaterialDescription::Snow),
+        _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "snow"])),
     }
+}
+
+/// Reads snow: layers, two snows and a mask, or one snow.
+fn read_snow(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
+    if keys.table.contains_key("layers") {
+        keys.refuse_beside("layers", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3", "mask"], path)?;
+        return keys.read(path, &["type"]).map(SnowDescription::Layers);
+    }
+    if keys.table.contains_key("mask") || keys.table.contains_key("between") {
+        keys.refuse_beside("mask", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"], path)?;
+        return keys.read(path, &["type"]).map(SnowDescription::Masked);
+    }
+    keys.read(path, &["type", "layers", "mask"]).map(SnowDescription::Uniform)
 }
 
 fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription> {

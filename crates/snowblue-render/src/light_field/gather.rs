@@ -13,10 +13,10 @@ use snowblue_field::{MOST_GROUPS, SnowBody, SpectralNodes, SurfaceElement};
 use wide::f32x4;
 
 use crate::geometry::ray::{Ray, SurfacePoint};
+use crate::light_field::solid::Solid;
+use crate::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, push, surface_point, visit_lights};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::light::Light;
-use crate::scene::light_field::solid::Solid;
-use crate::scene::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, push, surface_point, visit_lights};
 use crate::scene::objects::{Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;

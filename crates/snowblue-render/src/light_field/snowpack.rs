@@ -1,25 +1,27 @@
-//! The snow of a body as the light field sees it: its layers, and what the surface of each does to light.
+//! The snow of a body as the light field sees it: its kinds, and what the surface of each does to light.
+
+use std::sync::Arc;
 
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::{EndDepth, WalkEndsByDepth};
 use crate::geometry::ray::{SurfacePoint, narrow};
-use crate::scene::layering::Layering;
+use crate::scene::material::snow::SnowKinds;
 use crate::scene::objects::Objects;
 use crate::spectrum::{SAMPLES, Spectrum};
 
-/// The layers of a body, top first. Snow that is the same everywhere is one layer.
+/// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
 #[derive(Debug)]
 pub(crate) struct Snowpack {
-    pub(crate) layers: Vec<SnowLayer>,
-    layering: Layering,
+    pub(crate) kinds: Arc<SnowKinds>,
+    pub(crate) optics: Vec<KindOptics>,
 }
 
-/// The snow of a layer.
+/// The optics of a kind of snow.
 #[derive(Debug)]
-pub(crate) struct SnowLayer {
-    pub(crate) optics: SnowOptics,
+pub(crate) struct KindOptics {
+    optics: SnowOptics,
     /// ℓ* at the middle wavelength, in m.
     transport_length_m: f32,
     /// κ there, in 1/m.
@@ -29,42 +31,38 @@ pub(crate) struct SnowLayer {
 }
 
 impl Snowpack {
-    /// The layers of a body, at least one.
-    pub(crate) fn new(layers: Vec<SnowLayer>, layering: Layering) -> Self {
-        Self { layers, layering }
+    /// The uppermost layer, or the snow at a mask's 0.
+    pub(crate) fn top(&self) -> &KindOptics {
+        &self.optics[0]
     }
 
-    /// The uppermost layer.
-    pub(crate) fn top(&self) -> &SnowLayer {
-        &self.layers[0]
-    }
-
-    /// The number of the layer at a point of the surface of the body of an object.
-    #[inline]
-    pub(crate) fn number_at(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> usize {
-        self.layering.at_surface(objects, object, surface)
+    /// The snow at a point of the surface of the body of an object; of a mix the kind with the larger share.
+    pub(crate) fn at_surface(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> &KindOptics {
+        &self.optics[self.kinds.at_surface_point(objects, object, surface).pick(0.5)]
     }
 
     /// The least transport mean free path, in m.
     pub(super) fn least_transport_length_m(&self) -> f64 {
-        let lengths = self.layers.iter().flat_map(|layer| &layer.optics.transport_lengths_m);
+        let lengths = self.optics.iter().flat_map(|kind| &kind.optics.transport_lengths_m);
         lengths.copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The layers in snow of some thickness, in m.
+    /// The kinds in snow of some thickness, in m. Those of a mask count alike.
     pub(super) fn spectra(&self, thickness_m: f64) -> Vec<LayerSpectrum<'_>> {
+        let ranges_m = self.kinds.ranges_m();
+        let share = if self.kinds.are_layers() { 1.0 } else { (ranges_m.len() as f64).recip() };
         let within_m = |depth_m: f64| depth_m.clamp(0.0, thickness_m);
-        let layers = self.layers.iter().zip(self.layering.ranges_m());
-        layers
-            .map(|(layer, [start_m, end_m])| LayerSpectrum {
-                transport_lengths_m: &layer.optics.transport_lengths_m,
-                absorption_per_m: &layer.optics.absorption_per_m,
-                thickness_m: within_m(end_m) - within_m(start_m),
+        let kinds = self.optics.iter().zip(ranges_m);
+        kinds
+            .map(|(kind, [start_m, end_m])| LayerSpectrum {
+                transport_lengths_m: &kind.optics.transport_lengths_m,
+                absorption_per_m: &kind.optics.absorption_per_m,
+                thickness_m: share * (within_m(end_m) - within_m(start_m)),
             })
             .collect()
     }
 
-    /// The transport mean free path of snow of some thickness, in m, at each wavelength, in m: that of the layers one
+    /// The transport mean free path of snow of some thickness, in m, at each wavelength, in m: that of the kinds one
     /// after the other.
     pub(super) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
         let layers = self.spectra(thickness_m);
@@ -81,21 +79,22 @@ impl Snowpack {
         object: usize,
         nodes: &SpectralNodes,
     ) -> impl Fn(&CellBox) -> Vec<Diffusion> + Sync + use<'a> {
-        let of_layers: Vec<Vec<Diffusion>> = self.layers.iter().map(|layer| layer.diffusion(nodes)).collect();
+        let of_kinds: Vec<Vec<Diffusion>> = self.optics.iter().map(|kind| kind.diffusion(nodes)).collect();
         let groups = nodes.indices().len() / GROUP;
         move |cell| {
-            if let [everywhere] = &*of_layers {
+            if let [everywhere] = &*of_kinds {
                 return everywhere.clone();
             }
-            let shares = self.layering.shares(objects, object, cell);
-            let of_group = |group: usize| shares.iter().zip(&of_layers).map(move |(share, snow)| (*share, snow[group]));
-            (0..groups).map(|group| Diffusion::mixture(of_group(group))).collect()
+            let shares = self.kinds.shares(objects, object, cell);
+            let mixture =
+                |group: usize| Diffusion::mixture(shares.iter().map(|(kind, share)| (*share, of_kinds[*kind][group])));
+            (0..groups).map(mixture).collect()
         }
     }
 }
 
-impl SnowLayer {
-    /// The layer of some snow.
+impl KindOptics {
+    /// The optics of some snow.
     pub(crate) fn new(optics: SnowOptics, walk_ends: Option<WalkEndsByDepth>) -> Self {
         let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
         let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());

@@ -6,10 +6,10 @@ use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
 use wide::f32x4;
 
 use crate::geometry::ray::SurfacePoint;
+use crate::light_field::snowpack::Snowpack;
+use crate::light_field::solid::Solid;
 use crate::sampling::Sampler;
 use crate::scene::light::{Light, LightSample};
-use crate::scene::light_field::snowpack::Snowpack;
-use crate::scene::light_field::solid::Solid;
 use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
@@ -62,9 +62,9 @@ pub(super) fn entering_light(
             let first = number.wrapping_mul(samples);
             let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
-            let layer = &snow.layers[snow.number_at(solid.objects, solid.object, &lit.surface)];
+            let optics = snow.at_surface(solid.objects, solid.object, &lit.surface);
             visit_lights(&mut queries, &lights, &lit, samples, &mut |cos, irradiance| {
-                escape_weighted += irradiance * layer.escape(cos);
+                escape_weighted += irradiance * optics.escape(cos);
                 total += irradiance;
             });
             push(&mut entering.escape_weighted, nodes, &escape_weighted);

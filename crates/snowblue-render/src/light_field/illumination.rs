@@ -3,8 +3,10 @@
 //! Light is solved for at few wavelengths, and what lies between is interpolated relative to the spectrum of the light.
 //! So lights of different spectra have solutions of their own.
 
+use std::sync::Arc;
+
+use crate::light_field::inner_lamp::InnerLamp;
 use crate::scene::light::Light;
-use crate::scene::light_field::inner_lamp::InnerLamp;
 use crate::spectrum::Spectrum;
 
 /// Largest difference of proportional spectra, relative to their maximum.
@@ -32,7 +34,7 @@ pub(super) struct Illumination<'a> {
 }
 
 /// Gathers lights of proportional spectra. Dark ones are left out.
-pub(super) fn illuminations<'a>(lights: &'a [Light], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
+pub(super) fn illuminations<'a>(lights: &'a [Arc<Light>], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
     let mut found: Vec<Illumination> = Vec::new();
     for (index, light) in lights.iter().enumerate() {
         let spectrum = light.uniform_power().copied();

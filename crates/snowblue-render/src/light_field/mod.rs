@@ -11,6 +11,7 @@ mod gather;
 mod illumination;
 mod inner_lamp;
 mod near_light;
+mod of_scene;
 mod snowpack;
 mod solid;
 mod surface_light;
@@ -32,6 +33,7 @@ use snowblue_transport::monte_carlo::WalkEnds;
 use wide::f32x4;
 
 use crate::geometry::ray::{SurfacePoint, narrow};
+use crate::sampling::Sampler;
 use crate::scene::integrator::LightFieldSettings;
 use crate::scene::light::Light;
 use crate::scene::objects::{Objects, SurfaceInteraction};
@@ -43,7 +45,8 @@ pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
 pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
-pub(crate) use snowpack::{SnowLayer, Snowpack};
+pub(crate) use of_scene::{SnowOfMaterials, snowpacks};
+pub(crate) use snowpack::{KindOptics, Snowpack};
 pub(crate) use solid::Solid;
 use surface_light::{EnteringLight, NOISE, entering_light};
 pub(crate) use surface_light::{LitPoint, visit_lights};
@@ -121,9 +124,9 @@ pub(crate) struct BodyField {
 #[derive(Clone, Copy)]
 pub(crate) struct SnowAt<'f> {
     pub(crate) field: &'f BodyField,
-    /// The number of the layer.
-    pub(crate) number: usize,
-    pub(crate) layer: &'f SnowLayer,
+    /// The number of the kind of snow.
+    pub(crate) kind: usize,
+    pub(crate) optics: &'f KindOptics,
 }
 
 /// The light in a body by lights of one spectrum.
@@ -140,7 +143,7 @@ struct LitFluence {
 /// What the light field needs of a scene.
 pub(crate) struct FieldScene<'a> {
     pub(crate) objects: &'a Objects,
-    pub(crate) lights: &'a [Light],
+    pub(crate) lights: &'a [Arc<Light>],
     /// The snow of an object, if it is snow.
     pub(crate) snow: &'a dyn Fn(usize) -> Option<Arc<Snowpack>>,
     /// Those of the lights that are inside snow.
@@ -536,11 +539,12 @@ fn add(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
 }
 
 impl BodyField {
-    /// The light at a point of the surface, with the snow there. `object` is the object at the point.
+    /// The light at a hit, with the snow there: of a mix one of its kinds, by the sampler.
     #[inline]
-    pub(crate) fn at(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> SnowAt<'_> {
-        let number = self.snow.number_at(objects, object, surface);
-        SnowAt { field: self, number, layer: &self.snow.layers[number] }
+    pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
+        let mix = self.snow.kinds.at_surface(objects, surface);
+        let kind = if mix.is_mixed() { mix.pick(sampler.next_four()[0]) } else { mix.first };
+        SnowAt { field: self, kind, optics: &self.snow.optics[kind] }
     }
 
     /// The snow.
@@ -627,7 +631,7 @@ impl SnowAt<'_> {
     /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
     /// reflection function reflects.
     pub(crate) fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
-        let flux = self.field.flux(surface.point, surface.normal) * (self.layer.escape(cos_exit) * FRAC_1_PI);
+        let flux = self.field.flux(surface.point, surface.normal) * (self.optics.escape(cos_exit) * FRAC_1_PI);
         let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
         sum += flux;
         sum
