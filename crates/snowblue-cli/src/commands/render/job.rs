@@ -11,7 +11,7 @@ use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
 use super::interrupt;
 use super::preview::Preview;
 use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, PictureFormat, Progress, describe_samples, print_message};
+use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
@@ -28,9 +28,7 @@ pub(super) struct RenderJob<'a> {
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
-    pub(super) preview: Option<&'a mut Preview>,
-    /// What the progress counts.
-    pub(super) unit: String,
+    pub(super) preview: Option<Preview>,
     pub(super) quiet: bool,
 }
 
@@ -46,7 +44,7 @@ impl RenderJob<'_> {
             return Ok(());
         }
         interrupt::listen(&self.file.path)?;
-        let bar = Progress::new(&self.unit, self.quiet);
+        let bar = Progress::new("samples", self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
         if sums.coverage().blocks().is_empty() {
@@ -119,15 +117,10 @@ impl RenderJob<'_> {
         }
     }
 
-    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed. An unfinished frame in PNG is
-    /// not written, since it would pass for a finished one.
+    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
-        let is_unfinished = !self.is_finished(sums);
-        if is_unfinished && self.file.is_frame && self.file.format == PictureFormat::Png {
-            return Ok(());
-        }
         let mut file = self.file.clone();
-        file.keeps_sums |= is_unfinished;
+        file.keeps_sums |= !self.is_finished(sums);
         file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film().exposure }, &self.notes)
     }
 

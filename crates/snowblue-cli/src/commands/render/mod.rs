@@ -1,7 +1,6 @@
 //! `snowblue render`: renders a scene as a picture.
 
 mod check;
-mod film;
 mod interrupt;
 mod job;
 mod preview;
@@ -27,7 +26,6 @@ use crate::output::{
     Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
     output_path, print, print_message,
 };
-use film::{Film, NUMBER};
 use job::RenderJob;
 use preview::{Preview, TEV};
 
@@ -50,8 +48,6 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    then merge
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
-  snowblue render day.toml --frames 240 -o 'film/{}.png'    a film by the scene's [keyframes]
-  snowblue render day.toml --frames 240 --frame-range 0:80 --resume -o 'film/{}.png'    the first third
 
 Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume continues an .exr. Pictures are \
 identical to the last bit however they are split into parts, and on any number of threads."
@@ -68,21 +64,12 @@ pub(crate) struct Render {
     /// Print the file of --scene, to start from, instead of rendering it
     #[arg(long)]
     print: bool,
-    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit). In the name of the frames of a film {} stands
-    /// for their numbers; - is the standard output, as PNG
+    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit); - is the standard output, as PNG
     #[arg(
         short, long, value_name = "FILE", value_parser = output_path(),
         required_unless_present_any = ["check", "list_scenes", "print"]
     )]
     output: Option<PathBuf>,
-    /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
-    #[arg(
-        long, value_name = "N", value_parser = parse::whole_number::<u32>(2..=1_000_000), conflicts_with = "check"
-    )]
-    frames: Option<u32>,
-    /// Only frames A to B-1 of the film, 0 ≤ A < B ≤ N
-    #[arg(long, value_name = "A:B", value_parser = parse::whole_range)]
-    frame_range: Option<Range<u32>>,
     /// Only report the objects: sizes in metres, open edges, rays that find them open; exit code 1 if snow is not
     /// watertight. -o then names a .csv, .json or .txt file
     #[arg(long)]
@@ -131,7 +118,7 @@ pub(crate) struct Render {
     #[command(flatten)]
     light_field: LightFieldOptions,
     /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a
-    /// lamp or the sun, and is the same for all frames of a film, such that the brightest of five is not too bright
+    /// lamp or the sun
     #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
     exposure: Option<Exposure>,
     /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of
@@ -153,8 +140,7 @@ pub(crate) struct Render {
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
     #[arg(long)]
     keep_sums: bool,
-    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp. Of a film, frames that are finished
-    /// are kept, those in .png too
+    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -196,47 +182,27 @@ impl Render {
                 return check::check(&loaded.scene, &output, quiet);
             }
         };
-        if let Some(frames) = self.frames {
-            return Film::open(self, output, frames, quiet)?.render();
-        }
-        self.check_is_no_film(output)?;
         let file = self.file(output)?;
         let check = |scene: &SceneDescription| self.check_memory(scene, &file, quiet);
         let LoadedScene { scene, provenance } = self.load(check)?;
         if let Some(warning) = coarse_cells(&scene).filter(|_| !quiet) {
             print_message(&format!("{}: {warning}\n", output.display()));
         }
-        let mut preview = self.preview(file_name(output))?;
+        let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
             scene: &scene,
             provenance,
             target,
             notes: self.notes(),
-            preview: preview.as_mut(),
+            preview,
             aovs: self.aovs,
             file,
             film_memory: self.film_memory,
             checkpoint: self.checkpoint,
-            unit: "samples".to_owned(),
             quiet,
         };
         job.run(self.resume)
-    }
-
-    /// Refuses what belongs to a film, of which --frames gives the number of frames.
-    fn check_is_no_film(&self, output: &Path) -> Outcome {
-        if file_name(output).contains(NUMBER) {
-            return Err(Failure::Input(format!(
-                "{}: {NUMBER} stands for the number of a frame: give --frames N",
-                output.display()
-            )));
-        }
-        self.given.refuse_idle(&[Idle {
-            when: true,
-            options: &["frame_range"],
-            why: "it belongs to a film: give --frames N",
-        }])
     }
 
     /// Refuses options without effect on what is asked for.
@@ -263,8 +229,6 @@ impl Render {
             "resume",
             "checkpoint",
             "tev",
-            "frames",
-            "frame_range",
         ];
         let of_scenes: &[&str] = &["output", "check", "format", "database"];
         self.given.refuse_idle(&[
@@ -305,16 +269,6 @@ impl Render {
         ])
     }
 
-    /// Refuses options without effect on a picture, or on the frames of a film.
-    fn check_effects_in(&self, file: &PictureFile) -> Outcome {
-        let is_exr = file.format == PictureFormat::Exr;
-        let why = "an unfinished frame in .png is not written";
-        self.given.refuse_idle(&[
-            Idle { when: is_exr && !file.keeps_sums, options: &["exposure"], why: IDLE_EXPOSURE },
-            Idle { when: !is_exr && file.is_frame, options: &["checkpoint"], why },
-        ])
-    }
-
     /// The connection to the viewer, if there is to be one.
     fn preview(&self, name: String) -> Result<Option<Preview>, Failure> {
         self.tev.as_ref().map(|address| Preview::connect(address, name)).transpose()
@@ -341,7 +295,11 @@ impl Render {
                 file.needs_exr(option)?;
             }
         }
-        self.check_effects_in(&file)?;
+        self.given.refuse_idle(&[Idle {
+            when: file.format == PictureFormat::Exr && !file.keeps_sums,
+            options: &["exposure"],
+            why: IDLE_EXPOSURE,
+        }])?;
         Ok(file)
     }
 
