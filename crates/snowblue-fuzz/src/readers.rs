@@ -135,6 +135,5 @@ fn build(text: &str, name: &str, bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([(name, bytes)]);
     let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return false };
     scene.description.integrator.kind = IntegratorKind::PcaSnow;
-    let is_built = scene.description.build(snowblue_data::embedded(), &files).is_ok();
-    is_built && scene.frame(1, 3).is_ok()
+    scene.description.build(snowblue_data::embedded(), &files).is_ok()
 }

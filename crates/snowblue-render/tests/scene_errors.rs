@@ -113,6 +113,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
             "reflectance is 1.5, but must lie in 0 to 1",
         ),
         ("[film]", "[flim]", 4, "unknown table `flim`"),
+        ("[film]", "[keyframes]\nsky.turbidity = [2, 4]\n[film]", 4, "unknown table `keyframes`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
         ("[film]", "[film]\nwidth = 1.5", 5, "film.width is floating point 1.5, but must be a whole number"),

@@ -28,7 +28,7 @@ pub(super) struct RenderJob<'a> {
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
-    pub(super) preview: Option<&'a mut Preview>,
+    pub(super) preview: Option<Preview>,
     pub(super) quiet: bool,
 }
 
@@ -123,10 +123,13 @@ impl RenderJob<'_> {
 
     /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
-        let is_unfinished = !self.is_finished(sums);
         let mut file = self.file.clone();
-        file.keeps_sums |= is_unfinished;
-        file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene().film().exposure }, &self.notes)
+        file.keeps_sums |= !self.is_finished(sums);
+        file.write(
+            sums,
+            ResumeData { provenance: &self.provenance, exposure: self.scene().film().exposure },
+            &self.notes,
+        )
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

@@ -18,9 +18,7 @@ use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::with_needed;
 use snowblue_render::scene::{IntegratorKind, PathMode};
-use snowblue_render::{
-    Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile,
-};
+use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, parse};
@@ -187,14 +185,14 @@ impl Render {
         let integrator = integrator.map_err(|error| Failure::input(scene_file.locate(error)))?;
         let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator)).filter(|_| !quiet);
         notes.for_each(|note| print_message(&format!("{}: {note}\n", output.display())));
-        let mut preview = self.preview(file_name(output))?;
+        let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
             integrator: &integrator,
             provenance: Provenance::of(&integrator),
             target,
             notes: self.notes(),
-            preview: preview.as_mut(),
+            preview,
             aovs: self.aovs,
             file,
             film_memory: self.film_memory,
@@ -270,16 +268,6 @@ impl Render {
         ])
     }
 
-    /// Refuses options without effect on a picture.
-    fn check_effects_in(&self, file: &PictureFile) -> Outcome {
-        let is_exr = file.format == PictureFormat::Exr;
-        self.given.refuse_idle(&[Idle {
-            when: is_exr && !file.keeps_sums,
-            options: &["exposure"],
-            why: IDLE_EXPOSURE,
-        }])
-    }
-
     /// The connection to the viewer, if there is to be one.
     fn preview(&self, name: String) -> Result<Option<Preview>, Failure> {
         self.tev.as_ref().map(|address| Preview::connect(address, name)).transpose()
@@ -306,7 +294,11 @@ impl Render {
                 file.needs_exr(option)?;
             }
         }
-        self.check_effects_in(&file)?;
+        self.given.refuse_idle(&[Idle {
+            when: file.format == PictureFormat::Exr && !file.keeps_sums,
+            options: &["exposure"],
+            why: IDLE_EXPOSURE,
+        }])?;
         Ok(file)
     }
 

@@ -13,7 +13,6 @@ use crate::scene::description::{
     LightSource, MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription,
     ShapeDescription, SkyDescription, SnowDescription, SolidDescription, Step, UniformSkyDescription,
 };
-use crate::scene::file::keyframes::KEYFRAMES;
 use crate::scene::file::message::{Mistake, explain};
 
 type Read<T> = Result<T, Mistake>;
@@ -24,7 +23,7 @@ pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescript
         ["gltf", "camera", "film", "integrator", "light_field", "material", "light", "environment", "sky", "object"];
     let root = document.into_inner();
     if let Some(key) = root.keys().find(|key| !KNOWN.contains(&key.get_ref().as_ref())) {
-        let reason = format!("unknown table `{}`; known are {}, {KEYFRAMES}", key.get_ref(), KNOWN.join(", "));
+        let reason = format!("unknown table `{}`; known are {}", key.get_ref(), KNOWN.join(", "));
         return Err(Mistake { span: key.span(), reason });
     }
     let value = |name: &str| root.get(name).map(|value| (value, KeyPath::root(name)));
