@@ -29,6 +29,7 @@
 pub mod error;
 pub mod files;
 pub(crate) mod hash;
+pub(crate) mod notation;
 pub mod sampling;
 pub mod spectrum;
 

@@ -1,7 +1,7 @@
 //! Images against stored statistics: EXR files in `golden/` hold each pixel's mean and variance over many seeds, in the
 //! channels `mean.X` … `variance.Z`. An image with another seed must agree with them.
 //!
-//! `UPDATE_GOLDEN=1 cargo nextest run -p snowblue-render --test golden` renders and stores them again. An image that
+//! `UPDATE_GOLDEN=1 cargo test -p snowblue-render --test golden` renders and stores them again. An image that
 //! fails is written to the temporary folder that the message names.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and images are single")]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::axis_names;
+use super::columns::axis_names;
 use crate::axes::{Coordinate, is_diffuse};
 use crate::file::{AnyTable, write_bytes};
 use crate::{DatabaseError, Quantity};

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 
-use super::{FixedValues, axes, axis_of, check_fraction, metadata};
+use super::columns::{FixedValues, axes, axis_of, check_fraction, metadata};
 use crate::axes::DIFFUSE_ANGLE_DEG;
 use crate::table::{CurveValues, StandardErrors};
 use crate::{Axes, DatabaseError, Table};

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use netcdf3::{DataVector, FileReader};
 
-use super::{FixedValues, axes, axis_of, check_fraction, metadata};
+use super::columns::{FixedValues, axes, axis_of, check_fraction, metadata};
 use crate::file::{invalid_netcdf, open, open_bytes};
 use crate::{DatabaseError, Quantity, Table};
 

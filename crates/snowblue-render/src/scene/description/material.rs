@@ -1,10 +1,11 @@
 //! Materials as data.
 
 use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_transport::sample::SnowKeys;
 
 use super::value::{ColorDescription, some_numbers};
+use crate::notation::Notations;
 
 /// A material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -150,6 +151,29 @@ pub enum LayersTop {
     Surface,
     /// At a height z, in m: layers are horizontal, and snow above is of the first.
     Height(f64),
+}
+
+impl Serialize for LayersTop {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Surface => serializer.serialize_str("surface"),
+            Self::Height(height_m) => serializer.serialize_f64(*height_m),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for LayersTop {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Self, 0> {
+            expected: "\"surface\" or a height in m",
+            number: Some(Self::Height),
+            text: Some(|text| match text {
+                "surface" => Ok(Self::Surface),
+                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
+            }),
+            list: None,
+        })
+    }
 }
 
 /// A number between 0 and 1 for each point of a surface.

@@ -37,8 +37,8 @@ pub use material::{
 };
 pub use object::{
     BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,
-    ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
+    ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription,
 };
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
-pub use value::{ColorDescription, Radii, Scale};
+pub use value::{ColorDescription, Radii, Scale, UpAxis};
