@@ -39,7 +39,7 @@ use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::geometry::ray::Ray;
 use crate::images::raster::PixelPosition;
-use crate::integrators::{FirstHits, Integrator};
+use crate::integrators::Integrator;
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
 use crate::scene::description::SceneDescription;
 use crate::scene::queries::Statistics;
@@ -256,7 +256,7 @@ impl RowRenderer<'_> {
     ) -> (Vec<SampleBlock>, Statistics) {
         let scene = self.integrator.scene();
         let mut tracer = self.integrator.tracer(!aovs.spectrum);
-        let mut first_hits = aovs.need_first_hit().then(|| FirstHits::new(self.integrator));
+        let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
         let mut accumulator = PixelAccumulator::new(aovs);
         let sum_count = aovs.sum_count();
         let mut done = Vec::with_capacity(blocks.len());

@@ -8,7 +8,7 @@ use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::geometry::chord::{ChordEnd, Exit, Line};
 use crate::geometry::ray::{Ray, narrow};
-use crate::integrators::{Integrator, Method};
+use crate::integrators::prepared::{Method, Prepared};
 use crate::scene::Scene;
 use crate::scene::light::SHADOW_EPSILON;
 use crate::scene::material::Material;
@@ -19,7 +19,7 @@ use crate::spectrum::Spectrum;
 /// Finds first hits. Its queries are not part of the light transport and do not count.
 #[derive(Debug)]
 pub(crate) struct FirstHits<'a> {
-    integrator: &'a Integrator,
+    prepared: &'a Prepared,
     scene: &'a Scene,
     queries: SceneQueries<'a>,
 }
@@ -39,9 +39,9 @@ struct Behind {
 }
 
 impl<'a> FirstHits<'a> {
-    pub(crate) fn new(integrator: &'a Integrator) -> Self {
-        let scene = integrator.scene();
-        Self { integrator, scene, queries: SceneQueries::new(&scene.objects) }
+    pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
+        let scene = &prepared.scene;
+        Self { prepared, scene, queries: SceneQueries::new(&scene.objects) }
     }
 
     /// Adds what a camera ray hits first to the features of its pixel.
@@ -83,7 +83,7 @@ impl<'a> FirstHits<'a> {
     /// in.
     fn behind(&mut self, surface: &SurfaceInteraction) -> Option<Behind> {
         let SurfaceInteraction { object, point, normal, .. } = *surface;
-        let (direction, exit) = match &self.integrator.method {
+        let (direction, exit) = match &self.prepared.method {
             Method::PcaSnow(_) => {
                 let settings = &self.scene.integrator.pcasnow;
                 (settings.path.straight_direction(surface), settings.exit)
@@ -109,7 +109,7 @@ impl<'a> FirstHits<'a> {
         if let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] {
             return diffuse.reflectance(objects, surface);
         }
-        let snow = match &self.integrator.method {
+        let snow = match &self.prepared.method {
             Method::PcaSnow(curves) => {
                 let Some(curves) = &curves[surface.material] else { return Spectrum::ZERO };
                 let constant = self.scene.integrator.pcasnow.reflectance;
@@ -125,7 +125,7 @@ impl<'a> FirstHits<'a> {
             Method::Diffusion(field) | Method::Hybrid(field, _) => {
                 field.of_object(surface.object).map(|body| &**body.snow())
             }
-            Method::Reference(..) => self.integrator.snowpack(surface.material),
+            Method::Reference(..) => self.prepared.snowpack(surface.material),
         };
         let optics = snow.map(|snow| snow.at_surface(objects, surface.object, &surface.surface_point()));
         optics.map_or(Spectrum::ZERO, |optics| optics.deep_reflectance(1.0))

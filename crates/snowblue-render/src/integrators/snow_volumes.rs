@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use snowblue_transport::monte_carlo::{GrainPlan, Volume, WalkEnds};
+use snowblue_transport::monte_carlo::{GrainPlan, PathLengths, Volume, WalkEnds};
 use snowblue_transport::{SnowSample, TransportError};
 
 use crate::error::RenderError;
 use crate::light_field::{EndDepth, SnowOfMaterials, WalkEndsByDepth};
 use crate::scene::Scene;
 use crate::scene::material::snow::SnowKinds;
+use crate::spectrum::Spectrum;
 
 /// Scattering events of each kind of snow for short walks.
 const SHORT_WALK_GRAINS: u32 = 1 << 18;
@@ -75,4 +76,11 @@ impl SnowVolumes {
 
 fn unusable(scene: &Scene, error: &TransportError) -> RenderError {
     scene.material_path(usize::MAX).error(format!("has snow that cannot be rendered: {error}")).into()
+}
+
+/// Attenuation of each wavelength by absorption along a path, less the optical depth `accounted`.
+pub(super) fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectrum {
+    let mut attenuation = Spectrum::ZERO;
+    volume.attenuation(lengths, accounted, &mut attenuation.0);
+    attenuation
 }

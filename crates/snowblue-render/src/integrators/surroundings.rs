@@ -6,8 +6,7 @@ use glam::Vec3A;
 use snowblue_transport::monte_carlo::{PathLengths, Volume};
 use snowblue_transport::rng::Stream;
 
-use super::attenuation;
-use super::snow_volumes::SnowVolumes;
+use super::snow_volumes::{SnowVolumes, attenuation};
 use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;

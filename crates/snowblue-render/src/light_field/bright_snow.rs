@@ -11,7 +11,7 @@ use arrayvec::ArrayVec;
 use glam::Vec3A;
 use wide::f32x8;
 
-use super::BodyField;
+use super::body_field::BodyField;
 use super::surface_light::surface_point;
 use crate::geometry::ray::SurfacePoint;
 use crate::sampling::cosine_direction;

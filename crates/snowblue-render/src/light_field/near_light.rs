@@ -11,7 +11,7 @@ use glam::Vec3A;
 use snowblue_field::MOST_GROUPS;
 use wide::f32x4;
 
-use super::{BodyField, LitFluence, MOST_NODES};
+use super::body_field::{BodyField, LitFluence, MOST_NODES};
 use crate::geometry::ray::SurfacePoint;
 use crate::spectrum::Spectrum;
 

@@ -4,7 +4,12 @@ use std::sync::Arc;
 
 use snowblue_field::SnowOptics;
 
-use super::{FieldScene, InnerLamp, KindOptics, LampInSnow, LightField, Snowpack, Viewer, WalkEndsByDepth};
+use super::end_depth::WalkEndsByDepth;
+use super::field::LightField;
+use super::field_scene::{FieldScene, Viewer};
+use super::illumination::LampInSnow;
+use super::inner_lamp::InnerLamp;
+use super::snowpack::{KindOptics, Snowpack};
 use crate::error::RenderError;
 use crate::scene::Scene;
 use crate::scene::build::changes::Changes;

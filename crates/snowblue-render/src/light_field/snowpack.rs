@@ -5,7 +5,7 @@ use std::sync::Arc;
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_transport::ordinates::HalfSpace;
 
-use super::{EndDepth, WalkEndsByDepth};
+use super::end_depth::{EndDepth, WalkEndsByDepth};
 use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::scene::material::snow::SnowKinds;
 use crate::scene::objects::Objects;

@@ -10,10 +10,11 @@ use std::sync::Arc;
 
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
-use super::snow_curves::SnowCurves;
-use super::vertex::{Shading, SnowVertex, Vertex};
+use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
 use crate::geometry::ray::narrow;
+use crate::integrators::pcasnow::snow_curves::SnowCurves;
+use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -25,7 +26,7 @@ use crate::spectrum::{SAMPLES, Spectrum};
 const MAX_TABLES: usize = 32;
 
 /// Radiance along a path, or the sensor's response to it.
-pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
+pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
     /// No light.
     const ZERO: Self;
 
@@ -44,7 +45,7 @@ pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
 
 /// A light sample, for its spectrum.
 #[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
+pub(in crate::integrators) struct Source<'a> {
     scene: &'a Scene,
     light: &'a Light,
     origin: &'a LightOrigin,
@@ -106,7 +107,7 @@ impl LightTables {
 
     /// The one sample of a light without extent.
     #[inline]
-    pub(super) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
+    pub(in crate::integrators) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
         self.delta_samples[light].as_ref()
     }
 }
@@ -141,7 +142,7 @@ fn sum(weights: &[[f32; PROJECTIONS]; SAMPLES], spectrum: &Spectrum) -> SensorSa
 impl<'a> Source<'a> {
     /// A sample of light number `light`.
     #[inline]
-    pub(super) fn new(
+    pub(in crate::integrators) fn new(
         scene: &'a Scene,
         tables: &'a LightTables,
         light: usize,

@@ -34,10 +34,10 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use super::carried::{Carried, LightTables, Source};
-use super::vertex::{SnowVertex, depth_cm};
+use super::snow_vertex::{SnowVertex, depth_cm};
 use crate::geometry::chord::{Chord, ChordEnd, Exit};
 use crate::geometry::ray::SurfacePoint;
+use crate::integrators::path::carried::{Carried, LightTables, Source};
 use crate::sampling::Sampler;
 use crate::scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
 use crate::scene::objects::Side;
@@ -58,7 +58,7 @@ struct Passage {
 impl SnowVertex<'_> {
     /// Light from the lights that comes through the snow.
     #[inline]
-    pub(super) fn transmitted<C: Carried>(
+    pub(in crate::integrators) fn transmitted<C: Carried>(
         &self,
         scene: &Scene,
         tables: &LightTables,

@@ -18,7 +18,6 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use super::match_depth_lengths;
 use crate::geometry::ray::{Ray, SurfacePoint, narrow};
 use crate::light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use crate::scene::light::IncidentLight;
@@ -128,7 +127,7 @@ impl<'a> TangentHalfSpace<'a> {
 
     /// (q + z′): φ(z′) − 4E over 3J.
     fn match_depth(&self) -> f32 {
-        narrow(self.optics.half_space().extrapolation()) + match_depth_lengths(self.end_depth)
+        narrow(self.optics.half_space().extrapolation()) + self.end_depth.match_lengths()
     }
 
     /// What a half-space with a normal sends out.

@@ -22,8 +22,6 @@
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
-mod tangent_half_space;
-
 use std::f32::consts::FRAC_1_PI;
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
@@ -33,8 +31,8 @@ use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, Volu
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use crate::integrators::attenuation;
-use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
+use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use crate::light_field::{EndDepth, LightField, NearLight, SnowAt};
 use crate::sampling::{Sampler, cosine_direction};
@@ -45,8 +43,6 @@ use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
 
-use tangent_half_space::TangentHalfSpace;
-
 /// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
 /// flat, and its radius.
 const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
@@ -55,7 +51,7 @@ const LEAST_THROUGHPUT: f32 = 1e-4;
 
 /// Follows walks into snow.
 #[derive(Debug)]
-pub(super) struct WalkTracer<'scene> {
+pub(crate) struct WalkTracer<'scene> {
     scene: &'scene Scene,
     field: &'scene LightField,
     volumes: &'scene [Option<Arc<SnowVolumes>>],
@@ -110,7 +106,7 @@ enum BodyEnd {
 }
 
 impl<'scene> WalkTracer<'scene> {
-    pub(super) fn new(
+    pub(crate) fn new(
         scene: &'scene Scene,
         field: &'scene LightField,
         bodies: &'scene SnowBodies,
@@ -119,12 +115,12 @@ impl<'scene> WalkTracer<'scene> {
         Self { scene, field, volumes, surroundings: Surroundings::new(scene, bodies, volumes), lights: Vec::new() }
     }
 
-    pub(super) fn statistics(&self) -> Statistics {
+    pub(crate) fn statistics(&self) -> Statistics {
         self.surroundings.statistics
     }
 
     /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
-    pub(super) fn walk(
+    pub(crate) fn walk(
         &mut self,
         (at, end_depth): (SnowAt, EndDepth),
         surface: &SurfaceInteraction,
@@ -154,7 +150,7 @@ impl<'scene> WalkTracer<'scene> {
             radiance: Spectrum::ZERO,
         };
         let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
-        let match_depth_m = match_depth_lengths(end_depth) * transport_length_m;
+        let match_depth_m = end_depth.match_lengths() * transport_length_m;
         let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
         let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
         loop {
@@ -182,7 +178,7 @@ impl<'scene> WalkTracer<'scene> {
     }
 
     /// How deep walks from a point of the surface end.
-    pub(super) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
+    pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
         let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
         let is_flat = self.scene.objects.holds_deeply(surface.object, below, radius_m);
@@ -341,12 +337,6 @@ impl<'scene> WalkTracer<'scene> {
         walk.ray = Ray { origin: from, direction: cosine_direction(surface.normal, u, v) };
         true
     }
-}
-
-/// Depth below the entry of the point that the light of the half-space is matched to, in transport mean free paths:
-/// near the ends of walks.
-fn match_depth_lengths(end_depth: EndDepth) -> f32 {
-    end_depth.lengths() + 1.0
 }
 
 /// The end of a walk, once both that in the body and that in the half-space have ended.

@@ -35,9 +35,9 @@ use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::russian_roulette::survival_probability;
+use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
-use crate::integrators::{attenuation, survival_probability};
 use crate::sampling::{Sampler, cosine_direction};
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightHit, LightSample};
