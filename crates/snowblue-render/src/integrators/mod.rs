@@ -7,6 +7,8 @@ mod russian_roulette;
 mod snow_volumes;
 mod surroundings;
 
+mod snow_walk;
+
 mod hybrid;
 mod path;
 mod pcasnow;

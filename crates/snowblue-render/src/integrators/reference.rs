@@ -1,10 +1,7 @@
 //! Volumetric path tracer, the ground truth: light is scattered from grain to grain in snow of any shape.
 //!
-//! A path runs backwards from the camera, which reciprocity allows because a grain's phase function depends on the
-//! scattering angle alone. The refractive index does not change where it enters snow. There it continues by free
-//! flights, t = −ln u / κ, from grain to grain ([`Volume`]), until it leaves. At each scattering every light without
-//! extent contributes by next-event estimation (Veach 1997, *Robust Monte Carlo Methods for Light Transport
-//! Simulation*, chapter 8):
+//! A path is a [`SnowWalk`]. The refractive index does not change where it enters snow. There it continues from grain to
+//! grain ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
 //!
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
@@ -27,22 +24,19 @@
 //! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
 //! that it entered.
 
-use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use glam::Vec3A;
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
-use crate::integrators::russian_roulette::survival_probability;
+use crate::geometry::ray::{Ray, narrow, off_surface};
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
+use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
-use crate::sampling::{Sampler, cosine_direction};
+use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::scene::light::{Light, LightHit, LightSample};
+use crate::scene::light::LightHit;
 use crate::scene::material::Material;
-use crate::scene::material::diffuse::Diffuse;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
@@ -53,7 +47,7 @@ pub(crate) struct ReferenceTracer<'scene> {
     scene: &'scene Scene,
     surroundings: Surroundings<'scene>,
     volumes: &'scene [Option<Arc<SnowVolumes>>],
-    delta_lights: Vec<DeltaLight>,
+    delta_lights: Vec<WalkLight>,
     has_area_lights: bool,
     /// Weights of the wavelengths at each index node. A scene without snow has one node.
     weights: Vec<Spectrum>,
@@ -61,31 +55,11 @@ pub(crate) struct ReferenceTracer<'scene> {
     lengths: Vec<PathLengths>,
 }
 
-/// A light without extent, or a point of the sun.
-#[derive(Debug, Clone, Copy)]
-struct DeltaLight {
-    sample: LightSample,
-    power: Spectrum,
-}
-
-impl DeltaLight {
-    fn new(light: &Light, sampler: &mut Sampler) -> Option<Self> {
-        let sample = light.small_sample(sampler)?;
-        Some(Self { sample, power: light.power(&sample.origin) })
-    }
-}
-
 /// The state of a path.
 struct Path {
-    ray: Ray,
-    /// A unit vector perpendicular to the ray from which azimuths are measured. It turns with the ray, so that a small
-    /// change of the index changes the path little.
-    side: Vec3A,
-    stream: Stream,
+    walk: SnowWalk,
     /// Number of the index node.
     node: usize,
-    throughput: Spectrum,
-    radiance: Spectrum,
 }
 
 /// How a path's stay in snow ends.
@@ -139,33 +113,31 @@ impl<'scene> ReferenceTracer<'scene> {
         self.surroundings.statistics.camera_rays += 1;
         let mut of_lights = *sampler;
         self.delta_lights.clear();
-        self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| DeltaLight::new(light, &mut of_lights)));
+        self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| {
+            let sample = light.small_sample(&mut of_lights)?;
+            Some(WalkLight { sample, power: light.power(&sample.origin) })
+        }));
         let mut radiance = Spectrum::ZERO;
         for node in 0..self.weights.len() {
-            let mut path = Path {
-                ray: *camera_ray,
-                side: camera_ray.direction.any_orthonormal_vector(),
-                stream: Stream::new(pixel.into(), sample.into()),
-                node,
-                throughput: Spectrum::ONE,
-                radiance: Spectrum::ZERO,
-            };
+            let mut path = Path { walk: SnowWalk::new(*camera_ray, Stream::new(pixel.into(), sample.into())), node };
             self.trace(&mut path);
-            radiance.add_product(1.0, &self.weights[node], &path.radiance);
+            radiance.add_product(1.0, &self.weights[node], &path.walk.radiance);
         }
         radiance
     }
 
     /// Traces a path to its end.
     fn trace(&mut self, path: &mut Path) {
-        let mut hit = self.surroundings.first_hit(&path.ray);
+        let mut hit = self.surroundings.first_hit(&path.walk.ray);
         self.add_visible_lights(path, hit.as_ref());
         let mut within = None;
         for bounce in 0..=self.scene.integrator.max_bounces {
             let Some(surface) = hit else { return };
             match &self.scene.materials[surface.material] {
                 Material::Diffuse(diffuse) => {
-                    if !self.reflect(path, diffuse, &surface, bounce) {
+                    let reflectance = diffuse.reflectance(&self.scene.objects, &surface);
+                    let (lights, medium) = (&self.delta_lights, path.medium());
+                    if !path.walk.reflect(&mut self.surroundings, &surface, reflectance, (lights, medium, bounce)) {
                         return;
                     }
                 }
@@ -177,7 +149,7 @@ impl<'scene> ReferenceTracer<'scene> {
                     SnowEnd::Absorbed => return,
                     SnowEnd::Missed => {
                         let reach_m = self.scene.objects.reach_m(surface.object);
-                        path.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
+                        path.walk.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
                         within = None;
                     }
                     SnowEnd::Solid(surface) => {
@@ -187,37 +159,10 @@ impl<'scene> ReferenceTracer<'scene> {
                     SnowEnd::Outside => within = None,
                 }
             }
-            hit = self.surroundings.first_hit(&path.ray);
-            let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.ray.origin));
+            hit = self.surroundings.first_hit(&path.walk.ray);
+            let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
             self.add_area_lights(path, limit_m, None);
         }
-    }
-
-    /// Adds the lights without extent at a diffuse surface and samples the next ray there. Returns false if the path
-    /// ends.
-    fn reflect(&mut self, path: &mut Path, diffuse: &Diffuse, surface: &SurfaceInteraction, bounce: u32) -> bool {
-        path.throughput *= diffuse.reflectance(&self.scene.objects, surface);
-        let reach_m = self.scene.objects.reach_m(surface.object);
-        let from = off_surface(surface.point, surface.normal, reach_m);
-        for index in 0..self.delta_lights.len() {
-            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
-            if let Some(incident) = sample.incident_at(&surface.surface_point())
-                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, path.medium(), chance)
-            {
-                let factor = incident.irradiance_per_power * FRAC_1_PI;
-                path.radiance.add_product(factor, &(path.throughput * transmitted), &power);
-            }
-        }
-        let [u, v, chance] = [(); 3].map(|()| narrow(path.stream.uniform()));
-        let direction = cosine_direction(surface.normal, u, v);
-        let survival = survival_probability(bounce, &path.throughput);
-        if chance >= survival {
-            return false;
-        }
-        path.throughput = path.throughput * survival.recip();
-        path.ray = Ray { origin: from, direction };
-        path.side = direction.any_orthonormal_vector();
-        true
     }
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.
@@ -228,22 +173,22 @@ impl<'scene> ReferenceTracer<'scene> {
         self.lengths.clear();
         self.lengths.resize(snow.volumes.len(), PathLengths::default());
         // Optical depth of absorption, at the least absorbed wavelength, at which the path ends.
-        let absorption_limit = -path.stream.uniform().ln();
-        let first_event = path.stream.uniform();
+        let absorption_limit = -path.walk.stream.uniform().ln();
+        let first_event = path.walk.stream.uniform();
         let mut events: Vec<_> =
             snow.volumes.iter().map(|kind| kind.nodes()[path.node].events_from(first_event)).collect();
         // The way out along the first flight, where it is known.
         let mut known_exit = None;
         if entering {
-            known_exit = self.surroundings.enter(object, &mut path.ray);
+            known_exit = self.surroundings.enter(object, &mut path.walk.ray);
             if known_exit.is_none() {
                 return SnowEnd::Missed;
             }
         }
         let mut kind = self.kind_at(snow, object, path);
         loop {
-            let flight_m = narrow(-path.stream.uniform().ln() * mean_flight_m);
-            let flight = self.surroundings.fly(object, &path.ray, flight_m, known_exit.take());
+            let flight_m = path.walk.flight_m(mean_flight_m);
+            let flight = self.surroundings.fly(object, &path.walk.ray, flight_m, known_exit.take());
             let length_m = flight.length_m();
             self.add_area_lights(path, length_m, Some((snow, kind)));
             self.lengths[kind].pores_m += f64::from(length_m);
@@ -252,11 +197,11 @@ impl<'scene> ReferenceTracer<'scene> {
             }
             match flight {
                 Flight::Free(_) => {
-                    path.ray.origin = path.ray.at(length_m);
+                    path.walk.ray.origin = path.walk.ray.at(length_m);
                     kind = self.kind_at(snow, object, path);
                     if !snow.kinds.is_uniform() {
                         let extinction_per_m = snow.volumes[kind].nodes()[path.node].extinction_per_m();
-                        if path.stream.uniform() * greatest_per_m >= extinction_per_m {
+                        if path.walk.stream.uniform() * greatest_per_m >= extinction_per_m {
                             continue;
                         }
                     }
@@ -264,18 +209,18 @@ impl<'scene> ReferenceTracer<'scene> {
                     let Some(event) = events[kind].next() else { return SnowEnd::Absorbed };
                     self.lengths[kind].ice_in_air_m += f64::from(event.ice_in_air_m);
                     self.lengths[kind].ice_in_water_m += f64::from(event.ice_in_water_m);
-                    path.turn(event.cos_scattering);
+                    path.walk.turn(event.cos_scattering);
                     if self.least_absorption(snow) > absorption_limit {
                         return SnowEnd::Absorbed;
                     }
                 }
                 Flight::Out { origin, .. } => {
-                    path.throughput *= self.attenuation(snow, (kind, 0.0));
-                    path.ray.origin = origin;
+                    path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
+                    path.walk.ray.origin = origin;
                     return SnowEnd::Outside;
                 }
                 Flight::Solid(surface, _) => {
-                    path.throughput *= self.attenuation(snow, (kind, 0.0));
+                    path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
                     return SnowEnd::Solid(surface);
                 }
             }
@@ -288,8 +233,8 @@ impl<'scene> ReferenceTracer<'scene> {
         if snow.kinds.is_uniform() {
             return 0;
         }
-        let mix = snow.kinds.at_point(&self.scene.objects, object, path.ray.origin);
-        if mix.is_mixed() { mix.pick(narrow(path.stream.uniform())) } else { mix.first }
+        let mix = snow.kinds.at_point(&self.scene.objects, object, path.walk.ray.origin);
+        if mix.is_mixed() { mix.pick(narrow(path.walk.stream.uniform())) } else { mix.first }
     }
 
     /// The optical depth of absorption so far, at the least absorbed wavelength of each kind.
@@ -315,31 +260,28 @@ impl<'scene> ReferenceTracer<'scene> {
     fn add_delta_lights(&mut self, path: &mut Path, object: usize, snow: &SnowVolumes, kind: usize) {
         let node = &snow.volumes[kind].nodes()[path.node];
         let mean_flight_m = snow.greatest_extinction_per_m(path.node).recip();
-        for index in 0..self.delta_lights.len() {
-            let (DeltaLight { sample, power }, chance) = (self.delta_lights[index], path.stream.uniform());
-            let point = path.ray.origin;
-            let flight_m = narrow(-chance.ln() * mean_flight_m);
-            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, point, &sample.origin, flight_m) {
+        let medium = path.medium();
+        for light in &self.delta_lights {
+            let chance = path.walk.stream.uniform();
+            let (point, flight_m) = (path.walk.ray.origin, narrow(-chance.ln() * mean_flight_m));
+            let origin = &light.sample.origin;
+            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, point, origin, flight_m) {
                 continue;
             }
-            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, path.medium(), chance) else {
-                continue;
-            };
-            let normal = sample.origin.direction_from(point).direction;
-            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
-            let phase = node.phase_per_sr(f64::from(path.ray.direction.dot(normal)));
-            let mut scattered = path.throughput * self.attenuation(snow, (kind, 0.0)) * transmitted;
-            scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
-            path.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
+            let found = light.scattered(&mut self.surroundings, node, &path.walk.ray, (medium, chance));
+            if let Some(scattered) = found {
+                let absorbed = self.attenuation(snow, (kind, 0.0));
+                path.walk.radiance.add_product(1.0, &(path.walk.throughput * absorbed), &scattered);
+            }
         }
     }
 
     /// Adds the lights with extent that the camera sees.
     fn add_visible_lights(&self, path: &mut Path, hit: Option<&SurfaceInteraction>) {
-        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.ray.origin));
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
         for light in &self.scene.lights {
-            if let Some(radiance) = light.hit_radiance(&path.ray, limit_m, None) {
-                path.radiance += radiance;
+            if let Some(radiance) = light.hit_radiance(&path.walk.ray, limit_m, None) {
+                path.walk.radiance += radiance;
             }
         }
     }
@@ -351,10 +293,10 @@ impl<'scene> ReferenceTracer<'scene> {
             return;
         }
         let lights = self.scene.lights.iter().filter(|light| !light.is_small());
-        let hits = lights.filter_map(|light| light.full_hit_radiance(&path.ray, limit_m));
+        let hits = lights.filter_map(|light| light.full_hit_radiance(&path.walk.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
             let absorbed = snow.map_or(Spectrum::ONE, |(snow, kind)| self.attenuation(snow, (kind, distance_m.into())));
-            path.radiance.add_product(1.0, &(path.throughput * absorbed), &radiance);
+            path.walk.radiance.add_product(1.0, &(path.walk.throughput * absorbed), &radiance);
         }
     }
 }
@@ -364,22 +306,4 @@ impl Path {
     fn medium(&self) -> Medium {
         Medium::EachPlace { node: self.node }
     }
-
-    /// Turns the ray by a scattering angle, at a random azimuth.
-    #[inline]
-    fn turn(&mut self, cos_scattering: f32) {
-        let (sin_azimuth, cos_azimuth) = (std::f32::consts::TAU * narrow(self.stream.uniform())).sin_cos();
-        let ahead = self.ray.direction;
-        let aside = self.side * cos_azimuth + ahead.cross(self.side) * sin_azimuth;
-        let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
-        self.ray.direction = renormalized(ahead * cos_scattering + aside * sin_scattering);
-        let side = aside * cos_scattering - ahead * sin_scattering;
-        self.side = renormalized(side - self.ray.direction * self.ray.direction.dot(side));
-    }
-}
-
-/// Scales a vector of nearly unit length to unit length: one Newton step for 1/√x from 1.
-#[inline]
-fn renormalized(vector: Vec3A) -> Vec3A {
-    vector * (1.5 - 0.5 * vector.length_squared())
 }

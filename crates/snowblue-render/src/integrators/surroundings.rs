@@ -128,6 +128,11 @@ impl<'a> Surroundings<'a> {
         &self.scene.objects
     }
 
+    /// Largest coordinate of an object in m.
+    pub(super) fn reach_m(&self, object: usize) -> f32 {
+        self.objects().reach_m(object)
+    }
+
     /// First hit of a ray outside of snow.
     pub(super) fn first_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.statistics.indirect_rays += 1;

@@ -33,9 +33,10 @@ use snowblue_transport::rng::Stream;
 use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
+use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
 use crate::light_field::{EndDepth, LightField, NearLight, SnowAt};
-use crate::sampling::{Sampler, cosine_direction};
+use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
 use crate::scene::material::Material;
@@ -46,8 +47,6 @@ use crate::spectrum::Spectrum;
 /// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
 /// flat, and its radius.
 const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
-/// Throughput below which a walk ends that is reflected between solids.
-const LEAST_THROUGHPUT: f32 = 1e-4;
 
 /// Follows walks into snow.
 #[derive(Debug)]
@@ -60,23 +59,15 @@ pub(crate) struct WalkTracer<'scene> {
     lights: Vec<WalkLight>,
 }
 
-/// A point of a light, or a direction.
-#[derive(Debug, Clone, Copy)]
-struct WalkLight {
-    sample: LightSample,
-    power: Spectrum,
-}
-
-/// A walk between two scatterings.
+/// A walk in snow, with its path lengths there.
 struct Walk<'v> {
-    ray: Ray,
+    walk: SnowWalk,
     /// The way out along the first flight, where it is known.
     way_out: Option<Flight>,
-    stream: Stream,
     events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
     lengths: PathLengths,
-    throughput: Spectrum,
-    radiance: Spectrum,
+    /// Reflections at solids so far.
+    bounces: u32,
 }
 
 /// The snow that a walk is in.
@@ -141,13 +132,11 @@ impl<'scene> WalkTracer<'scene> {
         let mut stream = Stream::new(pixel.into(), sample.into());
         let events = snow.node.events_from(stream.uniform());
         let mut walk = Walk {
-            ray,
+            walk: SnowWalk::new(ray, stream),
             way_out: Some(way_out),
-            stream,
             events,
             lengths: PathLengths::default(),
-            throughput: Spectrum::ONE,
-            radiance: Spectrum::ZERO,
+            bounces: 0,
         };
         let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
         let match_depth_m = end_depth.match_lengths() * transport_length_m;
@@ -156,21 +145,21 @@ impl<'scene> WalkTracer<'scene> {
         loop {
             let end = self.follow(&mut walk, snow, near.as_ref(), tangent.as_mut());
             if let Some(tangent) = tangent.take() {
-                walk.radiance += tangent.correction(surface.shading_normal);
+                walk.walk.radiance += tangent.correction(surface.shading_normal);
             }
             match end {
-                BodyEnd::Inside => return walk.radiance,
+                BodyEnd::Inside => return walk.walk.radiance,
                 BodyEnd::Outside(surface) => {
-                    let throughput = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
+                    let throughput = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                     let irradiance = near
                         .as_ref()
                         .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
-                    walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
-                    return walk.radiance;
+                    walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
+                    return walk.walk.radiance;
                 }
                 BodyEnd::Solid(surface) => {
                     if !self.reflect(&mut walk, snow, &surface) {
-                        return walk.radiance;
+                        return walk.walk.radiance;
                     }
                 }
             }
@@ -210,11 +199,11 @@ impl<'scene> WalkTracer<'scene> {
         entry: SurfacePoint,
         walk: &mut Walk,
     ) -> TangentHalfSpace<'a> {
-        let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.ray.direction);
+        let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.walk.ray.direction);
         let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
             let Some(incident) = sample.incident_at(&entry) else { continue };
-            let chance = walk.stream.uniform();
+            let chance = walk.walk.stream.uniform();
             if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance) {
                 tangent.light(index, &incident, *power * transmitted);
             }
@@ -234,12 +223,12 @@ impl<'scene> WalkTracer<'scene> {
         let mean_flight_m = snow.node.extinction_per_m().recip();
         let mut end: Option<BodyEnd> = None;
         loop {
-            let flight_m = narrow(-walk.stream.uniform().ln() * mean_flight_m);
+            let flight_m = walk.walk.flight_m(mean_flight_m);
             if let Some(tangent) = &mut tangent {
-                tangent.fly(&walk.ray, flight_m);
+                tangent.fly(&walk.walk.ray, flight_m);
             }
             if end.is_none() {
-                let flight = self.surroundings.fly(snow.object, &walk.ray, flight_m, walk.way_out.take());
+                let flight = self.surroundings.fly(snow.object, &walk.walk.ray, flight_m, walk.way_out.take());
                 walk.lengths.pores_m += f64::from(flight.length_m());
                 end = match flight {
                     Flight::Free(_) => None,
@@ -252,21 +241,21 @@ impl<'scene> WalkTracer<'scene> {
             if let Some(end) = finished(&mut end, tangent.as_deref()) {
                 return end;
             }
-            walk.ray.origin = walk.ray.at(flight_m);
+            walk.walk.ray.origin = walk.walk.ray.at(flight_m);
             self.join_lights(walk, snow, end.is_none(), tangent.as_deref_mut());
             let Some(event) = walk.events.next() else { return BodyEnd::Inside };
             if end.is_none() {
                 walk.lengths.ice_in_air_m += f64::from(event.ice_in_air_m);
                 walk.lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
             }
-            walk.turn(event.cos_scattering);
-            let x = walk.ray.origin;
-            let ahead = walk.ray.at(transport_length_m);
+            walk.walk.turn(event.cos_scattering);
+            let x = walk.walk.ray.origin;
+            let ahead = walk.walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
             if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
                 let fluence = near.map_or_else(|| snow.at.field.fluence(ahead), |near| near.fluence(ahead));
-                let through = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
-                walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
+                let through = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
+                walk.walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
                 end = Some(BodyEnd::Inside);
             }
             if end.is_some()
@@ -289,70 +278,39 @@ impl<'scene> WalkTracer<'scene> {
         is_in_body: bool,
         mut tangent: Option<&mut TangentHalfSpace>,
     ) {
-        let point = walk.ray.origin;
-        for index in 0..self.lights.len() {
-            let WalkLight { sample, power } = self.lights[index];
+        let point = walk.walk.ray.origin;
+        for (index, light) in self.lights.iter().enumerate() {
             // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep
             // inside, there is nothing to compute.
-            let chance = walk.stream.uniform();
+            let chance = walk.walk.stream.uniform();
             let seen_m = narrow(-chance.ln() / snow.node.extinction_per_m());
             if let Some(tangent) = &mut tangent {
-                tangent.join(index, &walk.ray, seen_m);
+                tangent.join(index, &walk.walk.ray, seen_m);
             }
-            if !is_in_body || self.surroundings.stays_inside(snow.object, point, &sample.origin, seen_m) {
+            if !is_in_body || self.surroundings.stays_inside(snow.object, point, &light.sample.origin, seen_m) {
                 continue;
             }
-            let Some(transmitted) = self.surroundings.transmitted(point, &sample.origin, snow.medium(), chance) else {
-                continue;
-            };
-            let normal = sample.origin.direction_from(point).direction;
-            let Some(incident) = sample.incident_at(&SurfacePoint { point, normal }) else { continue };
-            let phase = snow.node.phase_per_sr(f64::from(walk.ray.direction.dot(normal)));
-            let mut scattered = walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0) * transmitted;
-            scattered.0.iter_mut().zip(phase).for_each(|(scattered, phase)| *scattered *= phase);
-            walk.radiance.add_product(incident.irradiance_per_power, &scattered, &power);
+            let found = light.scattered(&mut self.surroundings, snow.node, &walk.walk.ray, (snow.medium(), chance));
+            if let Some(scattered) = found {
+                let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
+                walk.walk.radiance.add_product(1.0, &(walk.walk.throughput * absorbed), &scattered);
+            }
         }
     }
 
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
     fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
         let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] else { return false };
-        walk.throughput *=
-            diffuse.reflectance(&self.scene.objects, surface) * attenuation(snow.volume, &walk.lengths, 0.0);
+        let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
+        let reflectance = diffuse.reflectance(&self.scene.objects, surface) * absorbed;
         walk.lengths = PathLengths::default();
-        if walk.throughput.maximum() < LEAST_THROUGHPUT {
-            return false;
-        }
-        let from = off_surface(surface.point, surface.normal, self.scene.objects.reach_m(surface.object));
-        for index in 0..self.lights.len() {
-            let (WalkLight { sample, power }, chance) = (self.lights[index], walk.stream.uniform());
-            if let Some(incident) = sample.incident_at(&surface.surface_point())
-                && let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance)
-            {
-                let factor = incident.irradiance_per_power * FRAC_1_PI;
-                walk.radiance.add_product(factor, &(walk.throughput * transmitted), &power);
-            }
-        }
-        let [u, v] = [(); 2].map(|()| narrow(walk.stream.uniform()));
-        walk.ray = Ray { origin: from, direction: cosine_direction(surface.normal, u, v) };
-        true
+        walk.bounces += 1;
+        let at_surface = (&*self.lights, snow.medium(), walk.bounces);
+        walk.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
     }
 }
 
 /// The end of a walk, once both that in the body and that in the half-space have ended.
 fn finished(end: &mut Option<BodyEnd>, tangent: Option<&TangentHalfSpace>) -> Option<BodyEnd> {
     end.take_if(|_| tangent.is_none_or(TangentHalfSpace::has_ended))
-}
-
-impl Walk<'_> {
-    /// Turns the ray by a scattering angle, at a random azimuth.
-    #[inline]
-    fn turn(&mut self, cos_scattering: f32) {
-        let (sin_azimuth, cos_azimuth) = (std::f32::consts::TAU * narrow(self.stream.uniform())).sin_cos();
-        let ahead = self.ray.direction;
-        let (side, up) = ahead.any_orthonormal_pair();
-        let sin_scattering = (1.0 - cos_scattering * cos_scattering).max(0.0).sqrt();
-        let aside = side * cos_azimuth + up * sin_azimuth;
-        self.ray.direction = (ahead * cos_scattering + aside * sin_scattering).normalize();
-    }
 }
