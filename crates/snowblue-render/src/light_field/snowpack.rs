@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3A;
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
 use snowblue_transport::ordinates::HalfSpace;
 
@@ -109,10 +110,16 @@ impl KindOptics {
         lengths.zip(absorption).map(snow).collect()
     }
 
-    /// The reflection function R₀, in 1/sr.
-    #[inline]
-    pub(crate) fn reflection_per_sr(&self, cos_exit: f32, cos_incidence: f32, cos_azimuth: f32) -> f32 {
-        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth].map(f64::from);
+    /// The reflection function R₀ of a surface with a normal, in 1/sr: for light from the unit vector `to_light` that
+    /// leaves against the unit vector `direction`, both of rays that run backwards from the camera.
+    pub(crate) fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
+        let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
+        // Both directions of propagation, projected on the surface.
+        let incident = normal * cos_incidence - to_light;
+        let exitant = -direction - normal * cos_exit;
+        let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
+        let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
+        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)].map(f64::from);
         narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
     }
 

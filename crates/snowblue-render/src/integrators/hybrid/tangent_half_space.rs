@@ -146,11 +146,7 @@ impl<'a> TangentHalfSpace<'a> {
             if cos <= 0.0 {
                 continue;
             }
-            let incident = normal * cos - *to_light;
-            let lengths = (incident.length_squared() * along.length_squared()).sqrt();
-            // The camera's ray runs backwards.
-            let cos_azimuth = if lengths > 1e-12 { -incident.dot(along) / lengths } else { 0.0 };
-            let reflection = self.optics.reflection_per_sr(cos_exit, cos, cos_azimuth.clamp(-1.0, 1.0));
+            let reflection = self.optics.reflection_per_sr(normal, self.direction, *to_light);
             sum += *irradiance * (cos / cos_incidence * (reflection - 4.0 * escape * self.optics.escape(cos)));
         }
         sum

@@ -39,21 +39,13 @@ impl Vertex<'_> {
 
     /// Reflectance for light from a direction above the surface, π times the reflection function.
     pub(in crate::integrators) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
-        let (normal, direction) = (self.normal, self.surface.direction);
-        let cos_incidence = normal.dot(to_light).max(0.0);
         match &self.shading {
             Shading::Diffuse(reflectance) => **reflectance,
             Shading::Textured(reflectance) => *reflectance,
-            Shading::Snow(snow) => snow.reflectance(cos_incidence),
+            Shading::Snow(snow) => snow.reflectance(self.normal.dot(to_light).max(0.0)),
             Shading::Field(snow) => {
-                let cos_exit = -normal.dot(direction);
-                // Both directions of propagation, projected on the surface.
-                let incident = normal * cos_incidence - to_light;
-                let exitant = -direction - normal * cos_exit;
-                let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
-                let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
-                let cos_azimuth = cos_azimuth.clamp(-1.0, 1.0);
-                Spectrum::constant(PI * snow.optics.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth))
+                let per_sr = snow.optics.reflection_per_sr(self.normal, self.surface.direction, to_light);
+                Spectrum::constant(PI * per_sr)
             }
         }
     }
