@@ -18,7 +18,7 @@ pub(crate) fn scene_table(path: Option<&Path>) -> Result<Cow<'static, Compressed
             "{name}: is {}, but rendering needs a compressed table{}",
             other.kind(),
             match other {
-                AnyTable::Full(_) => format!(": snowblue database import {name} --space log --components 3 -o FILE.nc"),
+                AnyTable::Full(_) => format!(": snowblue merge {name} --space log --components 3 -o FILE.nc"),
                 _ => String::new(),
             }
         ))),
