@@ -75,8 +75,8 @@ fn tables_of_another_layout_are_refused_with_the_reason() {
     let name = b"transmittance\0\0\0\0\0\0\x08";
     let place = bytes.windows(name.len()).position(|found| found == name).unwrap() + name.len();
     let swapped = [&bytes[..place], &bytes[place + 4..place + 8], &bytes[place..place + 4], &bytes[place + 8..]];
-    let expected = "has not the dimensions grain_size, facetness, density, temperature, black_carbon, angle, thickness, \
-                    wavelength in this order";
+    let expected = "has not the dimensions grain_size, facetness, density, temperature, black_carbon, angle, \
+                    thickness, wavelength in this order";
     let message = message(&swapped.concat());
     assert!(message.contains(expected), "{message}");
 }

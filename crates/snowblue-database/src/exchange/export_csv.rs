@@ -1,5 +1,5 @@
-//! Exports a table as CSV: a row for each value. The columns are the axes with their units (`grain_size_um`, `facetness`,
-//! `density_kg_m3`, further properties, `angle_deg`, `thickness_cm`, `wavelength_nm`), `transmittance` and
+//! Exports a table as CSV: a row for each value. The columns are the axes with their units (`grain_size_um`,
+//! `facetness`, `density_kg_m3`, further properties, `angle_deg`, `thickness_cm`, `wavelength_nm`), `transmittance` and
 //! `reflectance`.
 
 use std::path::Path;
