@@ -32,14 +32,20 @@ pub enum TransportError {
         /// Unit of the ends; empty for a ratio.
         unit: &'static str,
     },
-    /// A mean grain size whose range of ± 50 µm leaves the model's range.
+    /// A mean grain size whose range leaves the model's range.
     #[error(
-        "mean grain size is {mean_um} µm, but its range of ± 50 µm must lie in 20–5000 µm: give a mean of 70–4950 µm, \
-         or the range as MIN:MAX"
+        "mean grain size is {mean_um} µm, but its range of ± {half_range_um} µm must lie in {}–{} µm: give a mean of \
+         {least_um}–{greatest_um} µm, or the range as MIN:MAX", least_um - half_range_um, greatest_um + half_range_um
     )]
     MeanSize {
         /// Mean given, in µm.
         mean_um: f64,
+        /// Half-width of the range that a mean represents, in µm.
+        half_range_um: f64,
+        /// Least mean, in µm.
+        least_um: f64,
+        /// Greatest mean, in µm.
+        greatest_um: f64,
     },
     /// A number of streams that is odd, zero or too large.
     #[error("streams are {streams}, but must be an even number in 2–{most}, counting both hemispheres")]

@@ -31,6 +31,7 @@
 //! **Out of scope.** Radiance inside the snow (only fluxes are computed), and colour (`snowblue-color`).
 
 mod error;
+pub mod parameter;
 pub mod range;
 
 pub mod quadrature;
@@ -44,6 +45,8 @@ pub mod sample;
 
 pub mod slab;
 pub mod stack;
+
+pub mod parameters;
 
 pub mod layer_file;
 
@@ -63,6 +66,7 @@ pub use medium::{
     Scattering, TallyPlan,
 };
 pub use optics::{Ice, IceTable, Impurities, Substance};
+pub use parameter::Parameter;
 pub use range::{ParameterRange, WavelengthRange};
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};

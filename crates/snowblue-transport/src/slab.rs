@@ -4,14 +4,36 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::TransportError;
+use crate::parameter::Parameter;
 use crate::range::ParameterRange;
-use crate::sample::SnowSample;
+use crate::sample::{PAPER, SnowSample};
 
 /// Thickness of a slab or layer, in cm.
 pub const THICKNESS_RANGE: ParameterRange =
     ParameterRange { quantity: "thickness", least: 0.0, greatest: 1e5, unit: "cm" };
 /// Angle of a beam from the normal, in degrees.
 pub const ANGLE_RANGE: ParameterRange = ParameterRange { quantity: "angle", least: 0.0, greatest: 89.99, unit: "°" };
+
+/// Thickness of a slab or layer.
+pub const THICKNESS: Parameter = Parameter {
+    key: "thickness_cm",
+    title: "Thickness",
+    range: THICKNESS_RANGE,
+    default: 15.0,
+    text: "Thickness",
+    effect: "Thicker snow transmits less light, and what remains is bluer.",
+    source: PAPER,
+};
+/// Angle of a beam from the normal.
+pub const ANGLE: Parameter = Parameter {
+    key: "angle_deg",
+    title: "Angle of incidence",
+    range: ANGLE_RANGE,
+    default: 0.0,
+    text: "Angle of incidence from the normal",
+    effect: "Oblique light is reflected more.",
+    source: PAPER,
+};
 
 /// Light on the top of a slab.
 #[derive(Debug, Clone, Copy, PartialEq)]

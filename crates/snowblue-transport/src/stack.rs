@@ -1,6 +1,7 @@
 //! Layers of different snow on a ground under light, and their fluxes above, below and at any depth.
 
 use crate::TransportError;
+use crate::parameter::Parameter;
 use crate::range::ParameterRange;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_wavelengths};
@@ -8,6 +9,17 @@ use crate::slab::{Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incide
 /// Albedo of the ground.
 pub const GROUND_ALBEDO_RANGE: ParameterRange =
     ParameterRange { quantity: "ground albedo", least: 0.0, greatest: 1.0, unit: "" };
+
+/// Albedo of the ground.
+pub const GROUND_ALBEDO: Parameter = Parameter {
+    key: "ground_albedo",
+    title: "Ground albedo",
+    range: GROUND_ALBEDO_RANGE,
+    default: 0.0,
+    text: "Albedo of the ground under the snow",
+    effect: "It is the fraction of light that a matt ground sends back; 0 is no ground.",
+    source: "Stamnes et al. 1988, doi:10.1364/AO.27.002502",
+};
 
 /// Relative rounding by which a depth may exceed the sum of the thicknesses.
 const DEPTH_ROUNDING: f64 = 1e-12;

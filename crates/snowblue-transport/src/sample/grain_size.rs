@@ -4,9 +4,17 @@ use super::ranges::{GRAIN_SIZE_RANGE, SURFACE_AREA_RANGE};
 use crate::TransportError;
 use crate::grain::SizeMeasure;
 use crate::optics::ice;
+use crate::range::ParameterRange;
 
 /// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
+/// Mean grain size whose range lies in that of grain sizes, in µm.
+pub const MEAN_SIZE_RANGE: ParameterRange = ParameterRange {
+    quantity: "mean grain size",
+    least: GRAIN_SIZE_RANGE.least + MEAN_SIZE_HALF_RANGE_UM,
+    greatest: GRAIN_SIZE_RANGE.greatest - MEAN_SIZE_HALF_RANGE_UM,
+    unit: GRAIN_SIZE_RANGE.unit,
+};
 
 /// Grain sizes, uniform in number over a range, in µm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,10 +33,15 @@ impl GrainSize {
     /// # Errors
     /// [`TransportError::MeanSize`] if the range would start below 20 µm or end above 5000 µm.
     pub fn around(mean_um: f64) -> Result<Self, TransportError> {
-        let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
-        if GRAIN_SIZE_RANGE.check_interval(min_um, max_um).is_err() {
-            return Err(TransportError::MeanSize { mean_um });
+        if !MEAN_SIZE_RANGE.contains(mean_um) {
+            return Err(TransportError::MeanSize {
+                mean_um,
+                half_range_um: MEAN_SIZE_HALF_RANGE_UM,
+                least_um: MEAN_SIZE_RANGE.least,
+                greatest_um: MEAN_SIZE_RANGE.greatest,
+            });
         }
+        let (min_um, max_um) = (mean_um - MEAN_SIZE_HALF_RANGE_UM, mean_um + MEAN_SIZE_HALF_RANGE_UM);
         Ok(Self { min_um, max_um, measure: SizeMeasure::default() })
     }
 
@@ -42,7 +55,6 @@ impl GrainSize {
         Ok(Self { min_um: diameter_um, max_um: diameter_um, measure: SizeMeasure::OpticalDiameter })
     }
 
-    /// ⟨s²⟩ in µm².
     /// The sizes that numbers in µm state: a mean, as in [`around`](Self::around), or the ends of a range.
     ///
     /// # Errors
@@ -65,6 +77,7 @@ impl GrainSize {
         0.5 * (self.min_um + self.max_um)
     }
 
+    /// ⟨s²⟩ in µm².
     pub(crate) fn mean_square_um2(&self) -> f64 {
         let (a, b) = (self.min_um, self.max_um);
         (a * a + a * b + b * b) / 3.0

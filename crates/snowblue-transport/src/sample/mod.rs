@@ -12,10 +12,12 @@ mod truncated_normal;
 
 pub use crate::grain::SizeMeasure;
 pub use alternatives::{Alternative, alternatives};
-pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
+pub use grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE};
+pub(crate) use ranges::PAPER;
 pub use ranges::{
-    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SURFACE_AREA_RANGE,
-    TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
+    DENSITY, DENSITY_RANGE, FACETNESS, FACETNESS_RANGE, GRAIN_SIZE, GRAIN_SIZE_RANGE, MASS_FRACTION,
+    MASS_FRACTION_RANGE, SPHERICITY, SPHERICITY_RANGE, SURFACE_AREA, SURFACE_AREA_RANGE, TEMPERATURE,
+    TEMPERATURE_RANGE, WATER_SATURATION, WATER_SATURATION_RANGE,
 };
 pub use snow_description::SnowDescription;
 pub use snow_keys::{SnowKeyError, SnowKeys};

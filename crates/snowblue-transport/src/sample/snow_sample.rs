@@ -2,10 +2,11 @@
 //!
 //! The parameters are those of the paper's Tables 1 and S1 (Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517).
 
-use super::grain_size::GrainSize;
+use super::grain_size::{GrainSize, MEAN_SIZE_HALF_RANGE_UM};
 use super::ranges::{
-    DENSITY_RANGE, FACETNESS_DEVIATION_RANGE, FACETNESS_RANGE, SPHERICITY_DEVIATION_RANGE, SPHERICITY_RANGE,
-    TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
+    DENSITY, DENSITY_RANGE, FACETNESS, FACETNESS_DEVIATION_RANGE, FACETNESS_RANGE, GRAIN_SIZE, SPHERICITY,
+    SPHERICITY_DEVIATION_RANGE, SPHERICITY_RANGE, TEMPERATURE, TEMPERATURE_RANGE, WATER_SATURATION,
+    WATER_SATURATION_RANGE,
 };
 use super::truncated_normal::TruncatedNormal;
 use crate::TransportError;
@@ -112,13 +113,17 @@ impl Default for SnowSample {
     /// clean.
     fn default() -> Self {
         Self {
-            grain_size: GrainSize { min_um: 350.0, max_um: 450.0, measure: SizeMeasure::default() },
-            sphericity: TruncatedNormal { min: 0.7, max: 0.9, mean: 0.8, standard_deviation: 0.1 },
-            facetness: TruncatedNormal::facetness_around(0.3),
-            density_kg_m3: 300.0,
-            water_saturation: 0.0,
+            grain_size: GrainSize {
+                min_um: GRAIN_SIZE.default - MEAN_SIZE_HALF_RANGE_UM,
+                max_um: GRAIN_SIZE.default + MEAN_SIZE_HALF_RANGE_UM,
+                measure: SizeMeasure::default(),
+            },
+            sphericity: TruncatedNormal { min: 0.7, max: 0.9, mean: SPHERICITY.default, standard_deviation: 0.1 },
+            facetness: TruncatedNormal::facetness_around(FACETNESS.default),
+            density_kg_m3: DENSITY.default,
+            water_saturation: WATER_SATURATION.default,
             impurities: Impurities::none(),
-            temperature_c: -5.0,
+            temperature_c: TEMPERATURE.default,
             ice: IceTable::default(),
         }
     }
