@@ -8,7 +8,7 @@ pub(crate) mod build;
 pub mod camera;
 pub mod description;
 pub mod file;
-pub(crate) mod integrator;
+pub mod integrator;
 pub(crate) mod layering;
 pub mod light;
 pub mod material;

@@ -144,7 +144,9 @@ pub(crate) fn load(path: &Path) -> Scene {
 /// Prepares the integrator of a scene; without a table, that of the scene or the embedded one serves PCASnow.
 pub(crate) fn prepared(scene: &Scene, table: Option<&CompressedTable>) -> Integrator {
     let preparation = Preparation { table, ..Preparation::default() };
-    Integrator::prepare_with(scene, preparation).unwrap_or_else(|error| panic!("{error}"))
+    let integrator = Integrator::prepare_with(scene, preparation).unwrap_or_else(|error| panic!("{error}"));
+    assert!(table.is_none() || integrator.notes().is_empty(), "all curves are those of the table");
+    integrator
 }
 
 /// PCASnow for a [`scene`] from text.

@@ -344,7 +344,7 @@ impl Render {
         let mut file = self.scene.open()?;
         self.check_effects_on(&file.description)?;
         self.override_values(&mut file.description);
-        file.description.check().map_err(Failure::input)?;
+        // Values of the file were checked when it was read, and those of options by their ranges.
         check(&file.description)?;
         let scene = file.build().map_err(Failure::input)?;
         Ok((file, scene))

@@ -60,6 +60,12 @@ impl SceneDescription {
     /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
     /// description, or the file.
     pub fn build(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+        self.check()?;
+        self.build_checked(files)
+    }
+
+    /// Builds the scene of a description that was checked.
+    pub(crate) fn build_checked(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
         self.build_with(None, None, files)
     }
 
@@ -71,8 +77,9 @@ impl SceneDescription {
     /// As those of [`build`](Self::build).
     pub fn build_after(&self, earlier: &Scene, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
         let changes = Changes::new(&earlier.description, self);
+        self.check()?;
         if changes.solids {
-            return self.build(files);
+            return self.build_checked(files);
         }
         let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
         let solids = Solids {
@@ -93,7 +100,6 @@ impl SceneDescription {
         lights: Option<DescribedLights>,
         files: &dyn SceneFiles,
     ) -> Result<Scene, RenderError> {
-        self.check()?;
         let solids = solids.map_or_else(|| self.solids(files), Ok)?;
         let (mut lights, light_files) = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let described_lights = lights.len();

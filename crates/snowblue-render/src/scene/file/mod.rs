@@ -150,7 +150,7 @@ impl SceneFile {
     pub fn build(&self) -> Result<Scene, RenderError> {
         // Values out of range are changed ones, since those of the file were checked: the file has no line of them.
         self.description.check()?;
-        self.description.build(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
+        self.description.build_checked(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
     }
 
     /// Adds the file and the line to an error about a value.
