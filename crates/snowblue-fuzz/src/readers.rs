@@ -11,7 +11,6 @@ use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::resumable_file::ResumableImage;
 use snowblue_render::mesh_files::gltf::GltfFile;
 use snowblue_render::mesh_files::read_mesh_from;
-use snowblue_render::scene::IntegratorKind;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::optics::IceTable;
 
@@ -124,10 +123,8 @@ fn mesh(name: &str, bytes: &[u8]) -> bool {
     build(&scene, name, bytes)
 }
 
-/// Reads a scene and builds it, with one file beside it. Light fields are computations, with a memory of their own.
+/// Reads a scene and builds it, with one file beside it.
 fn build(text: &str, name: &str, bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([(name, bytes)]);
-    let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return false };
-    scene.description.integrator.kind = IntegratorKind::PcaSnow;
-    scene.description.build(snowblue_data::embedded(), &files).is_ok()
+    SceneFile::parse(text, "scene.toml").is_ok_and(|scene| scene.description.build(&files).is_ok())
 }

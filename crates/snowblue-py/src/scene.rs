@@ -20,7 +20,7 @@ use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::queries::Statistics;
-use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, Preparation, RenderError, SceneDescription, SceneFile};
 
 use crate::database::Table;
 use crate::work::{Control, failure, input, run};
@@ -55,9 +55,9 @@ struct GivenFiles {
     folder: FilesIn,
 }
 
-/// A built scene and what its pictures state of themselves.
+/// A scene that is ready to be rendered, and what its pictures state of themselves.
 struct Built {
-    scene: snowblue_render::Scene,
+    integrator: Integrator,
     provenance: Provenance,
 }
 
@@ -107,12 +107,12 @@ impl Scene {
     }
 
     /// Renders the scene: its channels, width and height, and its exposure in stops. Writes them to `output` too,
-    /// a PNG or an OpenEXR file.
+    /// a PNG or an OpenEXR file. Without a table, PCASnow reads that of the scene, or else the embedded one.
     #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        table: &Table,
+        table: Option<&Table>,
         aovs: &str,
         output: Option<PathBuf>,
         progress: Option<Bound<'py, PyAny>>,
@@ -120,19 +120,21 @@ impl Scene {
         let aovs: Aovs = aovs.parse().map_err(input)?;
         let is_png = output.as_deref().map(is_png).transpose()?;
         let exposure = self.description.film.exposure;
-        let (sums, provenance, solved) = self.work(py, table, progress, move |built, control| {
-            let Built { scene, provenance } = built;
-            let target = all_samples(scene);
+        let table = table.map(Table::compressed).transpose()?;
+        let (sums, made) = self.work(py, table, progress, move |built, control| {
+            let Built { integrator, provenance } = built;
+            let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
             let mut sums = accumulator(scene, aovs, &target.window());
             let progress = |at: snowblue_render::Progress| control.set(at.samples_done, at.samples);
             let render_control = RenderControl { progress: &progress, stop: &|| control.is_stopped() };
-            let Statistics { unusable_samples, .. } = render_missing(scene, &target, &mut sums, render_control);
+            let Statistics { unusable_samples, .. } = render_missing(integrator, &target, &mut sums, render_control);
             if unusable_samples > 0 {
                 let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
                 return Err(failure(format!("{unusable_samples} {reason}")));
             }
-            Ok((sums, provenance.to_string(), scene.solved_light_fields()))
+            Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), integrator.notes().to_vec())))
         })?;
+        let (provenance, solved_light_fields, notes) = made;
         if let (Some(path), Some(is_png)) = (output, is_png) {
             save(&sums, exposure, is_png, &path).map_err(failure)?;
         }
@@ -147,17 +149,16 @@ impl Scene {
         dict.set_item("exposure_stops", film.display_factor(exposure).log2())?;
         dict.set_item("wavelengths", sums.wavelengths_nm().to_vec())?;
         dict.set_item("provenance", provenance)?;
-        dict.set_item("solved_light_fields", solved)?;
+        dict.set_item("solved_light_fields", solved_light_fields)?;
+        dict.set_item("notes", notes)?;
         Ok(dict)
     }
 
     /// Bakes the light field on the snow: a dictionary for each object, after one for all. Writes a GLB or PLY file to
     /// `output` too.
-    #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn bake<'py>(
         &self,
         py: Python<'py>,
-        table: &Table,
         step_mm: Option<f64>,
         content: Content,
         output: Option<PathBuf>,
@@ -171,8 +172,8 @@ impl Scene {
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
         }
-        let (baked, provenance) = self.work(py, table, progress, move |Built { scene, provenance }, control| {
-            let baked = bake(scene, options, &|done, all| control.set(done as u64, all as u64));
+        let (baked, provenance) = self.work(py, None, progress, move |Built { integrator, provenance }, control| {
+            let baked = bake(integrator, options, &|done, all| control.set(done as u64, all as u64));
             baked.map(|baked| (baked, provenance.clone())).map_err(|error: BakeError| input(error))
         })?;
         if let Some(path) = output {
@@ -209,29 +210,29 @@ impl Scene {
         Self { description, files: Arc::new(files), last: Arc::default() }
     }
 
-    /// Builds the scene on another thread and works with it there. It keeps what it has in common with the scene that
-    /// was built last, if the table and the files are still the same.
+    /// Prepares the scene on another thread and works with it there. It keeps what it has in common with the scene that
+    /// was built last, if the files are still the same.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        table: &Table,
+        table: Option<Arc<CompressedTable>>,
         progress: Option<Bound<'_, PyAny>>,
         work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {
         let (description, files, last) = (self.description.clone(), Arc::clone(&self.files), Arc::clone(&self.last));
-        let table = table.compressed()?;
         run(py, progress.as_ref(), move |control| {
-            let table: &CompressedTable = &table;
-            let is_current = |Built { scene, provenance }: &Built| {
-                *provenance == provenance.of_same_files(scene.description(), table, &*files)
+            let is_current = |Built { integrator, provenance }: &Built| {
+                *provenance == provenance.of_same_files(integrator.scene().description(), &*files)
             };
             let earlier = last.lock().unwrap_or_else(PoisonError::into_inner).take().filter(is_current);
-            let scene = match earlier {
-                None => description.build(table, &*files),
-                Some(earlier) => description.build_after(earlier.scene, table, &*files),
+            let earlier = earlier.map(|built| built.integrator);
+            let scene = match &earlier {
+                None => description.build(&*files),
+                Some(earlier) => description.build_after(earlier.scene(), &*files),
             };
-            let scene = scene.map_err(input)?;
-            let built = Built { provenance: Provenance::of(&scene, table), scene };
+            let preparation = Preparation { table: table.as_deref(), earlier };
+            let integrator = Integrator::prepare_with(&scene.map_err(input)?, preparation).map_err(input)?;
+            let built = Built { provenance: Provenance::of(&integrator), integrator };
             let result = work(&built, control);
             *last.lock().unwrap_or_else(PoisonError::into_inner) = Some(built);
             result

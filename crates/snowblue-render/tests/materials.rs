@@ -435,8 +435,7 @@ fn invalid_materials_are_errors_with_their_line() {
     folder.write("bright.csv", "400,0.5\n700,1.5\n");
     let wrong = |text: &str| folder.load(text).unwrap_err();
     let paint = |keys: &str, object: &str| wrong(&(diffuse(keys) + object));
-    let mask = |keys: &str, object: &str| wrong(&backlit(keys, object));
-    let grains = "grain_size_um = [100, 500]\n";
+    let mask = |mask: &str, object: &str| wrong(&backlit(&varying(mask), object));
     let (plane, mesh) = ("shape = \"plane\"\n", "mesh = \"block.ply\"\n");
     for (message, expected) in [
         (paint("texture = \"gone.png\"", plane), ["scene.toml:13: material.paint.texture", "gone.png does not exist"]),
@@ -451,19 +450,11 @@ fn invalid_materials_are_errors_with_their_line() {
         (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:14: ", "`reflectance`"]),
         (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:14: ", "`texture`"]),
         (paint("", plane), ["scene.toml:11: ", "material.paint needs one of reflectance, "]),
-        (mask(grains, SLAB), ["scene.toml:15: material.snow.grain_size_um", "`mask`"]),
-        (
-            mask("grain_size_um = 100\nmask = { attribute = \"age\" }", mesh),
-            ["scene.toml:16: ", "needs a key with two"],
-        ),
-        (mask(&format!("{grains}mask = {{ attribute = \"wet\" }}"), mesh), ["attribute \"wet\"", "object are: age"]),
-        (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), SLAB), ["attribute \"age\"", "object are: none"]),
-        (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), mesh), ["\"age\" is -1", "must lie in 0 to 1"]),
-        (mask(&format!("{grains}mask = {{ texture = \"four.png\" }}"), mesh), ["scene.toml:", "texture coordinates"]),
-        (
-            mask("grain_size_um = [100, 600]\nmask = { texture = \"four.png\" }", SLAB),
-            ["scene.toml:15: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],
-        ),
+        (mask("{ attribute = \"wet\" }", mesh), ["attribute \"wet\"", "object are: age"]),
+        (mask("{ attribute = \"age\" }", SLAB), ["attribute \"age\"", "object are: none"]),
+        (mask("{ attribute = \"age\" }", mesh), ["\"age\" is -1", "must lie in 0 to 1"]),
+        (mask("{ texture = \"four.png\" }", mesh), ["scene.toml:", "texture coordinates"]),
+        (mask("{ texture = \"gone.png\" }", SLAB), ["scene.toml:15: material.snow.mask.texture", "does not exist"]),
     ] {
         assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");
     }

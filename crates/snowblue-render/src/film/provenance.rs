@@ -123,9 +123,6 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use snowblue_database::Axes;
-    use snowblue_database::pca::Components;
-
     use super::*;
     use crate::files::FilesInMemory;
     use crate::scene::file::SceneFile;
@@ -140,11 +137,11 @@ mod tests {
         let mut files = FilesInMemory::from([("models/a.gltf", gltf), ("models/a b.bin", "abc")]);
         files.insert("sky.csv", "400,1\n700,2\n");
         let mut hash = |text: &str, files: &FilesInMemory| {
-            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(&table(), files).unwrap();
+            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(files).unwrap();
             hashes.push(scene_hash(&scene.description, &scene.file_hashes()));
             // The same without building the scene.
-            let provenance = Provenance::of(&scene, &table());
-            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, &table(), files);
+            let provenance = Provenance::of(&Integrator::prepare(&scene).unwrap());
+            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, files);
             assert_eq!(again, provenance);
         };
         hash(text, &files);
@@ -168,28 +165,15 @@ mod tests {
         assert_eq!(hashes.len(), 4);
     }
 
-    /// A table that no snow is taken from.
-    fn table() -> CompressedTable {
-        let components = || Components { count: 0, coefficients: vec![], basis: vec![], singular_values: vec![] };
-        CompressedTable {
-            axes: Axes::paper(),
-            space: Space::Log,
-            transmittance: components(),
-            reflectance: components(),
-            metadata: vec![],
-        }
-    }
-
     #[test]
     fn another_file_is_noticed_without_building_the_scene() {
         let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
                     [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
         let mut files = FilesInMemory::from([("sky.csv", "400,1\n700,2\n")]);
         let scene = SceneFile::parse(text, "scene.toml").unwrap().description;
-        let built = Provenance::of(&scene.build(&table(), &files).unwrap(), &table());
-        let difference = |scene: &SceneDescription, files: &FilesInMemory| {
-            built.difference(&built.of_same_files(scene, &table(), files))
-        };
+        let built = Provenance::of(&Integrator::prepare(&scene.build(&files).unwrap()).unwrap());
+        let difference =
+            |scene: &SceneDescription, files: &FilesInMemory| built.difference(&built.of_same_files(scene, files));
         assert_eq!(difference(&scene, &files), None);
         let mut other = scene.clone();
         other.integrator.seed = 7;
@@ -197,6 +181,20 @@ mod tests {
         files.insert("sky.csv", "400,1\n700,3\n");
         assert!(difference(&scene, &files).unwrap().contains("a file that it names, differs"));
         assert!(difference(&scene, &FilesInMemory::default()).unwrap().contains("a file that it names, differs"));
+    }
+
+    #[test]
+    fn only_pcasnow_has_a_table_and_settings_of_its_own() {
+        let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n[environment]\nradiance_w_m2_sr = 1\n";
+        let mut scene = SceneFile::parse(text, "scene.toml").unwrap().description;
+        for kind in IntegratorKind::ALL {
+            scene.integrator.kind = kind;
+            let scene = scene.build(&FilesInMemory::default()).unwrap();
+            let provenance = Provenance::of(&Integrator::prepare(&scene).unwrap());
+            let names = ["table", "path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
+            let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
+            assert_eq!(names, [curves, curves, curves, field], "{kind:?}");
+        }
     }
 
     #[test]

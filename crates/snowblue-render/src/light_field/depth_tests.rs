@@ -10,11 +10,12 @@ use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
 use crate::files::FilesInMemory;
+use crate::integrators::{Integrator, Preparation};
 use crate::scene::Scene;
 use crate::scene::file::SceneFile;
 use crate::spectrum::wavelengths_nm;
 
-const SNOW: &str = "[material.snow]\ntype = \"pca_snow\"\nlayers = \"pack.toml\"\n\
+const SNOW: &str = "[material.snow]\ntype = \"snow\"\nlayers = \"pack.toml\"\n\
      [material.black]\ntype = \"diffuse\"\nreflectance = 0\n";
 
 /// The snow, for the scene and for discrete ordinates.
@@ -23,7 +24,7 @@ const PACK: &str = "[[layer]]\nthickness_cm = 20\ngrain_size_um = 300\nfacetness
 fn scene(text: &str) -> Scene {
     let head = "[film]\nwidth = 640\nheight = 640\n[integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\n";
     let file = SceneFile::parse(format!("{head}{SNOW}{text}"), "scene.toml").unwrap();
-    file.description.build(snowblue_data::embedded(), &files()).unwrap()
+    file.description.build(&files()).unwrap()
 }
 
 fn files() -> FilesInMemory {
@@ -57,7 +58,8 @@ fn deep_in_a_wide_pack_light_has_the_fluxes_and_the_colour_of_discrete_ordinates
          [[object]]\nshape = \"box\"\nsize = [2.4, 2.4, 0.6]\nposition = [0, 0, -0.3]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.602]\nmaterial = \"black\"\n",
     );
-    let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
+    let integrator = Integrator::prepare(&scene).unwrap();
+    let field = integrator.light_field().unwrap().of_object(0).unwrap();
     let depths_cm = [5.0, 10.0, 20.0, 30.0];
     let known = pack(60.0, &depths_cm, Incidence::Diffuse);
     for (place, depth_cm) in depths_cm.into_iter().enumerate() {
@@ -78,7 +80,7 @@ fn deep_in_a_wide_pack_light_has_the_fluxes_and_the_colour_of_discrete_ordinates
         assert!((purity - 1.0).abs() < 0.12, "{depth_cm} cm: {found:?} {expected:?}");
     }
     // Bohren's rate of decay K = √(3 μ_a/ℓ*) holds far from all faces.
-    let optics = &field.snow().top().optics;
+    let optics = &field.snow().spectra(0.6)[0];
     let [above, below] = [0.15, 0.25].map(|depth_m| field.fluence(Vec3A::new(0.013, 0.007, -depth_m)));
     for k in 0..9 {
         let rate = (3.0 * optics.absorption_per_m[k] / optics.transport_lengths_m[k]).sqrt();
@@ -94,7 +96,7 @@ fn deep_in_a_wide_pack_light_has_the_fluxes_and_the_colour_of_discrete_ordinates
 fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
     let thickness_m = 0.2;
     let (mut found, mut expected) = ([0.0; 31], [0.0; 31]);
-    let mut earlier: Option<Scene> = None;
+    let mut earlier: Option<Integrator> = None;
     // The sky by rings: what a ring sends is absorbed as at its angle.
     let rings = [0, 1, 2, 3, 4, 5].map(|ring| {
         let angle_deg = 7.5 + 15.0 * f64::from(ring);
@@ -111,12 +113,10 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
              [[object]]\nshape = \"plane\"\nposition = [0, 0, -0.202]\nmaterial = \"black\"\n"
         );
         let description = SceneFile::parse(text, "scene.toml").unwrap().description;
-        let files = files();
-        let scene = match earlier.take() {
-            None => description.build(snowblue_data::embedded(), &files).unwrap(),
-            Some(before) => description.build_after(before, snowblue_data::embedded(), &files).unwrap(),
-        };
-        let field = scene.light_field.as_ref().unwrap().of_object(0).unwrap();
+        let scene = description.build(&files()).unwrap();
+        let preparation = Preparation { earlier: earlier.take(), ..Preparation::default() };
+        let integrator = Integrator::prepare_with(&scene, preparation).unwrap();
+        let field = integrator.light_field().unwrap().of_object(0).unwrap();
         let point = |z: f32, k: u8| {
             let (sin, cos) = f32::from(k).sin_cos();
             Vec3A::new(0.03 * f32::from(k).sqrt() * cos, 0.03 * f32::from(k).sqrt() * sin, z)
@@ -150,7 +150,7 @@ fn a_slab_absorbs_over_a_day_what_discrete_ordinates_say() {
                 expected[k] += 310.0 * irradiance * absorbed(&ring[k]);
             }
         }
-        earlier = Some(scene);
+        earlier = Some(integrator);
     }
     let total = found.iter().sum::<f64>() / expected.iter().sum::<f64>();
     assert!((total - 1.0).abs() < 0.02, "{total}");
