@@ -8,9 +8,9 @@ use serde::Deserialize;
 use snow::prepared;
 use snowblue_render::Integrator;
 use snowblue_render::film::exposure::{Exposure, FilmSettings};
-use snowblue_render::scene::{PathMode, Scene};
 use snowblue_render::scene::description::SceneDescription;
 use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::{PathMode, Scene};
 
 const SCENE: &str = r#"[camera]
 position = [1, -2, 0.5]
@@ -157,7 +157,10 @@ fn mistakes_in_a_mask_between_two_snows_are_named_with_file_line_value_and_range
 #[test]
 fn mistakes_in_the_settings_of_pcasnow_are_named_with_file_line_value_and_range() {
     let cases = [
-        ("path = \"shortest\"", "integrator.pcasnow.path is \"shortest\", but must be one of view, normal, light, brightest"),
+        (
+            "path = \"shortest\"",
+            "integrator.pcasnow.path is \"shortest\", but must be one of view, normal, light, brightest",
+        ),
         ("exit = \"middle\"", "integrator.pcasnow.exit is \"middle\", but must be last or first"),
         ("emission = \"none\"", "integrator.pcasnow.emission is \"none\", but must be transmitted or relative"),
         ("reflectance = 1.5", "integrator.pcasnow.reflectance is 1.5, but must lie in 0 to 1"),

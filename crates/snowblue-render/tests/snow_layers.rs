@@ -198,8 +198,7 @@ fn by_the_reference_layers_of_the_same_snow_are_one() {
     for (eye, target) in
         [(Vec3A::new(0.3, 0.2, 2.0), Vec3A::new(0.0, 0.0, 0.01)), (Vec3A::new(0.1, -2.0, 0.2), Vec3A::NEG_Y * 0.015)]
     {
-        let [whole, layers] =
-            [&mut whole, &mut layers].map(|integrator| estimate(integrator, eye, target, 256, BANDS));
+        let [whole, layers] = [&mut whole, &mut layers].map(|integrator| estimate(integrator, eye, target, 256, BANDS));
         for (whole, layers) in whole.iter().zip(&layers) {
             let error = whole.standard_error.hypot(layers.standard_error);
             let p = t_p_value((layers.mean - whole.mean) / error, 15.0);
@@ -297,8 +296,7 @@ fn layers_lie_below_the_surface_or_a_height() {
 #[test]
 fn mistakes_are_named() {
     let error = |keys: &str, layers: Option<&str>| {
-        let text =
-            format!("{}[material.snow]\ntype = \"snow\"\n{keys}{LIGHTS}{}", snow::CAMERA, slab(0.1, 0.1));
+        let text = format!("{}[material.snow]\ntype = \"snow\"\n{keys}{LIGHTS}{}", snow::CAMERA, slab(0.1, 0.1));
         let file = match SceneFile::parse(text, "scene.toml") {
             Ok(file) => file,
             Err(error) => return error.to_string(),
