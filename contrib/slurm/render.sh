@@ -1,19 +1,17 @@
 #!/usr/bin/env bash
 # Renders on a Slurm cluster: an array job with one task per part of an image, then a merge if all tasks succeed; or one
-# task per part of a film, by the keyframes of a scene; or one per scene.
+# task per scene, such as the frames of a film.
 #
 #     contrib/slurm/render.sh samples PARTS OUTPUT SCENE.toml --spp N [RENDER-OPTIONS] [-- MERGE-OPTIONS]
 #     contrib/slurm/render.sh tiles PARTS OUTPUT SCENE.toml --width W --height H [RENDER-OPTIONS] [-- MERGE-OPTIONS]
-#     contrib/slurm/render.sh film PARTS 'FOLDER/{}.exr' SCENE.toml --frames N [RENDER-OPTIONS]
 #     contrib/slurm/render.sh frames 'FOLDER/{}.exr' SCENE.toml... [-- RENDER-OPTIONS] [-- MERGE-OPTIONS]
 #
-# Images are .exr, or .png with the exposure of the scene or of --exposure. In names of frames, {} stands for the number
-# in the film, or for the name of the scene without folder and extension. The image is bitwise identical to that of a
-# single run.
+# Images are .exr, or .png with the exposure of the scene or of --exposure. In names of frames, {} stands for the name
+# of the scene without folder and extension. The image is bitwise identical to that of a single run.
 #
 # CORES (default 4) is the number of CPUs per task, SNOWBLUE (default snowblue) the program. sbatch's own variables,
 # such as SBATCH_PARTITION, SBATCH_ACCOUNT and SBATCH_TIMELIMIT, apply to all jobs. Near its time limit a task saves its
-# samples and resumes in a new attempt; of a film in .png, each frame must be finished within the limit.
+# samples and resumes in a new attempt.
 #
 # Parts and logs go to OUTPUT.parts (FOLDER/frames.exr.parts), which all nodes must share. Running the same command
 # again renders only what is missing.
@@ -36,13 +34,6 @@ count_of() {
     done
     [[ $value =~ ^[1-9][0-9]*$ ]] || fail 2 "'$split' needs $1 with a number from 1"
     echo "$value"
-}
-
-# Sets $output to the pattern $1 of names with {}, and $folder to that of their parts and logs.
-name_frames() {
-    output=$(realpath -m -- "$1")
-    [[ ${output##*/} == *{}* ]] || fail 2 "'$1' must contain {} in its file name, for the $2 of the frame"
-    folder=${output%\{\}*}frames${output##*\{\}}.parts
 }
 
 [ $# -ge 3 ] || usage
@@ -75,19 +66,10 @@ samples | tiles)
     check_recipe "$(first_existing "$folder"/part-*-of-*)" "$split" "$parts" "$scene" ${options[@]+"${options[@]}"}
     work=("$split" "$parts" "$folder" "${extent[@]}" "$scene" ${part_options[@]+"${part_options[@]}"})
     ;;
-film)
-    [ $# -ge 3 ] && [[ $1 =~ ^[1-9][0-9]*$ ]] || usage
-    parts=$1 scene=$3
-    [ -f "$scene" ] || fail 2 "scene $scene does not exist"
-    name_frames "$2" number
-    options=("${@:4}")
-    total=$(count_of --frames)
-    [ "$parts" -le "$total" ] || fail 2 "$parts parts are more than $total frames"
-    check_recipe "$(first_existing "${output%\{\}*}"[0-9]*"${output##*\{\}}")" "$split" "$scene" "${options[@]}"
-    work=("$split" "$parts" "$folder" "$total" "$output" "$scene" "${options[@]}")
-    ;;
 frames)
-    name_frames "$1" name
+    output=$(realpath -m -- "$1")
+    [[ ${output##*/} == *{}* ]] || fail 2 "'$1' must contain {} in its file name, for the name of the scene"
+    folder=${output%\{\}*}frames${output##*\{\}}.parts
     split_arguments "${@:2}"
     scenes=(${options[@]+"${options[@]}"}) images=() parts=${#options[@]}
     [ "$parts" -gt 0 ] || usage

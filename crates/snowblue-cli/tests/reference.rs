@@ -1,5 +1,5 @@
 //! The chapter on the command is what the command says of itself. After a change of options:
-//! `UPDATE_REFERENCE=1 cargo nextest run -p snowblue-cli --test reference`.
+//! `UPDATE_REFERENCE=1 cargo test -p snowblue-cli --test reference`.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 

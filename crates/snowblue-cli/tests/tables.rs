@@ -1,4 +1,4 @@
-//! `snowblue database`: any axes, shards, criteria of compression, import and export.
+//! `snowblue database`: any axes, shards, criteria of compression, and export.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -40,7 +40,9 @@ fn shards_merge_to_the_same_file() {
     assert_refused(&[&["merge"], &two[..], &output[..]].concat(), &["3", "missing"]);
     assert_refused(&[&["merge"], &[two[0], two[0]][..], &output].concat(), &["part1.nc", "1/3"]);
     assert!(!merged.exists(), "no partial file is left");
-    assert_refused(&["merge", path("whole.nc").to_str().unwrap(), "-o", "x.nc"], &["whole.nc", "full table", "shard"]);
+    let whole = path("whole.nc");
+    let with_whole = [&["merge", two[0], whole.to_str().unwrap()], &output[..]].concat();
+    assert_refused(&with_whole, &["whole.nc: is a full table, not a shard"]);
     assert_refused(&[&["database", "build", "--shard", "9/3"], &SMALL[..], &output].concat(), &["9/3"]);
 }
 
@@ -149,34 +151,22 @@ fn monte_carlo_fills_tables_and_its_noise_is_measured() {
 }
 
 #[test]
-fn spectra_are_imported_and_exported() {
+fn full_tables_are_compressed_and_exported() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let (curves, table, rows) = (path("s.csv"), path("s.nc"), path("rows.csv"));
-    stdout(&[
-        "spectrum",
-        "--thickness",
-        "1,5",
-        "--angle",
-        "0,diffuse",
-        "--wavelengths",
-        "400,700",
-        "-o",
-        &curves,
-        "--quiet",
-    ]);
-    let set = ["--set", "grain_size=400", "--set", "facetness=0.3", "--set", "density=300"];
-    stdout(&[&["database", "import", &curves, "--quiet", "-o", &table], &set[..]].concat());
-    stdout(&["database", "export", &table, "-o", &rows]);
+    let (full, compressed, at_once, rows) = (path("full.nc"), path("snow.nc"), path("at_once.nc"), path("rows.csv"));
+    let log = ["--space", "log", "--components", "2"];
+    build(&[], Path::new(&full));
+    build(&log, Path::new(&at_once));
+    let said = stderr(&[&["merge", &*full, "-o", &*compressed], &log[..]].concat());
+    assert_names(&said, &["curves from 1 file, 2 components in log space"]);
+    assert!(std::fs::read(&compressed).unwrap() == std::fs::read(&at_once).unwrap());
+    assert_refused(&["merge", &at_once, "-o", &compressed], &["at_once.nc: is a compressed table, not a shard"]);
+    stdout(&["database", "export", &full, "-o", &rows]);
     let text = std::fs::read_to_string(&rows).unwrap();
     assert!(
         text.starts_with("grain_size_um,facetness,density_kg_m3,angle_deg,thickness_cm,wavelength_nm,transmittance,")
     );
-    assert_eq!(
-        (text.lines().count(), text.lines().nth(1).unwrap().starts_with("400,0.3,300,diffuse,1,400,")),
-        (9, true)
-    );
-    assert_refused(&["database", "import", &curves, "-o", &table], &["s.csv", "grain_size_um"]);
     stdout(&["database", "export", "-o", &path("snow.json")]);
     assert!(Path::new(&path("snow.f32")).exists());
     assert_refused(&["database", "export", "-o", &path("snow.xyz")], &["snow.xyz", ".json", ".csv"]);

@@ -51,6 +51,11 @@ enum AxisKind {
 const SAME: f64 = 1e-9;
 
 impl Blend {
+    /// The sample of a number.
+    pub(crate) fn one(number: usize) -> Self {
+        Self { samples: vec![Weighted { index: number, weight: 1.0 }], thickness_scale: 1.0 }
+    }
+
     /// The sample of the table that this one is.
     ///
     /// # Errors
@@ -64,7 +69,7 @@ impl Blend {
             let index = index.ok_or_else(|| DatabaseError::OffGrid { quantity: name, value, known: known(), unit })?;
             number = number * values.len() + index;
         }
-        Ok(Self { samples: vec![Weighted { index: number, weight: 1.0 }], thickness_scale: 1.0 })
+        Ok(Self::one(number))
     }
 
     /// The samples around this one.
@@ -76,7 +81,7 @@ impl Blend {
         check_properties(axes, sample)?;
         SnowSample { density_kg_m3: sample.density_kg_m3, ..SnowSample::default() }.check()?;
         let is_dry = sample.property(Property::WaterSaturation) <= 0.0;
-        let mut blend = Self { samples: vec![Weighted { index: 0, weight: 1.0 }], thickness_scale: 1.0 };
+        let mut blend = Self::one(0);
         for SampleAxis { name, unit, values, value, kind } in sample_axes(axes, sample) {
             let weights = if kind == AxisKind::Density && is_dry {
                 let index = nearest(values, value);

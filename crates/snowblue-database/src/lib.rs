@@ -13,7 +13,7 @@
 //! snow sample of a compressed table, ready for look-ups of spectra at any thickness and angle: the paper's Algorithm
 //! 1. [`compact`] fits the colours of one sample for shaders. [`fidelity`] evaluates the errors of compression and
 //! interpolation, [`matching`] finds snow of a target colour, [`mod@file`] reads and writes NetCDF, and [`exchange`]
-//! imports and exports other formats.
+//! exports other formats.
 //!
 //! **Simplifications.** Between the table's values everything is interpolated in log space. In the paper's scheme,
 //! grain size, facetness and density take only the values of the grid, as in the paper.

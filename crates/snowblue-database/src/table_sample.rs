@@ -25,6 +25,23 @@ impl TableSample {
         Self { grain_size_um, facetness, density_kg_m3, properties: Vec::new() }
     }
 
+    /// A sample of the engines by the quantities of a table; none if it has other grains than tables have: another
+    /// measure or range of sizes, sphericity or width of facetness.
+    #[must_use]
+    pub fn of(sample: &SnowSample) -> Option<Self> {
+        let named = Self::new(sample.grain_size.middle_um(), sample.facetness.mean, sample.density_kg_m3)
+            .with(Property::WaterSaturation, sample.water_saturation)
+            .with(Property::Temperature, sample.temperature_c);
+        let impurities = sample.impurities.present();
+        let named =
+            impurities.fold(named, |named, (substance, value)| named.with(Property::Impurity(substance), value));
+        let again = named.snow(sample.ice).ok()?;
+        // The middle of a range is rounded.
+        let [one, other] = [&again, sample].map(|sample| [sample.grain_size.min_um, sample.grain_size.max_um]);
+        let has_sizes = one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-9 * other);
+        (has_sizes && SnowSample { grain_size: sample.grain_size, ..again } == *sample).then_some(named)
+    }
+
     /// The same snow with a further property.
     #[must_use]
     pub fn with(mut self, property: Property, value: f64) -> Self {
@@ -56,5 +73,26 @@ impl TableSample {
             property.set(&mut sample, *value);
         }
         Ok(sample)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use snowblue_transport::optics::{IceTable, Impurities, Substance};
+
+    use super::*;
+
+    #[test]
+    fn samples_of_a_table_are_recognised_and_others_are_not() {
+        let ice = IceTable::default();
+        let dirty = TableSample::new(333.3, 0.05, 250.0).with(Property::Impurity(Substance::BlackCarbon), 20.0);
+        let sample = dirty.snow(ice).unwrap();
+        let found = TableSample::of(&sample).unwrap();
+        assert_eq!(found.snow(ice).unwrap().impurities, Impurities::none().with(Substance::BlackCarbon, 20.0));
+        assert!((found.grain_size_um - 333.3).abs() < 1e-9 && found.facetness.total_cmp(&0.05).is_eq());
+        let round = SnowSample { sphericity: TruncatedNormal::exactly(0.9), ..sample };
+        assert_eq!(TableSample::of(&round), None);
+        let one_size = GrainSize { min_um: 400.0, max_um: 400.0, ..sample.grain_size };
+        assert_eq!(TableSample::of(&SnowSample { grain_size: one_size, ..sample }), None);
     }
 }

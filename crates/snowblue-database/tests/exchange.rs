@@ -1,10 +1,10 @@
-//! Import and export of tables, and readers that survive any damaged file.
+//! Export of tables, and a reader that survives any damaged file.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
 
-use snowblue_database::exchange::{self, FixedValues};
+use snowblue_database::exchange;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, FillOptions};
 use snowblue_database::shard::{self, Part};
@@ -37,101 +37,48 @@ fn choose(state: &mut u64, count: usize) -> usize {
     usize::try_from(*state >> 33).unwrap() % count
 }
 
-/// Values are the same bits after export and import, in any order of rows. Fixed values complete the rows.
+/// Every value of a full table stands in a row with its coordinates, to the bit.
 #[test]
-fn csv_is_imported_as_exported() {
+fn csv_has_a_row_for_each_value() {
     let folder = tempfile::tempdir().unwrap();
-    let (path, reordered) = (folder.path().join("table.csv"), folder.path().join("reordered.csv"));
+    let path = folder.path().join("table.csv");
     let table = table();
     exchange::export_csv(&AnyTable::Full(table.clone()), &path).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
-    assert!(header.starts_with("grain_size_um,facetness,density_kg_m3,temperature_c,black_carbon_ng_g,angle_deg,"));
-    let reversed: Vec<&str> = rows.lines().rev().collect();
-    std::fs::write(&reordered, format!("{header}\n{}\n", reversed.join("\n"))).unwrap();
-    let read = exchange::import_csv(&reordered, &FixedValues::new()).unwrap();
-    assert_eq!((read.axes, read.transmittance, read.reflectance), (table.axes, table.transmittance, table.reflectance));
-
-    let few = "thickness_cm,wavelength_nm,angle_deg,transmittance,transmittance_se,reflectance_se,absorptance\n\
-               1,400,diffuse,.5,.01,.02,.1\n1,500,diffuse,.4,.01,.02,.1\n\
-               2,400,diffuse,.3,.01,.02,.1\n2,500,diffuse,.2,.01,.02,.1\n";
-    std::fs::write(&path, few).unwrap();
-    let set = [("grain_size_um", 300.0), ("facetness", 0.3), ("density", 250.0), ("reflectance", 0.45)];
-    let fixed: FixedValues = set.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    let read = exchange::import_csv(&path, &fixed).unwrap();
-    assert!(read.axes.diffuse && read.axes.angles_deg.is_empty());
-    assert_eq!((read.transmittance, read.reflectance), (vec![0.5, 0.4, 0.3, 0.2], vec![0.45; 4]));
-    assert_eq!(read.errors.unwrap().reflectance, vec![0.02; 4]);
+    assert_eq!(
+        header,
+        "grain_size_um,facetness,density_kg_m3,temperature_c,black_carbon_ng_g,angle_deg,thickness_cm,wavelength_nm,\
+         transmittance,reflectance"
+    );
+    let rows: Vec<Vec<&str>> = rows.lines().map(|row| row.split(',').collect()).collect();
+    let column = |index: usize| rows.iter().map(|row| row[index].parse().unwrap()).collect::<Vec<f64>>();
+    assert_eq!((column(8), column(9)), (table.transmittance, table.reflectance));
+    assert_eq!(rows[0][..8], ["200", "0.3", "300", "-5", "0", "diffuse", "0.5", "400"]);
+    assert_eq!(rows[rows.len() - 1][..8], ["400", "0.3", "300", "-1", "20", "60", "3", "700"]);
 }
 
 #[test]
-fn incomplete_grids_are_refused_with_the_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rows.csv");
-    let header =
-        "grain_size_um,facetness,density_kg_m3,angle_deg,thickness_cm,wavelength_nm,transmittance,reflectance\n";
-    let good = ["400,.3,300,0,1,500,.2,.7", "400,.3,300,0,2,500,.1,.8"];
-    let message = |text: &str| {
-        std::fs::write(&path, text).unwrap();
-        let message = exchange::import_csv(&path, &FixedValues::new()).unwrap_err().to_string();
-        let by_bytes = exchange::import_csv_bytes("rows.csv", text.as_bytes(), &FixedValues::new()).unwrap_err();
-        assert!(message.ends_with(&by_bytes.to_string()), "{by_bytes}");
-        assert!(message.contains("rows.csv") && !message.contains('\n'), "{message}");
-        message
-    };
-    let rows = |rows: &[&str]| format!("{header}{}\n", rows.join("\n"));
-    for (text, words) in [
-        (
-            rows(&[good[0], good[1], "400,.3,300,0,2,600,.1,.8"]),
-            "there is no row for 400 µm, facetness 0.3, 300 kg/m³, 0°, 1 cm, 600 nm",
-        ),
-        (rows(&[good[0], good[1], good[0]]), "lines 2 and 4 are the same point of the grid"),
-        (rows(&[good[0], "400,.3,300,0,2,500,bright,.8"]), "line 3: 'bright' is not a number"),
-        (rows(&[good[0], "400,.3,300,0,2,500,20,.8"]), "line 3: transmittance is 20"),
-        (rows(&[good[0], "400,.3,300"]), "line: 3"),
-        (rows(&[good[0]]), "two values or more"),
-        (
-            (0..20)
-                .map(|i| format!("{0},{1},3{2},{2},{0},{0},.2,.7\n", 400 + i, 0.01 * f64::from(i), 10 + i))
-                .fold(header.to_owned(), |all, row| all + &row),
-            "is not a grid: 20 rows, but its axes have 20 × 20",
-        ),
-        (rows(&[&good[0].replace("500", "0.5"), &good[1].replace("500", "0.5")]), "wavelength is 0.5 nm"),
-        (rows(&good).replace("facetness", "shininess"), "column 'shininess' is unknown"),
-        (rows(&good).replace("facetness", "density"), "occurs twice"),
-        (rows(&good).replace("reflectance", "absorptance"), "--set reflectance=VALUE"),
-        (rows(&good).replace("grain_size_um,", "").replace("400,", ""), "--set grain_size_um=VALUE"),
-        (String::new(), "has no"),
-    ] {
-        let message = message(&text);
-        assert!(message.contains(words), "{words}: {message}");
-    }
-}
-
-#[test]
-fn netcdf_is_imported_as_written() {
+fn tables_of_another_layout_are_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.nc");
-    let table = table();
-    table.write(&path).unwrap();
-    let read = exchange::import_netcdf(&path, &FixedValues::new()).unwrap();
-    assert_eq!((read.axes, read.transmittance, read.reflectance), (table.axes, table.transmittance, table.reflectance));
-    let set = FixedValues::from([("angle".to_owned(), 0.0)]);
-    assert!(exchange::import_netcdf(&path, &set).unwrap_err().to_string().contains("cannot be set"));
-    // Bytes and a wrong unit.
+    table().write(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    let from_bytes = exchange::import_netcdf_bytes("table.nc", &bytes, &FixedValues::new()).unwrap();
-    assert_eq!(from_bytes, exchange::import_netcdf(&path, &FixedValues::new()).unwrap());
-    let place = bytes.windows(4).position(|four| four == b"cm\0\0").unwrap();
-    std::fs::write(&path, [&bytes[..place], b"mm", &bytes[place + 2..]].concat()).unwrap();
-    let message = exchange::import_netcdf(&path, &FixedValues::new()).unwrap_err().to_string();
-    assert!(message.contains("'thickness' has the unit 'mm', but must be in cm"), "{message}");
-    std::fs::write(&path, b"\x89HDF\r\n\x1a\n").unwrap();
-    for message in [exchange::import_netcdf(&path, &FixedValues::new()).unwrap_err(), file::read(&path).unwrap_err()]
-        .map(|e| e.to_string())
-    {
-        assert!(message.contains("is NetCDF-4 (HDF5)"), "{message}");
-    }
+    let message = |bytes: &[u8]| {
+        let message = AnyTable::from_bytes("table.nc", bytes).unwrap_err().to_string();
+        std::fs::write(&path, bytes).unwrap();
+        assert!(file::read(&path).unwrap_err().to_string().ends_with(&message), "{message}");
+        message
+    };
+    assert!(message(b"\x89HDF\r\n\x1a\n").contains("is NetCDF-4 (HDF5)"));
+    // The first two dimensions of transmittance in the other order. They follow its name and their number.
+    let name = b"transmittance\0\0\0\0\0\0\x08";
+    let place = bytes.windows(name.len()).position(|found| found == name).unwrap() + name.len();
+    let swapped = [&bytes[..place], &bytes[place + 4..place + 8], &bytes[place..place + 4], &bytes[place + 8..]];
+    let expected = "has not the dimensions grain_size, facetness, density, temperature, black_carbon, angle, \
+                    thickness, wavelength in this order";
+    let message = message(&swapped.concat());
+    assert!(message.contains(expected), "{message}");
 }
 
 /// Arrays are at their positions in the JSON file, and its recipe rebuilds a value of the table.
@@ -200,26 +147,7 @@ fn damaged_files_cause_no_panic() {
             assert_eq!(read.as_ref().ok(), from_bytes.as_ref().ok());
             check_message(read.err().map(|error| error.to_string()));
             check_message(from_bytes.err().map(|error| error.to_string()));
-            check_message(exchange::import_netcdf(&path, &FixedValues::new()).err().map(|error| error.to_string()));
         }
-    }
-}
-
-#[test]
-fn damaged_rows_cause_no_panic() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("damaged.csv");
-    exchange::export_csv(&AnyTable::Full(table()), &path).unwrap();
-    let whole = std::fs::read(&path).unwrap();
-    let mut state = 5;
-    for _ in 0..1500 {
-        let mut bytes = whole[..1 + choose(&mut state, whole.len())].to_vec();
-        for _ in 0..=choose(&mut state, 3) {
-            let place = choose(&mut state, bytes.len());
-            bytes[place] = b"\",\n\r.-e9x\xff\0"[choose(&mut state, 11)];
-        }
-        std::fs::write(&path, &bytes).unwrap();
-        check_message(exchange::import_csv(&path, &FixedValues::new()).err().map(|error| error.to_string()));
     }
 }
 

@@ -8,24 +8,12 @@ use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
-use crate::grid::{Cell, Grid};
+use crate::grid::{Cell, Grid, GridOptions};
 use crate::scan::SurfaceElement;
-use crate::sizes::CellSizes;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
 use crate::system::{Diffusion, System, WideCell, right_hand_side};
-
-/// How a body is divided into cells.
-#[derive(Debug, Clone, Copy)]
-pub struct GridOptions<'r> {
-    /// Greatest size of the finest cells, in m.
-    pub step_m: f64,
-    /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. Light must not depend on it.
-    pub shift: DVec3,
-    /// Where cells at the surface may be larger; without, all have the finest size.
-    pub sizes: Option<&'r dyn CellSizes>,
-}
 
 /// A box with faces across the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -15,15 +15,25 @@ use rayon::prelude::*;
 use crate::body::{Body, Scanner};
 use crate::cut_cells::{CutCells, INWARD};
 use crate::element::{CELL_PARTS, CORNERS};
-use crate::field::GridOptions;
 use crate::lattice::Lattice;
 use crate::octree::{Leaf, NONE, Octree, key};
 use crate::scan::SurfaceElement;
-use crate::sizes::{LINES, demands};
+use crate::sizes::{CellSizes, LINES, demands};
 
 /// How far a body may reach into a cell without being met by a line, as a fraction of the cell: half of the distance of
 /// the lines that find its volume, and a little more.
 const SLIVER: f64 = 0.13;
+
+/// How a body is divided into cells.
+#[derive(Debug, Clone, Copy)]
+pub struct GridOptions<'r> {
+    /// Greatest size of the finest cells, in m.
+    pub step_m: f64,
+    /// Shift of the grid along each axis, as a fraction of a cell from 0 to 1. Light must not depend on it.
+    pub shift: DVec3,
+    /// Where cells at the surface may be larger; without, all have the finest size.
+    pub sizes: Option<&'r dyn CellSizes>,
+}
 
 /// A cell of the octree.
 #[derive(Debug, Clone, Copy)]

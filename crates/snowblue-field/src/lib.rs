@@ -21,8 +21,9 @@ mod system;
 mod vectors;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{CellBox, Fluence, GridOptions, SnowBody, SolveOptions, SurfaceValues};
+pub use field::{CellBox, Fluence, SnowBody, SolveOptions, SurfaceValues};
 pub use fixed_point::{Product, solve_fixed_point};
+pub use grid::GridOptions;
 pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};
 pub use scan::SurfaceElement;

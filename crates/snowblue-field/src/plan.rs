@@ -251,8 +251,7 @@ fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::GridOptions;
-    use crate::grid::Grid;
+    use crate::grid::{Grid, GridOptions};
     use crate::shapes::{Ball, BoxBody, BoxWithHole};
     use crate::sizes::SizesByDistance;
     use glam::DMat3;

@@ -1,6 +1,8 @@
 //! The scene files that figures render, and the changes that figures make to them.
 
-use snowblue_render::scene::description::{LightSource, MaterialDescription, SceneDescription, ShapeDescription};
+use snowblue_render::scene::description::{
+    LightSource, MaterialDescription, SceneDescription, ShapeDescription, SnowDescription,
+};
 use snowblue_render::{RenderError, SceneFile};
 
 pub(crate) const LAMP: &str = include_str!("../scenes/fig1_lamp.toml");
@@ -43,8 +45,8 @@ pub(crate) fn scale_lamp(scene: &mut SceneDescription, factor: f64) {
 /// Sets the grain size of all snow, in µm.
 pub(crate) fn set_grain_size(scene: &mut SceneDescription, grain_size_um: f64) {
     for material in scene.materials.values_mut() {
-        if let MaterialDescription::PcaSnow(snow) = material {
-            snow.grain_size_um = grain_size_um.into();
+        if let MaterialDescription::Snow(SnowDescription::Uniform(snow)) = material {
+            snow.grain_size_um = Some(vec![grain_size_um]);
         }
     }
 }

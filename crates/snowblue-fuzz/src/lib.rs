@@ -5,9 +5,7 @@
 
 mod readers;
 
-pub use readers::{
-    axes, curves_csv, exr_sky, exr_sums, gltf, heights, layers, netcdf, obj, ply, png, scene, spectrum_csv,
-};
+pub use readers::{axes, exr_sky, exr_sums, gltf, heights, layers, netcdf, obj, ply, png, scene, spectrum_csv};
 
 /// A reader, by the name of its target and of the folders of its inputs.
 #[derive(Debug, Clone, Copy)]
@@ -19,9 +17,8 @@ pub struct Reader {
 }
 
 /// All readers.
-pub const READERS: [Reader; 13] = [
+pub const READERS: [Reader; 12] = [
     Reader { name: "axes", read: axes },
-    Reader { name: "curves_csv", read: curves_csv },
     Reader { name: "exr_sky", read: exr_sky },
     Reader { name: "exr_sums", read: exr_sums },
     Reader { name: "gltf", read: gltf },

@@ -5,14 +5,12 @@ use std::io::Write as _;
 use glam::DAffine3;
 use snowblue_database::PcaSnow;
 use snowblue_database::axes_file;
-use snowblue_database::exchange::{FixedValues, import_csv_bytes, import_netcdf_bytes};
 use snowblue_database::file::AnyTable;
 use snowblue_render::SceneFile;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::resumable_file::ResumableImage;
 use snowblue_render::mesh_files::gltf::GltfFile;
 use snowblue_render::mesh_files::read_mesh_from;
-use snowblue_render::scene::IntegratorKind;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::optics::IceTable;
 
@@ -23,11 +21,6 @@ const LIGHT: &str = "[environment]\nradiance_w_m2_sr = 1\n";
 /// The axes of a table, in TOML.
 pub fn axes(bytes: &[u8]) -> bool {
     axes_file::parse(&String::from_utf8_lossy(bytes), IceTable::default()).is_ok()
-}
-
-/// Curves as rows of CSV, for the import of a table.
-pub fn curves_csv(bytes: &[u8]) -> bool {
-    import_csv_bytes("curves.csv", bytes, &FixedValues::new()).is_ok()
 }
 
 /// An image of the sky, in OpenEXR.
@@ -74,7 +67,7 @@ pub fn layers(bytes: &[u8]) -> bool {
     LayerFile::parse(&String::from_utf8_lossy(bytes)).is_ok()
 }
 
-/// A table, in NetCDF: as our own, and as one to import.
+/// A table, in NetCDF.
 pub fn netcdf(bytes: &[u8]) -> bool {
     let table = AnyTable::from_bytes("table.nc", bytes);
     if let Ok(AnyTable::Compressed(table)) = &table {
@@ -84,7 +77,7 @@ pub fn netcdf(bytes: &[u8]) -> bool {
             snow.transmittance(1.0, 30.0, &mut spectrum);
         }
     }
-    import_netcdf_bytes("table.nc", bytes, &FixedValues::new()).is_ok() || table.is_ok()
+    table.is_ok()
 }
 
 /// A Wavefront OBJ mesh.
@@ -130,11 +123,8 @@ fn mesh(name: &str, bytes: &[u8]) -> bool {
     build(&scene, name, bytes)
 }
 
-/// Reads a scene and builds it, with one file beside it. Light fields are computations, with a memory of their own.
+/// Reads a scene and builds it, with one file beside it.
 fn build(text: &str, name: &str, bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([(name, bytes)]);
-    let Ok(mut scene) = SceneFile::parse(text, "scene.toml") else { return false };
-    scene.description.integrator.kind = IntegratorKind::PcaSnow;
-    let is_built = scene.description.build(snowblue_data::embedded(), &files).is_ok();
-    is_built && scene.frame(1, 3).is_ok()
+    SceneFile::parse(text, "scene.toml").is_ok_and(|scene| scene.description.build(&files).is_ok())
 }

@@ -72,11 +72,6 @@ fn damaged_axes_of_tables_are_survived() {
 }
 
 #[test]
-fn damaged_curves_in_csv_are_survived() {
-    replay("curves_csv");
-}
-
-#[test]
 fn damaged_skies_in_exr_are_survived() {
     replay("exr_sky");
 }

@@ -8,7 +8,6 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_color::Illuminant;
-use snowblue_database::exchange::{self, FixedValues};
 use snowblue_database::fidelity::{self, Criteria, Spread};
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::fill::{self, Engine, FillOptions};
@@ -99,13 +98,6 @@ impl Table {
             fill::fill(&axes, &options, &|at| control.set(at.done, at.total)).map_err(input)
         })?;
         Ok(Self::new(AnyTable::Full(table)))
-    }
-
-    /// Reads the curves of another model or an instrument; `fixed` has the values of axes that the file lacks.
-    #[staticmethod]
-    fn import_curves(path: PathBuf, fixed: HashMap<String, f64>) -> PyResult<Self> {
-        let fixed: FixedValues = fixed.into_iter().collect();
-        exchange::import(&path, &fixed).map(|table| Self::new(AnyTable::Full(table))).map_err(input)
     }
 
     /// The table in terms of a few principal components.

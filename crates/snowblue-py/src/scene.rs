@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -20,16 +20,18 @@ use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::queries::Statistics;
-use snowblue_render::{Aovs, FilmAccumulator, RenderError, SceneDescription, SceneFile};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, Preparation, RenderError, SceneDescription, SceneFile};
 
 use crate::database::Table;
-use crate::work::{failure, input, run};
+use crate::work::{Control, failure, input, run};
 
 /// A scene: its description, and the files that it names.
 #[pyclass(frozen, module = "snowblue._native")]
 pub(crate) struct Scene {
     description: SceneDescription,
     files: Arc<GivenFiles>,
+    /// What was built last, of this scene or of one with the same files.
+    last: Arc<Mutex<Option<Built>>>,
 }
 
 /// What a bake holds.
@@ -53,9 +55,9 @@ struct GivenFiles {
     folder: FilesIn,
 }
 
-/// A built scene and what its pictures state of themselves.
+/// A scene that is ready to be rendered, and what its pictures state of themselves.
 struct Built {
-    scene: snowblue_render::Scene,
+    integrator: Integrator,
     provenance: Provenance,
 }
 
@@ -76,20 +78,22 @@ impl Scene {
     fn open(path: PathBuf) -> PyResult<Self> {
         let file = SceneFile::open(&path).map_err(input)?;
         let files = GivenFiles { in_memory: HashMap::new(), folder: FilesIn::beside(&path) };
-        Ok(Self { description: file.description, files: Arc::new(files) })
+        Ok(Self::new(file.description, files))
     }
 
     /// A scene from a JSON document with the keys of a scene file. Files are those in memory by their names, and else
     /// those in a folder.
     #[staticmethod]
     fn from_json(text: &str, in_memory: HashMap<String, Vec<u8>>, folder: PathBuf) -> PyResult<Self> {
-        let files = Arc::new(GivenFiles { in_memory, folder: FilesIn::new(folder) });
-        Ok(Self { description: described(text)?, files })
+        let files = GivenFiles { in_memory, folder: FilesIn::new(folder) };
+        Ok(Self::new(described(text)?, files))
     }
 
-    /// The scene with another description; its files are the same.
+    /// The scene with another description; its files are the same. Whichever of them is built next keeps what it has in
+    /// common with the one that was built last.
     fn with_json(&self, text: &str) -> PyResult<Self> {
-        Ok(Self { description: described(text)?, files: Arc::clone(&self.files) })
+        let (files, last) = (Arc::clone(&self.files), Arc::clone(&self.last));
+        Ok(Self { description: described(text)?, files, last })
     }
 
     /// The description as a JSON document.
@@ -103,33 +107,34 @@ impl Scene {
     }
 
     /// Renders the scene: its channels, width and height, and its exposure in stops. Writes them to `output` too,
-    /// a PNG or an OpenEXR file.
+    /// a PNG or an OpenEXR file. Without a table, PCASnow reads that of the scene, or else the embedded one.
     #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        table: &Table,
+        table: Option<&Table>,
         aovs: &str,
         output: Option<PathBuf>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let aovs: Aovs = aovs.parse().map_err(input)?;
         let is_png = output.as_deref().map(is_png).transpose()?;
-        let build = self.builder(table)?;
         let exposure = self.description.film.exposure;
-        let (sums, provenance) = run(py, progress.as_ref(), move |control| {
-            let Built { scene, provenance } = build()?;
-            let target = all_samples(&scene);
-            let mut sums = accumulator(&scene, aovs, &target.window());
+        let table = table.map(Table::compressed).transpose()?;
+        let (sums, made) = self.work(py, table, progress, move |built, control| {
+            let Built { integrator, provenance } = built;
+            let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
+            let mut sums = accumulator(scene, aovs, &target.window());
             let progress = |at: snowblue_render::Progress| control.set(at.samples_done, at.samples);
             let render_control = RenderControl { progress: &progress, stop: &|| control.is_stopped() };
-            let Statistics { unusable_samples, .. } = render_missing(&scene, &target, &mut sums, render_control);
+            let Statistics { unusable_samples, .. } = render_missing(integrator, &target, &mut sums, render_control);
             if unusable_samples > 0 {
                 let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
                 return Err(failure(format!("{unusable_samples} {reason}")));
             }
-            Ok((sums, provenance))
+            Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), integrator.notes().to_vec())))
         })?;
+        let (provenance, solved_light_fields, notes) = made;
         if let (Some(path), Some(is_png)) = (output, is_png) {
             save(&sums, exposure, is_png, &path).map_err(failure)?;
         }
@@ -143,17 +148,17 @@ impl Scene {
         dict.set_item("height", film.size().height)?;
         dict.set_item("exposure_stops", film.display_factor(exposure).log2())?;
         dict.set_item("wavelengths", sums.wavelengths_nm().to_vec())?;
-        dict.set_item("provenance", provenance.to_string())?;
+        dict.set_item("provenance", provenance)?;
+        dict.set_item("solved_light_fields", solved_light_fields)?;
+        dict.set_item("notes", notes)?;
         Ok(dict)
     }
 
     /// Bakes the light field on the snow: a dictionary for each object, after one for all. Writes a GLB or PLY file to
     /// `output` too.
-    #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn bake<'py>(
         &self,
         py: Python<'py>,
-        table: &Table,
         step_mm: Option<f64>,
         content: Content,
         output: Option<PathBuf>,
@@ -167,11 +172,9 @@ impl Scene {
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
         }
-        let build = self.builder(table)?;
-        let (baked, provenance) = run(py, progress.as_ref(), move |control| {
-            let Built { scene, provenance } = build()?;
-            let baked = bake(&scene, options, &|done, all| control.set(done as u64, all as u64));
-            baked.map(|baked| (baked, provenance)).map_err(|error: BakeError| input(error))
+        let (baked, provenance) = self.work(py, None, progress, move |Built { integrator, provenance }, control| {
+            let baked = bake(integrator, options, &|done, all| control.set(done as u64, all as u64));
+            baked.map(|baked| (baked, provenance.clone())).map_err(|error: BakeError| input(error))
         })?;
         if let Some(path) = output {
             let is_glb = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
@@ -203,14 +206,36 @@ fn described(text: &str) -> PyResult<SceneDescription> {
 }
 
 impl Scene {
-    /// What builds the scene on another thread.
-    fn builder(&self, table: &Table) -> PyResult<impl FnOnce() -> PyResult<Built> + Send + use<>> {
-        let (description, files, table) = (self.description.clone(), Arc::clone(&self.files), table.compressed()?);
-        Ok(move || {
-            let table: &CompressedTable = &table;
-            let scene = description.build(table, &*files).map_err(input)?;
-            let provenance = Provenance::of(&scene, table);
-            Ok(Built { scene, provenance })
+    fn new(description: SceneDescription, files: GivenFiles) -> Self {
+        Self { description, files: Arc::new(files), last: Arc::default() }
+    }
+
+    /// Prepares the scene on another thread and works with it there. It keeps what it has in common with the scene that
+    /// was built last, if the files are still the same.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        table: Option<Arc<CompressedTable>>,
+        progress: Option<Bound<'_, PyAny>>,
+        work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let (description, files, last) = (self.description.clone(), Arc::clone(&self.files), Arc::clone(&self.last));
+        run(py, progress.as_ref(), move |control| {
+            let is_current = |Built { integrator, provenance }: &Built| {
+                *provenance == provenance.of_same_files(integrator.scene().description(), &*files)
+            };
+            let earlier = last.lock().unwrap_or_else(PoisonError::into_inner).take().filter(is_current);
+            let earlier = earlier.map(|built| built.integrator);
+            let scene = match &earlier {
+                None => description.build(&*files),
+                Some(earlier) => description.build_after(earlier.scene(), &*files),
+            };
+            let preparation = Preparation { table: table.as_deref(), earlier };
+            let integrator = Integrator::prepare_with(&scene.map_err(input)?, preparation).map_err(input)?;
+            let built = Built { provenance: Provenance::of(&integrator), integrator };
+            let result = work(&built, control);
+            *last.lock().unwrap_or_else(PoisonError::into_inner) = Some(built);
+            result
         })
     }
 }

@@ -41,12 +41,14 @@ def test_tables_are_built_compressed_written_and_read(tmp_path):
         full.compress()
 
 
-def test_curves_of_others_are_imported(tmp_path):
-    full = snowblue.Database.build(**SMALL)
+def test_files_of_xarray_are_tables(tmp_path):
+    full = snowblue.Database.build(**SMALL).to_xarray()
     path = tmp_path / "curves.nc"
-    full.to_xarray()[["transmittance", "reflectance"]].isel(density=0, drop=True).to_netcdf(path, engine="scipy")
-    imported = snowblue.Database.import_curves(path, density=300)
-    np.testing.assert_allclose(imported.to_xarray().transmittance, full.to_xarray().transmittance, rtol=1e-12)
+    full.to_netcdf(path, format="NETCDF3_64BIT")
+    xr.testing.assert_equal(snowblue.Database.open(path).to_xarray(), full)
+    full.transpose("wavelength", ...).to_netcdf(path, format="NETCDF3_64BIT")
+    with pytest.raises(ValueError, match="has not the dimensions grain_size, facetness, .* in this order"):
+        snowblue.Database.open(path)
 
 
 def test_bad_tables_and_look_ups_are_named(tmp_path):

@@ -42,6 +42,41 @@ def test_the_page_for_python_runs(repository, monkeypatch, tmp_path):
     assert given["baked"].objects[0].flux.shape[0] == 2 and (tmp_path / "coarse.nc").exists()
 
 
+def test_the_page_on_tables_of_other_programs_runs(repository, monkeypatch, tmp_path):
+    page = (repository / "docs" / "src" / "exchange.md").read_text()
+    (tmp_path / "scenes").symlink_to(repository / "scenes")
+    monkeypatch.chdir(tmp_path)
+    given = {}
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        small = block.replace("scene.render(", "scene.render(width=24, height=24, samples_per_pixel=1, ")
+        exec(compile(small, "exchange.md", "exec"), given)
+    assert plt.imread(tmp_path / "tartes.png").mean() > 0.05
+    theirs = snowblue.Database.open("tartes.nc").to_xarray().transmittance.sel(grain_size=400, angle=0).squeeze()
+    for text, thickness_cm, printed in (
+        ("1 cm 0.226 and 0.225", 1, (0.226, 0.225)), ("15 cm 0.0180 and 0.0073", 15, (0.018, 0.0073)),
+        ("cm 0.0049 and 2.1·10⁻⁵", 50, (0.0049, 2.1e-5)),
+    ):
+        assert text in page
+        np.testing.assert_allclose(theirs.sel(thickness=thickness_cm, wavelength=[450, 650]), printed, rtol=0.02)
+
+
+def test_the_page_on_a_day_in_frames_runs(repository, monkeypatch, tmp_path):
+    page = (repository / "docs" / "src" / "day_in_frames.md").read_text()
+    (tmp_path / "scenes").symlink_to(repository / "scenes")
+    monkeypatch.chdir(tmp_path)
+    opened = snowblue.Scene.open
+    # A small picture with coarse cells.
+    small = {"width": 24, "height": 18, "exposure": -7.0}
+    monkeypatch.setattr(snowblue.Scene, "open", lambda path: opened(path).with_(
+        film=small, light_field={"step_mm": 80}, integrator={"type": "diffusion", "samples_per_pixel": 1}))
+    given = {}
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(block.replace("frames = 120", "frames = 2"), "day_in_frames.md", "exec"), given)
+    noon, evening = (plt.imread(tmp_path / "film" / f"{frame:04}.png").mean() for frame in (0, 1))
+    assert noon > 1.2 * evening > 0.1
+    assert "14:00" in given["scenes"][0].to_toml() and "17:00" in given["scenes"][1].to_toml()
+
+
 def test_the_page_on_the_sun_and_depth_runs_and_prints_its_numbers(repository, monkeypatch, tmp_path):
     page = (repository / "docs" / "src" / "sun_and_depth.md").read_text()
     monkeypatch.chdir(tmp_path)

@@ -90,6 +90,30 @@ def test_descriptions_are_plain_data():
     assert "objects: 1" in repr(scene) and "[[object]]" in scene.to_toml()
 
 
+def test_a_scene_with_other_tables_solves_only_for_what_differs(tmp_path):
+    few = {"integrator": "diffusion", "samples_per_pixel": 2}
+    (tmp_path / "lamp.csv").write_text("wavelength_nm,value\n400,1\n700,2\n")
+    bulb = {name: value for name, value in LAMP.items() if name != "illuminant"} | {"spectrum": "lamp.csv"}
+    scene = snowblue.Scene(camera=CAMERA, film=FILM, material=SNOW, light=[LAMP, bulb], folder=tmp_path,
+                           object=[{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}])
+    dim = {**scene.description["light"][0], "radiant_intensity_w_sr": 3}
+    moved, dimmed, file = {"camera": {**CAMERA, "position": [0.5, -1, 0.5]}}, {"light": [dim, bulb]}, {}
+    for tables, solved in [({}, 2), (moved, 0), (dimmed, 1), (file, 2)]:
+        if tables is file:
+            # Another file under the same name is noticed.
+            (tmp_path / "lamp.csv").write_text("wavelength_nm,value\n400,2\n700,1\n")
+        scene = scene.with_(**tables)
+        picture = scene.render(**few)
+        assert picture.attrs["solved_light_fields"] == solved, tables
+        # A scene without a past has the same picture.
+        alone = snowblue.Scene(folder=tmp_path, **{
+            **scene.description, "object": [{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}]})
+        np.testing.assert_array_equal(alone.render(**few).rgb, picture.rgb)
+    assert "light" not in scene.with_(light=None, environment={"radiance_w_m2_sr": 1}).description
+    with pytest.raises(ValueError, match="unknown table `clouds`"):
+        scene.with_(clouds={})
+
+
 def test_bad_scenes_are_named(tmp_path, repository):
     with pytest.raises(FileNotFoundError, match="missing.toml"):
         snowblue.Scene.open(tmp_path / "missing.toml")

@@ -14,7 +14,8 @@ use snowblue_render::geometry::ray::Ray;
 use snowblue_render::geometry::transform::Transform;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::{Scene, render};
+use snowblue_render::render::render_all;
+use snowblue_render::{Integrator, Scene};
 
 fn main() {
     divan::main();
@@ -29,14 +30,15 @@ const SAMPLES: u32 = 16;
 #[divan::bench(args = [0, 8])]
 fn sample_of_the_block(bencher: Bencher, max_bounces: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
-    let mut scene = Scene::load(&path, snowblue_data::embedded()).unwrap();
+    let mut scene = Scene::load(&path).unwrap();
     scene.set_image_size(ImageSize { width: SIDE, height: SIDE });
     scene.set_samples_per_pixel(SAMPLES);
     scene.set_max_bounces(max_bounces);
+    let integrator = Integrator::prepare(&scene).unwrap();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     bencher
         .counter(ItemsCount::new(SIDE * SIDE * SAMPLES))
-        .bench_local(|| one.install(|| render(black_box(&scene), &|_| {})));
+        .bench_local(|| one.install(|| render_all(black_box(&integrator), &|_| {})));
 }
 
 /// A sphere of a million triangles, radius 1 m.

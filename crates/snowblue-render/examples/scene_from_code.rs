@@ -7,12 +7,12 @@
 use std::error::Error;
 
 use snowblue_render::files::FilesInMemory;
-use snowblue_render::film::image_file::write_png;
 use snowblue_render::scene::description::{
     BoxDescription, CameraDescription, DiffuseDescription, LightSource, MaterialDescription, ObjectDescription,
-    PcaSnowDescription, PointLightDescription, ShapeDescription,
+    PointLightDescription, ShapeDescription, SnowDescription,
 };
 use snowblue_render::{Exposure, SceneDescription, render};
+use snowblue_transport::sample::SnowKeys;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "block.png".to_owned());
@@ -26,9 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     // As the text of a scene file, for `snowblue render`.
     println!("{}", description.to_toml());
 
-    let scene = description.build(snowblue_data::embedded(), &FilesInMemory::default())?;
-    let rendering = render(&scene, &|_| {});
-    write_png(&rendering.film, description.film.exposure, &[], path.as_ref())?;
+    let rendering = render(&description.build(&FilesInMemory::default())?)?;
+    rendering.write_png(&path)?;
     println!("# {path}: {} camera rays", rendering.statistics.camera_rays);
     Ok(())
 }
@@ -39,9 +38,13 @@ fn block_on_floor() -> SceneDescription {
     let camera = CameraDescription::new([0.9, -1.5, 0.6], [0.0, 0.0, 0.22]);
     scene.camera = Some(CameraDescription { vertical_fov_deg: 30.0, ..camera });
 
-    // Grain size in µm, facetness, density in kg/m³.
-    let snow = PcaSnowDescription::new(400.0, 0.3, 300.0);
-    scene.materials.insert("snow".to_owned(), MaterialDescription::PcaSnow(snow));
+    // Fresh snow with some soot, in ng/g; all that is not said follows from the kind.
+    let fresh = SnowKeys {
+        snow: Some("fresh".to_owned()),
+        impurities_ng_g: [("black-carbon".to_owned(), 20.0)].into(),
+        ..SnowKeys::default()
+    };
+    scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh)));
     let grey = DiffuseDescription::Uniform { reflectance: 0.2 };
     scene.materials.insert("floor".to_owned(), MaterialDescription::Diffuse(grey));
 

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use snowblue_database::DatabaseError;
+
 use crate::scene::description::key_path::DescriptionError;
 
 /// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
@@ -74,9 +76,9 @@ pub enum RenderError {
     /// A value of a description breaks a rule.
     #[error(transparent)]
     Description(#[from] DescriptionError),
-    /// The table does not have the wavelengths that a false colour asks for.
-    #[error("{0}")]
-    FalseColor(String),
+    /// A table of curves for PCASnow cannot be used.
+    #[error(transparent)]
+    Table(#[from] DatabaseError),
     /// An image cannot be encoded.
     #[error("{0}")]
     EncodeImage(String),

@@ -3,18 +3,19 @@
 //! # Data flow
 //!
 //! ```text
-//! SceneFile (TOML) ─► SceneDescription ─► Scene ─► render ─► Film ─► image_file (PNG, OpenEXR)
-//!                      table, files ───────┤         ├─ integrators: paths of light, 31 wavelengths at once
-//!                                          │         └─ FilmAccumulator: exact sums, which resumable files keep
-//!                                          ├─ objects: shapes and meshes, their intersections and chords
-//!                                          ├─ materials: diffuse and snow
-//!                                          └─ lights, camera
+//! SceneFile (TOML) ─► SceneDescription ─► Scene ─► Integrator ─► render ─► Film ─► image_file (PNG, OpenEXR)
+//!                             files ────────┤          │           └─ FilmAccumulator: exact sums, which files keep
+//!                                           │          └─ what its method needs of the scene, prepared once
+//!                                           ├─ objects: shapes and meshes, their intersections and chords
+//!                                           ├─ materials: diffuse and snow
+//!                                           └─ lights, camera
 //! ```
 //!
 //! A [`SceneDescription`] is plain data; [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
-//! [`Scene`] of it, with the curves of its snow from a table. [`render()`] makes the picture, and [`film::image_file`]
-//! writes it. [`scene::material::pca_snow`] explains what a hit on snow means. A scene that was built always renders.
-//! [`swatch`] draws sheets of labelled colours, with the texture of snow on request.
+//! [`Scene`] of it, which knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`] computes
+//! what a method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the picture.
+//! [`scene::integrator`] names the methods. An integrator that was prepared always renders. [`swatch`] draws sheets of
+//! labelled colours, with the texture of snow on request.
 //!
 //! A picture has the same bits on any number of threads. Geometry is single precision, in metres. Where a sign decides
 //! what is inside (the edges of triangles), arithmetic is exact, so that depths hold from every direction and through
@@ -29,6 +30,7 @@
 pub mod error;
 pub mod files;
 pub(crate) mod hash;
+pub(crate) mod notation;
 pub mod sampling;
 pub mod spectrum;
 
@@ -50,7 +52,9 @@ pub mod film;
 
 pub mod scene;
 
-mod integrators;
+pub(crate) mod light_field;
+
+pub mod integrators;
 
 pub mod render;
 
@@ -65,6 +69,7 @@ pub use film::aov::Aovs;
 pub use film::exposure::Exposure;
 pub use film::sample_block::SampleBlock;
 pub use film::sensor::FalseColor;
+pub use integrators::{Integrator, Preparation};
 pub use render::{Progress, Rendering, render};
 pub use scene::Scene;
 pub use scene::description::SceneDescription;

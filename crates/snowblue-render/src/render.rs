@@ -5,13 +5,15 @@
 //!
 //! ```no_run
 //! # use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
-//! # use snowblue_render::{Aovs, SampleBlock, Scene};
-//! # fn render_left_columns(scene: &Scene) {
+//! # use snowblue_render::{Aovs, Integrator, RenderError, SampleBlock, Scene};
+//! # fn render_left_columns(scene: &Scene) -> Result<(), RenderError> {
+//! let integrator = Integrator::prepare(scene)?;
 //! let left = SampleBlock { columns: 0..10, ..all_samples(scene) };
 //! let aovs = Aovs { normal: true, ..Aovs::default() };
 //! let mut sums = accumulator(scene, aovs, &left.window());
-//! render_missing(scene, &left, &mut sums, RenderControl::default());
+//! render_missing(&integrator, &left, &mut sums, RenderControl::default());
 //! let image = sums.film();
+//! # Ok(())
 //! # }
 //! ```
 //!
@@ -20,24 +22,27 @@
 //! or from parts. With a noise target, parts and runs that stop at other samples decide apart which pixels are done,
 //! and only the number of threads does not matter.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::Aovs;
+use crate::film::exposure::Exposure;
+use crate::film::image_file::write_png;
 use crate::film::noise::repeat_if_done;
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::geometry::ray::Ray;
 use crate::images::raster::PixelPosition;
-use crate::integrators::first_hit::add_first_hit;
-use crate::integrators::{Integrator, LightTables};
+use crate::integrators::Integrator;
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
 use crate::scene::description::SceneDescription;
-use crate::scene::queries::{SceneQueries, Statistics};
+use crate::scene::queries::Statistics;
 use crate::scene::{IntegratorKind, Scene};
 use crate::spectrum::Spectrum;
 
@@ -78,19 +83,43 @@ impl Default for RenderControl<'_> {
 pub struct Rendering {
     /// The image.
     pub film: Film,
+    /// The exposure of the scene.
+    pub exposure: Exposure,
     /// Counts of rays, and of lines through meshes that are not watertight.
     pub statistics: Statistics,
 }
 
-/// Renders the whole image, on the threads of the current rayon pool.
+/// Prepares the integrator of a scene and renders the whole image, on the threads of the current rayon pool.
+///
+/// # Errors
+///
+/// As those of [`Integrator::prepare`].
+pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
+    Ok(render_all(&Integrator::prepare(scene)?, &|_| {}))
+}
+
+/// Renders the whole image of the scene of an integrator, on the threads of the current rayon pool.
 ///
 /// Any thread calls `progress` after each row of each pass. Rows do not finish in order.
-pub fn render(scene: &Scene, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
+pub fn render_all(integrator: &Integrator, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
+    let scene = integrator.scene();
     let target = all_samples(scene);
     let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
-    let statistics =
-        render_missing(scene, &target, &mut accumulator, RenderControl { progress, ..RenderControl::default() });
-    Rendering { film: accumulator.film(), statistics }
+    let control = RenderControl { progress, ..RenderControl::default() };
+    let statistics = render_missing(integrator, &target, &mut accumulator, control);
+    Rendering { film: accumulator.film(), exposure: scene.film.exposure, statistics }
+}
+
+impl Rendering {
+    /// Writes the image as PNG, with the exposure of the scene.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
+        let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
+        write_png(&self.film, self.exposure, &[("Software", software)], path.as_ref())
+    }
 }
 
 /// An accumulator without samples for a window of a scene's image. It has the AOVs that the scene needs.
@@ -126,7 +155,7 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
 ///
 /// If the block reaches beyond the accumulator's window.
 pub fn render_missing(
-    scene: &Scene,
+    integrator: &Integrator,
     target: &SampleBlock,
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
@@ -139,21 +168,14 @@ pub fn render_missing(
         (control.progress)(Progress { samples_done, samples });
     };
     let control = RenderControl { progress: &progress, ..control };
-    let tables = match scene.integrator.kind {
-        IntegratorKind::PcaSnow | IntegratorKind::Diffusion if !accumulator.aovs().spectrum => LightTables::new(scene),
-        IntegratorKind::PcaSnow | IntegratorKind::Diffusion | IntegratorKind::Hybrid | IntegratorKind::Reference => {
-            LightTables::none(scene)
-        }
-    };
-    let per_pass = samples_per_pixel_and_pass(scene, target);
+    let per_pass = samples_per_pixel_and_pass(integrator.scene(), target);
     let mut statistics = Statistics::default();
     let mut start = missing.iter().map(|block| block.samples.start).min().unwrap_or(target.samples.end);
     while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: start..end, ..target.clone() };
         let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
-        statistics =
-            statistics.plus(render_pass(RowRenderer { scene, tables: &tables }, &blocks, accumulator, control));
+        statistics = statistics.plus(render_pass(RowRenderer { integrator }, &blocks, accumulator, control));
         start = end;
     }
     statistics
@@ -218,9 +240,8 @@ fn render_pass(
 
 /// Renders rows of an image.
 #[derive(Clone, Copy)]
-struct RowRenderer<'scene> {
-    scene: &'scene Scene,
-    tables: &'scene LightTables,
+struct RowRenderer<'a> {
+    integrator: &'a Integrator,
 }
 
 impl RowRenderer<'_> {
@@ -233,14 +254,14 @@ impl RowRenderer<'_> {
         aovs: Aovs,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> (Vec<SampleBlock>, Statistics) {
-        let mut integrator = Integrator::new(self.scene, self.tables);
-        // Its queries are not part of the light transport and do not count.
-        let mut first_hits = aovs.need_first_hit().then(|| SceneQueries::new(&self.scene.objects));
+        let scene = self.integrator.scene();
+        let mut tracer = self.integrator.tracer(!aovs.spectrum);
+        let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
         let mut accumulator = PixelAccumulator::new(aovs);
         let sum_count = aovs.sum_count();
         let mut done = Vec::with_capacity(blocks.len());
         for block in blocks {
-            let pattern = PixelPattern::new(self.scene.integrator.seed, block.samples.clone());
+            let pattern = PixelPattern::new(scene.integrator.seed, block.samples.clone());
             let start = (block.columns.start - row.first_column) as usize * sum_count;
             let mut end = block.columns.start;
             for (column, sums) in block.columns.clone().zip(row.sums[start..].chunks_exact_mut(sum_count)) {
@@ -248,22 +269,22 @@ impl RowRenderer<'_> {
                     break;
                 }
                 end = column + 1;
-                if let Some(target) = self.scene.integrator.noise_target {
+                if let Some(target) = scene.integrator.noise_target {
                     let count = row.counts[(column - row.first_column) as usize];
                     if repeat_if_done(sums, aovs, [count, range_length(&block.samples).into()], target) {
                         continue;
                     }
                 }
-                let pixel = Pixel::new(self.scene, &pattern, column, row.number);
+                let pixel = Pixel::new(scene, &pattern, column, row.number);
                 for sample in block.samples.clone() {
                     let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
                     if aovs.spectrum {
-                        accumulator.add_radiance(&self.scene.sensor, &integrator.radiance(&ray, &mut sampler));
+                        accumulator.add_radiance(&scene.sensor, &tracer.radiance(&ray, &mut sampler));
                     } else {
-                        accumulator.add_sample(integrator.response(self.scene, &ray, &mut sampler));
+                        accumulator.add_sample(tracer.response(scene, &ray, &mut sampler));
                     }
-                    if let Some(queries) = &mut first_hits {
-                        add_first_hit(self.scene, queries, &ray, &mut accumulator, aovs);
+                    if let Some(first_hits) = &mut first_hits {
+                        first_hits.add(&ray, &mut accumulator, aovs);
                     }
                 }
                 accumulator.flush(sums);
@@ -272,19 +293,19 @@ impl RowRenderer<'_> {
                 done.push(SampleBlock { columns: block.columns.start..end, ..block });
             }
         }
-        (done, Statistics { unusable_samples: accumulator.unusable_samples, ..integrator.statistics() })
+        (done, Statistics { unusable_samples: accumulator.unusable_samples, ..tracer.statistics() })
     }
 }
 
 /// Mean radiance of one pixel, in W m⁻² sr⁻¹ as a band density, from the same samples as in the image.
-pub fn pixel_radiance(scene: &Scene, pixel: PixelPosition) -> Spectrum {
-    let tables = LightTables::none(scene);
-    let (mut integrator, mut sum) = (Integrator::new(scene, &tables), Spectrum::ZERO);
+pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
+    let scene = integrator.scene();
+    let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);
     let samples = scene.integrator.samples_per_pixel;
     let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);
     for sample in 0..samples {
-        sum += integrator.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample));
+        sum += tracer.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample));
     }
     sum * (samples as f32).recip()
 }

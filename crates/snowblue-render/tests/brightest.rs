@@ -5,8 +5,8 @@
 mod snow;
 
 use glam::{DVec3, Vec3A};
-use snow::{SNOW, analytic_table, computed_table, extinction_per_cm, radiance, scene};
-use snowblue_render::scene::Scene;
+use snow::{SNOW, analytic_table, computed_table, extinction_per_cm, integrator, pcasnow, radiance};
+use snowblue_render::Integrator;
 
 /// Index of the wavelength.
 const BAND: usize = 15;
@@ -18,14 +18,17 @@ const RIM_M: f32 = 2e-4;
 const LIT_RIM_M: f32 = 0.02;
 
 /// A block with reflectance 0, lit by a point light.
-fn block(lamp: [f32; 3]) -> Scene {
+fn block(lamp: [f32; 3]) -> Integrator {
     let size = 2.0 * HALF_M;
     let text = format!(
-        "{SNOW}reflectance = 0\n[[object]]\nshape = \"box\"\nsize = [{}, {}, {}]\nmaterial = \"snow\"\n\
+        "{}{SNOW}[[object]]\nshape = \"box\"\nsize = [{}, {}, {}]\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"point\"\nposition = {lamp:?}\nradiant_intensity_w_sr = 40\n",
-        size.x, size.y, size.z
+        pcasnow("reflectance = 0"),
+        size.x,
+        size.y,
+        size.z
     );
-    scene(&text, &analytic_table(), &[])
+    integrator(&text, Some(&analytic_table()), &[])
 }
 
 /// A line segment on a face, and the face's normal.
@@ -40,23 +43,23 @@ impl Scan {
         self.from.lerp(self.to, fraction)
     }
 
-    fn brightness(&self, scene: &mut Scene, fraction: f32) -> f64 {
+    fn brightness(&self, integrator: &mut Integrator, fraction: f32) -> f64 {
         let target = self.at(fraction);
-        radiance(scene, target + self.normal + Vec3A::new(0.1, -0.2, 0.15), target).0[BAND].into()
+        radiance(integrator, target + self.normal + Vec3A::new(0.1, -0.2, 0.15), target).0[BAND].into()
     }
 
     /// Where radiance is discontinuous, and the ratio across: changes that remain after bisection to the precision of
     /// the coordinates.
-    fn steps(&self, scene: &mut Scene) -> Vec<(Vec3A, f64)> {
+    fn steps(&self, integrator: &mut Integrator) -> Vec<(Vec3A, f64)> {
         const PIECES: u16 = 1000;
         let mut found = Vec::new();
         for piece in 0..PIECES {
             let (mut low, mut high) = (f32::from(piece) / f32::from(PIECES), f32::from(piece + 1) / f32::from(PIECES));
-            let (mut before, mut after) = (self.brightness(scene, low), self.brightness(scene, high));
+            let (mut before, mut after) = (self.brightness(integrator, low), self.brightness(integrator, high));
             assert!(before > 0.0 && after > 0.0, "black at {}", self.at(low));
             while (after / before).ln().abs() > 0.01 && (high - low) > 1e-6 {
                 let middle = 0.5 * (low + high);
-                let between = self.brightness(scene, middle);
+                let between = self.brightness(integrator, middle);
                 if (between / before).ln().abs() > (after / between).ln().abs() {
                     (high, after) = (middle, between);
                 } else {
@@ -90,14 +93,14 @@ fn around(height_m: f32) -> [Scan; 2] {
 #[test]
 fn radiance_is_continuous_across_edges_if_the_light_faces_one_side_only() {
     for lamp in [[0.0, 0.45, -0.1], [0.2, 0.3, 0.2], [-0.25, 2.0, 0.0], [0.1, 20.0, 0.1]] {
-        let mut scene = block(lamp);
+        let mut integrator = block(lamp);
         for height_m in [-0.28, -0.1, 0.1, 0.29] {
             let [front, side] = around(height_m);
             for scan in [&front, &side] {
-                assert_eq!(scan.steps(&mut scene), [], "lamp at {lamp:?}");
+                assert_eq!(scan.steps(&mut integrator), [], "lamp at {lamp:?}");
             }
             // Across the edge, over 0.3 mm.
-            let ratio = side.brightness(&mut scene, 0.0) / front.brightness(&mut scene, 1.0);
+            let ratio = side.brightness(&mut integrator, 0.0) / front.brightness(&mut integrator, 1.0);
             assert!((0.99..1.01).contains(&ratio), "{ratio} around the edge, lamp at {lamp:?}");
         }
     }
@@ -107,13 +110,13 @@ fn radiance_is_continuous_across_edges_if_the_light_faces_one_side_only() {
 fn radiance_steps_where_lines_to_the_light_cross_the_edge_between_two_lit_faces() {
     let mut greatest = 1.0f64;
     for lamp in [[0.6, 0.6, 0.0], [0.5, 1.5, 0.1], [0.4, 0.4, -0.2], [0.31, 0.45, 0.0], [0.9, 0.3, 0.1]] {
-        let mut scene = block(lamp);
+        let mut integrator = block(lamp);
         let lamp = DVec3::from_array(lamp.map(f64::from));
         let edge = HALF_M.as_dvec3();
         for height_m in [-0.2, 0.0, 0.2] {
             let [mut front, _] = around(height_m);
             front.to.x = HALF_M.x - LIT_RIM_M;
-            let steps = front.steps(&mut scene);
+            let steps = front.steps(&mut integrator);
             assert!(steps.len() <= 1, "{steps:?}");
             for (at, ratio) in steps {
                 let to_light = lamp - at.as_dvec3();
@@ -140,15 +143,16 @@ fn radiance_steps_where_lines_to_the_light_cross_the_edge_between_two_lit_faces(
 /// Maximum over points of the front and wavelengths of the radiance of a block under a sky of radiance 1.
 fn returned(size_m: [f64; 3], path: &str) -> f32 {
     let text = format!(
-        "{SNOW}path = \"{path}\"\n[[object]]\nshape = \"box\"\nsize = {size_m:?}\nmaterial = \"snow\"\n\
-         [environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n"
+        "{}{SNOW}[[object]]\nshape = \"box\"\nsize = {size_m:?}\nmaterial = \"snow\"\n\
+         [environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n",
+        pcasnow(&format!("path = \"{path}\""))
     );
-    let mut scene = scene(&text, &computed_table(), &[]);
-    scene.set_samples_per_pixel(256);
+    let mut integrator = integrator(&text, Some(&computed_table()), &[]);
+    integrator.set_samples_per_pixel(256);
     let places = (0..64).map(|k| [k % 8, k / 8].map(|step| (step as f32 + 0.5) / 8.0 - 0.5));
     let brightest = places.map(|[across, up]| {
         let target = Vec3A::new(across * size_m[0] as f32, -0.5 * size_m[1] as f32, up * size_m[2] as f32);
-        let light = radiance(&mut scene, target + Vec3A::new(0.1, -2.0, 0.2), target);
+        let light = radiance(&mut integrator, target + Vec3A::new(0.1, -2.0, 0.2), target);
         light.0.into_iter().fold(0.0, f32::max)
     });
     brightest.fold(0.0, f32::max)

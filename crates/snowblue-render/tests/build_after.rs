@@ -1,19 +1,19 @@
-//! A scene that is built after another has the same pictures, to the last bit, as one that is built alone, and solves
-//! for the light field only where it differs.
+//! A scene that is built after another, and an integrator that is prepared after another, have the same pictures, to the
+//! last bit, as those that are made alone. The light field is solved for only where it differs.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::provenance::Provenance;
-use snowblue_render::render::render;
+use snowblue_render::render::render_all;
 use snowblue_render::scene::description::{LampDescription, LightSource, ShapeDescription};
-use snowblue_render::{Scene, SceneDescription, SceneFile};
+use snowblue_render::{Integrator, Preparation, Scene, SceneDescription, SceneFile};
 
 /// A block between a lamp behind it and one within, of different spectra, and a floor that makes light return.
 const SCENE: &str = "[camera]\nposition = [0.3, -1, 0.4]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 25\n\
     [film]\nwidth = 8\nheight = 6\n[integrator]\nsamples_per_pixel = 2\nmax_bounces = 2\n\
     [light_field]\nstep_mm = 15\n\
-    [material.snow]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
+    [material.snow]\ntype = \"snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
     [material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[light]]\ntype = \"point\"\nposition = [0, 0.4, 0.1]\nradiant_intensity_w_sr = 10\n\
     [[light]]\ntype = \"point\"\nposition = [0.05, 0, 0]\nradiant_intensity_w_sr = 2\nilluminant = \"A\"\n\
@@ -28,7 +28,7 @@ fn scene() -> SceneDescription {
 }
 
 fn built(scene: &SceneDescription) -> Scene {
-    scene.build(snowblue_data::embedded(), &FilesInMemory::default()).unwrap()
+    scene.build(&FilesInMemory::default()).unwrap()
 }
 
 fn intensity(scene: &mut SceneDescription, light: usize) -> &mut f64 {
@@ -38,14 +38,16 @@ fn intensity(scene: &mut SceneDescription, light: usize) -> &mut f64 {
     }
 }
 
-/// Builds a scene after another, and compares it with one that is built alone.
-fn build_and_compare(earlier: Scene, scene: &SceneDescription, name: &str) -> Scene {
-    let table = snowblue_data::embedded();
-    let after = scene.build_after(earlier, table, &FilesInMemory::default()).unwrap();
-    let alone = built(scene);
-    assert!(render(&after, &|_| {}) == render(&alone, &|_| {}), "{name}");
-    assert_eq!(Provenance::of(&after, table), Provenance::of(&alone, table), "{name}");
+/// Builds a scene after another and prepares its integrator after the other's, and compares it with one that is made
+/// alone.
+fn prepare_and_compare(earlier: Integrator, scene: &SceneDescription, name: &str) -> Integrator {
+    let after = scene.build_after(earlier.scene(), &FilesInMemory::default()).unwrap();
     assert_eq!(after.description(), scene, "{name}");
+    let preparation = Preparation { earlier: Some(earlier), ..Preparation::default() };
+    let after = Integrator::prepare_with(&after, preparation).unwrap();
+    let alone = Integrator::prepare(&built(scene)).unwrap();
+    assert!(render_all(&after, &|_| {}) == render_all(&alone, &|_| {}), "{name}");
+    assert_eq!(Provenance::of(&after), Provenance::of(&alone), "{name}");
     after
 }
 
@@ -67,25 +69,24 @@ fn what_is_kept_does_not_change_the_picture() {
         ("other cells", |scene| scene.light_field.step_mm = Some(17.0), 1),
     ];
     let mut scene = scene();
-    let mut last = built(&scene);
+    let mut last = Integrator::prepare(&built(&scene)).unwrap();
     assert_eq!(last.solved_light_fields(), 2);
     for (name, change, solved) in changes {
         change(&mut scene);
-        last = build_and_compare(last, &scene, name);
+        last = prepare_and_compare(last, &scene, name);
         assert_eq!(last.solved_light_fields(), solved, "{name}");
     }
     // Back to all at once.
-    build_and_compare(last, &self::scene(), "all");
+    prepare_and_compare(last, &self::scene(), "all");
 }
 
 #[test]
 fn what_is_kept_is_checked_again() {
-    let table = snowblue_data::embedded();
     let refused = |change: fn(&mut SceneDescription), expected: &str| {
         let mut scene = scene();
         let earlier = built(&scene);
         change(&mut scene);
-        let error = scene.build_after(earlier, table, &FilesInMemory::default()).unwrap_err().to_string();
+        let error = scene.build_after(&earlier, &FilesInMemory::default()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     refused(|scene| scene.camera.as_mut().unwrap().position = [0.01, 0.0, 0.0], "camera.position lies inside the snow");

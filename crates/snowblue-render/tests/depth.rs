@@ -7,10 +7,13 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3, Vec3A};
-use snow::{SNOW, analytic_table, directions, extinction_per_cm, point_light, radiance, scene, with_light_at};
+use snow::{
+    SNOW, analytic_table, directions, extinction_per_cm, integrator, pcasnow, point_light, prepared, radiance, scene,
+    with_light_at,
+};
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
+use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 
@@ -48,13 +51,14 @@ fn boxes(corners: &[(DVec3, DVec3)], sides: usize) -> String {
     )
 }
 
-/// One object of snow, with one light that the test moves.
+/// One object of snow, with one light that the test moves, for PCASnow with some keys.
 fn lone(object: &str, keys: &str, files: &[(&str, String)]) -> Scene {
     let text = format!(
-        "{SNOW}{keys}\n[[object]]\n{object}\nmaterial = \"snow\"\n\
-         [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 10\n"
+        "{}{SNOW}[[object]]\n{object}\nmaterial = \"snow\"\n\
+         [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 10\n",
+        pcasnow(keys)
     );
-    scene(&text, &analytic_table(), files)
+    scene(&text, files)
 }
 
 /// Distances at which a ray enters and leaves the box, and the cosine at the exit; none if it misses.
@@ -72,7 +76,8 @@ fn through_box(origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
 /// Checks the depth of a transformed box along lines in all directions.
 fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
     let placed = format!("{object}\nposition = {POSITION_M:?}\nrotation_deg = {TURN_DEG:?}");
-    let scene = lone(&placed, &format!("path = \"{path}\"\nreflectance = 0"), files);
+    let (table, keys) = (analytic_table(), format!("path = \"{path}\"\nreflectance = 0"));
+    let scene = lone(&placed, &keys, files);
     let centre = DVec3::from_array(POSITION_M);
     let mut checked = 0;
     for (k, towards) in directions(2000).enumerate() {
@@ -88,10 +93,10 @@ fn check_thickness(object: &str, path: &str, files: &[(&str, String)]) {
         }
         // The light is on the same line behind the box. In all path modes but `normal` the path is this line.
         let beyond_m = 2.0;
-        let mut scene =
-            with_light_at(&scene, (eye + direction * (leave + beyond_m)).as_vec3a(), &analytic_table(), files);
-        let seen = radiance(&mut scene, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
-        let irradiance = f64::from(point_light(&scene).intensity.0[15]) * cos / (beyond_m * beyond_m);
+        let lamp = (eye + direction * (leave + beyond_m)).as_vec3a();
+        let mut integrator = prepared(&with_light_at(&scene, lamp, files), Some(&table));
+        let seen = radiance(&mut integrator, eye.as_vec3a(), (eye + direction * enter).as_vec3a());
+        let irradiance = f64::from(point_light(integrator.scene()).intensity.0[15]) * cos / (beyond_m * beyond_m);
         let angle_deg = cos.acos().to_degrees().min(89.0);
         let depth_cm =
             -(f64::from(seen.0[15]) * PI / irradiance).ln() / (extinction_per_cm(15) * (1.0 + angle_deg / 100.0));
@@ -136,9 +141,10 @@ fn depth_is_the_sum_up_to_the_last_exit_or_ends_at_the_first() {
     for (exit, depth_cm) in [("last", 30.0), ("first", 10.0)] {
         let keys = format!("path = \"view\"\nexit = \"{exit}\"\nemission = \"relative\"\nreflectance = 0");
         let scene = lone("mesh = \"walls.ply\"", &keys, &files);
-        let mut scene = with_light_at(&scene, Vec3A::new(0.2, 9.0, 0.3), &analytic_table(), &files);
-        let seen = radiance(&mut scene, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
-        let fraction = f64::from(seen.0[15]) / f64::from(point_light(&scene).relative.0[15]);
+        let scene = with_light_at(&scene, Vec3A::new(0.2, 9.0, 0.3), &files);
+        let mut integrator = prepared(&scene, Some(&analytic_table()));
+        let seen = radiance(&mut integrator, Vec3A::new(0.2, -3.0, 0.3), Vec3A::new(0.2, 0.0, 0.3));
+        let fraction = f64::from(seen.0[15]) / f64::from(point_light(integrator.scene()).relative.0[15]);
         assert!((fraction.ln() + extinction_per_cm(15) * depth_cm).abs() < 1e-4, "{exit}: {fraction}");
     }
 }
@@ -149,13 +155,13 @@ fn lines_through_open_meshes_are_counted() {
     for (sides, open) in [(6, false), (5, true)] {
         let files = [("box.ply", boxes(&corners, sides))];
         let scene = lone("mesh = \"box.ply\"\nrotation_deg = [10, 20, 30]", "", &files);
-        let mut scene = with_light_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &analytic_table(), &files);
+        let mut scene = with_light_at(&scene, Vec3A::new(-1.0, 3.0, 1.0), &files);
         scene.set_image_size(ImageSize { width: 40, height: 40 });
         scene.set_samples_per_pixel(4);
         let view =
             View { position: Vec3A::new(1.0, -3.0, 1.0), look_at: Vec3A::ZERO, up: Vec3A::Z, vertical_fov_deg: 30.0 };
         assert!(scene.set_view(&view));
-        let statistics = render(&scene, &|_| {}).statistics;
+        let statistics = render_all(&prepared(&scene, Some(&analytic_table())), &|_| {}).statistics;
         assert!(statistics.depth_lines > 1000, "{statistics:?}");
         assert_eq!(statistics.odd_depth_lines > 100, open, "{statistics:?}");
         assert_eq!(statistics.odd_depth_lines == 0, !open, "{statistics:?}");
@@ -173,7 +179,7 @@ fn scenes_of_many_objects_use_the_bvh_over_objects() {
         })
         .collect();
     let light = "[environment]\nradiance_w_m2_sr = 1\n";
-    let scene = scene(&format!("{SNOW}{text}{light}"), &analytic_table(), &[]);
+    let scene = scene(&format!("{SNOW}{text}{light}"), &[]);
     for k in 0..40 {
         let ray = Ray { origin: Vec3A::new(k as f32 + 0.1, -5.0, 0.1), direction: Vec3A::Y };
         assert_eq!(scene.objects().first_hit(&ray).unwrap().object, k);
@@ -190,9 +196,9 @@ fn two_walls_in_a_mesh_look_like_two_boxes() {
     ];
     let light = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
     for path in ["normal", "light", "brightest"] {
-        let keys = format!("path = \"{path}\"\nreflectance = 0\n");
-        let mesh = format!("{SNOW}{keys}\n[[object]]\nmesh = \"walls.ply\"\nmaterial = \"snow\"\n{light}");
-        let mut one = scene(&mesh, &analytic_table(), &[("walls.ply", boxes(&walls, 6))]);
+        let keys = pcasnow(&format!("path = \"{path}\"\nreflectance = 0"));
+        let mesh = format!("{keys}{SNOW}[[object]]\nmesh = \"walls.ply\"\nmaterial = \"snow\"\n{light}");
+        let mut one = integrator(&mesh, Some(&analytic_table()), &[("walls.ply", boxes(&walls, 6))]);
         let of_box = |(low, high): &(DVec3, DVec3)| {
             let (size, middle) = (*high - *low, 0.5 * (*low + *high));
             format!(
@@ -200,11 +206,8 @@ fn two_walls_in_a_mesh_look_like_two_boxes() {
                 size.x, size.y, size.z, middle.x, middle.y, middle.z
             )
         };
-        let apart = format!("{SNOW}{keys}\n{}{}{light}", of_box(&walls[0]), of_box(&walls[1]));
-        let mut two = scene(&apart, &analytic_table(), &[]);
-        for scene in [&mut one, &mut two] {
-            scene.set_max_bounces(0);
-        }
+        let apart = format!("{keys}{SNOW}{}{}{light}", of_box(&walls[0]), of_box(&walls[1]));
+        let mut two = integrator(&apart, Some(&analytic_table()), &[]);
         // From between the walls: the face of the lit wall transmits light, that of the shadowed wall does not.
         for (target, is_lit) in [(Vec3A::new(0.3, 0.2, 0.1), true), (Vec3A::new(0.3, -0.2, 0.1), false)] {
             let eye = Vec3A::new(0.0, 0.05, 0.0);

@@ -4,34 +4,29 @@
 
 mod snow;
 
-use snow::{SNOW, analytic_table};
+use snow::{SNOW, analytic_table, prepared};
 use snowblue_color::Xyz;
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::{RenderControl, accumulator};
-use snowblue_render::render::{all_samples, render, render_missing};
-use snowblue_render::scene::Scene;
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::{Aovs, Film, Rendering};
+use snowblue_render::{Aovs, Film, Integrator, Rendering};
 
 /// A ball of snow close to the camera, before a white wall, lit from the left. It is small, for the sake of the
 /// reference. A lamp hangs at the upper right, within the picture.
-fn lamp_beside_snow(integrator: &str, lamp: &str) -> Scene {
+fn lamp_beside_snow(method: &str, lamp: &str) -> Integrator {
     let text = format!(
         "[camera]\nposition = [0, -4, 0]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 30\n\
          [film]\nwidth = 24\nheight = 16\n\
-         [integrator]\nsamples_per_pixel = 4\nmax_bounces = 2\ntype = \"{integrator}\"\n{SNOW}\
+         [integrator]\nsamples_per_pixel = 4\nmax_bounces = 2\ntype = \"{method}\"\n{SNOW}\
          [material.wall]\ntype = \"diffuse\"\nreflectance = 0.8\n\
          [[light]]\ntype = \"directional\"\ndirection = [1, 1, -0.5]\nirradiance_w_m2 = 3\nilluminant = \"D65\"\n\
          {lamp}\
          [[object]]\nshape = \"sphere\"\nradius = 0.004\nposition = [-0.01, -3.95, 0]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"box\"\nsize = [9, 0.1, 9]\nposition = [0, 2, 0]\nmaterial = \"wall\"\n"
     );
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
-    SceneFile::parse(text, "scene.toml").and_then(|file| file.build(&table)).unwrap_or_else(|error| panic!("{error}"))
+    let scene = SceneFile::parse(text, "scene.toml").and_then(|file| file.build());
+    prepared(&scene.unwrap_or_else(|error| panic!("{error}")), Some(&analytic_table()))
 }
 
 /// A rectangle that faces the camera and takes about an eighth of the picture.
@@ -51,22 +46,22 @@ fn stops(rendering: &Rendering) -> f64 {
 
 #[test]
 fn a_lamp_in_view_leaves_the_exposure_to_what_it_lights() {
-    for integrator in ["pcasnow", "diffusion", "hybrid", "reference"] {
+    for method in ["pcasnow", "diffusion", "hybrid", "reference"] {
         let [none, hidden, seen] =
-            [String::new(), lamp(false), lamp(true)].map(|lamp| render(&lamp_beside_snow(integrator, &lamp), &|_| {}));
+            [String::new(), lamp(false), lamp(true)].map(|lamp| render_all(&lamp_beside_snow(method, &lamp), &|_| {}));
         // Paths that find the lamp by chance, as those of the reference do, are in both pictures.
         let pairs = seen.film.pixels().iter().zip(hidden.film.pixels());
         let shows_lamp: Vec<bool> = pairs.map(|(seen, hidden)| seen.y - hidden.y > LAMP).collect();
         let bright = shows_lamp.iter().filter(|shows| **shows).count();
-        assert!(bright > 20, "{integrator}: {bright}");
-        assert_eq!(seen.film.metered_pixels().count(), 24 * 16 - bright, "{integrator}");
+        assert!(bright > 20, "{method}: {bright}");
+        assert_eq!(seen.film.metered_pixels().count(), 24 * 16 - bright, "{method}");
         // The other pixels are those of the picture without the sight of the lamp.
         let others = hidden.film.pixels().iter().zip(&shows_lamp).filter(|(_, shows)| !**shows);
         let others: Vec<Xyz> = others.map(|(pixel, _)| *pixel).collect();
         let size = ImageSize { width: others.len() as u32, height: 1 };
         let expected = Film::new(size, others).display_factor(Exposure::Auto).log2();
-        assert!((stops(&seen) - expected).abs() < 1e-9, "{integrator}: {} {expected}", stops(&seen));
-        assert!((expected - (0.9 / 1e5_f64).log2()).abs() > 3.0, "{integrator}: not that of the lamp, {expected}");
+        assert!((stops(&seen) - expected).abs() < 1e-9, "{method}: {} {expected}", stops(&seen));
+        assert!((expected - (0.9 / 1e5_f64).log2()).abs() > 3.0, "{method}: not that of the lamp, {expected}");
         assert_eq!(none.film.metered_pixels().count(), 24 * 16);
     }
 }
@@ -76,7 +71,7 @@ fn a_lamp_in_view_leaves_the_exposure_to_what_it_lights() {
 fn a_lamp_out_of_sight_changes_nothing() {
     let behind = |visible: bool| lamp(visible).replace("0.5, 0.6", "3, 0.6").replace("-9, 0.6", "9, 0.6");
     let [hidden, covered] = [false, true].map(|visible| lamp_beside_snow("pcasnow", &behind(visible)));
-    let [hidden, covered] = [hidden, covered].map(|scene| render(&scene, &|_| {}));
+    let [hidden, covered] = [hidden, covered].map(|integrator| render_all(&integrator, &|_| {}));
     assert!(hidden.film == covered.film);
     assert_eq!(stops(&hidden).to_bits(), stops(&covered).to_bits());
 }
@@ -84,11 +79,11 @@ fn a_lamp_out_of_sight_changes_nothing() {
 /// Merged parts have the exposure of the whole: which pixels show a lamp is a sum as all others.
 #[test]
 fn the_aov_says_where_a_lamp_is() {
-    let scene = lamp_beside_snow("pcasnow", &lamp(true));
-    let target = all_samples(&scene);
-    let mut sums = accumulator(&scene, Aovs::default(), &target.window());
+    let integrator = lamp_beside_snow("pcasnow", &lamp(true));
+    let target = all_samples(integrator.scene());
+    let mut sums = accumulator(integrator.scene(), Aovs::default(), &target.window());
     assert_eq!(sums.aovs().to_string(), "rgb,emitter");
-    render_missing(&scene, &target, &mut sums, RenderControl::default());
+    render_missing(&integrator, &target, &mut sums, RenderControl::default());
     let channels = snowblue_render::film::channels::channels(&sums);
     let emitter = &channels.iter().find(|channel| channel.name == "emitter").unwrap().values;
     let film = sums.film();

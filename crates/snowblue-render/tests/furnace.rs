@@ -7,12 +7,15 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3, Vec3A};
-use snow::{SNOW, analytic_table, directions, estimate, extinction_per_cm, point_light, radiance, scene};
+use snow::{
+    SNOW, analytic_table, directions, estimate, extinction_per_cm, pcasnow, point_light, prepared, radiance, scene,
+};
 use snowblue_color::LinearRgb;
+use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
+use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, sidak_level};
@@ -46,7 +49,7 @@ fn spheres(steps: usize, radii_m: &[f32]) -> String {
 }
 
 /// A hollow sphere with a point light in its centre. Its wall reflects the radiance ρ I / (π r²) of direct light.
-fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Scene {
+fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Integrator {
     let text = format!(
         "[material.wall]\ntype = \"diffuse\"\nreflectance = {reflectance}\n\
          [[object]]\nmesh = \"sphere.ply\"\nmaterial = \"wall\"\n\
@@ -57,8 +60,8 @@ fn lit_sphere(reflectance: f64, max_bounces: u32, samples_per_pixel: u32) -> Sce
 }
 
 /// A scene seen from within a sphere of radius 1 m.
-fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel: u32) -> Scene {
-    let mut scene = scene(text, &analytic_table(), &[file]);
+fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel: u32) -> Integrator {
+    let mut scene = scene(text, &[file]);
     scene.set_image_size(ImageSize { width: 12, height: 8 });
     scene.set_max_bounces(max_bounces);
     scene.set_samples_per_pixel(samples_per_pixel);
@@ -69,7 +72,7 @@ fn within(text: &str, file: (&str, String), max_bounces: u32, samples_per_pixel:
         vertical_fov_deg: 100.0,
     };
     assert!(scene.set_view(&view));
-    scene
+    prepared(&scene, Some(&analytic_table()))
 }
 
 /// Mean luminance of an image and its standard error.
@@ -82,7 +85,7 @@ fn mean_luminance(film: &Film) -> (f64, f64) {
 #[test]
 fn bounce_n_in_a_hollow_sphere_adds_the_reflectance_to_the_power_n() {
     for (max_bounces, sum) in [(0, 1.0), (1, 1.7), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
-        let film = render(&lit_sphere(0.7, max_bounces, 8), &|_| {}).film;
+        let film = render_all(&lit_sphere(0.7, max_bounces, 8), &|_| {}).film;
         for xyz in film.pixels() {
             // For equal-energy light Y is the radiance. Tolerance: the centre of a facet is nearer than its corners by
             // 2e-4, and its irradiance higher by twice that.
@@ -102,8 +105,8 @@ fn a_spherical_light_in_a_hollow_sphere_adds_the_same_powers() {
          radiance_w_m2_sr = {radiance}\n"
     );
     for (max_bounces, sum) in [(0, 1.0), (3, 1.0 + 0.7 + 0.49 + 0.343)] {
-        let scene = within(&text, ("sphere.ply", spheres(48, &[1.0])), max_bounces, 64);
-        let film = render(&scene, &|_| {}).film;
+        let integrator = within(&text, ("sphere.ply", spheres(48, &[1.0])), max_bounces, 64);
+        let film = render_all(&integrator, &|_| {}).film;
         let (mean, standard_error) = mean_luminance(&film);
         // The facets' error as above.
         let allowed = 4.0 * standard_error + 1e-3 * sum;
@@ -113,7 +116,7 @@ fn a_spherical_light_in_a_hollow_sphere_adds_the_same_powers() {
 
 #[test]
 fn a_hollow_sphere_reaches_equilibrium_with_russian_roulette() {
-    let film = render(&lit_sphere(0.8, 10_000, 64), &|_| {}).film;
+    let film = render_all(&lit_sphere(0.8, 10_000, 64), &|_| {}).film;
     let (mean, standard_error) = mean_luminance(&film);
     // L = 1 / (1 − ρ). The facets' error is as above, times 5.
     assert!((mean - 5.0).abs() < 4.0 * standard_error + 5e-3, "{mean} ± {standard_error}");
@@ -124,17 +127,18 @@ fn a_hollow_sphere_reaches_equilibrium_with_russian_roulette() {
 fn light_transmitted_by_snow_illuminates_the_floor() {
     // A floor at the foot of an infinite wall of radiance L has the irradiance π L / 2.
     let text = format!(
-        "{SNOW}reflectance = 0\nemission = \"relative\"\npath = \"normal\"\n\
-         [material.floor]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+        "{}{SNOW}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.5\n\
          [[object]]\nshape = \"box\"\nsize = [400, 0.3, 400]\nposition = [0, 0.15, 0]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"box\"\nsize = [400, 200, 0.1]\nposition = [0, -100, -0.05]\nmaterial = \"floor\"\n\
-         [[light]]\ntype = \"point\"\nposition = [0, 90000, 0]\nradiant_intensity_w_sr = 1\n"
+         [[light]]\ntype = \"point\"\nposition = [0, 90000, 0]\nradiant_intensity_w_sr = 1\n",
+        pcasnow("reflectance = 0\nemission = \"relative\"\npath = \"normal\"")
     );
-    let mut scene = scene(&text, &analytic_table(), &[]);
+    let mut scene = scene(&text, &[]);
     let samples = 1 << 14;
     scene.set_max_bounces(1);
     scene.set_samples_per_pixel(samples);
-    let floor = radiance(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
+    let mut integrator = prepared(&scene, Some(&analytic_table()));
+    let floor = radiance(&mut integrator, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.0, -0.1, 0.0));
     for k in [0, 15, 30] {
         let wall = f64::from(point_light(&scene).relative.0[k]) * (-30.0 * extinction_per_cm(k)).exp();
         // Half of the rays hit the wall. The relative standard error of independent rays is 1/√n.
@@ -152,8 +156,8 @@ fn a_hollow_sphere_of_snow_is_a_furnace_with_the_reflectance_of_snow() {
          [[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nilluminant = \"E\"\nradiant_intensity_w_sr = {}\n",
         4.0 * PI
     );
-    let scene = within(&text, ("shell.ply", spheres(48, &[1.0, 1.2])), 3, 8);
-    let rendering = render(&scene, &|_| {});
+    let integrator = within(&text, ("shell.ply", spheres(48, &[1.0, 1.2])), 3, 8);
+    let rendering = render_all(&integrator, &|_| {});
     assert_eq!(rendering.statistics.odd_depth_lines, 0);
     for xyz in rendering.film.pixels() {
         let sum = 1.0 + 0.25 + 0.0625 + 0.015_625;
@@ -171,7 +175,7 @@ const WHITE_OBJECTS: &str = "[material.white]\ntype = \"diffuse\"\nreflectance =
 
 /// A small image of these objects with unlimited bounces.
 fn white_furnace(sky: &str) -> Scene {
-    let mut scene = scene(&format!("{WHITE_OBJECTS}{sky}"), &analytic_table(), &[("ball.ply", spheres(12, &[1.0]))]);
+    let mut scene = scene(&format!("{WHITE_OBJECTS}{sky}"), &[("ball.ply", spheres(12, &[1.0]))]);
     scene.set_image_size(ImageSize { width: 24, height: 16 });
     scene.set_samples_per_pixel(16);
     scene.set_max_bounces(10_000);
@@ -188,7 +192,7 @@ fn white_furnace(sky: &str) -> Scene {
 #[test]
 fn objects_in_a_white_furnace_are_invisible() {
     let furnace = white_furnace("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n");
-    let rendering = render(&furnace, &|_| {});
+    let rendering = render_all(&prepared(&furnace, None), &|_| {});
     // Every path reaches the sky without absorption, so Y is 1 within rounding.
     for xyz in rendering.film.pixels() {
         assert!((xyz.y - 1.0).abs() < 1e-6, "{}", xyz.y);
@@ -213,7 +217,7 @@ fn objects_in_a_white_furnace_with_an_image_sky_are_invisible() {
     .unwrap();
     let mut furnace = white_furnace(&format!("[environment]\nimage = \"{}\"\n", path.display()));
     furnace.set_samples_per_pixel(64);
-    let (mean, standard_error) = mean_luminance(&render(&furnace, &|_| {}).film);
+    let (mean, standard_error) = mean_luminance(&render_all(&prepared(&furnace, None), &|_| {}).film);
     assert!((mean - 1.0).abs() < 4.0 * standard_error + 1e-5, "{mean} ± {standard_error}");
     assert!(standard_error < 5e-3, "{standard_error}");
 }
@@ -275,12 +279,13 @@ fn an_integrating_sphere_distributes_the_light_of_any_light_source_evenly() {
              material = \"wall\"\n[[light]]\nilluminant = \"E\"\n{}",
             lamp.text
         );
-        let mut scene = scene(&text, &analytic_table(), &[]);
+        let mut scene = scene(&text, &[]);
         scene.set_max_bounces(3);
+        let mut integrator = prepared(&scene, None);
         let spread =
             (reflectance + reflectance.powi(2) + reflectance.powi(3)) * reflectance * lamp.power_w / (4.0 * PI * PI);
         for wall in directions(16) {
-            let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
+            let [found, ..] = estimate(&mut integrator, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
             let exact = reflectance * (lamp.irradiance)(wall.as_dvec3()) / PI + spread;
             let p = found.p_value(exact);
             assert!(p > level, "{} at {wall}: {found:?} for {exact}, p = {p:.1e}", lamp.text);
@@ -300,11 +305,12 @@ fn a_hollow_sphere_reaches_a_radiance_of_one_for_any_reflectance() {
              radiant_intensity_w_sr = {}\n",
             PI * (1.0 - reflectance) / reflectance
         );
-        let mut scene = scene(&text, &analytic_table(), &[]);
+        let mut scene = scene(&text, &[]);
         scene.set_max_bounces(10_000);
+        let mut integrator = prepared(&scene, None);
         let level = sidak_level(1e-3, 8);
         for wall in directions(8) {
-            let [found, ..] = estimate(&mut scene, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
+            let [found, ..] = estimate(&mut integrator, Vec3A::new(0.05, -0.1, 0.6), wall, 256, [15, 15, 15]);
             assert!(found.p_value(1.0) > level, "{reflectance} at {wall}: {found:?}");
             // Only the number of bounces is random.
             assert!(found.standard_error < 0.06, "{reflectance} at {wall}: {found:?}");

@@ -1,7 +1,7 @@
 //! Images against stored statistics: EXR files in `golden/` hold each pixel's mean and variance over many seeds, in the
 //! channels `mean.X` … `variance.Z`. An image with another seed must agree with them.
 //!
-//! `UPDATE_GOLDEN=1 cargo nextest run -p snowblue-render --test golden` renders and stores them again. An image that
+//! `UPDATE_GOLDEN=1 cargo test -p snowblue-render --test golden` renders and stores them again. An image that
 //! fails is written to the temporary folder that the message names.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and images are single")]
@@ -15,13 +15,13 @@ use exr::prelude::{
     WritableImage, read,
 };
 use glam::Vec3A;
-use snow::{SNOW, analytic_table_of_grains, scene};
+use snow::{SNOW, analytic_table_of_grains, pcasnow, prepared, scene};
 use snowblue_color::{LinearRgb, Xyz};
+use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
-use snowblue_render::scene::Scene;
+use snowblue_render::render::render_all;
 use snowblue_render::scene::camera::View;
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
@@ -38,7 +38,7 @@ const ROUNDING: f64 = 1e-5;
 const NAMES: [&str; 6] = ["mean.X", "mean.Y", "mean.Z", "variance.X", "variance.Y", "variance.Z"];
 
 /// A backlit block of snow on a floor. All of it is close to the lit side, so bounces there are frequent.
-fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
+fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Integrator {
     let snow = SNOW.replace("400", &grain_size_um.to_string());
     let text = format!(
         "{snow}[material.floor]\ntype = \"diffuse\"\nreflectance = 0.4\n\
@@ -51,7 +51,7 @@ fn block(grain_size_um: f64, radiant_intensity_w_sr: f64) -> Scene {
 }
 
 /// Two spheres of triangles in one body and a third that is not, under sun and blue sky, on a height field.
-fn drift() -> Scene {
+fn drift() -> Integrator {
     let text = format!(
         "{SNOW}[material.ground]\ntype = \"diffuse\"\nreflectance = 0.2\n\
          [[object]]\nmesh = \"ball.ply\"\nscale = [0.4, 0.3, 0.3]\nposition = [-0.2, 0, 0.3]\nmaterial = \"snow\"\n\
@@ -69,21 +69,22 @@ fn drift() -> Scene {
 }
 
 /// A grey room with a spherical and a rectangular light, and a wall of snow before the rectangle.
-fn room() -> Scene {
+fn room() -> Integrator {
     let text = format!(
-        "{SNOW}path = \"normal\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.6\n\
+        "{}{SNOW}[material.grey]\ntype = \"diffuse\"\nreflectance = 0.6\n\
          [[object]]\nshape = \"box\"\nsize = [3, 3, 2.4]\nposition = [0, 0, 1.2]\nmaterial = \"grey\"\n\
          [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.6, 0.2, 0.3]\nmaterial = \"grey\"\n\
          [[object]]\nshape = \"box\"\nsize = [0.9, 0.15, 0.9]\nposition = [-0.5, 0.5, 0.45]\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"rectangle\"\nposition = [-0.5, 1.4, 0.9]\nlook_at = [-0.5, 0, 0.5]\nsize = [0.6, 0.6]\n\
          radiance_w_m2_sr = 6\nilluminant = \"A\"\n\
-         [[light]]\ntype = \"sphere\"\nposition = [0.7, -0.5, 1.7]\nradius = 0.15\nradiance_w_m2_sr = 4\n"
+         [[light]]\ntype = \"sphere\"\nposition = [0.7, -0.5, 1.7]\nradius = 0.15\nradiance_w_m2_sr = 4\n",
+        pcasnow("path = \"normal\"")
     );
     scene_with_camera(&text, &[], [0.1, -1.4, 1.3], [0.0, 0.6, 0.6], 75.0)
 }
 
 /// A sphere and a slab of snow with path mode `view`, under an image sky.
-fn sky() -> Scene {
+fn sky() -> Integrator {
     // Bluer towards the zenith, with one bright spot.
     let colour = |k: u32| {
         let (row, column) = (f64::from(k / 16), k % 16);
@@ -94,12 +95,11 @@ fn sky() -> Scene {
     let path = folder.path().join("sky.exr");
     write_exr(&Film::new(ImageSize { width: 16, height: 8 }, (0..128).map(colour).collect()), &[], &path).unwrap();
     let text = format!(
-        "{SNOW}path = \"view\"\n[material.easy]\n{}reflectance = 0.8\n[material.ground]\ntype = \"diffuse\"\n\
-         reflectance = 0.3\n\
-         [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.3, 0, 0.3]\nmaterial = \"easy\"\n\
+        "{}{SNOW}[material.ground]\ntype = \"diffuse\"\nreflectance = 0.3\n\
+         [[object]]\nshape = \"sphere\"\nradius = 0.3\nposition = [0.3, 0, 0.3]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"box\"\nsize = [0.5, 0.1, 0.7]\nposition = [-0.4, 0.2, 0.35]\nmaterial = \"snow\"\n\
          [[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n[environment]\nimage = \"{}\"\nrotation_deg = 60\n",
-        SNOW.split_once('\n').unwrap().1,
+        pcasnow("path = \"view\""),
         path.display()
     );
     scene_with_camera(&text, &[], [0.4, -1.6, 0.7], [0.0, 0.0, 0.3], 45.0)
@@ -135,23 +135,24 @@ fn scene_with_camera(
     eye: [f32; 3],
     target: [f32; 3],
     vertical_fov_deg: f32,
-) -> Scene {
-    let mut scene = scene(text, &analytic_table_of_grains(), files);
+) -> Integrator {
+    let mut scene = scene(text, files);
     scene.set_image_size(SIZE);
     scene.set_samples_per_pixel(64);
     scene.set_max_bounces(2);
     let view = View { position: eye.into(), look_at: target.into(), up: Vec3A::Z, vertical_fov_deg };
     assert!(scene.set_view(&view));
-    scene
+    prepared(&scene, Some(&analytic_table_of_grains()))
 }
 
 /// The mean of the images of some seeds.
-fn rendered(mut scene: Scene, seeds: std::ops::Range<u32>) -> Film {
+fn rendered(mut integrator: Integrator, seeds: std::ops::Range<u32>) -> Film {
     let fraction = f64::from(seeds.end - seeds.start).recip();
     let mut sum = vec![Xyz::default(); SIZE.pixel_count()];
     for seed in seeds {
-        scene.set_seed(seed);
-        sum.iter_mut().zip(render(&scene, &|_| {}).film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * fraction);
+        integrator.set_seed(seed);
+        let film = render_all(&integrator, &|_| {}).film;
+        sum.iter_mut().zip(film.pixels()).for_each(|(sum, &xyz)| *sum = *sum + xyz * fraction);
     }
     Film::new(SIZE, sum)
 }
@@ -168,11 +169,11 @@ impl Golden {
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.exr"))
     }
 
-    fn of_seeds(mut scene: Scene) -> Self {
+    fn of_seeds(mut integrator: Integrator) -> Self {
         let mut moments = vec![[Moments::default(); 3]; SIZE.pixel_count()];
         for seed in 1..=IMAGE_COUNT {
-            scene.set_seed(seed);
-            for (moments, xyz) in moments.iter_mut().zip(render(&scene, &|_| {}).film.pixels()) {
+            integrator.set_seed(seed);
+            for (moments, xyz) in moments.iter_mut().zip(render_all(&integrator, &|_| {}).film.pixels()) {
                 moments.iter_mut().zip(channels(xyz)).for_each(|(moments, value)| moments.push(value));
             }
         }
@@ -232,12 +233,12 @@ impl Golden {
 }
 
 /// Compares a scene's image with the stored statistics; the same image brighter by 3 % must fail. Or stores it.
-fn check(name: &str, scene: Scene) {
+fn check(name: &str, integrator: Integrator) {
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        Golden::of_seeds(scene).store(name);
+        Golden::of_seeds(integrator).store(name);
         return;
     }
-    let (golden, film) = (Golden::load(name), rendered(scene, TEST_SEEDS));
+    let (golden, film) = (Golden::load(name), rendered(integrator, TEST_SEEDS));
     if let Some(reason) = golden.mismatch(&film) {
         let found = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.exr"));
         write_exr(&film, &[], &found).unwrap();

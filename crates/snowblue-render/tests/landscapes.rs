@@ -5,13 +5,10 @@
 mod snow;
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, camera_of, radiance, scene};
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
+use snow::{SNOW, prepared, radiance, scene, scene_by};
 use snowblue_render::geometry::ray::{Crossing, Ray};
 use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
 use snowblue_render::scene::Scene;
-use snowblue_render::scene::file::SceneFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};
@@ -29,7 +26,7 @@ fn map(height_m: impl Fn(f64, f64) -> f64) -> String {
 }
 
 fn land(objects: &str, files: &[(&str, String)]) -> Scene {
-    scene(&format!("{SNOW}{SKY}{objects}"), &analytic_table(), files)
+    scene(&format!("{SNOW}{SKY}{objects}"), files)
 }
 
 /// Heights of the crossings of a vertical line with an object, from above.
@@ -171,24 +168,21 @@ fn undisturbed_surfaces_follow_their_objects() {
 /// Under a white sky, thin snow reflects what the slab of the same depth does by discrete ordinates on the same ground.
 #[test]
 fn the_ground_shines_through_thin_snow() {
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
     let brightness = |reflectance: f64| {
         let ground = "size = [0.8, 0.8, 1]\nheights = [[0, 0.1], [0, 0.1]]\n";
         let text = format!(
-            "{}{SNOW}[light_field]\nstep_mm = 10\n[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
+            "{SNOW}[light_field]\nstep_mm = 10\n[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
              [material.rock]\ntype = \"diffuse\"\nreflectance = {reflectance}\n\
              [[object]]\nshape = \"heights\"\n{ground}bottom = -0.1\nmaterial = \"rock\"\n\
-             [[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n",
-            camera_of("diffusion").replace("max_bounces = 0", "max_bounces = 8")
+             [[object]]\nshape = \"snowpack\"\n{ground}depth = 0.02\nmaterial = \"snow\"\n"
         );
-        let description = SceneFile::parse(text, "scene.toml").unwrap().description;
-        let no_files = |_: &str| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-        let mut scene = description.build(&table, &no_files).unwrap();
+        let mut scene = scene_by("diffusion", &text, &[]);
+        scene.set_max_bounces(8);
+        let mut integrator = prepared(&scene, None);
         let eye = Vec3A::new(0.0, -1.0, 3.0);
         let [snow, sky] = [Vec3A::new(0.0, 0.0, 0.07), Vec3A::new(0.0, 0.0, 9.0)]
             // At 450 nm.
-            .map(|target| radiance(&mut scene, eye, target).0[5]);
+            .map(|target| radiance(&mut integrator, eye, target).0[5]);
         snow / sky
     };
     // The camera sees the snow at 19° from its normal, and by reciprocity with the reflectance for a beam from there.

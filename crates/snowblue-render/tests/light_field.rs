@@ -9,15 +9,11 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, estimate, radiance, scene_by};
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
-use snowblue_render::Film;
+use snow::{SNOW, estimate, point_light, prepared, radiance, scene_by};
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
-use snowblue_render::scene::Scene;
+use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::scene::light::Light;
+use snowblue_render::{Film, Integrator};
 use snowblue_stat::Moments;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
 use snowblue_transport::quadrature::Quadrature;
@@ -27,14 +23,8 @@ use snowblue_transport::slab::{Incidence, Slab};
 /// Indices of 450, 550 and 700 nm.
 const BANDS: [usize; 3] = [5, 15, 30];
 
-/// A table with ice constants in its metadata. These integrators do not use its curves.
-fn table() -> CompressedTable {
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    CompressedTable { metadata: vec![ice], ..analytic_table() }
-}
-
-fn field_scene(integrator: &str, text: &str) -> Scene {
-    scene_by(integrator, &format!("{SNOW}{text}"), &table(), &[])
+fn field(method: &str, text: &str) -> Integrator {
+    prepared(&scene_by(method, &format!("{SNOW}{text}"), &[]), None)
 }
 
 fn shape(shape: &str, keys: &str) -> String {
@@ -44,7 +34,7 @@ fn shape(shape: &str, keys: &str) -> String {
 const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n";
 
 /// Flux through a level surface towards `up` = ±1 at a point, from its radiance in many directions.
-fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> [f64; 3] {
+fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> [f64; 3] {
     const AZIMUTHS: u32 = 8;
     let rule = Quadrature::half_range(8);
     let mut sums = [0.0; 3];
@@ -53,7 +43,7 @@ fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> [f64; 3] {
             let (sin_azimuth, cos_azimuth) = (TAU * (f64::from(azimuth) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
             let sin = (1.0 - cos * cos).sqrt();
             let towards = Vec3A::new((sin * cos_azimuth) as f32, (sin * sin_azimuth) as f32, up * *cos as f32);
-            let radiance = radiance(scene, target + towards * 3.0, target);
+            let radiance = radiance(integrator, target + towards * 3.0, target);
             for (sum, band) in sums.iter_mut().zip(BANDS) {
                 *sum += f64::from(radiance.0[band]) * weight * cos * TAU / f64::from(AZIMUTHS);
             }
@@ -81,10 +71,10 @@ fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
         );
         let width_m = 60.0 * thickness_m;
         let body = shape("box", &format!("size = [{width_m}, {width_m}, {thickness_m}]"));
-        let mut scene = field_scene("diffusion", &format!("{lamp}{body}"));
+        let mut integrator = field("diffusion", &format!("{lamp}{body}"));
         let half_m = 0.5 * thickness_m as f32;
-        let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -half_m), -1.0);
-        let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, half_m), 1.0);
+        let transmitted = flux(&mut integrator, Vec3A::new(0.0, 0.0, -half_m), -1.0);
+        let reflected = flux(&mut integrator, Vec3A::new(0.0, 0.0, half_m), 1.0);
         for (k, known) in known.iter().enumerate() {
             let (t, r) = (known.transmittance.value, known.reflectance.value);
             // Half a percent of diffusion from two transport mean free paths (4 mm) on, as much for the noise of both
@@ -101,35 +91,35 @@ fn diffusion_through_slabs_agrees_with_discrete_ordinates() {
 fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
     let ball = shape("sphere", "radius = 0.03");
     let block = shape("box", "size = [0.06, 0.04, 0.05]");
-    for (integrator, samples) in [("diffusion", 64), ("hybrid", 64)] {
+    for (method, samples) in [("diffusion", 64), ("hybrid", 64)] {
         for body in [&ball, &block] {
-            let mut scene = field_scene(integrator, &format!("{SKY}{body}"));
-            scene.set_samples_per_pixel(samples);
+            let mut integrator = field(method, &format!("{SKY}{body}"));
+            integrator.set_samples_per_pixel(samples);
             let mut sum = 0.0;
             for direction in snow::directions(24) {
-                sum += f64::from(radiance(&mut scene, direction * 2.0, direction * 0.02).0[0]) / 24.0;
+                sum += f64::from(radiance(&mut integrator, direction * 2.0, direction * 0.02).0[0]) / 24.0;
             }
             // Measured to 3·10⁻³; a percent is the aim.
-            assert!((sum - 1.0).abs() < 0.01, "{integrator}: {sum}");
+            assert!((sum - 1.0).abs() < 0.01, "{method}: {sum}");
         }
     }
 }
 
 /// A small image of a turned block that a lamp lights from behind.
-fn backlit(integrator: &str, turn_deg: f64, settings: &str, seed: u32) -> Film {
+fn backlit(method: &str, turn_deg: f64, settings: &str, seed: u32) -> Film {
     let (sin, cos) = turn_deg.to_radians().sin_cos();
     let turned = |x: f64, y: f64, z: f64| format!("[{}, {}, {z}]", cos * x - sin * y, sin * x + cos * y);
     let text = format!(
         "[camera]\nposition = {}\nlook_at = [0, 0, 0]\nvertical_fov_deg = 12\n\
          [film]\nwidth = 8\nheight = 8\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\nseed = {seed}\n\
-         type = \"{integrator}\"\n[light_field]\n{settings}\n\
+         type = \"{method}\"\n[light_field]\n{settings}\n\
          [[light]]\ntype = \"point\"\nposition = {}\nradiant_intensity_w_sr = 4\nilluminant = \"E\"\n{SNOW}{}",
         turned(0.3, -1.6, 0.4),
         turned(0.0, 0.6, 0.1),
         shape("box", &format!("size = [0.3, 0.06, 0.3]\nrotation_deg = [0, 0, {turn_deg}]"))
     );
     let file = SceneFile::parse(text, Path::new("block.toml")).unwrap();
-    render(&file.build(&table()).unwrap(), &|_| {}).film
+    render(&file.build().unwrap()).unwrap().film
 }
 
 /// Means of 4×4 pixels.
@@ -171,25 +161,25 @@ fn walks_have_little_noise_on_flat_faces() {
 #[test]
 fn lamp_and_camera_can_be_exchanged() {
     let directions = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.36, 0.48, 0.8)];
-    let lit = |integrator: &str, to_lamp: Vec3A, to_camera: Vec3A| {
+    let lit = |method: &str, to_lamp: Vec3A, to_camera: Vec3A| {
         let text = format!(
             "[camera]\nposition = {:?}\nlook_at = [0, 0, 0]\nvertical_fov_deg = 0.35\n\
              [film]\nwidth = 24\nheight = 24\n[integrator]\nmax_bounces = 0\nsamples_per_pixel = 64\n\
-             type = \"{integrator}\"\n[[light]]\ntype = \"directional\"\ndirection = {:?}\nirradiance_w_m2 = 1\n\
+             type = \"{method}\"\n[[light]]\ntype = \"directional\"\ndirection = {:?}\nirradiance_w_m2 = 1\n\
              illuminant = \"E\"\n{SNOW}{}",
             (to_camera * 20.0).to_array(),
             (-to_lamp).to_array(),
             shape("box", "size = [0.08, 0.03, 0.05]")
         );
-        SceneFile::parse(text, Path::new("block.toml")).unwrap().build(&table()).unwrap()
+        Integrator::prepare(&SceneFile::parse(text, Path::new("block.toml")).unwrap().build().unwrap()).unwrap()
     };
-    for (integrator, seeds) in [("diffusion", 4), ("hybrid", 6)] {
+    for (method, seeds) in [("diffusion", 4), ("hybrid", 6)] {
         let [there, back] = [[0, 1], [1, 0]].map(|[lamp, camera]| {
-            let mut scene = lit(integrator, directions[lamp], directions[camera]);
+            let mut integrator = lit(method, directions[lamp], directions[camera]);
             let mut totals = Moments::default();
             for seed in 1..=seeds {
-                scene.set_seed(seed);
-                totals.push(render(&scene, &|_| {}).film.pixels().iter().map(|xyz| xyz.y).sum());
+                integrator.set_seed(seed);
+                totals.push(render_all(&integrator, &|_| {}).film.pixels().iter().map(|xyz| xyz.y).sum());
             }
             totals
         });
@@ -197,8 +187,8 @@ fn lamp_and_camera_can_be_exchanged() {
         // scatters forwards is found rarely.
         let error = there.standard_error().hypot(back.standard_error());
         let difference = (there.mean() - back.mean()).abs();
-        assert!(difference < 0.02 * back.mean() + 3.0 * error, "{integrator}: {there:?} {back:?}");
-        assert!(error < 0.02 * back.mean(), "{integrator}: {error}");
+        assert!(difference < 0.02 * back.mean() + 3.0 * error, "{method}: {there:?} {back:?}");
+        assert!(error < 0.02 * back.mean(), "{method}: {error}");
     }
 }
 
@@ -210,8 +200,9 @@ fn node_count(settings: &str) -> Result<usize, String> {
         shape("box", "size = [0.3, 0.3, 0.1]")
     );
     let file = SceneFile::parse(text, Path::new("block.toml")).map_err(|error| error.to_string())?;
-    let scene = file.build(&table()).map_err(|error| error.to_string())?;
-    let text = format!("{scene:?}");
+    let scene = file.build().map_err(|error| error.to_string())?;
+    let integrator = Integrator::prepare(&scene).map_err(|error| file.locate(error).to_string())?;
+    let text = format!("{integrator:?}");
     let (_, rest) = text.split_once("BodyField { nodes: ").unwrap();
     Ok(rest.split(',').next().unwrap().parse().unwrap())
 }
@@ -240,42 +231,41 @@ const CORNER: &str = "[[light]]\ntype = \"point\"\nposition = [0.8, -1.0, 0.6]\n
     body = \"l\"\n";
 
 /// The mean radiance of a small image of a corner of snow.
-fn mean_luminance(integrator: &str, samples: u32) -> f64 {
+fn mean_luminance(method: &str, samples: u32) -> f64 {
     let text = format!(
         "[camera]\nposition = [0.6, -1.2, 0.7]\nlook_at = [0, 0, 0.15]\nvertical_fov_deg = 20\n\
          [film]\nwidth = 12\nheight = 12\n[integrator]\nmax_bounces = 6\nsamples_per_pixel = {samples}\n\
-         type = \"{integrator}\"\n{SNOW}{CORNER}"
+         type = \"{method}\"\n{SNOW}{CORNER}"
     );
     let file = SceneFile::parse(text, Path::new("corner.toml")).unwrap();
-    let scene = file.build(&table()).unwrap();
-    let film = render(&scene, &|_| {}).film;
+    let film = render(&file.build().unwrap()).unwrap().film;
     film.pixels().iter().map(|xyz| xyz.y).sum::<f64>() / film.pixels().len() as f64
 }
 
 #[test]
 fn a_corner_on_a_floor_agrees_with_the_reference() {
     let known = mean_luminance("reference", 100);
-    for (integrator, samples) in [("diffusion", 64), ("hybrid", 64)] {
+    for (method, samples) in [("diffusion", 64), ("hybrid", 64)] {
         // The reference has a standard error of about 1 %, and the field is to be within 3 %.
-        let ratio = mean_luminance(integrator, samples) / known;
-        assert!((ratio - 1.0).abs() < 0.04, "{integrator}: {ratio}");
+        let ratio = mean_luminance(method, samples) / known;
+        assert!((ratio - 1.0).abs() < 0.04, "{method}: {ratio}");
     }
 }
 
 #[test]
 fn one_thread_and_many_give_the_same_field() {
-    let on_threads = |threads: usize, integrator: &str| {
+    let on_threads = |threads: usize, method: &str| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut scene = field_scene(integrator, CORNER);
+            let mut scene = scene_by(method, &format!("{SNOW}{CORNER}"), &[]);
             scene.set_max_bounces(4);
             scene.set_image_size(ImageSize { width: 8, height: 8 });
             scene.set_samples_per_pixel(2);
-            render(&scene, &|_| {})
+            render(&scene).unwrap()
         })
     };
-    for integrator in ["diffusion", "hybrid"] {
-        assert_eq!(on_threads(1, integrator), on_threads(3, integrator));
+    for method in ["diffusion", "hybrid"] {
+        assert_eq!(on_threads(1, method), on_threads(3, method));
     }
 }
 
@@ -283,27 +273,23 @@ fn one_thread_and_many_give_the_same_field() {
 /// J = D φ′ with φ = A sinh(κ_e r)/r + φ₀. In blue light hardly any is lost: 4π I = 4π R² J.
 #[test]
 fn a_lamp_in_the_middle_of_a_ball_shines_through() {
-    for (integrator, samples) in [("diffusion", 1), ("hybrid", 512)] {
+    for (method, samples) in [("diffusion", 1), ("hybrid", 512)] {
         let lamp =
             "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 1\nilluminant = \"E\"\n";
-        let mut scene = field_scene(integrator, &format!("{lamp}{}", shape("sphere", "radius = 0.05")));
-        scene.set_samples_per_pixel(samples);
-        let power = |light: &Light| match light {
-            Light::Point(point) => f64::from(point.intensity.0[0]),
-            _ => unreachable!("a point"),
-        };
-        let intensity = power(&scene.lights()[0]);
+        let mut integrator = field(method, &format!("{lamp}{}", shape("sphere", "radius = 0.05")));
+        integrator.set_samples_per_pixel(samples);
+        let intensity = f64::from(point_light(integrator.scene()).intensity.0[0]);
         // The flux through the surface is the mean of π L over the projected area of the ball, from anywhere.
         let (mut sum, count) = (0.0, 64);
         for k in 0..count {
             let (radius, turn) = (0.05 * ((f64::from(k) + 0.5) / f64::from(count)).sqrt(), 2.4 * f64::from(k));
             let at = Vec3A::new((radius * turn.cos()) as f32, 0.0, (radius * turn.sin()) as f32);
             let forward = Vec3A::new(0.0, 1.0, 0.0);
-            sum += f64::from(radiance(&mut scene, at - forward * 2.0, at).0[0]) / f64::from(count);
+            sum += f64::from(radiance(&mut integrator, at - forward * 2.0, at).0[0]) / f64::from(count);
         }
         // Absorption at 400 nm in 5 cm of snow is below 0.1 %; the rest is the grid, and at most 2 % of noise.
         let ratio = sum * std::f64::consts::PI * 0.05_f64.powi(2) / intensity;
-        assert!((ratio - 1.0).abs() < 0.04, "{integrator}: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.04, "{method}: {ratio}");
     }
 }
 
@@ -319,7 +305,7 @@ fn lamps_of_different_spectra_add_up() {
     let (blue, sky) = (lamp("LED-B5", "0, 0.3, 0"), lamp("A", "0.2, 0.4, 0.1"));
     let behind = |lamps: &str| {
         let body = shape("box", "size = [0.2, 0.1, 0.2]");
-        radiance(&mut field_scene("diffusion", &format!("{lamps}{body}")), Vec3A::NEG_Y, Vec3A::NEG_Y * 0.05)
+        radiance(&mut field("diffusion", &format!("{lamps}{body}")), Vec3A::NEG_Y, Vec3A::NEG_Y * 0.05)
     };
     let (one, other, both) = (behind(&blue), behind(&sky), behind(&format!("{blue}{sky}")));
     for k in 0..31 {
@@ -330,10 +316,9 @@ fn lamps_of_different_spectra_add_up() {
 
 #[test]
 fn what_the_field_cannot_do_is_named() {
-    let table = table();
     let error = |text: &str| {
-        let file = SceneFile::parse(format!("{}{SNOW}{text}", snow::camera_of("hybrid")), "scene.toml").unwrap();
-        file.build(&table).unwrap_err().to_string()
+        let scene = scene_by("hybrid", &format!("{SNOW}{text}"), &[]);
+        Integrator::prepare(&scene).unwrap_err().to_string()
     };
     let lamp = "[[light]]\ntype = \"spot\"\nposition = [0, 0, 0]\nlook_at = [0, 0, 1]\nradiant_intensity_w_sr = 1\n";
     let inside = error(&format!("{lamp}{}", shape("sphere", "radius = 0.1")));
@@ -344,10 +329,11 @@ fn what_the_field_cannot_do_is_named() {
 }
 
 /// A scene by `diffusion` and by the reference, with light by way of other surfaces.
-fn field_and_reference(text: &str) -> [Scene; 2] {
-    [("diffusion", 8), ("reference", 10_000)].map(|(integrator, max_bounces)| {
-        let camera = snow::camera_of(integrator).replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
-        SceneFile::parse(format!("{camera}{SNOW}{text}"), "scene.toml").unwrap().build(&table()).unwrap()
+fn field_and_reference(text: &str) -> [Integrator; 2] {
+    [("diffusion", 8), ("reference", 10_000)].map(|(method, max_bounces)| {
+        let mut scene = scene_by(method, &format!("{SNOW}{text}"), &[]);
+        scene.set_max_bounces(max_bounces);
+        prepared(&scene, None)
     })
 }
 

@@ -7,12 +7,12 @@ mod snow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, extinction_per_cm, radiance, scene};
+use snow::{SNOW, analytic_table, extinction_per_cm, integrator, pcasnow, prepared, radiance, scene};
 use snowblue_color::LinearRgb;
+use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::scene::Scene;
 use snowblue_render::scene::light::Panorama;
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
@@ -20,13 +20,14 @@ use snowblue_stat::{Moments, sidak_level, z_p_value};
 /// Thickness of the slab, in cm.
 const DEPTH_CM: f64 = 20.0;
 
-/// A slab on the plane z = 0 with reflectance 0, and its lights.
-fn slab(keys: &str, lights: &str) -> Scene {
+/// A slab on the plane z = 0 with reflectance 0, and its lights, for PCASnow with some keys.
+fn slab(keys: &str, lights: &str) -> Integrator {
     let text = format!(
-        "{SNOW}reflectance = 0\n{keys}\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.2]\n\
-         position = [0, 0, 0.1]\nmaterial = \"snow\"\n{lights}"
+        "{}{SNOW}[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.2]\nposition = [0, 0, 0.1]\n\
+         material = \"snow\"\n{lights}",
+        pcasnow(&format!("reflectance = 0\n{keys}"))
     );
-    scene(&text, &analytic_table(), &[])
+    integrator(&text, Some(&analytic_table()), &[])
 }
 
 fn sky(illuminant: &str) -> String {
@@ -34,12 +35,12 @@ fn sky(illuminant: &str) -> String {
 }
 
 /// Moments of 16 independent images of one pixel, at three wavelengths.
-fn repeated(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32) -> [Moments; 3] {
-    scene.set_samples_per_pixel(samples);
+fn repeated(integrator: &mut Integrator, eye: Vec3A, target: Vec3A, samples: u32) -> [Moments; 3] {
+    integrator.set_samples_per_pixel(samples);
     let mut moments = [Moments::default(); 3];
     for seed in 1..=16 {
-        scene.set_seed(seed);
-        let light = radiance(scene, eye, target);
+        integrator.set_seed(seed);
+        let light = radiance(integrator, eye, target);
         for (moment, k) in moments.iter_mut().zip([0, 15, 30]) {
             moment.push(f64::from(light.0[k]));
         }
@@ -76,8 +77,8 @@ fn a_slab_under_a_uniform_sky_has_its_diffuse_transmittance() {
     let cos_view = 1.0 / 5f64.sqrt();
     for (path, seen_along) in [("normal", 1.0), ("brightest", 1.0), ("view", cos_view)] {
         let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM / seen_along));
-        let mut scene = slab(&format!("path = \"{path}\""), &sky("E"));
-        assert_agrees(&repeated(&mut scene, eye, target, 256), expected, 1e-4, path);
+        let mut slab = slab(&format!("path = \"{path}\""), &sky("E"));
+        assert_agrees(&repeated(&mut slab, eye, target, 256), expected, 1e-4, path);
     }
     // On lines to the sky the depth grows with the angle. The table ends at 1 m of snow.
     let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |angle| (DEPTH_CM / angle.cos()).min(100.0)));
@@ -91,10 +92,10 @@ fn a_slab_under_a_uniform_sky_has_its_diffuse_transmittance() {
 #[test]
 fn relative_emission_does_not_depend_on_the_radiance_of_the_sky() {
     let light = "[environment]\nradiance_w_m2_sr = 7\nilluminant = \"A\"\n";
-    let mut scene = slab("path = \"normal\"\nemission = \"relative\"", light);
+    let mut slab = slab("path = \"normal\"\nemission = \"relative\"", light);
     let shape = LightSpectrum::illuminant("A".parse().unwrap()).unwrap().relative;
     let expected = [0, 15, 30].map(|k| diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
-    let found = repeated(&mut scene, Vec3A::new(0.5, 0.0, 2.0), Vec3A::new(0.0, 0.0, 0.2), 256);
+    let found = repeated(&mut slab, Vec3A::new(0.5, 0.0, 2.0), Vec3A::new(0.0, 0.0, 0.2), 256);
     assert_agrees(&found, expected, 1e-4, "relative");
 }
 
@@ -107,9 +108,9 @@ fn a_white_image_sky_is_a_uniform_sky_of_daylight() {
     let image = format!("[environment]\nimage = \"{}\"\nscale = 2\n", path.display());
     let shape = LightSpectrum::illuminant("D65".parse().unwrap()).unwrap().relative;
     for (path, samples) in [("normal", 256), ("brightest", 256)] {
-        let mut scene = slab(&format!("path = \"{path}\""), &image);
+        let mut slab = slab(&format!("path = \"{path}\""), &image);
         let expected = [0, 15, 30].map(|k| 2.0 * diffuse_transmittance(k, |_| DEPTH_CM) * f64::from(shape.0[k]));
-        let found = repeated(&mut scene, Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2), samples);
+        let found = repeated(&mut slab, Vec3A::new(2.0, 0.0, 1.2), Vec3A::new(0.0, 0.0, 0.2), samples);
         assert_agrees(&found, expected, 1e-3, path);
     }
 }
@@ -144,13 +145,14 @@ fn a_sky_of_luminance_alone_is_grey_and_other_channels_are_named() {
 fn a_convex_box_under_a_white_sky_has_the_radiance_of_its_reflectance() {
     let floor = "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.7\n\
         [[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nrotation_deg = [20, 30, 40]\nmaterial = \"grey\"\n";
-    let mut scene = scene(&format!("{floor}{}", sky("E")), &analytic_table(), &[]);
+    let mut scene = scene(&format!("{floor}{}", sky("E")), &[]);
     for max_bounces in [0, 5] {
         scene.set_max_bounces(max_bounces);
+        let mut integrator = prepared(&scene, None);
         for eye in [Vec3A::new(5.0, 1.0, 2.0), Vec3A::new(-3.0, 4.0, -4.0)] {
             // A single path is exact: rays from a convex body reach the sky.
-            let surface = radiance(&mut scene, eye, Vec3A::ZERO);
-            let beyond = radiance(&mut scene, eye, eye * 2.0);
+            let surface = radiance(&mut integrator, eye, Vec3A::ZERO);
+            let beyond = radiance(&mut integrator, eye, eye * 2.0);
             for k in 0..31 {
                 assert!((surface.0[k] - 0.7).abs() < 1e-6 && (beyond.0[k] - 1.0).abs() < 1e-6);
             }
@@ -161,13 +163,13 @@ fn a_convex_box_under_a_white_sky_has_the_radiance_of_its_reflectance() {
 #[test]
 fn a_wide_slab_under_a_sky_has_r_plus_diffuse_t() {
     let text = format!(
-        "{SNOW}path = \"brightest\"\n[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\n\
+        "{SNOW}[[object]]\nshape = \"box\"\nsize = [1000, 1000, 0.01]\nposition = [0, 0, -1]\n\
          material = \"snow\"\n{}",
         sky("E")
     );
-    let mut scene = scene(&text, &analytic_table(), &[]);
+    let mut slab = integrator(&text, Some(&analytic_table()), &[]);
     let expected = [0, 15, 30].map(|k| 0.25 + diffuse_transmittance(k, |_| 1.0));
-    let found = repeated(&mut scene, Vec3A::new(1.0, 0.0, 0.0), Vec3A::NEG_Z, 256);
+    let found = repeated(&mut slab, Vec3A::new(1.0, 0.0, 0.0), Vec3A::NEG_Z, 256);
     assert_agrees(&found, expected, 1e-4, "furnace");
 }
 
@@ -229,13 +231,13 @@ fn area_lights_are_visible_unless_visible_is_false() {
     let lamp =
         "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 3]\nradius = 0.5\nilluminant = \"E\"\nradiance_w_m2_sr = 4\n";
     let (eye, target) = (Vec3A::new(0.0, -3.0, 3.0), Vec3A::new(0.0, 0.0, 3.0));
-    let mut scene = slab("", lamp);
-    assert!((radiance(&mut scene, eye, target).0[15] - 4.0).abs() < 1e-5);
-    assert!(radiance(&mut scene, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "beside the light");
+    let mut visible = slab("", lamp);
+    assert!((radiance(&mut visible, eye, target).0[15] - 4.0).abs() < 1e-5);
+    assert!(radiance(&mut visible, eye, Vec3A::new(0.0, 0.0, 3.6)).0[15] < 1e-6, "beside the light");
     let below = Vec3A::new(0.0, -3.0, -3.0);
-    assert!(radiance(&mut scene, below, target).0[15] < 0.1, "the slab occludes it");
-    let mut scene = slab("", &format!("{lamp}visible = false\n"));
-    assert!(radiance(&mut scene, eye, target).0[15] < 1e-6);
+    assert!(radiance(&mut visible, below, target).0[15] < 0.1, "the slab occludes it");
+    let mut hidden = slab("", &format!("{lamp}visible = false\n"));
+    assert!(radiance(&mut hidden, eye, target).0[15] < 1e-6);
 }
 
 #[test]
@@ -243,10 +245,10 @@ fn the_radiance_of_a_half_buried_light_is_bounded() {
     let lamp = "[[light]]\ntype = \"sphere\"\nposition = [0, 0, 0.2]\nradius = 0.05\nilluminant = \"E\"\n\
         radiance_w_m2_sr = 1\nvisible = false\n";
     for path in ["light", "brightest"] {
-        let mut scene = slab(&format!("path = \"{path}\""), lamp);
+        let mut slab = slab(&format!("path = \"{path}\""), lamp);
         for target in [Vec3A::new(0.0, 0.0, 0.0), Vec3A::new(0.2, 0.1, 0.0), Vec3A::new(0.06, 0.0, 0.2)] {
             let eye = target + Vec3A::new(0.3, 0.2, if target.z > 0.1 { 2.0 } else { -2.0 });
-            for moment in repeated(&mut scene, eye, target, 16) {
+            for moment in repeated(&mut slab, eye, target, 16) {
                 // E is at most π L from the half outside the snow and π L from the half inside.
                 assert!(moment.mean() < 2.0 && moment.variance().sqrt() < 0.5, "{path} at {target}: {moment:?}");
             }
@@ -267,11 +269,12 @@ fn a_wall_does_not_occlude_a_light_on_it() {
         )
     };
     let [on, before] = [0.0, 1e-5].map(|gap_m| {
-        let mut scene = scene(&room(gap_m), &analytic_table(), &[]);
+        let mut scene = scene(&room(gap_m), &[]);
         scene.set_max_bounces(1);
-        let lamp = radiance(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
+        let mut room = prepared(&scene, None);
+        let lamp = radiance(&mut room, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.2, 1.0, 1.1));
         assert!(lamp.0[15] >= 1.0 - 1e-6, "the light, and the reflection of its wall: {lamp:?}");
-        repeated(&mut scene, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.1, 0.7, 0.0), 4096)
+        repeated(&mut room, Vec3A::new(0.0, -1.0, 1.0), Vec3A::new(0.1, 0.7, 0.0), 4096)
     });
     for (on, before) in on.iter().zip(&before) {
         let error = on.standard_error().hypot(before.standard_error());
@@ -288,8 +291,8 @@ fn snow_does_not_increase_the_radiance_of_a_light_inside() {
             "[[light]]\ntype = \"rectangle\"\nposition = [0, 0, {depth_m}]\nlook_at = [0, 0, -1]\nup = [0, 1, 0]\n\
              size = [0.3, 0.3]\nilluminant = \"E\"\nradiance_w_m2_sr = 1\nvisible = false\n"
         );
-        let mut scene = slab("path = \"brightest\"", &lamp);
-        for moment in repeated(&mut scene, Vec3A::new(0.1, 0.1, -1.0), Vec3A::ZERO, 256) {
+        let mut slab = slab("path = \"brightest\"", &lamp);
+        for moment in repeated(&mut slab, Vec3A::new(0.1, 0.1, -1.0), Vec3A::ZERO, 256) {
             assert!(moment.mean() < 1.0 + 4.0 * moment.standard_error(), "{depth_m} m: {moment:?}");
         }
     }

@@ -9,9 +9,10 @@ use std::fmt::Write;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SAMPLE, analytic_table, radiance};
+use snow::{SAMPLE, analytic_table, pcasnow, prepared, radiance};
 use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
+use snowblue_render::Integrator;
 use snowblue_render::scene::Scene;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
@@ -50,10 +51,15 @@ impl Folder {
         encoder.write_header().unwrap().write_image_data(&code.to_be_bytes()).unwrap();
     }
 
-    fn load(&self, text: &str, table: &CompressedTable) -> Result<Scene, String> {
+    fn load(&self, text: &str) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
         std::fs::write(&path, format!("{}{text}", snow::CAMERA)).unwrap();
-        Scene::load(&path, table).map_err(|error| error.to_string())
+        Scene::load(&path).map_err(|error| error.to_string())
+    }
+
+    /// The integrator of a scene, with a table where there is snow.
+    fn integrator(&self, text: &str, table: Option<&CompressedTable>) -> Integrator {
+        prepared(&self.load(text).unwrap(), table)
     }
 }
 
@@ -66,8 +72,8 @@ fn diffuse(keys: &str) -> String {
 }
 
 /// The reflectance at a target, seen from above and in front, where `cos` is the cosine of the light.
-fn reflectance(scene: &mut Scene, target: Vec3A, cos: f64) -> Spectrum {
-    let radiance = radiance(scene, target + Vec3A::new(0.0, -3.0, 4.0), target);
+fn reflectance(integrator: &mut Integrator, target: Vec3A, cos: f64) -> Spectrum {
+    let radiance = radiance(integrator, target + Vec3A::new(0.0, -3.0, 4.0), target);
     Spectrum(radiance.0.map(|sample| (f64::from(sample) * PI / (10.0 * cos)) as f32))
 }
 
@@ -83,7 +89,7 @@ fn reflectance_files_are_interpolated() {
     let folder = Folder::new();
     folder.write("paint.csv", "wavelength_nm,value\n380,0\n500,0.6\n700,0.2\n");
     let text = diffuse("reflectance_spectrum = \"paint.csv\"") + "shape = \"plane\"\n";
-    let found = reflectance(&mut folder.load(&text, &analytic_table()).unwrap(), Vec3A::ZERO, 0.8);
+    let found = reflectance(&mut folder.integrator(&text, None), Vec3A::ZERO, 0.8);
     let line = |nm: f64| if nm < 500.0 { 0.6 * (nm - 380.0) / 120.0 } else { 0.6 - 0.4 * (nm - 500.0) / 200.0 };
     assert_near(&found, &Spectrum(wavelengths_nm().map(|nm| line(nm) as f32)), 1e-5, "file");
 }
@@ -93,7 +99,7 @@ fn numbers_are_linear_rgb_and_hexadecimals_are_srgb() {
     let folder = Folder::new();
     let of = |keys: &str| {
         let text = diffuse(keys) + "shape = \"plane\"\n";
-        reflectance(&mut folder.load(&text, &analytic_table()).unwrap(), Vec3A::ZERO, 0.8)
+        reflectance(&mut folder.integrator(&text, None), Vec3A::ZERO, 0.8)
     };
     assert_near(&of("reflectance_rgb = [0.25, 0.25, 0.25]"), &of("reflectance = 0.25"), 1e-5, "grey");
     // Code 188 is 0.5029 in linear RGB (IEC 61966-2-1), code 255 is 1.
@@ -130,15 +136,15 @@ fn textures_are_upright_on_every_shape() {
         (scaled, "shape = \"heights\"\nsize = [2, 2, 1]\nheights = [[0, 0], [0, 0]]\nbottom = -1"),
         ("texture = \"four.png\"", "mesh = \"sheet.ply\""),
     ] {
-        let mut scene = folder.load(&format!("{}{object}\n", diffuse(keys)), &analytic_table()).unwrap();
+        let mut integrator = folder.integrator(&format!("{}{object}\n", diffuse(keys)), None);
         // The centres of the pixels of a texture 2 m wide, from above.
         for (at, expected) in [([-0.5, 0.5], 0), ([0.5, 0.5], 1), ([-0.5, -0.5], 2), ([0.5, -0.5], 3)] {
-            let found = reflectance(&mut scene, Vec3A::new(at[0], at[1], 0.0), 0.8);
+            let found = reflectance(&mut integrator, Vec3A::new(at[0], at[1], 0.0), 0.8);
             assert_eq!(nearest(&found), expected, "{object} at {at:?}");
         }
     }
     let text = diffuse("texture = \"four.png\"") + "shape = \"sphere\"\nradius = 1\n";
-    let mut sphere = folder.load(&text, &analytic_table()).unwrap();
+    let mut sphere = folder.integrator(&text, None);
     // 45° to the left and right of the front, above the centre: the upper half of the texture.
     for (x, strongest) in [(-1.0, 24), (1.0, 14)] {
         let normal = Vec3A::new(x, -1.0, 0.9).normalize();
@@ -162,21 +168,36 @@ fn many_grains() -> CompressedTable {
     table
 }
 
+/// Keys of snow of a grain size, in an inline table.
+fn grains(size_um: f64) -> String {
+    format!("{{ grain_size_um = {size_um}, facetness = 0.3, density_kg_m3 = 300 }}")
+}
+
+/// Keys of snow between 100 µm and 500 µm by a mask.
+fn varying(mask: &str) -> String {
+    format!("mask = {mask}\nbetween = [{}, {}]", grains(100.0), grains(500.0))
+}
+
+/// Keys of snow of one grain size.
+fn uniform(size_um: f64) -> String {
+    format!("grain_size_um = {size_um}\nfacetness = 0.3\ndensity_kg_m3 = 300")
+}
+
 /// Backlit snow with a front at y = −0.1.
-fn backlit(grain_keys: &str, object: &str) -> String {
+fn backlit(keys: &str, object: &str) -> String {
     format!(
-        "[material.snow]\ntype = \"pca_snow\"\nfacetness = 0.3\ndensity_kg_m3 = 300\n{grain_keys}\npath = \"normal\"\n\
-         [[object]]\n{object}\nmaterial = \"snow\"\n\
+        "{}[material.snow]\ntype = \"snow\"\n{keys}\n[[object]]\n{object}\nmaterial = \"snow\"\n\
          [[light]]\ntype = \"directional\"\ndirection = [0, -1, 0]\nirradiance_w_m2 = 10\nilluminant = \"E\"\n\
-         [[light]]\ntype = \"directional\"\ndirection = [0, 1, 0]\nirradiance_w_m2 = 0.01\nilluminant = \"E\"\n"
+         [[light]]\ntype = \"directional\"\ndirection = [0, 1, 0]\nirradiance_w_m2 = 0.01\nilluminant = \"E\"\n",
+        pcasnow("path = \"normal\"")
     )
 }
 
 const SLAB: &str = "shape = \"box\"\nsize = [2, 0.2, 2]";
 
 /// Radiance of a point of the slab's front.
-fn at_front(scene: &mut Scene, x: f32) -> Spectrum {
-    radiance(scene, Vec3A::new(x, -3.0, 0.1), Vec3A::new(x, -0.1, 0.1))
+fn at_front(integrator: &mut Integrator, x: f32) -> Spectrum {
+    radiance(integrator, Vec3A::new(x, -3.0, 0.1), Vec3A::new(x, -0.1, 0.1))
 }
 
 #[test]
@@ -187,15 +208,15 @@ fn a_mask_interpolates_between_two_grain_sizes() {
         (1.0, 500.0, 1e-6),
         // 0.5 is a node of the curves. The 16 bits of the mask change a ln T of 7 by 2e-5.
         (0.5, 300.0, 1e-4),
-        // Between nodes the error is at most 1 %, as `snow_curves` documents.
+        // Between nodes the scattering and absorption coefficients err by at most 1 %.
         (0.37, 248.0, 1e-2),
         (0.0331, 113.24, 1e-2),
     ] {
         folder.grey("age.png", mask);
-        let varying = backlit("grain_size_um = [100, 500]\nmask = { texture = \"age.png\" }", SLAB);
-        let found = at_front(&mut folder.load(&varying, &table).unwrap(), 0.3);
-        let plain = backlit(&format!("grain_size_um = {grain_size_um}"), SLAB);
-        let expected = at_front(&mut folder.load(&plain, &table).unwrap(), 0.3);
+        let varying = backlit(&varying("{ texture = \"age.png\" }"), SLAB);
+        let found = at_front(&mut folder.integrator(&varying, Some(&table)), 0.3);
+        let plain = backlit(&uniform(grain_size_um), SLAB);
+        let expected = at_front(&mut folder.integrator(&plain, Some(&table)), 0.3);
         assert_near(&found, &expected, tolerance, &format!("mask {mask}"));
     }
     // The expectation itself, for one of them.
@@ -210,12 +231,12 @@ fn radiance_is_monotonic_along_a_linear_mask() {
     let (folder, table) = (Folder::new(), many_grains());
     let codes: Vec<[u8; 3]> = (0..256).map(|code| [code as u8; 3]).collect();
     folder.image("ramp.png", 256, &codes);
-    let mask = "mask = { texture = \"ramp.png\", texture_scale_m = 2 }";
-    let mut scene = folder.load(&backlit(&format!("grain_size_um = [100, 500]\n{mask}"), SLAB), &table).unwrap();
+    let keys = varying("{ texture = \"ramp.png\", texture_scale_m = 2 }");
+    let mut integrator = folder.integrator(&backlit(&keys, SLAB), Some(&table));
     let mut before = 0.0;
     for step in 0..199 {
         let x = (step as f32 - 99.0) / 100.0;
-        let now = at_front(&mut scene, x).mean();
+        let now = at_front(&mut integrator, x).mean();
         assert!(now > before, "{now} after {before} at {x}");
         before = now;
     }
@@ -225,13 +246,13 @@ fn radiance_is_monotonic_along_a_linear_mask() {
 fn a_mask_can_be_a_vertex_attribute() {
     let (folder, table) = (Folder::new(), many_grains());
     folder.write("block.ply", &block("age", |x| 15.0 * (x + 1.0)));
-    let keys = "grain_size_um = [100, 500]\nmask = { attribute = \"age\", range = [0, 30] }";
-    let mut scene = folder.load(&backlit(keys, "mesh = \"block.ply\""), &table).unwrap();
+    let keys = varying("{ attribute = \"age\", range = [0, 30] }");
+    let mut integrator = folder.integrator(&backlit(&keys, "mesh = \"block.ply\""), Some(&table));
     for x in [-0.9f32, -0.31, 0.6] {
         let grain_size_um = 300.0 + 200.0 * f64::from(x);
-        let plain = backlit(&format!("grain_size_um = {grain_size_um}"), SLAB);
-        let expected = at_front(&mut folder.load(&plain, &table).unwrap(), x);
-        assert_near(&at_front(&mut scene, x), &expected, 1e-2, &format!("x = {x}"));
+        let plain = backlit(&uniform(grain_size_um), SLAB);
+        let expected = at_front(&mut folder.integrator(&plain, Some(&table)), x);
+        assert_near(&at_front(&mut integrator, x), &expected, 1e-2, &format!("x = {x}"));
     }
 }
 
@@ -252,12 +273,14 @@ fn block(attribute: &str, value: impl Fn(f32) -> f32) -> String {
 #[test]
 fn two_snow_materials_in_one_scene_are_independent() {
     let (folder, table) = (Folder::new(), many_grains());
-    let alone = |grain: &str| at_front(&mut folder.load(&backlit(grain, SLAB), &table).unwrap(), 0.3);
-    let (fine, coarse) = (alone("grain_size_um = 100"), alone("grain_size_um = 500"));
-    let other = "[material.coarse]\ntype = \"pca_snow\"\nfacetness = 0.3\ndensity_kg_m3 = 300\ngrain_size_um = 500\n\
-        path = \"normal\"\n[[object]]\nshape = \"box\"\nsize = [2, 0.2, 2]\nposition = [5, 0, 0]\n\
-        material = \"coarse\"\n";
-    let mut both = folder.load(&(backlit("grain_size_um = 100", SLAB) + other), &table).unwrap();
+    let alone = |size_um| at_front(&mut folder.integrator(&backlit(&uniform(size_um), SLAB), Some(&table)), 0.3);
+    let (fine, coarse) = (alone(100.0), alone(500.0));
+    let other = format!(
+        "[material.coarse]\ntype = \"snow\"\n{}\n[[object]]\nshape = \"box\"\nsize = [2, 0.2, 2]\n\
+         position = [5, 0, 0]\nmaterial = \"coarse\"\n",
+        uniform(500.0)
+    );
+    let mut both = folder.integrator(&(backlit(&uniform(100.0), SLAB) + &other), Some(&table));
     assert_near(&at_front(&mut both, 0.3), &fine, 1e-6, "fine");
     // Depths from coordinates of about 5 m have an error of 5e-7 m in 0.2 m, times a ln T of 4.
     assert_near(&at_front(&mut both, 5.3), &coarse, 1e-4, "coarse");
@@ -316,7 +339,7 @@ fn base_colours_and_textures_of_a_gltf_are_used() {
     let load = |keys: &str| {
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, text(keys)).unwrap();
-        Scene::load(&path, &analytic_table()).unwrap()
+        prepared(&Scene::load(&path).unwrap(), None)
     };
     let colour = format!("[material.floor]\ntype = \"diffuse\"\nreflectance_rgb = {tint:?}\n");
     let own = reflectance(&mut load(""), Vec3A::ZERO, 0.8);
@@ -327,9 +350,9 @@ fn base_colours_and_textures_of_a_gltf_are_used() {
     let uri = format!(r#""uri":"data:image/png;base64,{}""#, base64(&png));
     for image in [r#""uri":"four.png""#, &uri, r#""bufferView":3,"mimeType":"image/png""#] {
         folder.write("floor.gltf", &gltf(&textured(image), LAMP, "", &png));
-        let mut scene = load("");
+        let mut integrator = load("");
         for (at, expected) in [([-0.5, 0.5], 0), ([0.5, 0.5], 1), ([-0.5, -0.5], 2), ([0.5, -0.5], 3)] {
-            let found = reflectance(&mut scene, Vec3A::new(at[0], at[1], 0.0), 0.8);
+            let found = reflectance(&mut integrator, Vec3A::new(at[0], at[1], 0.0), 0.8);
             assert_eq!(nearest(&found), expected, "{at:?}");
         }
     }
@@ -357,7 +380,7 @@ fn invalid_base_colours_of_a_gltf_are_errors() {
         (&missing, &["gone.png"]),
     ] {
         folder.write("floor.gltf", &gltf(material, LAMP, "", &[0xff, 0xd8, 0xff, 0xe0]));
-        let message = Scene::load(&path, &analytic_table()).unwrap_err().to_string();
+        let message = Scene::load(&path).unwrap_err().to_string();
         assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");
     }
 }
@@ -394,9 +417,9 @@ fn lights_of_a_gltf_have_their_photometric_intensity() {
         folder.write("floor.gltf", &gltf(white, &format!(r#"{{{light},"color":[1,0.5,0.25]}}"#), ",1", &NO_IMAGE));
         let path = folder.path().join("whole.toml");
         std::fs::write(&path, format!("gltf = \"floor.gltf\"\n{}", snow::CAMERA)).unwrap();
-        let mut scene = Scene::load(&path, &analytic_table()).unwrap();
+        let mut integrator = prepared(&Scene::load(&path).unwrap(), None);
         for (x, illuminance_lx) in [(0.0, middle), (0.999_999, side)] {
-            let found = luminance_cd_m2(&radiance(&mut scene, Vec3A::new(x, -3.0, 4.0), Vec3A::new(x, 0.0, 0.0)));
+            let found = luminance_cd_m2(&radiance(&mut integrator, Vec3A::new(x, -3.0, 4.0), Vec3A::new(x, 0.0, 0.0)));
             let expected = orange.luminance() * illuminance_lx / PI;
             // Tolerance: six decimals of the basis, and white restricted to 400–700 nm.
             assert!((found - expected).abs() <= 5e-3 * expected, "{light} at {x}: {found} for {expected}");
@@ -410,10 +433,9 @@ fn invalid_materials_are_errors_with_their_line() {
     folder.image("four.png", 2, &FOUR);
     folder.write("block.ply", &block("age", |x| x));
     folder.write("bright.csv", "400,0.5\n700,1.5\n");
-    let wrong = |text: &str| folder.load(text, &many_grains()).unwrap_err();
+    let wrong = |text: &str| folder.load(text).unwrap_err();
     let paint = |keys: &str, object: &str| wrong(&(diffuse(keys) + object));
-    let mask = |keys: &str, object: &str| wrong(&backlit(keys, object));
-    let grains = "grain_size_um = [100, 500]\n";
+    let mask = |mask: &str, object: &str| wrong(&backlit(&varying(mask), object));
     let (plane, mesh) = ("shape = \"plane\"\n", "mesh = \"block.ply\"\n");
     for (message, expected) in [
         (paint("texture = \"gone.png\"", plane), ["scene.toml:13: material.paint.texture", "gone.png does not exist"]),
@@ -428,19 +450,11 @@ fn invalid_materials_are_errors_with_their_line() {
         (paint("reflectance = 1\nreflectance_rgb = \"#123456\"", plane), ["scene.toml:14: ", "`reflectance`"]),
         (paint("reflectance = 1\ntexture_scale_m = 1", plane), ["scene.toml:14: ", "`texture`"]),
         (paint("", plane), ["scene.toml:11: ", "material.paint needs one of reflectance, "]),
-        (mask(grains, SLAB), ["scene.toml:15: material.snow.grain_size_um", "`mask`"]),
-        (
-            mask("grain_size_um = 100\nmask = { attribute = \"age\" }", mesh),
-            ["scene.toml:16: ", "needs a key with two"],
-        ),
-        (mask(&format!("{grains}mask = {{ attribute = \"wet\" }}"), mesh), ["attribute \"wet\"", "object are: age"]),
-        (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), SLAB), ["attribute \"age\"", "object are: none"]),
-        (mask(&format!("{grains}mask = {{ attribute = \"age\" }}"), mesh), ["\"age\" is -1", "must lie in 0 to 1"]),
-        (mask(&format!("{grains}mask = {{ texture = \"four.png\" }}"), mesh), ["scene.toml:", "texture coordinates"]),
-        (
-            mask("grain_size_um = [100, 600]\nmask = { texture = \"four.png\" }", SLAB),
-            ["scene.toml:15: material.snow.grain_size_um", "grain size is 600 µm, but the table covers 100–500 µm"],
-        ),
+        (mask("{ attribute = \"wet\" }", mesh), ["attribute \"wet\"", "object are: age"]),
+        (mask("{ attribute = \"age\" }", SLAB), ["attribute \"age\"", "object are: none"]),
+        (mask("{ attribute = \"age\" }", mesh), ["\"age\" is -1", "must lie in 0 to 1"]),
+        (mask("{ texture = \"four.png\" }", mesh), ["scene.toml:", "texture coordinates"]),
+        (mask("{ texture = \"gone.png\" }", SLAB), ["scene.toml:15: material.snow.mask.texture", "does not exist"]),
     ] {
         assert!(expected.iter().all(|part| message.contains(part)) && !message.contains('\n'), "{message}");
     }

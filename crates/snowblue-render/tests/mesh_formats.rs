@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use glam::{DAffine3, Vec2, Vec3, Vec3A};
-use snow::{SNOW, analytic_table, directions};
+use snow::{SNOW, directions};
 use snowblue_render::geometry::ray::Ray;
 use snowblue_render::geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
@@ -125,7 +125,7 @@ impl Folder {
     fn load(&self, text: &str) -> Result<Scene, String> {
         let path = self.path().join("scene.toml");
         std::fs::write(&path, format!("{text}\n[integrator]\ntype = \"pcasnow\"\n")).unwrap();
-        Scene::load(&path, &analytic_table()).map_err(|error| error.to_string())
+        Scene::load(&path).map_err(|error| error.to_string())
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use snow::{SNOW, analytic_table, computed_table, scene};
+use snow::{SNOW, analytic_table, computed_table, prepared, scene};
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
@@ -19,83 +19,82 @@ use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::{RenderControl, accumulator, all_samples, render, render_missing};
-use snowblue_render::scene::Scene;
-use snowblue_render::{FilmAccumulator, SampleBlock};
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
+use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
 const ALL: Aovs =
     Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true, emitter: true };
 
-const TEXT: &str = "path = \"brightest\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+const TEXT: &str = "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nposition = [-1, 0, 0]\nmaterial = \"snow\"\n\
     [[object]]\nshape = \"sphere\"\nradius = 1.2\nposition = [1.5, 0, 0]\nmaterial = \"grey\"\n\
     [[light]]\ntype = \"point\"\nposition = [0, 1, 0.5]\nradiant_intensity_w_sr = 10\n\
     [[light]]\ntype = \"sphere\"\nposition = [0, -3, 2]\nradius = 0.2\nradiance_w_m2_sr = 5\nilluminant = \"A\"\n";
 
 /// A block of snow and a grey sphere, lit by two lights.
-fn two_lights() -> Scene {
-    let mut scene = scene(&format!("{SNOW}{TEXT}"), &analytic_table(), &[]);
+fn two_lights() -> Integrator {
+    let mut scene = scene(&format!("{SNOW}{TEXT}"), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
     scene.set_samples_per_pixel(37);
     scene.set_max_bounces(3);
-    scene
+    prepared(&scene, Some(&analytic_table()))
 }
 
 /// The same in direct light from the point light only.
-fn direct_light() -> Scene {
+fn direct_light() -> Integrator {
     let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
-    let mut scene = scene(&format!("{SNOW}{text}"), &computed_table(), &[]);
+    let mut scene = scene(&format!("{SNOW}{text}"), &[]);
     scene.set_image_size(ImageSize { width: 23, height: 17 });
     scene.set_samples_per_pixel(37);
     scene.set_max_bounces(0);
-    scene
+    prepared(&scene, Some(&computed_table()))
 }
 
 fn block(columns: Range<u32>, rows: Range<u32>, samples: Range<u32>) -> SampleBlock {
     SampleBlock { columns, rows, samples }
 }
 
-fn sums_of(scene: &Scene, channels: Aovs, block: &SampleBlock) -> FilmAccumulator {
-    let mut sums = accumulator(scene, channels, &block.window());
-    render_missing(scene, block, &mut sums, RenderControl::default());
+fn sums_of(integrator: &Integrator, channels: Aovs, block: &SampleBlock) -> FilmAccumulator {
+    let mut sums = accumulator(integrator.scene(), channels, &block.window());
+    render_missing(integrator, block, &mut sums, RenderControl::default());
     sums
 }
 
-fn added(scene: &Scene, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulator {
-    let mut sums = accumulator(scene, channels, &all_samples(scene).window());
-    parts.iter().for_each(|part| sums.add(&sums_of(scene, channels, part)));
+fn added(integrator: &Integrator, channels: Aovs, parts: &[SampleBlock]) -> FilmAccumulator {
+    let mut sums = accumulator(integrator.scene(), channels, &all_samples(integrator.scene()).window());
+    parts.iter().for_each(|part| sums.add(&sums_of(integrator, channels, part)));
     sums
 }
 
 #[test]
 fn ranges_and_tiles_sum_to_the_same_image() {
-    for scene in [two_lights(), direct_light()] {
-        let at_once = sums_of(&scene, Aovs::default(), &all_samples(&scene));
-        assert!(at_once.film() == render(&scene, &|_| {}).film);
+    for integrator in [two_lights(), direct_light()] {
+        let at_once = sums_of(&integrator, Aovs::default(), &all_samples(integrator.scene()));
+        assert!(at_once.film() == render_all(&integrator, &|_| {}).film);
         let (all_columns, all_rows) = (0..23, 0..17);
         let ranges = [30..37, 0..1, 1..6, 6..30].map(|samples| block(all_columns.clone(), all_rows.clone(), samples));
         let tiles = [(0..9, 0..17), (9..23, 5..17), (9..10, 0..5), (10..23, 0..5)]
             .map(|(columns, rows)| block(columns, rows, 0..37));
         let both = tiles.iter().flat_map(|tile| [11..37, 0..11].map(|samples| SampleBlock { samples, ..tile.clone() }));
         for parts in [ranges.to_vec(), tiles.to_vec(), both.collect()] {
-            assert!(added(&scene, Aovs::default(), &parts) == at_once, "{parts:?}");
+            assert!(added(&integrator, Aovs::default(), &parts) == at_once, "{parts:?}");
         }
         let pixel = block(17..18, 5..6, 0..37);
         let place = 5 * 23 + 17;
-        assert_eq!(sums_of(&scene, Aovs::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
+        assert_eq!(sums_of(&integrator, Aovs::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
         // Fewer samples give a different image.
-        assert!(sums_of(&scene, Aovs::default(), &block(0..23, 0..17, 0..36)).film() != at_once.film());
+        assert!(sums_of(&integrator, Aovs::default(), &block(0..23, 0..17, 0..36)).film() != at_once.film());
     }
 }
 
 #[test]
 fn aovs_sum_to_the_same_image_and_only_the_spectrum_changes_colours_within_the_tables_error() {
-    let scene = two_lights();
-    let at_once = sums_of(&scene, ALL, &all_samples(&scene));
+    let integrator = two_lights();
+    let at_once = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
     let parts = [block(0..23, 0..7, 0..37), block(0..23, 7..17, 20..37), block(0..23, 7..17, 0..20)];
-    assert!(added(&scene, ALL, &parts) == at_once);
-    let image = render(&scene, &|_| {}).film;
-    let without_spectrum = sums_of(&scene, Aovs { spectrum: false, ..ALL }, &all_samples(&scene));
+    assert!(added(&integrator, ALL, &parts) == at_once);
+    let image = render_all(&integrator, &|_| {}).film;
+    let without_spectrum = sums_of(&integrator, Aovs { spectrum: false, ..ALL }, &all_samples(integrator.scene()));
     assert!(without_spectrum.film() == image);
     // With spectra, colours are computed from them instead of from projected tables, whose error is below 2·10⁻⁴.
     for (with, without) in at_once.film().pixels().iter().zip(image.pixels()) {
@@ -107,20 +106,25 @@ fn aovs_sum_to_the_same_image_and_only_the_spectrum_changes_colours_within_the_t
 
 #[test]
 fn interrupted_and_resumed_rendering_gives_the_same_image_on_any_number_of_threads() {
-    let scene = two_lights();
-    let target = all_samples(&scene);
-    let at_once = sums_of(&scene, Aovs::default(), &target);
+    let integrator = two_lights();
+    let target = all_samples(integrator.scene());
+    let at_once = sums_of(&integrator, Aovs::default(), &target);
     // Whether to stop is asked before each pass, row and pixel: runs end within rows.
     for (threads, questions) in [(1, 13), (3, 150), (2, 1000)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut sums = accumulator(&scene, Aovs::default(), &target.window());
+        let mut sums = accumulator(integrator.scene(), Aovs::default(), &target.window());
         let mut runs = 0;
         while !sums.coverage().missing_from(&target).is_empty() {
             let asked = AtomicU32::new(0);
             let stop = || asked.fetch_add(1, Ordering::Relaxed) > questions;
             let before = sums.coverage().clone();
             pool.install(|| {
-                render_missing(&scene, &target, &mut sums, RenderControl { stop: &stop, ..RenderControl::default() })
+                render_missing(
+                    &integrator,
+                    &target,
+                    &mut sums,
+                    RenderControl { stop: &stop, ..RenderControl::default() },
+                )
             });
             assert_ne!(*sums.coverage(), before, "every run adds samples");
             runs += 1;
@@ -143,13 +147,13 @@ fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
 
 #[test]
 fn files_keep_the_exact_sums_and_their_position_in_the_image() {
-    let scene = two_lights();
-    let provenance = Provenance::of(&scene, &analytic_table());
+    let integrator = two_lights();
+    let provenance = Provenance::of(&integrator);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.exr");
     for channels in [Aovs::default(), ALL] {
-        let mut sums = sums_of(&scene, channels, &block(4..15, 3..12, 5..9));
-        render_missing(&scene, &block(4..6, 3..12, 9..12), &mut sums, RenderControl::default());
+        let mut sums = sums_of(&integrator, channels, &block(4..15, 3..12, 5..9));
+        render_missing(&integrator, &block(4..6, 3..12, 9..12), &mut sums, RenderControl::default());
         let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Stops(-1.2) };
         resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
         let file = ResumableImage::open(&path).unwrap();
@@ -161,14 +165,15 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
         let back = file.read_sums().unwrap();
         assert!(back == sums);
         let completed = |sums: FilmAccumulator| {
-            let mut sums = sums.extended_to(&all_samples(&scene).window());
-            render_missing(&scene, &all_samples(&scene), &mut sums, RenderControl::default());
+            let mut sums = sums.extended_to(&all_samples(integrator.scene()).window());
+            render_missing(&integrator, &all_samples(integrator.scene()), &mut sums, RenderControl::default());
             sums
         };
         assert!(completed(back) == completed(sums));
     }
     // A file without sums is not resumable.
-    resumable_file::write(&sums_of(&scene, Aovs::default(), &all_samples(&scene)), None, &[], &path).unwrap();
+    resumable_file::write(&sums_of(&integrator, Aovs::default(), &all_samples(integrator.scene())), None, &[], &path)
+        .unwrap();
     // Automatic exposure needs to know where the picture shows a lamp.
     assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R", "emitter"]);
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
@@ -181,10 +186,10 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
 /// The encoder keeps attributes in a hash map, each with another order.
 #[test]
 fn files_of_the_same_sums_have_the_same_bytes() {
-    let scene = two_lights();
-    let provenance = Provenance::of(&scene, &analytic_table());
+    let integrator = two_lights();
+    let provenance = Provenance::of(&integrator);
     let folder = tempfile::tempdir().unwrap();
-    let sums = sums_of(&scene, ALL, &block(4..15, 3..12, 5..9));
+    let sums = sums_of(&integrator, ALL, &block(4..15, 3..12, 5..9));
     let written = |name: &str| {
         let path = folder.path().join(name);
         let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Auto };
@@ -199,10 +204,10 @@ fn files_of_the_same_sums_have_the_same_bytes() {
 
 #[test]
 fn channels_have_the_values_of_their_names() {
-    let scene = two_lights();
+    let integrator = two_lights();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.exr");
-    let sums = sums_of(&scene, ALL, &all_samples(&scene));
+    let sums = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
     resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
     assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1);
@@ -234,7 +239,7 @@ fn channels_have_the_values_of_their_names() {
 /// The variance estimated from 64 samples of one image, against the variance of means of 64 independent samples.
 #[test]
 fn the_variance_channel_agrees_with_the_variance_over_images() {
-    let mut scene = two_lights();
+    let mut integrator = two_lights();
     let channels = Aovs { variance: true, ..Aovs::default() };
     let (pictures, samples) = (64u32, 16);
     let folder = tempfile::tempdir().unwrap();
@@ -246,16 +251,16 @@ fn the_variance_channel_agrees_with_the_variance_over_images() {
     for sample in 0..samples {
         let mut across = vec![0.0; 23 * 17];
         for seed in 0..pictures {
-            scene.set_seed(1 + seed + pictures * sample);
-            let one = sums_of(&scene, channels, &block(0..23, 0..17, 0..1)).film();
+            integrator.set_seed(1 + seed + pictures * sample);
+            let one = sums_of(&integrator, channels, &block(0..23, 0..17, 0..1)).film();
             across.iter_mut().zip(one.pixels()).for_each(|(sum, xyz)| *sum += LinearRgb::from_xyz(*xyz).g);
         }
         values.push(across.iter().map(|sum| sum / f64::from(pictures)).collect());
     }
     let image_count = 8;
     for seed in 0..image_count {
-        scene.set_seed(5000 + seed);
-        let sums = sums_of(&scene, channels, &block(0..23, 0..17, 0..64));
+        integrator.set_seed(5000 + seed);
+        let sums = sums_of(&integrator, channels, &block(0..23, 0..17, 0..64));
         resumable_file::write(&sums, None, &[], &path).unwrap();
         let variance = &channels_of(&path)["variance.G"];
         estimated.iter_mut().zip(variance).for_each(|(sum, one)| *sum += f64::from(*one) / f64::from(image_count));

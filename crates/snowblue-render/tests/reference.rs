@@ -8,11 +8,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Mutex;
 
 use glam::Vec3A;
-use snow::{Estimate, SNOW, analytic_table, estimate, radiance, scene_by};
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
+use snow::{Estimate, SNOW, estimate, prepared, radiance, scene_by};
+use snowblue_render::Integrator;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
+use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
 use snowblue_stat::{sidak_level, t_p_value};
@@ -28,15 +27,13 @@ const LEVEL: f64 = 1e-3;
 /// Indices of 400, 550 and 700 nm.
 const BANDS: [usize; 3] = [0, 15, 30];
 
-/// A table with ice constants in its metadata. The reference does not use its curves.
-fn table() -> CompressedTable {
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    CompressedTable { metadata: vec![ice], ..analytic_table() }
-}
-
 /// A scene for the reference integrator, with an image of one pixel.
 fn reference_scene(text: &str) -> Scene {
-    scene_by("reference", &format!("{SNOW}{text}"), &table(), &[])
+    scene_by("reference", &format!("{SNOW}{text}"), &[])
+}
+
+fn reference(text: &str) -> Integrator {
+    prepared(&reference_scene(text), None)
 }
 
 /// Radiometry of an infinite slab, for a box that is wide enough.
@@ -74,10 +71,10 @@ fn eye(target: Vec3A, angle_deg: f64, up: f32) -> Vec3A {
 /// Rendering stops after a row of a pass, so passes of slow samples must be short even for small images.
 #[test]
 fn no_pass_has_more_than_16_samples_of_a_pixel() {
-    let mut scene = reference_scene(&format!("{}{SKY}", level(0.002)));
-    scene.set_samples_per_pixel(100);
+    let mut integrator = reference(&format!("{}{SKY}", level(0.002)));
+    integrator.set_samples_per_pixel(100);
     let reported = Mutex::new(vec![0]);
-    render(&scene, &|at| reported.lock().unwrap().push(at.samples_done));
+    render_all(&integrator, &|at| reported.lock().unwrap().push(at.samples_done));
     let reported = reported.into_inner().unwrap();
     assert!(reported.windows(2).all(|pair| pair[1] - pair[0] <= 16) && reported.ends_with(&[100]), "{reported:?}");
 }
@@ -87,10 +84,10 @@ fn no_pass_has_more_than_16_samples_of_a_pixel() {
 fn a_slab_under_a_uniform_sky_returns_what_it_does_not_absorb() {
     let angles_deg = [0.0, 40.0, 80.0];
     let kept = slab(2.0, &angles_deg.map(|angle_deg| Incidence::Beam { angle_deg }));
-    let mut scene = reference_scene(&format!("{}{SKY}", level(0.02)));
+    let mut integrator = reference(&format!("{}{SKY}", level(0.02)));
     for (angle_deg, kept) in angles_deg.into_iter().zip(kept.chunks(3)) {
         let target = Vec3A::new(0.0, 0.0, 0.02);
-        let found = estimate(&mut scene, eye(target, angle_deg, 1.0), target, 64, BANDS);
+        let found = estimate(&mut integrator, eye(target, angle_deg, 1.0), target, 64, BANDS);
         for (found, kept) in found.iter().zip(kept) {
             let expected = 1.0 - kept.absorptance.value;
             // Absorption at the least absorbed wavelength is by Russian roulette: few or none of 1024 paths end.
@@ -117,8 +114,9 @@ fn snow_on_white_ground_agrees_with_a_stack_on_white_ground() {
         material = \"ground\"\n";
     let mut scene = reference_scene(&format!("{}{SKY}{ground}", level(0.02)));
     scene.set_max_bounces(10_000);
+    let mut integrator = prepared(&scene, None);
     let target = Vec3A::new(0.0, 0.0, 0.02);
-    let found = estimate(&mut scene, eye(target, 30.0, 1.0), target, 64, BANDS);
+    let found = estimate(&mut integrator, eye(target, 30.0, 1.0), target, 64, BANDS);
     for (found, known) in found.iter().zip(&known) {
         let expected = known.whole.reflectance;
         // Russian roulette as above.
@@ -135,8 +133,8 @@ fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
     let known = slab(0.2, &[Incidence::Beam { angle_deg: 60.0 }]);
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0.8660254, 0, -0.5]\nirradiance_w_m2 = 2\n\
         illuminant = \"E\"\n";
-    let mut scene = reference_scene(&format!("{}{lamp}", level(0.002)));
-    scene.set_samples_per_pixel(64);
+    let mut integrator = reference(&format!("{}{lamp}", level(0.002)));
+    integrator.set_samples_per_pixel(64);
     for above in [false, true] {
         let target = Vec3A::new(0.0, 0.0, if above { 0.002 } else { 0.0 });
         // Below the slab a phase function that is 5 % too large must be five standard errors off.
@@ -148,8 +146,8 @@ fn a_slab_under_a_directional_light_agrees_with_discrete_ordinates() {
                 let (square, turn) = (stream.uniform(), TAU * stream.uniform());
                 let (up, side) = ((1.0 - square).sqrt() * if above { 1.0 } else { -1.0 }, square.sqrt());
                 let towards = Vec3A::new((side * turn.cos()) as f32, (side * turn.sin()) as f32, up as f32);
-                scene.set_seed((picture * directions + direction) as u32);
-                let radiance = radiance(&mut scene, target + towards * 3.0, target);
+                integrator.set_seed((picture * directions + direction) as u32);
+                let radiance = radiance(&mut integrator, target + towards * 3.0, target);
                 sum.iter_mut()
                     .zip(BANDS)
                     .for_each(|(sum, k)| *sum += f64::from(radiance.0[k]) * PI / directions as f64);
@@ -180,8 +178,8 @@ fn a_small_sphere_that_paths_hit_equals_a_point_light() {
     );
     let target = Vec3A::new(0.0, 0.0, 0.02);
     let [hit, sampled] = [(ball, 1024), (&point, 256)].map(|(lamp, samples)| {
-        let mut scene = reference_scene(&format!("{}{lamp}", level(0.02)));
-        estimate(&mut scene, eye(target, 70.0, 1.0), target, samples, BANDS)
+        let mut integrator = reference(&format!("{}{lamp}", level(0.02)));
+        estimate(&mut integrator, eye(target, 70.0, 1.0), target, samples, BANDS)
     });
     for (hit, sampled) in hit.iter().zip(&sampled) {
         let systematic = 0.25 * (0.1_f64 / 0.48).powi(2) * sampled.mean;
@@ -206,8 +204,8 @@ fn a_body_of_two_touching_parts_equals_the_whole() {
     let parts = part(0.03, -0.025, body) + &part(0.05, 0.015, body);
     let (eye, target) = (Vec3A::new(-0.3, -1.0, 0.4), Vec3A::new(-0.005, -0.01, 0.01));
     let [one, two] = [whole, parts].map(|objects| {
-        let mut scene = reference_scene(&format!("{objects}{lamp}"));
-        estimate(&mut scene, eye, target, 512, BANDS)
+        let mut integrator = reference(&format!("{objects}{lamp}"));
+        estimate(&mut integrator, eye, target, 512, BANDS)
     });
     for (one, two) in one.iter().zip(&two) {
         let p = p_value(one, two.mean, two.standard_error);
@@ -220,9 +218,9 @@ fn a_body_of_two_touching_parts_equals_the_whole() {
 #[test]
 fn a_sphere_of_snow_under_a_uniform_sky_loses_only_what_it_absorbs() {
     let ball = "[[object]]\nshape = \"sphere\"\nradius = 0.03\nmaterial = \"snow\"\n";
-    let mut scene = reference_scene(&format!("{ball}{SKY}"));
+    let mut integrator = reference(&format!("{ball}{SKY}"));
     for target in [Vec3A::ZERO, Vec3A::new(0.0, 0.0, 0.0299)] {
-        let [blue, _, red] = estimate(&mut scene, Vec3A::new(0.0, -1.0, 0.0), target, 64, BANDS);
+        let [blue, _, red] = estimate(&mut integrator, Vec3A::new(0.0, -1.0, 0.0), target, 64, BANDS);
         // Russian roulette ends paths at random, so single paths have a radiance of 0 or up to that of the sky.
         assert!(
             blue.mean < 1.0 + 4.0 * blue.standard_error && blue.mean > 0.99 - 4.0 * blue.standard_error,
@@ -242,7 +240,7 @@ fn one_thread_and_many_give_the_same_image() {
     scene.set_samples_per_pixel(3);
     let on_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| render(&scene, &|_| {}))
+        pool.install(|| render(&scene).unwrap())
     };
     let one = on_threads(1);
     assert_eq!(one, on_threads(3));
@@ -250,22 +248,13 @@ fn one_thread_and_many_give_the_same_image() {
 }
 
 #[test]
-fn settings_that_the_reference_cannot_use_are_errors() {
-    let refused = |text: &str, table: &CompressedTable| {
-        let text = format!("{}{text}", snow::camera_of("reference"));
-        SceneFile::parse(text, "scene.toml").unwrap().build(table).unwrap_err().to_string()
-    };
-    let with = |more: &str| format!("{SNOW}{more}{SKY}");
-    let message = refused(&with("reflectance = 0.9\n"), &table());
-    assert!(message.contains("material.snow.reflectance"), "{message}");
-    let message = refused(&with("emission = \"relative\"\n"), &table());
-    assert!(message.contains("material.snow.emission"), "{message}");
-    let message = refused(&with(""), &analytic_table());
-    assert!(message.contains("ice_constants"), "{message}");
+fn a_body_of_two_materials_is_an_error() {
     let other = SNOW.replace("[material.snow]", "[material.other]");
     let part = |material: &str| {
         format!("[[object]]\nshape = \"sphere\"\nradius = 1\nmaterial = \"{material}\"\nbody = \"one\"\n")
     };
-    let message = refused(&format!("{SNOW}{other}{}{}{SKY}", part("snow"), part("other")), &table());
+    let camera = snow::camera_of("reference");
+    let text = format!("{camera}{SNOW}{other}{}{}{SKY}", part("snow"), part("other"));
+    let message = SceneFile::parse(text, "scene.toml").unwrap().build().unwrap_err().to_string();
     assert!(message.contains("body \"one\""), "{message}");
 }

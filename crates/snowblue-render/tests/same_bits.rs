@@ -8,29 +8,29 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use glam::Vec3A;
-use snow::{SNOW, analytic_table, computed_table, load, scene};
+use snow::{SNOW, analytic_table, computed_table, load, pcasnow, prepared, scene};
 use snowblue_color::LinearRgb;
-use snowblue_render::Aovs;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::images::raster::{ImageSize, PixelPosition};
 use snowblue_render::render::{
-    self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render, render_missing,
+    self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
 };
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
+use snowblue_render::{Aovs, Integrator};
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
-    let mut scene = load(&path, &analytic_table());
+    let mut scene = load(&path);
     scene.set_image_size(ImageSize { width: 48, height: 40 });
     scene.set_samples_per_pixel(4);
     scene
 }
 
-fn on_threads(threads: usize, scene: &Scene) -> Rendering {
+fn on_threads(threads: usize, integrator: &Integrator) -> Rendering {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| render(scene, &|_| {}))
+    pool.install(|| render_all(integrator, &|_| {}))
 }
 
 #[test]
@@ -38,12 +38,13 @@ fn one_thread_and_many_give_the_same_image() {
     for bounces in [8, 0] {
         let mut scene = shipped();
         scene.set_max_bounces(bounces);
-        let one = on_threads(1, &scene);
-        assert_eq!(one, on_threads(5, &scene));
+        let mut integrator = prepared(&scene, Some(&analytic_table()));
+        let one = on_threads(1, &integrator);
+        assert_eq!(one, on_threads(5, &integrator));
         assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
         assert_eq!(one.statistics.camera_rays, 48 * 40 * 4);
-        scene.set_seed(scene.integrator().seed + 1);
-        assert_ne!(one, on_threads(1, &scene));
+        integrator.set_seed(scene.integrator().seed + 1);
+        assert_ne!(one, on_threads(1, &integrator));
     }
 }
 
@@ -93,18 +94,18 @@ const AREA_LIGHTS: &str = "[[light]]\ntype = \"sphere\"\nposition = [-0.2, 0.5, 
 #[test]
 fn projected_tables_and_spectra_give_the_same_colours() {
     let everything = format!("{BLOCK}{MORE}{LAMPS}");
-    let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\"\n"), BLOCK.to_owned()));
+    let paths = ["view", "normal", "light", "brightest"].map(|path| (format!("path = \"{path}\""), BLOCK.to_owned()));
     let cases = paths.into_iter().chain([
         (String::new(), everything.clone()),
-        ("exit = \"first\"\n".to_owned(), everything.clone()),
-        ("path = \"light\"\nreflectance = 0.7\n".to_owned(), everything),
+        ("exit = \"first\"".to_owned(), everything.clone()),
+        ("path = \"light\"\nreflectance = 0.7".to_owned(), everything),
         (String::new(), format!("{BLOCK}{MORE}{}", pebbles())),
-        ("path = \"light\"\n".to_owned(), format!("{BLOCK}{DEEP}")),
+        ("path = \"light\"".to_owned(), format!("{BLOCK}{DEEP}")),
         (String::new(), format!("{BLOCK}{MORE}{AREA_LIGHTS}")),
     ]);
     for ((keys, things), bounces) in cases.flat_map(|case| [(case.clone(), 0), (case, 3)]) {
         let case = format!("{keys}, {} objects and lights, {bounces} bounces", things.matches("[[").count());
-        let mut scene = scene(&format!("{SNOW}{keys}{things}"), &computed_table(), &[]);
+        let mut scene = scene(&format!("{}{SNOW}{things}", pcasnow(&keys)), &[]);
         scene.set_image_size(ImageSize { width: 40, height: 40 });
         scene.set_samples_per_pixel(5);
         scene.set_max_bounces(bounces);
@@ -115,10 +116,11 @@ fn projected_tables_and_spectra_give_the_same_colours() {
             vertical_fov_deg: 30.0,
         };
         assert!(scene.set_view(&view));
-        let short = render(&scene, &|_| {});
+        let integrator = prepared(&scene, Some(&computed_table()));
+        let short = render_all(&integrator, &|_| {});
         let target = render::all_samples(&scene);
         let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
-        let long = render_missing(&scene, &target, &mut sums, RenderControl::default());
+        let long = render_missing(&integrator, &target, &mut sums, RenderControl::default());
         assert_eq!(short.statistics, long, "{case}");
         let (mut lit, mut worst) = (0, 0.0_f64);
         for (short, long) in short.film.pixels().iter().zip(sums.film().pixels()) {
@@ -138,10 +140,11 @@ fn projected_tables_and_spectra_give_the_same_colours() {
 #[test]
 fn pixel_radiance_equals_the_pixel_of_the_image() {
     let scene = shipped();
+    let integrator = prepared(&scene, Some(&analytic_table()));
     // Colours of spectra, as of a pixel's radiance, not of projected tables.
     let target = render::all_samples(&scene);
     let mut sums = accumulator(&scene, Aovs { spectrum: true, ..Aovs::default() }, &target.window());
-    render_missing(&scene, &target, &mut sums, RenderControl::default());
+    render_missing(&integrator, &target, &mut sums, RenderControl::default());
     let picture = sums.film();
     let weights = snowblue_color::Colorimeter::new(
         snowblue_color::Observer::Cie1931,
@@ -150,7 +153,7 @@ fn pixel_radiance_equals_the_pixel_of_the_image() {
     )
     .unwrap();
     for (x, y) in [(0, 39), (20, 20), (47, 25)] {
-        let alone = weights.xyz(&pixel_radiance(&scene, PixelPosition { x, y }).0.map(f64::from));
+        let alone = weights.xyz(&pixel_radiance(&integrator, PixelPosition { x, y }).0.map(f64::from));
         let there = picture.pixels()[(y * 48 + x) as usize];
         // Sums of spectra and of the 31 products of a sample are in single precision: about 2⁻²² of the sum.
         for (alone, there) in [(alone.x, there.x), (alone.y, there.y), (alone.z, there.z)] {
@@ -163,7 +166,7 @@ fn pixel_radiance_equals_the_pixel_of_the_image() {
 fn every_sample_is_reported_once() {
     let reported = Mutex::new(Vec::new());
     let report = |at: Progress| reported.lock().unwrap().push(at);
-    render(&shipped(), &report);
+    render_all(&prepared(&shipped(), Some(&analytic_table())), &report);
     let mut reported = reported.into_inner().unwrap();
     reported.sort_unstable_by_key(|at| at.samples_done);
     // Two passes, of one and of three samples.
@@ -185,7 +188,7 @@ fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
     ];
     for (sky, path) in skies.iter().flat_map(|sky| ["brightest", "normal", "light", "view"].map(|path| (sky, path))) {
         let text = format!(
-            "{SNOW}path = \"{path}\"\n[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
+            "{}{SNOW}[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
              [[object]]\nshape = \"box\"\nsize = [1, 0.3, 1]\nposition = [-0.6, 0, 0.5]\nmaterial = \"snow\"\n\
              body = \"one\"\n\
              [[object]]\nshape = \"box\"\nsize = [1, 0.5, 1]\nposition = [0.2, 0, 0.5]\nmaterial = \"snow\"\n\
@@ -197,16 +200,18 @@ fn all_lights_and_path_modes_give_the_same_image_on_any_number_of_threads() {
              [[light]]\ntype = \"sphere\"\nposition = [1, 1, 1]\nradius = 0.2\nradiance_w_m2_sr = 5\n\
              illuminant = \"A\"\n\
              [[light]]\ntype = \"rectangle\"\nposition = [-1, 1, 1]\nlook_at = [0, 0, 0]\nsize = [0.5, 0.3]\n\
-             radiance_w_m2_sr = 5\n[environment]\n{sky}"
+             radiance_w_m2_sr = 5\n[environment]\n{sky}",
+            pcasnow(&format!("path = \"{path}\""))
         );
-        let mut scene = scene(&text, &analytic_table(), &[]);
+        let mut scene = scene(&text, &[]);
         scene.set_image_size(ImageSize { width: 24, height: 18 });
         scene.set_samples_per_pixel(4);
         scene.set_max_bounces(6);
-        let one = on_threads(1, &scene);
+        let integrator = prepared(&scene, Some(&analytic_table()));
+        let one = on_threads(1, &integrator);
         assert!(one.film.pixels().iter().any(|xyz| xyz.y > 0.0));
         for threads in [2, 7] {
-            assert_eq!(one, on_threads(threads, &scene), "{sky} {path} on {threads} threads");
+            assert_eq!(one, on_threads(threads, &integrator), "{sky} {path} on {threads} threads");
         }
     }
 }

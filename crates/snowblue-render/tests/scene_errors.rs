@@ -5,15 +5,12 @@
 mod snow;
 
 use serde::Deserialize;
-use snow::analytic_table;
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
+use snow::prepared;
+use snowblue_render::Integrator;
 use snowblue_render::film::exposure::{Exposure, FilmSettings};
-use snowblue_render::scene::Scene;
 use snowblue_render::scene::description::SceneDescription;
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::scene::material::Material;
-use snowblue_render::scene::material::pca_snow::PathMode;
+use snowblue_render::scene::{PathMode, Scene};
 
 const SCENE: &str = r#"[camera]
 position = [1, -2, 0.5]
@@ -21,7 +18,7 @@ look_at = [0, 0, 0]
 [film]
 exposure = "auto"
 [material.drift]
-type = "pca_snow"
+type = "snow"
 grain_size_um = 400
 facetness = 0.3
 density_kg_m3 = 300
@@ -44,21 +41,20 @@ material = "floor"
 type = "pcasnow"
 "#;
 
+/// The keys of its snow, in lines 8 to 10.
+const SNOW_KEYS: &str = "grain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300";
+
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 fn load(text: &str, mesh: Option<&str>) -> Result<Scene, String> {
-    load_with(text, mesh, &analytic_table())
-}
-
-fn load_with(text: &str, mesh: Option<&str>, table: &CompressedTable) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
     if let Some(content) = mesh {
         std::fs::write(folder.path().join("gone.ply"), content).unwrap();
     }
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    Scene::load(&path, table).map_err(|error| error.to_string())
+    Scene::load(&path).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -72,47 +68,8 @@ fn the_scene_without_a_mistake_is_read() {
 fn mistakes_are_named_with_file_line_value_and_range() {
     let cases = [
         ("facetness = 0.3", "facetnes = 0.3", 9, "unknown key `facetnes`"),
-        ("facetness = 0.3\n", "", 6, "material.drift.facetness is missing"),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 1200",
-            10,
-            "density_kg_m3 is 1200 kg/m³, but must lie in 10 to 900 kg/m³",
-        ),
-        ("grain_size_um = 400", "grain_size_um = 410", 8, "grain size is 410 µm, but the table has only 400 µm"),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 300\nwater_saturation = 0.1",
-            11,
-            "water saturation is 0.1, but the table has no such axis and holds only 0",
-        ),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 300\nimpurities_ng_g = { black-carbon = 5 }",
-            11,
-            "black-carbon is 5 ng/g, but the table has no such axis",
-        ),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 300\nimpurities_ng_g = { soot = 5 }",
-            11,
-            "material.drift.impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
-        ),
-        ("density_kg_m3 = 300", "density_kg_m3 = \"300\"", 10, "density_kg_m3 is string \"300\", but must be a number"),
-        ("density_kg_m3 = 300", "density_kg_m3 = nan", 10, "is NaN kg/m³"),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 300\npath = \"shortest\"",
-            11,
-            "must be one of brightest, normal, light, view",
-        ),
-        (
-            "density_kg_m3 = 300",
-            "density_kg_m3 = 300\nreflectance = 1.5",
-            11,
-            "reflectance is 1.5, but must lie in 0 to 1",
-        ),
         ("[film]", "[flim]", 4, "unknown table `flim`"),
+        ("[film]", "[keyframes]\nsky.turbidity = [2, 4]\n[film]", 4, "unknown table `keyframes`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
         ("[film]", "[film]\nwidth = 1.5", 5, "film.width is floating point 1.5, but must be a whole number"),
@@ -127,6 +84,107 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("position = [1, -2, 0.5]", "position = [1, -2, 0.5]]", 2, ""),
     ];
     assert_named(&cases);
+}
+
+#[test]
+fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
+    let cases = [
+        ("density_kg_m3 = 1200", "density_kg_m3 is 1200 kg/m³, but must lie in 10–900 kg/m³"),
+        ("density_kg_m3 = nan", "density_kg_m3 is NaN kg/m³, but must lie in 10–900 kg/m³"),
+        ("density_kg_m3 = \"300\"", "density_kg_m3 is string \"300\", but must be a number"),
+        ("grain_size_um = 5000", "grain_size_um is 5000 µm, but its range of ± 50 µm must lie in 20–5000 µm"),
+        ("grain_size_um = [500, 100]", "grain_size_um has the range 500:100 µm, whose ends are in the wrong order"),
+        ("grain_size_um = [1, 2, 3]", "grain_size_um has 3 numbers, but must be a mean (400) or a range (350, 450)"),
+        ("grain_size_um = \"fine\"", "grain_size_um: must be a number or a list of numbers"),
+        ("size_measure = \"radius\"", "size_measure is \"radius\", but must be one of greatest-extension"),
+        ("snow = \"powder\"", "snow is \"powder\", but must be one of fresh, rounded, faceted"),
+        ("ssa_m2_kg = 1000", "ssa_m2_kg is 1000 m²/kg, but must lie in 1.4–300 m²/kg"),
+        ("ssa_m2_kg = 20\ngrain_size_um = 400", "ssa_m2_kg cannot be given with a grain size"),
+        ("facetness = 2", "facetness is 2, but must lie in 0–1"),
+        ("sphericity = 0.1", "sphericity is 0.1, but must lie in 0.5–1"),
+        ("water_saturation = 2", "water_saturation is 2, but must lie in 0–1"),
+        ("temperature_c = 5", "temperature_c is 5 °C, but must lie in -60–0 °C"),
+        ("ice = \"rime\"", "ice is \"rime\", but must be one of warren2008, picard2016"),
+        (
+            "impurities_ng_g = { soot = 5 }",
+            "impurities_ng_g.soot is an unknown impurity; known are black-carbon, saharan-dust",
+        ),
+        (
+            "impurities_ng_g = { black-carbon = -5 }",
+            "impurities_ng_g.black-carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
+        ),
+    ];
+    for (wrong, expected) in cases {
+        let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
+        let expected = format!("scene.toml:8: material.drift.{expected}");
+        assert!(message.contains(&expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+    assert_named(&[
+        (SNOW_KEYS, "path = \"view\"", 8, "unknown key `path` in material.drift; known are type, layers, mask, snow,"),
+        ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
+    ]);
+}
+
+#[test]
+fn mistakes_in_a_mask_between_two_snows_are_named_with_file_line_value_and_range() {
+    let mask = "mask = { attribute = \"age\" }\n";
+    let two = |first: &str, second: &str| format!("{mask}between = [{{ {first} }}, {{ {second} }}]");
+    let cases = [
+        (mask.to_owned(), 6, "between is missing"),
+        ("between = [{}, {}]".to_owned(), 6, "mask is missing"),
+        (format!("{mask}between = [{{}}, {{}}, {{}}]"), 9, "between has 3 snows, but must have two"),
+        (format!("{mask}between = 3"), 9, "between is integer 3, but must be a list"),
+        (two("", "density_kg_m3 = 3"), 9, "between[1].density_kg_m3 is 3 kg/m³, but must lie in 10–900 kg/m³"),
+        (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g.soot is an unknown impurity"),
+        (two("", "snow = \"fresh\""), 9, "between has two measures of grain size, but must have one"),
+        (two("", "ice = \"picard2016\""), 9, "between has two tables of ice, but must have one"),
+    ];
+    for (wrong, line, expected) in cases {
+        let message = load(&SCENE.replacen(SNOW_KEYS, &wrong, 1), Some(PLY)).unwrap_err();
+        let expected = format!("scene.toml:{line}: material.drift.{expected}");
+        assert!(message.contains(&expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+    let unknown = two("", "density = 3");
+    let beside = two("", "") + "\ngrain_size_um = [100, 500]";
+    let once = two("", "").replace("\"age\"", "\"age\", range = [1, 1]");
+    assert_named(&[
+        (SNOW_KEYS, &unknown, 9, "unknown key `density` in material.drift.between[1]; known are "),
+        (SNOW_KEYS, &beside, 10, "material.drift has either `mask` or `grain_size_um`, not both"),
+        (SNOW_KEYS, &once, 8, "material.drift.mask.range is 1 twice, but must have two ends"),
+    ]);
+}
+
+#[test]
+fn mistakes_in_the_settings_of_pcasnow_are_named_with_file_line_value_and_range() {
+    let cases = [
+        (
+            "path = \"shortest\"",
+            "integrator.pcasnow.path is \"shortest\", but must be one of view, normal, light, brightest",
+        ),
+        ("exit = \"middle\"", "integrator.pcasnow.exit is \"middle\", but must be last or first"),
+        ("emission = \"none\"", "integrator.pcasnow.emission is \"none\", but must be transmitted or relative"),
+        ("reflectance = 1.5", "integrator.pcasnow.reflectance is 1.5, but must lie in 0 to 1"),
+        ("paths = 1", "unknown key `paths` in integrator.pcasnow; known are path, exit, emission, reflectance, table"),
+    ];
+    for (wrong, expected) in cases {
+        let message = load(&format!("{SCENE}[integrator.pcasnow]\n{wrong}\n"), Some(PLY)).unwrap_err();
+        assert!(message.contains("scene.toml:29: "), "{wrong}: {message}");
+        assert!(message.contains(expected) && !message.contains('\n'), "{wrong}: {message}");
+    }
+    let scene = load(&format!("{SCENE}[integrator.pcasnow]\ntable = \"gone.nc\"\n"), Some(PLY)).unwrap();
+    let message = Integrator::prepare(&scene).unwrap_err().to_string();
+    assert!(message.contains("gone.nc: cannot be read: ") && !message.contains('\n'), "{message}");
+}
+
+#[test]
+fn mistakes_in_the_wavelengths_of_false_colours_are_named() {
+    let colour = |keys: &str| format!("[film]\nfalse_color = {{ {keys} }}");
+    let far = colour("red_nm = 2600, green_nm = 800, blue_nm = 500");
+    let missing = colour("red_nm = 1000, green_nm = 800");
+    assert_named(&[
+        ("[film]", &far, 5, "film.false_color.red_nm is 2600 nm, but must lie in 300 to 2500 nm"),
+        ("[film]", &missing, 5, "film.false_color.blue_nm is missing"),
+    ]);
 }
 
 #[test]
@@ -317,7 +375,7 @@ fn landscape_mistake(text: &str) -> String {
     std::fs::write(folder.path().join("gone.ply"), PLY).unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    Scene::load(&path, &analytic_table()).unwrap_err().to_string()
+    Scene::load(&path).unwrap_err().to_string()
 }
 
 /// A ball of carved snow in place of the mesh, which ends on line 33.
@@ -417,8 +475,7 @@ fn missing_and_broken_meshes_and_scenes_are_named() {
     assert!(missing.contains("scene.toml:24: ") && missing.contains("gone.ply does not exist"), "{missing}");
     let truncated = load(SCENE, Some(&PLY[..PLY.len() - 12])).unwrap_err();
     assert!(truncated.contains("gone.ply:12: not a readable PLY file"), "{truncated}");
-    let table = analytic_table();
-    let nowhere = Scene::load("no/such/scene.toml".as_ref(), &table).unwrap_err().to_string();
+    let nowhere = Scene::load("no/such/scene.toml").unwrap_err().to_string();
     assert!(nowhere.contains("cannot read no/such/scene.toml"), "{nowhere}");
 }
 
@@ -432,22 +489,20 @@ fn tetrahedron(faces: usize) -> String {
 
 #[test]
 fn open_meshes_of_snow_are_refused_where_a_light_field_needs_closed_ones() {
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    let table = CompressedTable { metadata: vec![ice], ..analytic_table() };
-    let of = |integrator: &str, material: &str, mesh: &str| {
+    let of = |method: &str, material: &str, mesh: &str| {
         let scene = SCENE.replacen("[material.drift]\n", "[light_field]\nstep_mm = 90\n[material.drift]\n", 1);
-        let scene = scene.replacen("\"pcasnow\"", &format!("\"{integrator}\""), 1);
+        let scene = scene.replacen("\"pcasnow\"", &format!("\"{method}\""), 1);
         let scene = scene.replacen("material = \"floor\"", &format!("material = \"{material}\""), 1);
-        load_with(&scene, Some(mesh), &table)
+        load(&scene, Some(mesh))
     };
-    for integrator in ["diffusion", "hybrid"] {
-        let message = of(integrator, "drift", &tetrahedron(3)).unwrap_err();
+    for method in ["diffusion", "hybrid"] {
+        let message = of(method, "drift", &tetrahedron(3)).unwrap_err();
         assert!(message.contains("scene.toml:26: object[1].mesh is \"gone.ply\": it has 3 open edges"), "{message}");
         assert!(message.contains("repair-mesh") && !message.contains('\n'), "{message}");
     }
     assert!(of("diffusion", "floor", &tetrahedron(3)).is_ok(), "paint may be open");
-    assert!(of("diffusion", "drift", &tetrahedron(4)).is_ok());
-    assert!(of("pcasnow", "drift", &tetrahedron(3)).is_ok());
+    prepared(&of("diffusion", "drift", &tetrahedron(4)).unwrap(), None);
+    prepared(&of("pcasnow", "drift", &tetrahedron(3)).unwrap(), None);
 }
 
 #[test]
@@ -491,17 +546,13 @@ fn skies_that_are_no_images_are_named() {
 fn a_description_can_be_changed_and_is_checked_again() {
     let mut file = SceneFile::parse(SCENE.replace("mesh = \"gone.ply\"", "shape = \"plane\""), "scene.toml").unwrap();
     file.description.film = FilmSettings { width: 7, exposure: Exposure::Stops(2.0), ..file.description.film };
-    file.description.set_path_mode(PathMode::View);
-    let scene = file.build(&analytic_table()).unwrap();
+    file.description.integrator.pcasnow.path = PathMode::View;
+    let scene = file.build().unwrap();
     assert_eq!((scene.film().width, scene.film().height), (7, 1080));
     assert_eq!(scene.film().exposure, Exposure::Stops(2.0));
-    let path_modes = scene.materials().iter().filter_map(|material| match material {
-        Material::PcaSnow(snow) => Some(snow.path),
-        Material::Diffuse(_) | Material::LayeredSnow(_) => None,
-    });
-    assert_eq!(path_modes.collect::<Vec<_>>(), [PathMode::View]);
+    assert_eq!(scene.integrator().pcasnow.path, PathMode::View);
     file.description.integrator.samples_per_pixel = 0;
-    let message = file.build(&analytic_table()).unwrap_err().to_string();
+    let message = file.build().unwrap_err().to_string();
     assert_eq!(message, "integrator.samples_per_pixel is 0, but must lie in 1–16777216");
 }
 
@@ -516,6 +567,12 @@ false_color = { red_nm = 900, green_nm = 700, blue_nm = 450 }
 [integrator]
 type = "reference"
 seed = 7
+[integrator.pcasnow]
+path = "normal"
+exit = "first"
+emission = "relative"
+reflectance = 0.5
+table = "snow.nc"
 [light_field]
 memory_mib = 4096
 step_mm = 2.5
@@ -526,16 +583,35 @@ reflectance_rgb = "#c08040"
 type = "diffuse"
 texture = "b.png"
 [material.c]
-type = "pca_snow"
+type = "snow"
 grain_size_um = [100, 500]
+size_measure = "optical-diameter"
 facetness = 0.3
+sphericity = [0.7, 0.9, 0.8, 0.1]
 density_kg_m3 = 300
-impurities_ng_g = { black-carbon = [0, 20] }
-mask = { attribute = "age" }
-path = "normal"
-exit = "first"
-emission = "relative"
-reflectance = 0.5
+water_saturation = 0.1
+impurities_ng_g = { black-carbon = 20, snow-algae = 3 }
+temperature_c = -1
+ice = "picard2016"
+[material.d]
+type = "snow"
+snow = "fresh"
+ssa_m2_kg = 40
+[material.e]
+type = "snow"
+layers = "pack.toml"
+layers_top = 0.5
+[material.f]
+type = "snow"
+mask = { attribute = "age", range = [0, 30] }
+between = [{ grain_size_um = 100 }, { grain_size_um = 500, water_saturation = 0.2 }]
+[material.g]
+type = "snow"
+mask = { texture = "mask.png", texture_scale_m = 2 }
+[[material.g.between]]
+snow = "fresh"
+[[material.g.between]]
+snow = "firn"
 [[light]]
 type = "point"
 position = [0, 0, 1]

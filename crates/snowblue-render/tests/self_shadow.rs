@@ -6,7 +6,7 @@
 mod snow;
 
 use glam::Vec3A;
-use snow::{analytic_table, directions, scene};
+use snow::{directions, scene};
 use snowblue_render::geometry::ray::{Ray, off_surface};
 use snowblue_render::sampling::cosine_direction;
 
@@ -34,7 +34,7 @@ fn rays_from_convex_bodies_do_not_hit_them() {
                 "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n[[object]]\n{shape}\nposition = {position:?}\n\
                  rotation_deg = {turn:?}\nmaterial = \"grey\"\n[environment]\nradiance_w_m2_sr = 1\n"
             );
-            let scene = scene(&text, &analytic_table(), &[("cube.ply", CUBE.into())]);
+            let scene = scene(&text, &[("cube.ply", CUBE.into())]);
             let objects = scene.objects();
             let centre = Vec3A::from_array(position.map(|coordinate| coordinate as f32));
             let mut hits = 0;

@@ -5,7 +5,7 @@ mod snow;
 use std::f64::consts::PI;
 
 use glam::Vec3A;
-use snow::{analytic_table, radiance, scene_by};
+use snow::{prepared, radiance, scene_by};
 use snowblue_color::LinearRgb;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::render::render;
@@ -18,17 +18,18 @@ use snowblue_stat::{Moments, sidak_level, z_p_value};
 const GROUND: &str = "[material.ground]\ntype = \"diffuse\"\nreflectance = 0.5\n\
                       [[object]]\nshape = \"plane\"\nmaterial = \"ground\"\n";
 
-fn under(sky: &str, integrator: &str, objects: &str) -> Scene {
-    scene_by(integrator, &format!("{sky}{GROUND}{objects}"), &analytic_table(), &[])
+fn under(sky: &str, method: &str, objects: &str) -> Scene {
+    scene_by(method, &format!("{sky}{GROUND}{objects}"), &[])
 }
 
 /// The irradiance of the ground at a point over 10 nm at some wavelengths, in W/m², by independent pictures.
-fn irradiance(scene: &mut Scene, at: Vec3A, samples: u32) -> [Moments; 3] {
-    scene.set_samples_per_pixel(samples);
+fn irradiance(scene: &Scene, at: Vec3A, samples: u32) -> [Moments; 3] {
+    let mut integrator = prepared(scene, None);
+    integrator.set_samples_per_pixel(samples);
     let mut moments = [Moments::default(); 3];
     for seed in 1..=16 {
-        scene.set_seed(seed);
-        let light = radiance(scene, at + Vec3A::new(0.3, -0.4, 1.0), at);
+        integrator.set_seed(seed);
+        let light = radiance(&mut integrator, at + Vec3A::new(0.3, -0.4, 1.0), at);
         for (moment, k) in moments.iter_mut().zip([2, 14, 30]) {
             moment.push(f64::from(light.0[k]) * PI / 0.5);
         }
@@ -52,23 +53,23 @@ fn level_ground_has_the_irradiance_of_the_model() {
     let model = ClearSky::new(35.0, 4.0, &[0.3; WAVELENGTHS_NM.len()]).unwrap();
     let expected = [420.0, 540.0, 700.0]
         .map(|nm| 310.0 * (model.sun_irradiance(nm) * 35f64.to_radians().sin() + model.sky_irradiance(nm)));
-    for (integrator, samples) in [("pcasnow", 64), ("hybrid", 64), ("reference", 256)] {
-        let found = irradiance(&mut under(sky, integrator, ""), Vec3A::ZERO, samples);
+    for (method, samples) in [("pcasnow", 64), ("hybrid", 64), ("reference", 256)] {
+        let found = irradiance(&under(sky, method, ""), Vec3A::ZERO, samples);
         // The sun's profile is linear between 32 steps, and its elevation that of the centre.
-        assert_agrees(&found, expected, 1e-3, integrator);
-        assert!(found.iter().all(|one| one.standard_error() < 0.02 * one.mean()), "{integrator}: {found:?}");
+        assert_agrees(&found, expected, 1e-3, method);
+        assert!(found.iter().all(|one| one.standard_error() < 0.02 * one.mean()), "{method}: {found:?}");
     }
 }
 
 #[test]
 fn an_overcast_sky_gives_the_irradiance_that_was_asked_for() {
     let sky = "[sky]\ntype = \"overcast\"\nirradiance_w_m2 = 100\nilluminant = \"E\"\n";
-    let found = irradiance(&mut under(sky, "pcasnow", ""), Vec3A::ZERO, 64);
+    let found = irradiance(&under(sky, "pcasnow", ""), Vec3A::ZERO, 64);
     assert_agrees(&found, [100.0; 3], 1e-5, "overcast");
     // Three times as bright at the zenith as at the horizon.
-    let mut scene = under(sky, "pcasnow", "");
+    let mut integrator = prepared(&under(sky, "pcasnow", ""), None);
     let mut look =
-        |towards: Vec3A| f64::from(radiance(&mut scene, Vec3A::new(0.0, 0.0, 2.0), Vec3A::Z * 2.0 + towards).0[9]);
+        |towards: Vec3A| f64::from(radiance(&mut integrator, Vec3A::new(0.0, 0.0, 2.0), Vec3A::Z * 2.0 + towards).0[9]);
     let zenith = look(Vec3A::new(1e-3, 0.0, 1.0));
     assert!((zenith / (100.0 * 9.0 / (7.0 * PI)) - 1.0).abs() < 1e-3, "{zenith}");
     assert!((look(Vec3A::new(1.0, 0.0, 1e-3)) / zenith - 1.0 / 3.0).abs() < 2e-3);
@@ -83,7 +84,7 @@ fn the_edge_of_a_shadow_is_as_soft_as_the_sun_is_wide() {
         let mut scene = under(sky, "pcasnow", roof);
         scene.set_max_bounces(0);
         #[expect(clippy::cast_possible_truncation, reason = "a coordinate")]
-        let light = irradiance(&mut scene, Vec3A::new(x as f32, 0.0, 0.0), 256);
+        let light = irradiance(&scene, Vec3A::new(x as f32, 0.0, 0.0), 256);
         light[2].mean()
     };
     let penumbra_m = 10.0 * SUN_RADIUS_RAD;
@@ -104,18 +105,18 @@ fn the_camera_sees_the_sun_where_it_stands() {
         "latitude_deg = -0.18, longitude_deg = -78.47, date = \"2026-03-20\", time = \"08:20:50\", utc_offset_h = -5",
     ];
     for sun in keys {
-        let mut scene = under(&format!("[sky]\nsun = {{ {sun} }}\n"), "pcasnow", "");
+        let mut integrator = prepared(&under(&format!("[sky]\nsun = {{ {sun} }}\n"), "pcasnow", ""), None);
         let mut look = |degrees: f64| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             #[expect(clippy::cast_possible_truncation, reason = "a direction")]
             let towards = Vec3A::new(cos as f32, 0.0, sin as f32);
-            f64::from(radiance(&mut scene, Vec3A::Z * 2.0, Vec3A::Z * 2.0 + towards * 10.0).0[15])
+            f64::from(radiance(&mut integrator, Vec3A::Z * 2.0, Vec3A::Z * 2.0 + towards * 10.0).0[15])
         };
         let (on, beside) = (look(30.0), look(31.0));
         assert!(on > 1000.0 * beside, "{sun}: {on} {beside}");
     }
-    let mut hidden = under("[sky]\nsun = { elevation_deg = 30, azimuth_deg = 90 }\nvisible = false\n", "pcasnow", "");
-    assert!(radiance(&mut hidden, Vec3A::Z, Vec3A::new(1.7320508, 0.0, 2.0)).maximum() <= 0.0);
+    let hidden = under("[sky]\nsun = { elevation_deg = 30, azimuth_deg = 90 }\nvisible = false\n", "pcasnow", "");
+    assert!(radiance(&mut prepared(&hidden, None), Vec3A::Z, Vec3A::new(1.7320508, 0.0, 2.0)).maximum() <= 0.0);
 }
 
 /// Grey ground is grey under the light that looks white, and not under others.
@@ -125,13 +126,12 @@ fn white_balance_makes_ground_neutral() {
     let lamp = "[[light]]\ntype = \"directional\"\ndirection = [0, 0, -1]\nirradiance_w_m2 = 1\nilluminant = \"A\"\n";
     // D65 at 31 wavelengths is neutral within 0.4 %, and the sampled light of the sky has noise.
     for (lights, white, most) in [(sun, "sky", 0.02), (lamp, "sky", 0.005), (lamp, "A", 0.005), (sun, "D65", 0.0)] {
-        let mut scene = under(lights, "pcasnow", "");
-        let mut description = scene.description().clone();
+        let mut description = under(lights, "pcasnow", "").description().clone();
         description.film.white = white.parse().unwrap();
         description.camera.as_mut().unwrap().position = [0.0, -9.0, 5.0];
         description.integrator.samples_per_pixel = 1024;
-        scene = description.build(&analytic_table(), &FilesInMemory::default()).unwrap();
-        let film = render(&scene, &|_| {}).film;
+        let scene = description.build(&FilesInMemory::default()).unwrap();
+        let film = render(&scene).unwrap().film;
         let LinearRgb { r, g, b } = LinearRgb::from_xyz(film.pixels()[0]);
         let off = (r / g - 1.0).abs().max((b / g - 1.0).abs());
         if most > 0.0 {
@@ -149,7 +149,7 @@ fn mistakes_are_named() {
             "[camera]\nposition = [0, -1, 1]\nlook_at = [0, 0, 0]\n[integrator]\ntype = \"pcasnow\"\n{GROUND}{sky}"
         );
         let file = snowblue_render::SceneFile::parse(text, "scene.toml");
-        file.and_then(|file| file.build(&analytic_table())).unwrap_err().to_string()
+        file.and_then(|file| file.build()).unwrap_err().to_string()
     };
     for (sky, expected) in [
         ("[sky]\n", "scene.toml:12: sky.sun is missing"),

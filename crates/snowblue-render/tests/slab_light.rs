@@ -10,7 +10,7 @@ mod snow;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec3, Vec3A};
-use snow::{Estimate, SNOW, analytic_table, estimate, extinction_per_cm, scene};
+use snow::{Estimate, SNOW, analytic_table, estimate, extinction_per_cm, integrator, pcasnow};
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::sidak_level;
 
@@ -150,19 +150,19 @@ fn a_slab_has_its_analytic_radiance_under_every_light() {
     for case in &CASES {
         for path in case.paths {
             let text = format!(
-                "{SNOW}reflectance = 0\npath = \"{path}\"\n[[object]]\nshape = \"box\"\n\
-                 size = [1000, 1000, {THICKNESS_M}]\n\
+                "{}{SNOW}[[object]]\nshape = \"box\"\nsize = [1000, 1000, {THICKNESS_M}]\n\
                  position = [0, 0, {}]\nmaterial = \"snow\"\n{}",
+                pcasnow(&format!("reflectance = 0\npath = \"{path}\"")),
                 0.5 * THICKNESS_M,
                 case.light
             );
-            let mut scene = scene(&text, &analytic_table(), &[]);
+            let mut integrator = integrator(&text, Some(&analytic_table()), &[]);
             for (top, eye) in points() {
                 let along = (top - eye).as_dvec3().normalize();
                 let slant = if *path == "view" { -along / along.z } else { DVec3::NEG_Z };
                 let exit = top.as_dvec3() + slant * THICKNESS_M;
                 let depth_cm = 100.0 * THICKNESS_M * slant.length();
-                for (k, found) in BANDS.into_iter().zip(estimate(&mut scene, eye, top, 128, BANDS)) {
+                for (k, found) in BANDS.into_iter().zip(estimate(&mut integrator, eye, top, 128, BANDS)) {
                     let transmittance =
                         |angle_deg: f64| (-extinction_per_cm(k) * depth_cm * (1.0 + angle_deg.min(89.0) / 100.0)).exp();
                     let exact = case.power * f64::from(unit.0[k]) * (case.transmitted)(exit, &transmittance) / PI;

@@ -1,5 +1,5 @@
-//! Snow of layers: light through slabs agrees with discrete ordinates, layers of the same snow are one, and layers lie
-//! where the scene says.
+//! Snow of layers: light through slabs agrees with discrete ordinates, walks with diffusion and with the reference,
+//! layers of the same snow are one, and layers lie where the scene says.
 
 #![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
 
@@ -8,23 +8,17 @@ mod snow;
 use std::f64::consts::TAU;
 
 use glam::Vec3A;
-use snow::{analytic_table, radiance, scene_by, scene_of_few_grains};
-use snowblue_database::CompressedTable;
-use snowblue_database::table::Attribute;
+use snow::{estimate, pcasnow, prepared, radiance, scene_by, scene_of_few_grains};
+use snowblue_render::Integrator;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::spectrum::{Spectrum, wavelengths_nm};
+use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
 use snowblue_transport::quadrature::Quadrature;
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::Stack;
-
-/// A table with ice constants in its metadata. These integrators do not use its curves.
-fn table() -> CompressedTable {
-    let ice = Attribute::new("ice_constants", "Warren & Brandt 2008");
-    CompressedTable { metadata: vec![ice], ..analytic_table() }
-}
 
 /// Sooty crust over clean depth hoar, a thin crust, and three layers of which one is thinner than the cells.
 const PACKS: [(&str, &str); 3] = [
@@ -48,18 +42,18 @@ const PACKS: [(&str, &str); 3] = [
 ];
 
 /// A scene of a body of the layers of a file.
-fn layered(integrator: &str, layers: &str, top: &str, text: &str) -> Scene {
-    scene_by(integrator, &format!("{}{text}", material(top)), &table(), &[("pack.toml", layers.to_owned())])
+fn layered(method: &str, layers: &str, top: &str, text: &str) -> Scene {
+    scene_by(method, &format!("{}{text}", material(top)), &[("pack.toml", layers.to_owned())])
 }
 
-/// The same with few rays through grains.
-fn layered_of_few_grains(integrator: &str, layers: &str, top: &str, text: &str) -> Scene {
+/// Its integrator with few rays through grains.
+fn layered_of_few_grains(method: &str, layers: &str, top: &str, text: &str) -> Integrator {
     let files = [("pack.toml", layers.to_owned())];
-    scene_of_few_grains(integrator, &format!("{}{text}", material(top)), &table(), &files)
+    prepared(&scene_of_few_grains(method, &format!("{}{text}", material(top)), &files), None)
 }
 
 fn material(top: &str) -> String {
-    format!("[material.snow]\ntype = \"pca_snow\"\nlayers = \"pack.toml\"\nlayers_top = {top}\n")
+    format!("[material.snow]\ntype = \"snow\"\nlayers = \"pack.toml\"\nlayers_top = {top}\n")
 }
 
 fn slab(thickness_m: f64, width_m: f64) -> String {
@@ -67,7 +61,7 @@ fn slab(thickness_m: f64, width_m: f64) -> String {
 }
 
 /// Flux through a level surface towards `up` = ±1 at a point, from its radiance in many directions.
-fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> Spectrum {
+fn flux(integrator: &mut Integrator, target: Vec3A, up: f32) -> Spectrum {
     const AZIMUTHS: u32 = 8;
     let rule = Quadrature::half_range(8);
     let mut sum = Spectrum::ZERO;
@@ -77,7 +71,7 @@ fn flux(scene: &mut Scene, target: Vec3A, up: f32) -> Spectrum {
             let sin = (1.0 - cos * cos).sqrt();
             let towards = Vec3A::new((sin * cos_azimuth) as f32, (sin * sin_azimuth) as f32, up * *cos as f32);
             let factor = weight * cos * TAU / f64::from(AZIMUTHS);
-            sum += radiance(scene, target + towards * 3.0, target) * factor as f32;
+            sum += radiance(integrator, target + towards * 3.0, target) * factor as f32;
         }
     }
     sum
@@ -106,9 +100,10 @@ fn light_through_layers_agrees_with_discrete_ordinates() {
                 -cos,
                 1.0 / cos
             );
-            let mut scene = layered("diffusion", pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
-            let transmitted = flux(&mut scene, Vec3A::new(0.0, 0.0, -0.05), -1.0);
-            let reflected = flux(&mut scene, Vec3A::new(0.0, 0.0, 0.05), 1.0);
+            let scene = layered("diffusion", pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.8)));
+            let mut integrator = prepared(&scene, None);
+            let transmitted = flux(&mut integrator, Vec3A::new(0.0, 0.0, -0.05), -1.0);
+            let reflected = flux(&mut integrator, Vec3A::new(0.0, 0.0, 0.05), 1.0);
             for (k, known) in known.iter().enumerate() {
                 let (t, r) = (known.whole.transmittance.value, known.whole.reflectance.value);
                 let errors = [f64::from(transmitted.0[k]) / t - 1.0, f64::from(reflected.0[k]) / r - 1.0];
@@ -127,12 +122,13 @@ fn walks_in_layers_agree_with_diffusion() {
     let lamp =
         "[[light]]\ntype = \"directional\"\ndirection = [0.6, 0, -0.8]\nirradiance_w_m2 = 1\nilluminant = \"E\"\n";
     for (name, pack) in PACKS {
-        let found = [("diffusion", 1), ("hybrid", 2048)].map(|(integrator, samples)| {
-            let mut scene = layered(integrator, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.4)));
-            scene.set_samples_per_pixel(samples);
+        let found = [("diffusion", 1), ("hybrid", 2048)].map(|(method, samples)| {
+            let scene = layered(method, pack, "\"surface\"", &format!("{lamp}{}", slab(0.1, 0.4)));
+            let mut integrator = prepared(&scene, None);
+            integrator.set_samples_per_pixel(samples);
             [(0.05, 3.0), (-0.05, -3.0)].map(|(z, up)| {
                 [Vec3A::new(0.3, 0.2, up), Vec3A::new(1.5, 0.2, up)]
-                    .map(|eye| radiance(&mut scene, eye, Vec3A::new(0.003, 0.002, z)))
+                    .map(|eye| radiance(&mut integrator, eye, Vec3A::new(0.003, 0.002, z)))
             })
         });
         for (face, (field, walks)) in found[0].iter().zip(&found[1]).enumerate() {
@@ -149,9 +145,9 @@ fn walks_in_layers_agree_with_diffusion() {
 }
 
 /// Radiance of some points of a turned block and a ball.
-fn radiances(scene: &mut Scene) -> Vec<Spectrum> {
+fn radiances(integrator: &mut Integrator) -> Vec<Spectrum> {
     let points = snow::directions(12).map(|direction| (direction * 2.0, direction * 0.02));
-    points.map(|(eye, target)| radiance(scene, eye, target)).collect()
+    points.map(|(eye, target)| radiance(integrator, eye, target)).collect()
 }
 
 const LIGHTS: &str = "[[light]]\ntype = \"point\"\nposition = [0.3, 0.4, 0.5]\nradiant_intensity_w_sr = 1\n\
@@ -166,18 +162,98 @@ fn layers_of_the_same_snow_are_one() {
         material = \"snow\"\n[[object]]\nshape = \"sphere\"\nradius = 0.03\nposition = [0.1, 0, 0]\n\
         material = \"snow\"\n";
     let text = format!("{LIGHTS}{bodies}");
-    for integrator in ["diffusion", "hybrid"] {
-        let plain = format!("{}{text}", snow::SNOW);
-        let plain = radiances(&mut scene_of_few_grains(integrator, &plain, &table(), &[]));
-        let one = radiances(&mut layered_of_few_grains(integrator, &layer(1.0), "\"surface\"", &text));
-        assert_eq!(plain, one, "{integrator}");
+    for method in ["diffusion", "hybrid"] {
+        let plain = scene_of_few_grains(method, &format!("{}{text}", snow::SNOW), &[]);
+        let plain = radiances(&mut prepared(&plain, None));
+        let one = radiances(&mut layered_of_few_grains(method, &layer(1.0), "\"surface\"", &text));
+        assert_eq!(plain, one, "{method}");
         let alike = [1.0, 0.7, 2.0].map(layer).concat();
         for top in ["\"surface\"", "0.01"] {
-            let many = radiances(&mut layered_of_few_grains(integrator, &alike, top, &text));
+            let many = radiances(&mut layered_of_few_grains(method, &alike, top, &text));
             for (plain, many) in plain.iter().zip(&many) {
                 for (k, (plain, many)) in plain.0.iter().zip(many.0).enumerate() {
-                    assert!((many / plain - 1.0).abs() < 1e-4, "{integrator} {top} {k}: {plain} {many}");
+                    assert!((many / plain - 1.0).abs() < 1e-4, "{method} {top} {k}: {plain} {many}");
                 }
+            }
+        }
+    }
+}
+
+/// The probability of a false alarm of a test, over random seeds.
+const LEVEL: f64 = 1e-3;
+
+/// Indices of 400, 550 and 700 nm.
+const BANDS: [usize; 3] = [0, 15, 30];
+
+#[test]
+fn by_the_reference_layers_of_the_same_snow_are_one() {
+    let layer = |thickness_cm: f64| {
+        format!("[[layer]]\nthickness_cm = {thickness_cm}\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n")
+    };
+    let text = format!("{LIGHTS}[[object]]\nshape = \"box\"\nsize = [0.04, 0.03, 0.02]\nmaterial = \"snow\"\n");
+    let whole = scene_by("reference", &format!("{}{text}", snow::SNOW), &[]);
+    let layers = layered("reference", &[0.5, 0.2, 1.3].map(layer).concat(), "\"surface\"", &text);
+    let [mut whole, mut layers] = [whole, layers].map(|scene| prepared(&scene, None));
+    // From above, and from the side across all layers.
+    for (eye, target) in
+        [(Vec3A::new(0.3, 0.2, 2.0), Vec3A::new(0.0, 0.0, 0.01)), (Vec3A::new(0.1, -2.0, 0.2), Vec3A::NEG_Y * 0.015)]
+    {
+        let [whole, layers] = [&mut whole, &mut layers].map(|integrator| estimate(integrator, eye, target, 256, BANDS));
+        for (whole, layers) in whole.iter().zip(&layers) {
+            let error = whole.standard_error.hypot(layers.standard_error);
+            let p = t_p_value((layers.mean - whole.mean) / error, 15.0);
+            assert!(p > sidak_level(LEVEL, 6), "{whole:?} {layers:?}");
+            assert!(error < 0.1 * whole.mean, "{whole:?} {layers:?}");
+        }
+    }
+}
+
+/// Fine dense snow on coarse loose snow, from above, from below, and on the side above and below the boundary.
+#[test]
+fn walks_in_two_layers_agree_with_the_reference() {
+    let pack = "[[layer]]\nthickness_cm = 1\ngrain_size_um = 200\ndensity_kg_m3 = 350\n\
+        [[layer]]\nthickness_cm = 2\ngrain_size_um = 800\ndensity_kg_m3 = 250\n";
+    let text = format!("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n{}", slab(0.03, 0.1));
+    let [mut walks, mut truth] =
+        ["hybrid", "reference"].map(|method| prepared(&layered(method, pack, "\"surface\"", &text), None));
+    for (eye, target) in [
+        (Vec3A::new(0.3, 0.2, 2.0), Vec3A::new(0.003, 0.002, 0.015)),
+        (Vec3A::new(0.3, 0.2, -2.0), Vec3A::new(0.003, 0.002, -0.015)),
+        (Vec3A::new(0.1, -2.0, 0.2), Vec3A::new(0.0, -0.05, 0.01)),
+        (Vec3A::new(0.1, -2.0, -0.2), Vec3A::new(0.0, -0.05, -0.005)),
+    ] {
+        let [walks, truth] = [&mut walks, &mut truth].map(|integrator| estimate(integrator, eye, target, 64, BANDS));
+        for (walks, truth) in walks.iter().zip(&truth) {
+            // Walks have the index of ice at the middle wavelength, and the field at edges errs by some per cent.
+            let error = walks.standard_error.hypot(truth.standard_error);
+            let difference = (walks.mean - truth.mean).abs();
+            assert!(difference < 0.03 * truth.mean + 4.0 * error, "{target}: {walks:?} {truth:?}");
+            assert!(error < 0.02 * truth.mean, "{target}: {walks:?} {truth:?}");
+        }
+    }
+}
+
+/// PCASnow knows one slab at a time: that of the snow which is seen.
+#[test]
+fn pcasnow_has_the_curves_of_the_layer_that_is_seen() {
+    let [fine, coarse] = ["snow = \"fresh\"\n", "grain_size_um = 1000\ndensity_kg_m3 = 500\n"];
+    let pack = format!("[[layer]]\nthickness_cm = 2\n{fine}[[layer]]\nthickness_cm = 3\n{coarse}");
+    let text = format!("{}{LIGHTS}{}", pcasnow("path = \"normal\""), slab(0.05, 0.1));
+    let uniform = |keys: &str| {
+        let text = format!("[material.snow]\ntype = \"snow\"\n{keys}{text}");
+        prepared(&scene_by("pcasnow", &text, &[]), None)
+    };
+    let mut layers = prepared(&layered("pcasnow", &pack, "\"surface\"", &text), None);
+    assert!(layers.notes()[0].contains("material.snow: its curves are solved for, because"), "{:?}", layers.notes());
+    let top = (Vec3A::new(0.3, 0.2, 2.0), Vec3A::new(0.0, 0.0, 0.025));
+    let [above, below] = [0.02, -0.02].map(|z| (Vec3A::new(0.3, 2.0, 0.2), Vec3A::new(0.0, 0.05, z)));
+    for (keys, views) in [(fine, &[top, above][..]), (coarse, &[below])] {
+        let mut known = uniform(keys);
+        for (eye, target) in views {
+            let [seen, known] = [&mut layers, &mut known].map(|integrator| radiance(integrator, *eye, *target));
+            for (k, (seen, known)) in seen.0.iter().zip(known.0).enumerate() {
+                // Other components keep the curves of two snows than those of one, each within 0.5 %.
+                assert!((seen / known - 1.0).abs() < 0.01, "{keys} {target} {k}: {seen} {known}");
             }
         }
     }
@@ -202,15 +278,15 @@ fn layers_lie_below_the_surface_or_a_height() {
         step(-0.1, 0.1),
         step(0.1, 0.0)
     );
-    for integrator in ["diffusion", "hybrid"] {
+    for method in ["diffusion", "hybrid"] {
         for (top, depths) in [("\"surface\"", [0.1, 0.0]), ("0", [0.0, 0.0])] {
-            let mut scene = layered_of_few_grains(integrator, &pack, top, &text);
-            scene.set_samples_per_pixel(16);
+            let mut integrator = layered_of_few_grains(method, &pack, top, &text);
+            integrator.set_samples_per_pixel(16);
             for (x, top_m) in [-0.1, 0.1].into_iter().zip(depths) {
                 for (depth_m, is_dark) in [(0.033, false), (0.044, true), (0.056, true), (0.067, false)] {
                     let at = Vec3A::new(x, -0.1, top_m - depth_m);
-                    let seen = radiance(&mut scene, at - Vec3A::Y, at).0[15];
-                    assert_eq!(seen < 0.6, is_dark, "{integrator} {top} {x} {depth_m}: {seen}");
+                    let seen = radiance(&mut integrator, at - Vec3A::Y, at).0[15];
+                    assert_eq!(seen < 0.6, is_dark, "{method} {top} {x} {depth_m}: {seen}");
                 }
             }
         }
@@ -219,12 +295,8 @@ fn layers_lie_below_the_surface_or_a_height() {
 
 #[test]
 fn mistakes_are_named() {
-    let error = |integrator: &str, keys: &str, layers: Option<&str>| {
-        let text = format!(
-            "{}[material.snow]\ntype = \"pca_snow\"\n{keys}{LIGHTS}{}",
-            snow::camera_of(integrator),
-            slab(0.1, 0.1)
-        );
+    let error = |keys: &str, layers: Option<&str>| {
+        let text = format!("{}[material.snow]\ntype = \"snow\"\n{keys}{LIGHTS}{}", snow::CAMERA, slab(0.1, 0.1));
         let file = match SceneFile::parse(text, "scene.toml") {
             Ok(file) => file,
             Err(error) => return error.to_string(),
@@ -233,44 +305,37 @@ fn mistakes_are_named() {
             Some(layers) if name == "pack.toml" => Ok(layers.as_bytes().to_vec()),
             _ => Err(std::io::ErrorKind::NotFound.into()),
         };
-        file.description.build(&table(), &files).unwrap_err().to_string()
+        file.description.build(&files).unwrap_err().to_string()
     };
     let good = PACKS[0].1;
     let bad = good.replace("density_kg_m3 = 250", "density_kg_m3 = 2500");
     let keys = "layers = \"pack.toml\"\n";
-    let refused = "material.snow.layers applies to the integrators diffusion and hybrid only, but type is";
-    for (integrator, keys, layers, words) in [
-        ("hybrid", keys, None, "material.snow.layers is \"pack.toml\", but pack.toml does not exist"),
-        ("hybrid", keys, Some(""), "pack.toml:1: holds no [[layer]]"),
-        ("hybrid", keys, Some(&*bad), "pack.toml:9: density is 2500 kg/m³, but must lie in 10–900 kg/m³"),
-        ("pcasnow", keys, Some(good), &format!("{refused} \"pcasnow\" in [integrator]")),
-        ("reference", keys, Some(good), &format!("{refused} \"reference\" in [integrator]")),
+    for (keys, layers, words) in [
+        (keys, None, "material.snow.layers is \"pack.toml\", but pack.toml does not exist"),
+        (keys, Some(""), "pack.toml:1: holds no [[layer]]"),
+        (keys, Some(&*bad), "pack.toml:9: density is 2500 kg/m³, but must lie in 10–900 kg/m³"),
         (
-            "hybrid",
             &format!("{keys}grain_size_um = 400\n"),
             Some(good),
             "scene.toml:14: material.snow has either `layers` or `grain_size_um`, not both",
         ),
         (
-            "hybrid",
             &format!("{keys}path = \"view\"\n"),
             Some(good),
             "unknown key `path` in material.snow; known are type, layers, layers_top",
         ),
         (
-            "hybrid",
             &format!("{keys}layers_top = \"ground\"\n"),
             Some(good),
             "material.snow.layers_top is \"ground\", but must be \"surface\" or a height in m",
         ),
         (
-            "hybrid",
             &format!("{keys}layers_top = 1e9\n"),
             Some(good),
             "material.snow.layers_top is 1000000000 m, but must lie in -100000 to 100000 m",
         ),
     ] {
-        let message = error(integrator, keys, layers);
+        let message = error(keys, layers);
         assert!(message.contains(words) && !message.contains('\n'), "{message}\n{words}");
     }
 }

@@ -6,10 +6,10 @@
 mod snow;
 
 use glam::{DVec3, Vec3A};
-use snow::{SNOW, analytic_table, directions, radiance, scene};
+use snow::{SNOW, analytic_table, directions, integrator, pcasnow, prepared, radiance, scene};
 use snowblue_render::geometry::ray::{Crossing, Ray};
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::render::render;
+use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 
 const LIGHT: &str = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
@@ -21,11 +21,8 @@ const CUBE: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\np
     4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
 
 fn objects(text: &str) -> Scene {
-    scene(
-        &format!("{SNOW}path = \"normal\"\nreflectance = 0\n{text}{LIGHT}"),
-        &analytic_table(),
-        &[("cube.ply", CUBE.into())],
-    )
+    let keys = pcasnow("path = \"normal\"\nreflectance = 0");
+    scene(&format!("{keys}{SNOW}{text}{LIGHT}"), &[("cube.ply", CUBE.into())])
 }
 
 /// The crossings of a line with the first object, by distance.
@@ -121,7 +118,7 @@ fn blocks(boundaries: &[(f64, f64)], body: bool) -> String {
 }
 
 fn light_through(text: &str, target: Vec3A) -> f32 {
-    radiance(&mut objects(text), Vec3A::new(0.3, -2.0, 0.5), target).0[15]
+    radiance(&mut prepared(&objects(text), Some(&analytic_table())), Vec3A::new(0.3, -2.0, 0.5), target).0[15]
 }
 
 #[test]
@@ -150,7 +147,7 @@ fn a_gap_in_a_body_is_air() {
     assert!((depth(&[(0.0, 0.1), (0.05, 0.6)]) - 0.6).abs() < 1e-6);
     // The light enters at the last exit.
     let apart = light_through(&blocks(&[(0.0, 0.1), (0.4, 0.6)], true), target);
-    let mut thin = objects(&blocks(&[(0.3, 0.6)], false));
+    let mut thin = prepared(&objects(&blocks(&[(0.3, 0.6)], false)), Some(&analytic_table()));
     let same_exit = radiance(&mut thin, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.3, -0.05)).0[15];
     assert!((apart / same_exit - 1.0).abs() < 1e-5, "{apart} for {same_exit}");
 }
@@ -176,10 +173,10 @@ fn a_body_does_not_occlude_area_lights_at_its_own_exits_but_other_snow_does() {
         [panel, ball, sky].into_iter().flat_map(|light| ["normal", "brightest"].map(|path| (light, path)))
     {
         let through = |objects: &str| {
-            let text = format!("{SNOW}path = \"{path}\"\nexit = \"first\"\nreflectance = 0\n{objects}{light}");
-            let mut scene = scene(&text, &analytic_table(), &[]);
-            scene.set_samples_per_pixel(256);
-            f64::from(radiance(&mut scene, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
+            let keys = pcasnow(&format!("path = \"{path}\"\nexit = \"first\"\nreflectance = 0"));
+            let mut integrator = integrator(&format!("{keys}{SNOW}{objects}{light}"), Some(&analytic_table()), &[]);
+            integrator.set_samples_per_pixel(256);
+            f64::from(radiance(&mut integrator, Vec3A::new(0.3, -2.0, 0.5), Vec3A::new(0.1, 0.0, -0.05)).0[15])
         };
         let alone = through(&front(""));
         let of_one_body = through(&format!("{}{}", front("body = \"wall\"\n"), behind("body = \"wall\"\n")));
@@ -198,7 +195,7 @@ fn an_image_of_two_halves_equals_the_image_of_the_whole() {
         scene.set_image_size(ImageSize { width: 24, height: 24 });
         scene.set_samples_per_pixel(4);
         scene.set_max_bounces(2);
-        let rendering = render(&scene, &|_| {});
+        let rendering = render_all(&prepared(&scene, Some(&analytic_table())), &|_| {});
         assert_eq!(rendering.statistics.odd_depth_lines, 0);
         rendering.film
     };

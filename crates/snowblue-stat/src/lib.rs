@@ -19,8 +19,6 @@
 //!
 //! **Out of scope.** Quantiles, one-sided and exact tests, the choice of bins.
 
-mod special;
-
 pub mod moments;
 pub mod p_value;
 

@@ -1,8 +1,9 @@
 //! p-values of common statistics, and the significance level for multiple tests.
 
-use crate::special::{beta_ratio, upper_gamma_ratio};
+use statrs::function::beta::beta_reg;
+use statrs::function::gamma::gamma_ur;
 
-/// Two-sided p-value of a standard normal statistic: erfc(|z|/√2) = Q(½, z²/2) (DLMF 7.11.2).
+/// Two-sided p-value of a standard normal statistic: that of χ² = z² with one degree of freedom.
 ///
 /// One value in 22 deviates by more than two standard deviations, one in 370 by more than three:
 /// ```
@@ -15,7 +16,7 @@ use crate::special::{beta_ratio, upper_gamma_ratio};
 /// If `z` is not a number.
 pub fn z_p_value(z: f64) -> f64 {
     assert!(!z.is_nan(), "z is not a number");
-    upper_gamma_ratio(0.5, 0.5 * z * z)
+    chi_squared_p_value(z * z, 1.0)
 }
 
 /// Two-sided p-value of Student's t: Iₓ(ν/2, ½) with x = ν/(ν + t²) (Abramowitz & Stegun 1964, equation 26.7.1).
@@ -25,9 +26,7 @@ pub fn z_p_value(z: f64) -> f64 {
 pub fn t_p_value(t: f64, degrees_of_freedom: f64) -> f64 {
     assert!(!t.is_nan(), "t is not a number");
     assert!(degrees_of_freedom > 0.0, "degrees of freedom are {degrees_of_freedom}, but must be above 0");
-    let ratio = t * t / degrees_of_freedom;
-    let (x, complement) = (1.0 / (1.0 + ratio), 1.0 / (1.0 + 1.0 / ratio));
-    beta_ratio(0.5 * degrees_of_freedom, 0.5, x, complement)
+    beta_reg(0.5 * degrees_of_freedom, 0.5, degrees_of_freedom / (degrees_of_freedom + t * t))
 }
 
 /// p-value of χ², the upper tail: Q(ν/2, χ²/2) (Abramowitz & Stegun 1964, equation 26.4.19).
@@ -37,7 +36,11 @@ pub fn t_p_value(t: f64, degrees_of_freedom: f64) -> f64 {
 pub fn chi_squared_p_value(chi_squared: f64, degrees_of_freedom: f64) -> f64 {
     assert!(chi_squared >= 0.0, "χ² is {chi_squared}, but must be at least 0");
     assert!(degrees_of_freedom > 0.0, "degrees of freedom are {degrees_of_freedom}, but must be above 0");
-    upper_gamma_ratio(0.5 * degrees_of_freedom, 0.5 * chi_squared)
+    match chi_squared {
+        0.0 => 1.0,
+        f64::INFINITY => 0.0,
+        _ => gamma_ur(0.5 * degrees_of_freedom, 0.5 * chi_squared),
+    }
 }
 
 /// Level of each of `tests` independent tests, such that all pass with probability 1 − `family_level` under the null

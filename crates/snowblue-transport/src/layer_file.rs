@@ -18,16 +18,16 @@
 //!
 //! Missing keys have the values of [`SnowSample::default`](crate::SnowSample).
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::Range;
 
 use serde::Deserialize;
+use serde::de::IntoDeserializer;
 use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use crate::TransportError;
 use crate::optics::IceTable;
-use crate::sample::{SnowDescription, TruncatedNormal};
+use crate::sample::{SnowKeyError, SnowKeys};
 use crate::stack::Layer;
 
 /// Greatest number of layers in a file. Each kind of grain costs a scattering tally of some tenths of a second.
@@ -68,132 +68,77 @@ impl LayerFile {
     /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
     /// [`MOST_LAYERS`].
     pub fn parse(text: &str) -> Result<Self, LayerFileError> {
-        let tables: Tables = toml::from_str(text).map_err(|error| LayerFileError {
-            span: Some(error.span().unwrap_or(0..0)),
-            reason: error.message().replace('\n', "; "),
-        })?;
-        if tables.layer.is_empty() {
-            return Err(LayerFileError { span: None, reason: "holds no [[layer]]".to_owned() });
+        let mut file = DeTable::parse(text).map_err(LayerFileError::of_toml)?.into_inner();
+        let ice = match file.remove("ice") {
+            Some(ice) => read::<String>(&ice)?.parse().map_err(|error| LayerFileError::at(ice.span(), error))?,
+            None => IceTable::default(),
+        };
+        let layers = file.remove("layer");
+        if let Some((key, _)) = file.iter().next() {
+            return Err(LayerFileError::at(
+                key.span(),
+                format!("unknown field `{}`, expected `ice` or `layer`", key.get_ref()),
+            ));
         }
-        if let Some(layer) = tables.layer.get(MOST_LAYERS) {
-            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", tables.layer.len());
+        let none = || LayerFileError { span: None, reason: "holds no [[layer]]".to_owned() };
+        let layers = layers.ok_or_else(none)?;
+        let tables = layers.get_ref().as_array().ok_or_else(|| LayerFileError::at(layers.span(), NO_LIST))?;
+        if let Some(layer) = tables.get(MOST_LAYERS) {
+            let reason = format!("holds {} [[layer]], but must hold at most {MOST_LAYERS}", tables.len());
             return Err(LayerFileError::at(layer.span(), reason));
         }
-        let ice = tables.ice.as_ref().map(|ice| parsed(ice, |name| name.parse())).transpose()?.unwrap_or_default();
-        let layers: Result<_, _> = tables.layer.iter().map(|table| read_layer(table.get_ref(), ice)).collect();
+        if tables.is_empty() {
+            return Err(none());
+        }
+        let layers: Result<_, _> = tables.iter().map(|table| read_layer(table, ice)).collect();
         Ok(Self { layers: layers?, ice })
     }
 }
+
+/// What is wrong with layers that are no list.
+const NO_LIST: &str = "layers must be written as [[layer]]";
 
 impl LayerFileError {
     fn at(span: Range<usize>, reason: impl Display) -> Self {
         Self { span: Some(span), reason: reason.to_string() }
     }
-}
 
-/// The tables of a file.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Tables {
-    ice: Option<Spanned<String>>,
-    #[serde(default)]
-    layer: Vec<Spanned<LayerTable>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LayerTable {
-    thickness_cm: Spanned<f64>,
-    grain_size_um: Option<Spanned<Numbers>>,
-    size_measure: Option<Spanned<String>>,
-    ssa_m2_kg: Option<Spanned<f64>>,
-    facetness: Option<Spanned<Numbers>>,
-    sphericity: Option<Spanned<Numbers>>,
-    density_kg_m3: Option<Spanned<f64>>,
-    snow: Option<Spanned<String>>,
-    water_saturation: Option<Spanned<f64>>,
-    #[serde(default)]
-    impurities_ng_g: BTreeMap<Spanned<String>, Spanned<f64>>,
-    temperature_c: Option<Spanned<f64>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "must be a number or a list of numbers")]
-enum Numbers {
-    One(f64),
-    Several(Vec<f64>),
-}
-
-impl Numbers {
-    fn as_slice(&self) -> &[f64] {
-        match self {
-            Self::One(number) => std::slice::from_ref(number),
-            Self::Several(numbers) => numbers,
-        }
+    fn of_toml(error: toml::de::Error) -> Self {
+        Self::at(error.span().unwrap_or(0..0), error.message().replace('\n', "; "))
     }
 }
 
-/// Builds a layer key by key, and checks it after each key to report the place of an error.
-fn read_layer(table: &LayerTable, ice: IceTable) -> Result<Layer, LayerFileError> {
-    let mut snow = SnowDescription { ice: Some(ice), ..SnowDescription::default() };
-    let check = |snow: &SnowDescription, span: Range<usize>| {
-        let layer = snow.sample().map(|sample| Layer { sample, thickness_cm: *table.thickness_cm.get_ref() });
-        layer.and_then(|layer| layer.check().map(|()| layer)).map_err(|error| LayerFileError::at(span, error))
-    };
-    let mut layer = check(&snow, table.thickness_cm.span())?;
-    if let Some(kind) = &table.snow {
-        snow.snow_type = Some(parsed(kind, |name| name.parse())?);
-        layer = check(&snow, kind.span())?;
+/// Reads a value by serde.
+fn read<'text, T: Deserialize<'text>>(value: &Spanned<DeValue<'text>>) -> Result<T, LayerFileError> {
+    let deserializer: ValueDeserializer = value.clone().into_deserializer();
+    T::deserialize(deserializer)
+        .map_err(|error| LayerFileError { span: error.span().or(Some(value.span())), ..LayerFileError::of_toml(error) })
+}
+
+fn read_layer(value: &Spanned<DeValue>, ice: IceTable) -> Result<Layer, LayerFileError> {
+    let mut keys = value.get_ref().as_table().cloned().ok_or_else(|| LayerFileError::at(value.span(), NO_LIST))?;
+    let thickness = keys.remove("thickness_cm");
+    let thickness = thickness.ok_or_else(|| LayerFileError::at(value.span(), "missing field `thickness_cm`"))?;
+    if let Some((key, _)) = keys.get_key_value("ice") {
+        return Err(LayerFileError::at(key.span(), "`ice` is the same for all layers: it stands above them"));
     }
-    if let Some(water_saturation) = &table.water_saturation {
-        snow.water_saturation = Some(*water_saturation.get_ref());
-        layer = check(&snow, water_saturation.span())?;
-    }
-    for (name, mass_fraction_ng_g) in &table.impurities_ng_g {
-        let substance = parsed(name, |name| name.parse())?;
-        snow.impurities = snow.impurities.with(substance, *mass_fraction_ng_g.get_ref());
-        layer = check(&snow, mass_fraction_ng_g.span())?;
-    }
-    if let Some(density_kg_m3) = &table.density_kg_m3 {
-        snow.density_kg_m3 = Some(*density_kg_m3.get_ref());
-        layer = check(&snow, density_kg_m3.span())?;
-    }
-    if let Some(temperature_c) = &table.temperature_c {
-        snow.temperature_c = Some(*temperature_c.get_ref());
-        layer = check(&snow, temperature_c.span())?;
-    }
-    if let Some(facetness) = &table.facetness {
-        snow.facetness = Some(parsed(facetness, |numbers| TruncatedNormal::facetness(numbers.as_slice()))?);
-        layer = check(&snow, facetness.span())?;
-    }
-    if let Some(sphericity) = &table.sphericity {
-        snow.sphericity = Some(parsed(sphericity, |numbers| TruncatedNormal::sphericity(numbers.as_slice()))?);
-        layer = check(&snow, sphericity.span())?;
-    }
-    if let Some(grain_size_um) = &table.grain_size_um {
-        snow.grain_size_um = Some(grain_size_um.get_ref().as_slice().to_vec());
-        layer = check(&snow, grain_size_um.span())?;
-    }
-    if let Some(measure) = &table.size_measure {
-        snow.size_measure = Some(parsed(measure, |name| name.parse())?);
-        layer = check(&snow, measure.span())?;
-    }
-    if let Some(area_m2_kg) = &table.ssa_m2_kg {
-        snow.surface_area_m2_kg = Some(*area_m2_kg.get_ref());
-        layer = check(&snow, area_m2_kg.span())?;
-    }
+    let thickness_cm = read(&thickness)?;
+    let snow: SnowKeys = read(&Spanned::new(value.span(), DeValue::Table(keys.clone())))?;
+    let snow = SnowKeys { ice: Some(ice.name().to_owned()), ..snow };
+    let sample = snow.sample().map_err(|SnowKeyError { key, impurity, error }| {
+        let given = keys.get(key);
+        let of_impurity = impurity.and_then(|name| given?.get_ref().as_table()?.get(name.as_str()));
+        LayerFileError::at(of_impurity.or(given).map_or(value.span(), Spanned::span), error)
+    })?;
+    let layer = Layer { sample, thickness_cm };
+    layer.check().map_err(|error| LayerFileError::at(thickness.span(), error))?;
     Ok(layer)
-}
-
-/// The value of a key, or an error at its place.
-fn parsed<K, V>(key: &Spanned<K>, parse: impl Fn(&K) -> Result<V, TransportError>) -> Result<V, LayerFileError> {
-    parse(key.get_ref()).map_err(|error| LayerFileError::at(key.span(), error))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::SnowSample;
+    use crate::sample::{SnowSample, TruncatedNormal};
 
     #[test]
     fn values_are_numbers_or_lists() {

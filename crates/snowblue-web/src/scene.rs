@@ -3,28 +3,22 @@
 use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use js_sys::Date;
 use snowblue_color::LinearRgb;
-use snowblue_database::fill::{FillOptions, fill};
-use snowblue_database::{Axes, CompressedTable, Space};
 use snowblue_render::bake::{BakedObject, LitSurface, Relighting};
 use snowblue_render::files::{FilesInMemory, SceneFiles};
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, MaterialDescription};
+use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource};
 use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
-use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, SceneDescription};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, SceneDescription};
 use wasm_bindgen::prelude::*;
 
 use crate::snow::text;
-
-/// Rays through grains for the curves of PCASnow: 0.4 % in the transmittance of 15 cm.
-const TABLE_RAYS: u32 = 1 << 16;
-/// Principal components of these curves, in log space. The embedded table has six, which keep T within 0.5 %.
-const COMPONENTS: usize = 8;
 
 /// Files that scenes name: meshes, and the coefficients of the clear sky.
 #[wasm_bindgen]
@@ -36,10 +30,9 @@ pub struct Files(FilesInMemory);
 #[derive(Debug)]
 pub struct LightField {
     description: SceneDescription,
-    table: CompressedTable,
     snow: Relighting,
     /// The lights of the last sky, and its JSON.
-    sky: (String, Vec<Light>),
+    sky: (String, Vec<Arc<Light>>),
     /// The strength of the last light.
     strength: LinearRgb,
     lit: Vec<LitSurface>,
@@ -49,7 +42,7 @@ pub struct LightField {
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct Picture {
-    scene: snowblue_render::Scene,
+    integrator: Integrator,
     sums: FilmAccumulator,
 }
 
@@ -95,29 +88,10 @@ impl Files {
     }
 }
 
-/// A scene of a description.
-fn build(
-    description: &SceneDescription,
-    table: &CompressedTable,
-    files: &Files,
-) -> Result<snowblue_render::Scene, String> {
-    description.build(table, &ObjFiles(files)).map_err(text)
-}
-
-/// The curves of the snow of a scene; only PCASnow reads them, so that others have next to none. Scenes of several
-/// kinds of snow are refused when they are built.
-fn table(description: &SceneDescription) -> Result<CompressedTable, String> {
-    let snow = description.materials.values().find_map(|material| match material {
-        MaterialDescription::PcaSnow(snow) => Some(snow.sample_at(0.0)),
-        MaterialDescription::Diffuse(_) | MaterialDescription::LayeredSnow(_) => None,
-    });
-    let mut axes = Axes::of_sample(&snow.ok_or("the scene has no snow without layers")?);
-    let (mut rays, mut components) = (TABLE_RAYS, COMPONENTS);
-    if description.integrator.kind != IntegratorKind::PcaSnow {
-        (axes.angles_deg, axes.thicknesses_cm, rays, components) = (vec![0.0], vec![1.0, 2.0], 16, 1);
-    }
-    let full = fill(&axes, &FillOptions::by_ordinates(rays), &|_| ()).map_err(text)?;
-    CompressedTable::new(&full, Space::Log, components).map_err(text)
+/// The integrator of a scene.
+fn prepare(description: &SceneDescription, files: &Files) -> Result<Integrator, String> {
+    let scene = description.build(&ObjFiles(files)).map_err(text)?;
+    Integrator::prepare(&scene).map_err(text)
 }
 
 #[wasm_bindgen]
@@ -137,12 +111,10 @@ impl LightField {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
-        description.check().map_err(text)?;
-        let table = table(&description)?;
-        let scene = build(&description, &table, files)?;
-        let snow = Relighting::new(scene, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
+        let integrator = prepare(&description, files)?;
+        let snow = Relighting::new(integrator, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
         let (sky, strength) = ((String::new(), Vec::new()), LinearRgb { r: 0.0, g: 0.0, b: 0.0 });
-        Ok(Self { description, table, snow, sky, strength, lit: Vec::new() })
+        Ok(Self { description, snow, sky, strength, lit: Vec::new() })
     }
 
     /// Unknowns of a solution at each wavelength.
@@ -225,7 +197,7 @@ impl LightField {
             self.sky = (sky.to_owned(), self.lights_of_sky(sky, files).map_err(failed)?);
         }
         let lights = std::mem::take(&mut self.sky.1);
-        let light = lights.iter().find(|light| matches!(light, Light::Sun(..)) == is_sun);
+        let light = lights.iter().find(|light| matches!(&***light, Light::Sun(..)) == is_sun);
         let found = light.map(|light| self.solve(light));
         self.sky.1 = lights;
         found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))
@@ -235,12 +207,12 @@ impl LightField {
     /// some unit directions.
     #[must_use]
     pub fn sky_radiance(&self, directions: &[f32]) -> Vec<f32> {
-        let Some(sky) = self.sky.1.iter().find(|light| !matches!(light, Light::Sun(..))) else { return Vec::new() };
+        let Some(sky) = self.sky.1.iter().find(|light| !matches!(&***light, Light::Sun(..))) else { return Vec::new() };
         let from = |direction: &[f32]| self.snow.radiance(sky, glam::Vec3A::from_slice(direction));
         colors(&directions.chunks_exact(3).map(from).collect::<Vec<_>>())
     }
 
-    fn solve(&mut self, light: &Light) {
+    fn solve(&mut self, light: &Arc<Light>) {
         self.strength = self.snow.strength(light);
         self.lit = self.snow.light(light);
     }
@@ -303,7 +275,7 @@ impl LightField {
     }
 
     /// A lamp by the rules of the scene's lights.
-    fn lamp(&self, lamp: &str) -> Result<Light, String> {
+    fn lamp(&self, lamp: &str) -> Result<Arc<Light>, String> {
         let lamp: serde_json::Value = serde_json::from_str(lamp).map_err(text)?;
         let mut description = self.with("light", vec![lamp].into())?;
         description.check().map_err(text)?;
@@ -314,17 +286,18 @@ impl LightField {
             }) => {
                 let spectrum = LightSpectrum::illuminant(illuminant).map_err(text)?;
                 let position = glam::DVec3::from(point.position).as_vec3().into();
-                Ok(Light::Point(PointLight::new(position, &spectrum, narrow(point.radiant_intensity_w_sr))))
+                let light = PointLight::new(position, &spectrum, narrow(point.radiant_intensity_w_sr));
+                Ok(Arc::new(Light::Point(light)))
             }
             _ => Err("a lamp in the light field is a point light with an illuminant".to_owned()),
         }
     }
 
     /// The lights of a sky by the rules of the scene's.
-    fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Light>, String> {
+    fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Arc<Light>>, String> {
         let description = self.with("sky", serde_json::from_str(sky).map_err(text)?)?;
         let sky = description.sky.ok_or("there is no sky")?;
-        self.snow.sky(sky, &self.table, &ObjFiles(files)).map_err(text)
+        self.snow.sky(sky, &ObjFiles(files)).map_err(text)
     }
 }
 
@@ -342,28 +315,28 @@ impl Picture {
 
     fn unfinished(scene: &str, files: &Files) -> Result<Self, String> {
         let description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
-        description.check().map_err(text)?;
-        let scene = build(&description, &table(&description)?, files)?;
-        let sums = accumulator(&scene, Aovs::default(), &all_samples(&scene).window());
-        Ok(Self { scene, sums })
+        let integrator = prepare(&description, files)?;
+        let scene = integrator.scene();
+        let sums = accumulator(scene, Aovs::default(), &all_samples(scene).window());
+        Ok(Self { integrator, sums })
     }
 
     /// Width in pixels.
     #[must_use]
     pub fn width(&self) -> u32 {
-        self.scene.film().width
+        self.scene().film().width
     }
 
     /// Height in pixels.
     #[must_use]
     pub fn height(&self) -> u32 {
-        self.scene.film().height
+        self.scene().film().height
     }
 
     /// Samples of each pixel so far, on average; at most those of the scene.
     #[must_use]
     pub fn samples(&self) -> u32 {
-        let all = all_samples(&self.scene);
+        let all = all_samples(self.scene());
         let missing: u64 = self.sums.coverage().missing_from(&all).iter().map(SampleBlock::count).sum();
         let pixels = u64::from(self.width()) * u64::from(self.height());
         u32::try_from((all.count() - missing) / pixels.max(1)).unwrap_or(u32::MAX)
@@ -373,21 +346,25 @@ impl Picture {
     pub fn add(&mut self, milliseconds: f64) -> u32 {
         let end = Date::now() + milliseconds;
         let control = RenderControl { progress: &|_| {}, stop: &|| Date::now() >= end };
-        render_missing(&self.scene, &all_samples(&self.scene), &mut self.sums, control);
+        render_missing(&self.integrator, &all_samples(self.integrator.scene()), &mut self.sums, control);
         self.samples()
     }
 
     /// The pixels for a display: RGBA of 8 bits.
     #[must_use]
     pub fn display(&self) -> wasm_bindgen::Clamped<Vec<u8>> {
-        let raster = to_raster(&self.sums.film(), self.scene.film().exposure);
+        let raster = to_raster(&self.sums.film(), self.scene().film().exposure);
         wasm_bindgen::Clamped(raster.bytes().chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect())
     }
 
     /// The exposure of the display, in stops.
     #[must_use]
     pub fn exposure_stops(&self) -> f64 {
-        self.sums.film().display_factor(self.scene.film().exposure).log2()
+        self.sums.film().display_factor(self.scene().film().exposure).log2()
+    }
+
+    fn scene(&self) -> &snowblue_render::Scene {
+        self.integrator.scene()
     }
 }
 

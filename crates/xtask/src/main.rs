@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     let done: Result<(), Box<dyn Error>> = match words[..] {
         ["embed-table"] => embed_table::run(None).map_err(Into::into),
         ["embed-table", file] => embed_table::run(Some(file)).map_err(Into::into),
-        ["repair-mesh", input, output] => repair_mesh::run(input.as_ref(), output.as_ref()),
+        ["repair-mesh", input, output] => repair_mesh::run(input.as_ref(), output.as_ref()).map(|done| report(&done)),
         ["thickness-map", mesh, lines] => thickness_map::run(mesh.as_ref(), lines),
         _ => {
             report(USAGE);

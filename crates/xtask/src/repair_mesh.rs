@@ -13,9 +13,8 @@ use snowblue_render::mesh_files::read_mesh_file;
 use snowblue_render::mesh_tools::repair::repair;
 use snowblue_render::mesh_tools::topology::Topology;
 
-use crate::report;
-
-pub(crate) fn run(input: &Path, output: &Path) -> Result<(), Box<dyn Error>> {
+/// Returns what was done.
+pub(crate) fn run(input: &Path, output: &Path) -> Result<String, Box<dyn Error>> {
     let repaired = repair(&read_mesh_file(input, None)?);
     let topology = Topology::of(&repaired.mesh);
     if !topology.is_closed() {
@@ -24,15 +23,14 @@ pub(crate) fn run(input: &Path, output: &Path) -> Result<(), Box<dyn Error>> {
     }
     write_atomically(output, |file| file.write_all(&ply(&repaired.mesh)))
         .map_err(|error| format!("cannot write {}: {error}", output.display()))?;
-    report(&format!(
+    Ok(format!(
         "{}: {} triangles, watertight ({} vertices merged, {} triangles dropped, holes filled: {})",
         output.display(),
         topology.triangles,
         repaired.merged_vertices,
         repaired.dropped_triangles,
         repaired.filled_holes.len()
-    ));
-    Ok(())
+    ))
 }
 
 /// A binary PLY file (Turk 1994).

@@ -3,11 +3,10 @@
  * one is solved for once they rest.
  */
 
-import { type Body, namedMesh, surfaceOf } from "./shapes";
+import { type Body, namedMesh, type Size, surfaceOf } from "./shapes";
 import type { FieldAnswer, FieldRequest } from "./field-messages";
 import { LitBody } from "./lit-body";
 import { sceneWorker } from "./native-scene";
-import type { Size } from "./step";
 
 /** Rays through grains for the coarse field: an error of 1 % in the light behind 15 cm. */
 const COARSE_RAYS = 1 << 14;

@@ -1,6 +1,6 @@
 /** Binary glTF 2.0 (ISO/IEC 12113:2022): reads triangles, and writes meshes with attributes. */
 
-import type { Triangles } from "./shapes";
+import type { Triangles } from "./triangles";
 
 const MAGIC = 0x46546c67;
 const JSON_CHUNK = 0x4e4f534a;

@@ -1,6 +1,6 @@
 /** A visitor's mesh: read, freed of doubled vertices, and put on the ground. */
 
-import type { Triangles } from "./shapes";
+import type { Triangles } from "./triangles";
 import { readGlb } from "./glb";
 
 const MOST_MIB = 64;

@@ -1,7 +1,7 @@
 /** PLY files of triangles. */
 
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
-import type { Triangles } from "./shapes";
+import type { Triangles } from "./triangles";
 
 /** The triangles of a PLY file, whose axes are those of scenes. Throws an error that says what is wrong. */
 export function readPly(file: ArrayBuffer): Triangles {

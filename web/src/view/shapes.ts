@@ -2,16 +2,10 @@
 
 import type { Shape, Vector, View } from "../state";
 import type { NamedMesh } from "./field-messages";
-import type { Size } from "./step";
+import type { Triangles } from "./triangles";
 import { drift } from "./drift";
 import { sculpture } from "./sculpture";
 import { wall } from "./wall";
-
-/** Triangles, counter-clockwise seen from outside, in metres with z upwards. */
-export interface Triangles {
-  positions: Float32Array;
-  triangles: Uint32Array;
-}
 
 /** A surface: keys of an `[[object]]` of a scene file without its material, and the mesh that they name. */
 export interface Surface {
@@ -28,6 +22,9 @@ export interface Body extends Surface {
   /** Area of the surface, in m². */
   area: number;
 }
+
+/** Sizes of the cells of light fields. */
+export type Size = "coarse" | "fine";
 
 /** The surface of a body for light fields of a size of cells. */
 export function surfaceOf(body: Body, size: Size): Surface {

@@ -1,10 +1,10 @@
 /** Sizes of the cells of light fields. */
 
-import type { Body } from "./shapes";
+import type { Body, Size } from "./shapes";
 import type { SnowMaterial } from "./snow";
 
 /** Wanted unknowns, and about how many there are for each square of the size of a cell at the surface. */
-const NODES = { coarse: 5000, fine: 40_000 } as const;
+const NODES: Record<Size, number> = { coarse: 5000, fine: 40_000 };
 const NODES_PER_CELL = 4.6;
 /** Transport mean free path in snow of 400 µm and 300 kg/m³, in mm. */
 const MEAN_FREE_PATH_MM = 2;
@@ -16,8 +16,6 @@ const MOST_PATHS = 40;
  * rendering, here within 0.8 %; but a software GPU draws 8 frames a second instead of 18.
  */
 const CELLS_PER_EDGE = 1.5;
-
-export type Size = keyof typeof NODES;
 
 /** Size of the cells at the surface of a body, in mm. */
 export function stepOf(body: Body, { grain_size_um, density_kg_m3 }: SnowMaterial, size: Size): number {

@@ -12,10 +12,10 @@ import { Orbit } from "./orbit";
 import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
 import { fieldScene, type Film, sceneOf, toToml } from "./scene";
-import { body as bodyOf, type Body, defaults, meshBody, namedMesh, surfaceOf } from "./shapes";
+import { body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
 import { isEmbedded, materialOf, type SnowMaterial, tableCommand } from "./snow";
 import { SnowCanvas } from "./snow-canvas";
-import { fineEdge, type Size, stepOf } from "./step";
+import { fineEdge, stepOf } from "./step";
 import { STYLE } from "./style";
 
 export interface ViewerEvents {

@@ -10,9 +10,8 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::BOUNCES;
-use snowblue_render::{Scene, SceneDescription};
+use snowblue_render::{Integrator, SceneDescription};
 
-use crate::input::scene_table;
 use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path};
 
@@ -61,9 +60,6 @@ pub(crate) struct Bake {
         )
     )]
     exposure: Option<Exposure>,
-    /// Compressed table of snow, NetCDF [default: the embedded one]
-    #[arg(long, value_name = "FILE")]
-    database: Option<PathBuf>,
     #[arg(
         long, value_name = "N", value_parser = parse::whole_number_of(BOUNCES),
         help = format!(
@@ -88,15 +84,15 @@ impl Bake {
         let why = "a .ply has no preview";
         self.given.refuse_idle(&[Idle { when: is_ply, options: &["exposure"], why }])?;
         let mut file = self.scene.open()?;
-        let table = scene_table(self.database.as_deref())?;
         let SceneDescription { film, integrator, light_field, .. } = &mut file.description;
         film.exposure = self.exposure.unwrap_or(film.exposure);
         integrator.kind = IntegratorKind::Diffusion;
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         self.light_field.override_values(light_field);
-        let scene = file.build(&table).map_err(Failure::input)?;
-        let provenance = Provenance::of(&scene, &table);
-        let baked = self.bake(&scene, quiet)?;
+        let scene = file.build().map_err(Failure::input)?;
+        let integrator = Integrator::prepare(&scene).map_err(|error| Failure::input(file.locate(error)))?;
+        let provenance = Provenance::of(&integrator);
+        let baked = self.bake(&integrator, quiet)?;
         match format {
             Format::Glb => write_glb(&baked, &provenance, &self.output),
             Format::Ply => write_ply(&baked, &provenance, &self.output),
@@ -119,14 +115,14 @@ impl Bake {
         Ok(format)
     }
 
-    fn bake(&self, scene: &Scene, quiet: bool) -> Result<BakedScene, Failure> {
+    fn bake(&self, integrator: &Integrator, quiet: bool) -> Result<BakedScene, Failure> {
         let options = BakeOptions {
             step_m: self.step_mm.map(|step_mm| 1e-3 * step_mm),
             channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: false,
         };
         let bar = Progress::new("solutions", quiet);
-        let baked = bake(scene, options, &|done, all| bar.set(done as u64, all as u64));
+        let baked = bake(integrator, options, &|done, all| bar.set(done as u64, all as u64));
         bar.finish();
         baked.map_err(|error| {
             let reason = match error {

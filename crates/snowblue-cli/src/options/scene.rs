@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use snowblue_render::SceneFile;
-use snowblue_render::files::FilesIn;
 
 use crate::input::EmbeddedScene;
 use crate::output::Failure;
@@ -33,11 +32,6 @@ impl SceneOptions {
             (None, Some(scene)) => scene.open(),
             (None, None) => Err(Failure::Input("give a scene file, or --scene NAME (render --list-scenes)".to_owned())),
         }
-    }
-
-    /// The files that it names.
-    pub(crate) fn files(&self) -> FilesIn {
-        FilesIn::beside(self.file.as_deref().unwrap_or(std::path::Path::new("")))
     }
 
     /// Its file, or its name.

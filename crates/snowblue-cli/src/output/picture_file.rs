@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::accumulator::SampleCounts;
-use snowblue_render::film::frame_record::FrameRecord;
 use snowblue_render::film::image_file::write_png;
 use snowblue_render::film::resumable_file::{self, ResumeData};
 
@@ -32,8 +31,6 @@ pub(crate) struct PictureFile {
     pub(crate) format: PictureFormat,
     /// Whether an EXR keeps the sums of samples, which merging and resuming need.
     pub(crate) keeps_sums: bool,
-    /// Whether it is a frame of a film, which has a record.
-    pub(crate) is_frame: bool,
 }
 
 impl PictureFile {
@@ -45,7 +42,7 @@ impl PictureFile {
             _ => return Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
         };
         check_path(path)?;
-        Ok(Self { path: path.to_owned(), format, keeps_sums, is_frame: false })
+        Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
     /// Memory that writing takes beside the sums, in bytes for each pixel: for a PNG its colours, their brightness for
@@ -77,11 +74,6 @@ impl PictureFile {
             [("Seed", "seed"), ("Max bounces", "max bounces"), ("Path", "path"), ("Colours", "colours")]
         {
             notes.extend(provenance.get(name).map(|value| (keyword, value.to_owned())));
-        }
-        if self.is_frame {
-            let (provenance, coverage) = (provenance.clone(), sums.coverage().clone());
-            let record = FrameRecord { provenance, coverage, exposure, aovs: sums.aovs() };
-            notes.push((FrameRecord::KEYWORD, record.to_text()));
         }
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.format {

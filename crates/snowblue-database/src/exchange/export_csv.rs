@@ -1,9 +1,10 @@
-//! Exports a table as CSV: one row per value, with the columns that [`super::import_csv`] reads.
+//! Exports a table as CSV: a row for each value. The columns are the axes with their units (`grain_size_um`,
+//! `facetness`, `density_kg_m3`, further properties, `angle_deg`, `thickness_cm`, `wavelength_nm`), `transmittance` and
+//! `reflectance`.
 
 use std::path::Path;
 
-use super::axis_names;
-use crate::axes::{Coordinate, is_diffuse};
+use crate::axes::{Coordinate, NamedAxis, is_diffuse};
 use crate::file::{AnyTable, write_bytes};
 use crate::{DatabaseError, Quantity};
 
@@ -21,11 +22,8 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
         }
     };
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let names = axis_names();
-    let named = axes.named();
-    let columns =
-        named.iter().map(|axis| names.iter().find(|n| n.netcdf == axis.name).map_or(axis.name, |n| n.csv.as_str()));
-    writer.write_record(columns.chain(Quantity::ALL.map(Quantity::name))).map_err(failed)?;
+    let columns = axes.named().iter().map(column_name).collect::<Vec<_>>();
+    writer.write_record(columns.iter().map(String::as_str).chain(Quantity::ALL.map(Quantity::name))).map_err(failed)?;
     let wavelengths = axes.wavelengths_nm.len();
     let mut curve = [vec![0.0; wavelengths], vec![0.0; wavelengths]];
     for number in 0..axes.curves() {
@@ -52,4 +50,17 @@ pub fn export_csv(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
         .into_inner()
         .map_err(|error| DatabaseError::file(path, format!("cannot be written: {}", error.error())))?;
     write_bytes(path, &text)
+}
+
+/// The name of the column of an axis, which ends in its unit.
+fn column_name(NamedAxis { name, unit, .. }: &NamedAxis) -> String {
+    let unit = match *unit {
+        "1" => return (*name).to_owned(),
+        "kg m-3" => "kg_m3",
+        "degree" => "deg",
+        "degree_Celsius" => "c",
+        "ng g-1" => "ng_g",
+        unit => unit,
+    };
+    format!("{name}_{unit}")
 }

@@ -17,5 +17,4 @@ mod writer;
 pub use atomic::{STANDARD_OUTPUT, check_writable, is_stream, partial_path, write_atomically};
 pub use reader::{AnyTable, read};
 
-pub(crate) use reader::{invalid_netcdf, open, open_bytes};
 pub(crate) use writer::write_bytes;

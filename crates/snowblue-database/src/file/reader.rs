@@ -44,18 +44,32 @@ impl AnyTable {
         let path = Path::new(name);
         read_table(path, open_bytes(path, bytes)?)
     }
+
+    fn compressed(self, path: &Path) -> Result<CompressedTable, DatabaseError> {
+        match self {
+            Self::Compressed(table) => Ok(table),
+            Self::Full(_) | Self::Shard(_) => {
+                Err(DatabaseError::file(path, format!("is {}, not a compressed one", self.kind())))
+            }
+        }
+    }
 }
 
 impl CompressedTable {
+    /// Reads a compressed table from a file.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not a compressed table of snow.
+    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
+        read(path)?.compressed(path)
+    }
+
     /// Reads a compressed table from the bytes of its file. `name` identifies them in messages.
     ///
     /// # Errors
     /// If the bytes are not a compressed table of snow.
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, DatabaseError> {
-        match AnyTable::from_bytes(name, bytes)? {
-            AnyTable::Compressed(table) => Ok(table),
-            other => Err(DatabaseError::file(Path::new(name), format!("is {}, not a compressed one", other.kind()))),
-        }
+        AnyTable::from_bytes(name, bytes)?.compressed(Path::new(name))
     }
 }
 
@@ -68,7 +82,7 @@ pub fn read(path: &Path) -> Result<AnyTable, DatabaseError> {
 }
 
 /// Opens a NetCDF file. The errors of a missing, a damaged and a NetCDF-4 file differ.
-pub(crate) fn open(path: &Path) -> Result<FileReader, DatabaseError> {
+fn open(path: &Path) -> Result<FileReader, DatabaseError> {
     let unreadable = |error: std::io::Error| DatabaseError::file(path, format!("cannot be read: {error}"));
     let (mut file, mut start) = (std::fs::File::open(path).map_err(unreadable)?, Vec::new());
     let length = file.metadata().map_err(unreadable)?.len();
@@ -78,7 +92,7 @@ pub(crate) fn open(path: &Path) -> Result<FileReader, DatabaseError> {
 }
 
 /// Opens the bytes of a NetCDF file.
-pub(crate) fn open_bytes(name: &Path, bytes: &[u8]) -> Result<FileReader, DatabaseError> {
+fn open_bytes(name: &Path, bytes: &[u8]) -> Result<FileReader, DatabaseError> {
     check_header(name, bytes, bytes.len() as u64)?;
     let bytes = Box::new(Cursor::new(bytes.to_vec()));
     FileReader::open_seek_read(&name.to_string_lossy(), bytes).map_err(|error| invalid_netcdf(name, &error))
@@ -164,7 +178,7 @@ fn read_axes(path: &Path, reader: &mut FileReader) -> Result<Axes, DatabaseError
                 expected.push(COMPONENT);
             }
             if variable.dim_names() != expected {
-                let what = "has its dimensions in another order; use 'database import'";
+                let what = format!("has not the dimensions {} in this order", expected.join(", "));
                 return Err(DatabaseError::file(path, what));
             }
         }
@@ -236,7 +250,7 @@ fn metadata(data: &DataSet) -> Vec<Attribute> {
 }
 
 /// The error of a file that NetCDF cannot read.
-pub(crate) fn invalid_netcdf(path: &Path, error: &ReadError) -> DatabaseError {
+fn invalid_netcdf(path: &Path, error: &ReadError) -> DatabaseError {
     // The Debug form of a header error holds the bytes of the file.
     let reason = match error {
         ReadError::IOErrorKind(kind) => kind.to_string(),

@@ -10,7 +10,9 @@ mod monte_carlo;
 mod options;
 mod ordinates;
 
+use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::SnowSample;
+use snowblue_transport::slab::Slab;
 
 pub use job::{FillProgress, FillStage};
 pub use options::{Engine, FillOptions, ice_from_metadata};
@@ -51,6 +53,43 @@ pub fn fill(
     let grains: Vec<usize> = (0..axes.grains()).collect();
     let values = fill_grains(axes, options, &grains, progress)?;
     Ok(Table::new(axes.clone(), values, options.metadata()))
+}
+
+/// The curves of any samples by discrete ordinates, as a table whose samples are numbered from 1 on in place of grain
+/// sizes. Angles and thicknesses are those of [`Axes::with_thin_and_thick_knots`]. The samples may have any grains, but
+/// one table of ice.
+///
+/// # Errors
+/// If a sample is out of range, or its tables do not cover a wavelength.
+pub(crate) fn fill_samples(
+    samples: &[SnowSample],
+    wavelengths_nm: &[f64],
+    tally_rays: u32,
+) -> Result<Table, DatabaseError> {
+    let axes = Axes {
+        grain_sizes_um: (1..=samples.len()).map(|number| number as f64).collect(),
+        facetness: vec![0.0],
+        densities_kg_m3: vec![0.0],
+        wavelengths_nm: wavelengths_nm.to_vec(),
+        ..Axes::with_thin_and_thick_knots()
+    };
+    let slab = Slab {
+        sample: SnowSample::default(),
+        thicknesses_cm: axes.thicknesses_cm.clone(),
+        incidences: axes.incidences(),
+        wavelengths_nm: wavelengths_nm.to_vec(),
+    };
+    let mut values = CurveValues { transmittance: Vec::new(), reflectance: Vec::new(), errors: None };
+    for spectra in solve_each(samples, &slab, &OrdinatesOptions { tally_rays, ..OrdinatesOptions::default() })? {
+        for incidence in 0..slab.incidences.len() {
+            for thickness in 0..slab.thicknesses_cm.len() {
+                let fluxes = spectra.spectrum(thickness, incidence);
+                values.transmittance.extend(fluxes.iter().map(|flux| flux.transmittance));
+                values.reflectance.extend(fluxes.iter().map(|flux| flux.reflectance));
+            }
+        }
+    }
+    Ok(Table::new(axes, values, Vec::new()))
 }
 
 /// Fills the given grains, each an index into grain size × facetness. The values are bit for bit those of [`fill`], in

@@ -179,8 +179,8 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
         let ImageSize { width, height } = shot.size;
         let mut scene = shot.scene.clone();
         (scene.film.width, scene.film.height) = (width, height);
-        let scene = scene.build(snowblue_data::embedded(), &FilesIn::new(""))?;
-        let rendering = render::render(&scene, &|_| {});
+        let scene = scene.build(&FilesIn::new(""))?;
+        let rendering = render(&scene)?;
         let stops = rendering.film.display_factor(scene.film().exposure).log2();
         let counts = [width, height, scene.integrator().samples_per_pixel, scene.integrator().max_bounces];
         let mut row = vec![Cell::word(&shot.name), Cell::word(scene.integrator().kind.name())];

@@ -93,11 +93,6 @@ class Database:
         with reporting(progress, "steps") as report:
             return cls(_native.Table.build(axes, filling, report))
 
-    @classmethod
-    def import_curves(cls, path: str | PathLike[str], **fixed: float) -> Database:
-        """Reads curves of another model or an instrument, CSV or NetCDF; `fixed` has values of axes that it lacks."""
-        return cls(_native.Table.import_curves(existing(path), {name: float(value) for name, value in fixed.items()}))
-
     @property
     def kind(self) -> str:
         """What it is, in words."""

@@ -83,6 +83,28 @@ class Scene:
         scene._scene = _native.Scene.open(existing(path))
         return scene
 
+    def with_(self, **tables: Any) -> Scene:
+        """The scene with other tables: keywords of :class:`Scene`, of which None removes a table.
+
+        Its files, and meshes of arrays by their names, are those of this scene. A scene and those made from it keep what
+        was built for the last picture of any of them; the next picture computes only what differs: where lights differ,
+        their light in the snow, and where only the camera or the film differ, nothing of the snow.
+
+        Examples
+        --------
+        >>> import snowblue
+        >>> scene = snowblue.Scene(
+        ...     camera={"position": [0, -1, 1], "look_at": [0, 0, 0]}, sky={"sun": {"elevation_deg": 30}}
+        ... )
+        >>> evening = scene.with_(sky={"sun": {"elevation_deg": 5}})
+        >>> evening.description["sky"]["sun"]["elevation_deg"]
+        5.0
+        """
+        document = {name: table for name, table in {**self.description, **tables}.items() if table is not None}
+        scene = Scene.__new__(Scene)
+        scene._scene = self._scene.with_json(_json(document))
+        return scene
+
     @property
     def description(self) -> dict[str, Any]:
         """The tables of the scene, with all defaults. A copy."""
@@ -134,7 +156,8 @@ class Scene:
         xarray.Dataset
             `rgb`: linear sRGB, where luminance 1 is that of 1 W/(m² sr) of equal-energy light over 400 to 700 nm;
             `display`: 8-bit sRGB at the exposure, for `picture.display.plot.imshow()`; and the AOVs. The pixel at the
-            upper left is the first; y grows upwards.
+            upper left is the first; y grows upwards. The attribute `solved_light_fields` counts the solutions for light
+            in snow that were not kept of an earlier picture.
         """
         changed = self._changed(
             film={"width": width, "height": height, "exposure": exposure},
@@ -255,7 +278,7 @@ def _picture(rendered: dict[str, Any]) -> xr.Dataset:
 
     width, height = rendered.pop("width"), rendered.pop("height")
     display, wavelengths_nm = rendered.pop("display"), rendered.pop("wavelengths")
-    made = {"exposure_stops": rendered.pop("exposure_stops"), "provenance": rendered.pop("provenance")}
+    made = {name: rendered.pop(name) for name in ("exposure_stops", "provenance", "solved_light_fields")}
     groups: dict[str, list[str]] = {}
     for name in rendered:
         group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]

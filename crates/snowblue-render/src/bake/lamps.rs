@@ -1,8 +1,8 @@
 //! The lamps of a scene, and the light of each of them alone.
 
+use crate::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 use crate::scene::Scene;
 use crate::scene::light::{Light, PointLight};
-use crate::scene::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,7 +8,8 @@
 //!
 //! J is negative where more light enters than leaves: on lit faces.
 //!
-//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is. Faces of snow
+//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is, of a mask that at
+//! its 0. Faces of snow
 //! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
 
 mod escape_polynomial;
@@ -34,8 +35,9 @@ use snowblue_transport::range::ParameterRange;
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
 use crate::geometry::ray::narrow;
+use crate::integrators::Integrator;
+use crate::light_field::LightField;
 use crate::scene::Scene;
-use crate::scene::light_field::LightField;
 use crate::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
@@ -87,7 +89,7 @@ pub enum BakeError {
     /// No object is snow.
     #[error("the scene has no snow")]
     NoSnow,
-    /// The scene was built for an integrator that does not solve for the light field.
+    /// The integrator does not solve for the light field.
     #[error("the scene has no light field: its integrator must be diffusion or hybrid")]
     NoField,
     /// The triangles are too small.
@@ -185,14 +187,18 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
     LinearRgb::from_xyz(sensor.xyz(flux))
 }
 
-/// Bakes the light field of a scene. `progress` is called with the number of solutions that are done and of all: one
+/// Bakes the light field of an integrator. `progress` is called with the number of solutions that are done and of all: one
 /// for all lights, and one for each lamp.
 ///
 /// # Errors
 ///
-/// When there is no snow, the scene has no light field, or there would be too many vertices.
-pub fn bake(scene: &Scene, options: BakeOptions, progress: &dyn Fn(usize, usize)) -> Result<BakedScene, BakeError> {
-    let field = scene.light_field.as_ref().ok_or(BakeError::NoField)?;
+/// When there is no snow, the integrator has no light field, or there would be too many vertices.
+pub fn bake(
+    integrator: &Integrator,
+    options: BakeOptions,
+    progress: &dyn Fn(usize, usize),
+) -> Result<BakedScene, BakeError> {
+    let (scene, field) = (integrator.scene(), integrator.light_field().ok_or(BakeError::NoField)?);
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     progress(1, lamps.len() + 1);
     let numbers = options.channels.count() * (lamps.len() + 1);

@@ -4,21 +4,23 @@
 //! lights, each with its own solution, and scales them as it likes. A clear sky is two of them: the sun and the sky
 //! without it.
 
+use std::sync::Arc;
+
 use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_color::LinearRgb;
-use snowblue_database::CompressedTable;
 
 use super::{BakeError, BakedObject, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::bake::BakeOptions;
 use crate::error::RenderError;
 use crate::files::SceneFiles;
 use crate::geometry::ray::SurfacePoint;
+use crate::integrators::Integrator;
+use crate::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::scene::description::{SceneDescription, SkyDescription};
 use crate::scene::light::{Light, LightOrigin};
-use crate::scene::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Side, SurfaceInteraction};
 use crate::scene::queries::SceneQueries;
@@ -30,7 +32,6 @@ const SKY_SAMPLES: u32 = 64;
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
 pub struct Relighting {
-    /// Without its light field.
     scene: Scene,
     /// That of the last light; it is taken and put back when it is solved for again.
     field: Option<LightField>,
@@ -53,14 +54,15 @@ pub struct LitSurface {
 }
 
 impl Relighting {
-    /// Divides the surface of a scene's snow into triangles with edges of at most `step_m`, or of twice the cells of
+    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most `step_m`, or of twice the cells of
     /// the light field.
     ///
     /// # Errors
     ///
-    /// When there is no snow, the scene has no light field, or there would be too many vertices.
-    pub fn new(mut scene: Scene, step_m: Option<f64>) -> Result<Self, BakeError> {
-        let field = scene.light_field.take().ok_or(BakeError::NoField)?;
+    /// When there is no snow, the integrator has no light field, or there would be too many vertices.
+    pub fn new(integrator: Integrator, step_m: Option<f64>) -> Result<Self, BakeError> {
+        let (scene, field) = integrator.into_light_field();
+        let field = field.ok_or(BakeError::NoField)?;
         let surfaces = surfaces(&scene, &field, BakeOptions { step_m, ..BakeOptions::default() }, MOST_VERTICES)?;
         Ok(Self { scene, field: Some(field), surfaces })
     }
@@ -81,15 +83,10 @@ impl Relighting {
     /// # Errors
     ///
     /// As those of [`SceneDescription::build`].
-    pub fn sky(
-        &self,
-        sky: SkyDescription,
-        table: &CompressedTable,
-        files: &dyn SceneFiles,
-    ) -> Result<Vec<Light>, RenderError> {
+    pub fn sky(&self, sky: SkyDescription, files: &dyn SceneFiles) -> Result<Vec<Arc<Light>>, RenderError> {
         let (lights, environment) = (Vec::new(), None);
         let description = SceneDescription { lights, environment, sky: Some(sky), ..self.scene.description.clone() };
-        description.lights_over(&self.scene.materials, table, files)
+        description.lights_over(&self.scene.materials, files)
     }
 
     /// The strength of a light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that faces
@@ -112,7 +109,7 @@ impl Relighting {
     }
 
     /// Solves for the light of a lamp or a sky without any other, and returns it for each object.
-    pub fn light(&mut self, light: &Light) -> Vec<LitSurface> {
+    pub fn light(&mut self, light: &Arc<Light>) -> Vec<LitSurface> {
         let Self { scene, surfaces, .. } = self;
         let is_snow = |object: &Object| scene.materials[object.material].is_snow();
         let position = light.central_sample().and_then(|sample| sample.origin.position());
@@ -120,7 +117,7 @@ impl Relighting {
         let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(light)? }));
         let reflectance = |surface: &SurfaceInteraction| match &scene.materials[surface.material] {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(&scene.objects, surface)),
-            Material::PcaSnow(_) | Material::LayeredSnow(_) => None,
+            Material::Snow(_) => None,
         };
         let Some(field) = self.field.take() else { return Vec::new() };
         let field = field.relit(&FieldScene {

@@ -4,14 +4,14 @@ use std::fmt;
 use std::num::ParseFloatError;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_color::LinearRgb;
 use snowblue_color::exposure::{AutoExposure, factor};
 
 use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
 use crate::images::raster::ImageSize;
-use crate::scene::description::value::text;
+use crate::notation::{Notations, text};
 
 /// Size and exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -26,8 +26,7 @@ pub struct FilmSettings {
     /// The light that looks white. In false colour all lights do.
     #[serde(with = "text")]
     pub white: WhiteBalance,
-    /// Three wavelengths of the table as red, green and blue, instead of the colours that an observer sees. Lights are
-    /// then white.
+    /// Three wavelengths as red, green and blue, instead of the colours that an observer sees. Lights are then white.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub false_color: Option<FalseColor>,
 }
@@ -89,5 +88,28 @@ impl FromStr for Exposure {
 
     fn from_str(text: &str) -> Result<Self, ParseFloatError> {
         if text == "auto" { Ok(Self::Auto) } else { text.parse().map(Self::Stops) }
+    }
+}
+
+impl Serialize for Exposure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Stops(stops) => serializer.serialize_f64(*stops),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Exposure {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Self, 0> {
+            expected: "\"auto\" or a number of stops",
+            number: Some(Self::Stops),
+            text: Some(|text| match text {
+                "auto" => Ok(Self::Auto),
+                other => Err(format!("is \"{other}\", but must be \"auto\" or a number of stops")),
+            }),
+            list: None,
+        })
     }
 }

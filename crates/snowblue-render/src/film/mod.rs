@@ -9,7 +9,6 @@ pub mod accumulator;
 pub mod aov;
 pub mod channels;
 pub mod exposure;
-pub mod frame_record;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;

@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use snowblue_database::{CompressedTable, Space};
-
 use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
 use crate::film::white_balance::WhiteBalance;
 use crate::hash::Fnv1a;
-use crate::scene::Scene;
-use crate::scene::description::{MaterialDescription, SceneDescription};
-use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
+use crate::integrators::Integrator;
+use crate::scene::description::SceneDescription;
+use crate::scene::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings};
 
 /// The name of the list of files.
 const FILES: &str = "files";
@@ -23,21 +21,24 @@ const FILES: &str = "files";
 pub struct Provenance(Vec<(String, String)>);
 
 impl Provenance {
-    /// What a scene was built from, and its settings.
-    pub fn of(scene: &Scene, table: &CompressedTable) -> Self {
-        Self::new(&scene.description, table, &scene.file_hashes())
+    /// What the scene of an integrator was built from, and its settings.
+    pub fn of(integrator: &Integrator) -> Self {
+        let scene = integrator.scene();
+        Self::new(&scene.description, integrator.table_hash(), &scene.file_hashes())
     }
 
-    /// What a scene would be built from that names the same files as this one, without building it.
-    pub fn of_same_files(&self, scene: &SceneDescription, table: &CompressedTable, files: &dyn SceneFiles) -> Self {
+    /// What a scene would be built from that names the same files and reads the same table as this one, without building
+    /// it.
+    pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn SceneFiles) -> Self {
         let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
         let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
         let hashes = names.iter().filter_map(|name| Some((name.as_str(), hash(name)?))).collect();
+        let table = self.get("table").and_then(|hash| u64::from_str_radix(hash, 16).ok());
         Self::new(scene, table, &hashes)
     }
 
     /// That of a description, with hashes of the files that it names.
-    fn new(scene: &SceneDescription, table: &CompressedTable, files: &BTreeMap<&str, u64>) -> Self {
+    fn new(scene: &SceneDescription, table: Option<u64>, files: &BTreeMap<&str, u64>) -> Self {
         let (film, integrator) = (&scene.film, &scene.integrator);
         let colours = match film.false_color {
             None if film.white == WhiteBalance::default() => "as seen".to_owned(),
@@ -46,9 +47,7 @@ impl Provenance {
         };
         let mut entries = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("path", path_modes(scene)),
             ("scene", format!("{:016x}", scene_hash(scene, files))),
-            ("table", format!("{:016x}", table_hash(table))),
             ("width", film.width.to_string()),
             ("height", film.height.to_string()),
             ("seed", integrator.seed.to_string()),
@@ -57,6 +56,13 @@ impl Provenance {
             ("integrator", integrator.kind.name().to_owned()),
             ("colours", colours),
         ];
+        if integrator.kind == IntegratorKind::PcaSnow {
+            let PcaSnowSettings { path, exit, emission, reflectance, table: _ } = &integrator.pcasnow;
+            let reflectance = reflectance.map_or("of the curves".to_owned(), |share| share.to_string());
+            entries.push(("path", path.name().to_owned()));
+            entries.push(("pcasnow", format!("{exit:?}, {emission:?}, reflectance {reflectance}").to_lowercase()));
+        }
+        entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
             let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.light_field;
             entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
@@ -100,19 +106,6 @@ impl fmt::Display for Provenance {
     }
 }
 
-/// The path modes of the scene's snow, each once, in the order of the materials.
-fn path_modes(scene: &SceneDescription) -> String {
-    let mut names = Vec::new();
-    for material in scene.materials.values() {
-        if let MaterialDescription::PcaSnow(snow) = material
-            && !names.contains(&snow.path.name())
-        {
-            names.push(snow.path.name());
-        }
-    }
-    names.join(", ")
-}
-
 /// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries
 /// of their own are left out.
 fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
@@ -128,38 +121,8 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
     hash.value()
 }
 
-fn table_hash(table: &CompressedTable) -> u64 {
-    let mut hash = Fnv1a::new();
-    let axes = &table.axes;
-    let mut add_axis = |name: &str, values: &[f64]| {
-        hash.add(name.as_bytes());
-        hash.add(&(values.len() as u64).to_le_bytes());
-        values.iter().for_each(|value| hash.add(&value.to_le_bytes()));
-    };
-    add_axis("grain size", &axes.grain_sizes_um);
-    add_axis("facetness", &axes.facetness);
-    add_axis("density", &axes.densities_kg_m3);
-    axes.properties.iter().for_each(|axis| add_axis(axis.property.name(), &axis.values));
-    add_axis(if axes.diffuse { "diffuse and angle" } else { "angle" }, &axes.angles_deg);
-    add_axis("thickness", &axes.thicknesses_cm);
-    add_axis("wavelength", &axes.wavelengths_nm);
-    hash.add(match table.space {
-        Space::Linear => b"linear",
-        Space::Log => b"log",
-    });
-    for components in [&table.transmittance, &table.reflectance] {
-        for number in components.coefficients.iter().chain(&components.basis) {
-            hash.add(&number.to_le_bytes());
-        }
-    }
-    hash.value()
-}
-
 #[cfg(test)]
 mod tests {
-    use snowblue_database::Axes;
-    use snowblue_database::pca::Components;
-
     use super::*;
     use crate::files::FilesInMemory;
     use crate::scene::file::SceneFile;
@@ -174,11 +137,11 @@ mod tests {
         let mut files = FilesInMemory::from([("models/a.gltf", gltf), ("models/a b.bin", "abc")]);
         files.insert("sky.csv", "400,1\n700,2\n");
         let mut hash = |text: &str, files: &FilesInMemory| {
-            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(&table(), files).unwrap();
+            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(files).unwrap();
             hashes.push(scene_hash(&scene.description, &scene.file_hashes()));
             // The same without building the scene.
-            let provenance = Provenance::of(&scene, &table());
-            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, &table(), files);
+            let provenance = Provenance::of(&Integrator::prepare(&scene).unwrap());
+            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, files);
             assert_eq!(again, provenance);
         };
         hash(text, &files);
@@ -202,28 +165,15 @@ mod tests {
         assert_eq!(hashes.len(), 4);
     }
 
-    /// A table that no snow is taken from.
-    fn table() -> CompressedTable {
-        let components = || Components { count: 0, coefficients: vec![], basis: vec![], singular_values: vec![] };
-        CompressedTable {
-            axes: Axes::paper(),
-            space: Space::Log,
-            transmittance: components(),
-            reflectance: components(),
-            metadata: vec![],
-        }
-    }
-
     #[test]
     fn another_file_is_noticed_without_building_the_scene() {
         let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
                     [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
         let mut files = FilesInMemory::from([("sky.csv", "400,1\n700,2\n")]);
         let scene = SceneFile::parse(text, "scene.toml").unwrap().description;
-        let built = Provenance::of(&scene.build(&table(), &files).unwrap(), &table());
-        let difference = |scene: &SceneDescription, files: &FilesInMemory| {
-            built.difference(&built.of_same_files(scene, &table(), files))
-        };
+        let built = Provenance::of(&Integrator::prepare(&scene.build(&files).unwrap()).unwrap());
+        let difference =
+            |scene: &SceneDescription, files: &FilesInMemory| built.difference(&built.of_same_files(scene, files));
         assert_eq!(difference(&scene, &files), None);
         let mut other = scene.clone();
         other.integrator.seed = 7;
@@ -231,6 +181,20 @@ mod tests {
         files.insert("sky.csv", "400,1\n700,3\n");
         assert!(difference(&scene, &files).unwrap().contains("a file that it names, differs"));
         assert!(difference(&scene, &FilesInMemory::default()).unwrap().contains("a file that it names, differs"));
+    }
+
+    #[test]
+    fn only_pcasnow_has_a_table_and_settings_of_its_own() {
+        let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n[environment]\nradiance_w_m2_sr = 1\n";
+        let mut scene = SceneFile::parse(text, "scene.toml").unwrap().description;
+        for kind in IntegratorKind::ALL {
+            scene.integrator.kind = kind;
+            let scene = scene.build(&FilesInMemory::default()).unwrap();
+            let provenance = Provenance::of(&Integrator::prepare(&scene).unwrap());
+            let names = ["table", "path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
+            let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
+            assert_eq!(names, [curves, curves, curves, field], "{kind:?}");
+        }
     }
 
     #[test]

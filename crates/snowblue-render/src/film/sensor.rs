@@ -1,8 +1,8 @@
 //! From spectra to tristimulus values: those of the CIE 1931 observer, or false colours.
 //!
 //! A false colour shows the light of three wavelengths, of the infrared too, as red, green and blue. The wavelengths of
-//! the image are then those of the table, and all lights have equal power at each of them, so surfaces that reflect or
-//! transmit all wavelengths equally are grey.
+//! the image then reach from the least to the greatest of these, and all lights have equal power at each of them, so
+//! surfaces that reflect or transmit all wavelengths equally are grey.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
@@ -11,7 +11,6 @@ use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 
-use crate::error::RenderError;
 use crate::geometry::ray::narrow;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
@@ -31,8 +30,42 @@ pub struct FalseColor {
     pub blue_nm: f64,
 }
 
+/// Least range of the wavelengths of a false colour, in nm, so that they ascend.
+const LEAST_SPAN_NM: f64 = 3.0;
+
+impl FalseColor {
+    /// The wavelengths of a picture, in nm.
+    pub(crate) fn wavelengths_nm(self) -> [f64; SAMPLES] {
+        self.grid().0
+    }
+
+    /// Wavelengths in equal steps, of which one is moved onto the middle of the three, and the places of the three.
+    fn grid(self) -> ([f64; SAMPLES], [usize; 3]) {
+        const LAST: usize = SAMPLES - 1;
+        let shown_nm = [self.red_nm, self.green_nm, self.blue_nm];
+        let mut sorted_nm = shown_nm;
+        sorted_nm.sort_by(f64::total_cmp);
+        let [low_nm, middle_nm, high_nm] = sorted_nm;
+        let step_nm = (high_nm - low_nm).max(LEAST_SPAN_NM) / LAST as f64;
+        // A short range lies below the greatest wavelength, where the tables of ice hold it.
+        let first_nm = low_nm.min(high_nm - LAST as f64 * step_nm);
+        let mut grid_nm: [f64; SAMPLES] = std::array::from_fn(|k| first_nm + k as f64 * step_nm);
+        grid_nm[LAST] = high_nm;
+        for nm in [low_nm, middle_nm] {
+            if !grid_nm.contains(&nm) {
+                let places = (nm - first_nm) / step_nm;
+                let nearest =
+                    (1..LAST).min_by(|a, b| (*a as f64 - places).abs().total_cmp(&(*b as f64 - places).abs()));
+                grid_nm[nearest.unwrap_or(1)] = nm;
+            }
+        }
+        let place = |nm: f64| grid_nm.iter().position(|other| other.total_cmp(&nm).is_eq()).unwrap_or(LAST);
+        (grid_nm, shown_nm.map(place))
+    }
+}
+
 /// Converts spectra to tristimulus values.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     /// X, Y and Z of one unit at each wavelength.
     weights: [Xyz; SAMPLES],
@@ -124,31 +157,14 @@ impl Sensor {
         Self { is_standard_observer: true, ..Self::new(weights, wavelengths_nm(), daylight.relative) }
     }
 
-    /// Three wavelengths as the primaries of sRGB, linear between the wavelengths of a table.
-    ///
-    /// # Errors
-    ///
-    /// When the table's number of wavelengths is not that of a [`Spectrum`], or it does not cover those of the colour.
-    pub(crate) fn false_color(colour: FalseColor, wavelengths_nm: &[f64]) -> Result<Self, RenderError> {
-        if wavelengths_nm.len() != SAMPLES {
-            let count = wavelengths_nm.len();
-            let reason = format!("false colour needs a table of {SAMPLES} wavelengths, but this one has {count}");
-            return Err(RenderError::FalseColor(reason));
-        }
+    /// Three wavelengths as the primaries of sRGB.
+    pub(crate) fn false_color(colour: FalseColor) -> Self {
+        let (wavelengths_nm, [red, green, blue]) = colour.grid();
         let mut weights = [LinearRgb::default(); SAMPLES];
-        let FalseColor { red_nm, green_nm, blue_nm } = colour;
-        for Knot { index, weight } in interpolation_knots(wavelengths_nm, red_nm)? {
-            weights[index].r += weight;
-        }
-        for Knot { index, weight } in interpolation_knots(wavelengths_nm, green_nm)? {
-            weights[index].g += weight;
-        }
-        for Knot { index, weight } in interpolation_knots(wavelengths_nm, blue_nm)? {
-            weights[index].b += weight;
-        }
-        let mut nm = [0.0; SAMPLES];
-        nm.copy_from_slice(wavelengths_nm);
-        Ok(Self::new(weights.map(LinearRgb::xyz), nm, Spectrum::ONE))
+        weights[red].r = 1.0;
+        weights[green].g = 1.0;
+        weights[blue].b = 1.0;
+        Self::new(weights.map(LinearRgb::xyz), wavelengths_nm, Spectrum::ONE)
     }
 
     /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
@@ -232,25 +248,6 @@ impl Sensor {
     }
 }
 
-/// A wavelength of a table, by its index, and its weight in linear interpolation.
-struct Knot {
-    index: usize,
-    weight: f64,
-}
-
-/// The wavelengths below and above a wavelength.
-fn interpolation_knots(wavelengths_nm: &[f64], at_nm: f64) -> Result<[Knot; 2], RenderError> {
-    let last = SAMPLES - 1;
-    let (low_nm, high_nm) = (wavelengths_nm[0], wavelengths_nm[last]);
-    if !(low_nm..=high_nm).contains(&at_nm) {
-        let reason = format!("false colour at {at_nm} nm, but the table holds {low_nm}–{high_nm} nm");
-        return Err(RenderError::FalseColor(reason));
-    }
-    let above = wavelengths_nm.partition_point(|nm| *nm <= at_nm).min(last);
-    let fraction = (at_nm - wavelengths_nm[above - 1]) / (wavelengths_nm[above] - wavelengths_nm[above - 1]);
-    Ok([Knot { index: above - 1, weight: 1.0 - fraction }, Knot { index: above, weight: fraction }])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -309,23 +306,24 @@ mod tests {
 
     #[test]
     fn false_colours_show_three_wavelengths_and_keep_white() {
-        let table: Vec<f64> = (0..31).map(|k| 400.0 + 40.0 * f64::from(k)).collect();
-        let colour = FalseColor { red_nm: 1600.0, green_nm: 850.0, blue_nm: 400.0 };
-        let sensor = Sensor::false_color(colour, &table).unwrap();
-        let ramp = Spectrum(std::array::from_fn(|k| k as f32));
-        for (spectrum, expected) in [(Spectrum::ONE, [1.0, 1.0, 1.0]), (ramp, [30.0, 11.25, 0.0])] {
-            let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&spectrum));
-            for (channel, expected) in [r, g, b].into_iter().zip(expected) {
-                assert!((channel - expected).abs() < 1e-9, "{r} {g} {b}");
+        for (red_nm, green_nm, blue_nm, middle) in [
+            (1600.0, 850.0, 400.0, 11),
+            (1030.0, 1029.0, 550.0, 29),
+            (550.0, 1030.0, 1030.0, 30),
+            (2500.0, 2500.0, 2500.0, 30),
+        ] {
+            let colour = FalseColor { red_nm, green_nm, blue_nm };
+            let grid = colour.wavelengths_nm();
+            assert!(grid.windows(2).all(|pair| pair[0] < pair[1]), "{grid:?}");
+            let sensor = Sensor::false_color(colour);
+            let as_wavelength = Spectrum(grid.map(narrow));
+            for (spectrum, expected) in [(Spectrum::ONE, [1.0; 3]), (as_wavelength, [red_nm, green_nm, blue_nm])] {
+                let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&spectrum));
+                for (channel, expected) in [r, g, b].into_iter().zip(expected) {
+                    assert!((channel / expected - 1.0).abs() < 1e-6, "{r} {g} {b}");
+                }
             }
+            assert!((grid[middle] - green_nm).abs() < 1e-9, "{grid:?}");
         }
-    }
-
-    #[test]
-    fn false_colours_must_lie_within_the_table() {
-        let colour = FalseColor { red_nm: 1030.0, green_nm: 860.0, blue_nm: 550.0 };
-        let message = Sensor::false_color(colour, &wavelengths_nm()).unwrap_err().to_string();
-        assert!(message.contains("1030 nm") && message.contains("400–700 nm"), "{message}");
-        assert!(Sensor::false_color(colour, &[400.0, 1100.0]).unwrap_err().to_string().contains("31 wavelengths"));
     }
 }

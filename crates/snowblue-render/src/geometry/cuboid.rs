@@ -109,6 +109,19 @@ impl Cuboid {
         (self.half_size - local.abs()).min_element() > depth_m
     }
 
+    /// The point of the surface that is nearest to a point.
+    pub(crate) fn nearest(&self, point: Vec3A) -> ShapeHit {
+        let local = self.to_object * (point - self.centre);
+        let within = local.clamp(-self.half_size, self.half_size);
+        let to_faces = self.half_size - within.abs();
+        let axis = (0..3).min_by(|one, other| to_faces[*one].total_cmp(&to_faces[*other])).unwrap_or_default();
+        let (mut nearest, mut normal) = (within, Vec3A::ZERO);
+        normal[axis] = 1.0_f32.copysign(local[axis]);
+        nearest[axis] = self.half_size[axis] * normal[axis];
+        let on_surface = self.centre + self.rotate_to_scene(nearest);
+        ShapeHit::plain(on_surface.distance(point), on_surface, self.rotate_to_scene(normal))
+    }
+
     /// Texture coordinates of a point on the surface, with the normal of the visible side.
     pub(crate) fn texture_coordinates(&self, point: Vec3A, normal: Vec3A) -> TextureCoordinates {
         TextureCoordinates::on_box(self.to_object * (point - self.centre), self.to_object * normal)

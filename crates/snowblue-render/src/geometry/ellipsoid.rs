@@ -57,7 +57,7 @@ impl Ellipsoid {
 
     /// The surface point on the line from the centre through a point.
     pub(crate) fn project(&self, point: Vec3A) -> SurfacePoint {
-        self.surface_point(self.to_unit.transform_point3(point.as_dvec3()).normalize())
+        self.surface_point(self.to_unit.transform_point3(point.as_dvec3()).normalize_or(DVec3::Z))
     }
 
     /// Volume in m³.

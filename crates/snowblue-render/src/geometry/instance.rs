@@ -67,6 +67,18 @@ impl Instance {
         self.mesh.is_near(&self.transform, point, distance_m)
     }
 
+    /// The point of the surface that is nearest to a point by the measure of object space.
+    pub(crate) fn nearest(&self, point: Vec3A) -> ShapeHit {
+        let hit = self.mesh.nearest(self.transform.point_to_object(point));
+        let on_surface = self.transform.point_to_scene(hit.point);
+        ShapeHit {
+            distance_m: on_surface.distance(point),
+            point: on_surface,
+            normal: self.transform.normal_to_scene(hit.normal).normalize_or_zero(),
+            location: hit.location,
+        }
+    }
+
     /// Adds all crossings of the ray's line, in any order.
     pub fn crossings(&self, ray: &Ray, crossings: &mut Vec<Crossing>) {
         self.crossings_from(ray, f32::NEG_INFINITY, crossings);

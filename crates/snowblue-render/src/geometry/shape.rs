@@ -93,6 +93,20 @@ impl Shape {
         }
     }
 
+    /// A point of the surface near a point: the nearest of a box or a mesh, that below the point of an ellipsoid. None
+    /// for a plane.
+    pub(crate) fn nearest(&self, point: Vec3A) -> Option<ShapeHit> {
+        match self {
+            Self::Cuboid(cuboid) => Some(cuboid.nearest(point)),
+            Self::Ellipsoid(ellipsoid) => {
+                let surface = ellipsoid.project(point);
+                Some(ShapeHit::plain(surface.point.distance(point), surface.point, surface.normal))
+            }
+            Self::Plane(_) => None,
+            Self::Mesh(instance) => Some(instance.nearest(point)),
+        }
+    }
+
     /// The two crossings of the ray's line with a box or ellipsoid, in order and with unit normals.
     #[inline]
     pub(crate) fn pair(&self, ray: &Ray) -> Option<[Crossing; 2]> {

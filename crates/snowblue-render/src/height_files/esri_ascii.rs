@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use crate::geometry::ray::narrow;
-use crate::height_files::{Georeference, HeightGrid, check_cell, check_size};
+use crate::height_files::height_grid::{Georeference, HeightGrid, check_cell, check_size};
 
 /// The keys of the header.
 const KEYS: [&str; 10] =

@@ -16,7 +16,7 @@ use tiff::{ColorType, decoder::ifd::Value};
 
 use crate::files::check_memory;
 use crate::geometry::ray::narrow;
-use crate::height_files::{Georeference, HeightGrid, check_cell, check_size};
+use crate::height_files::height_grid::{Georeference, HeightGrid, check_cell, check_size};
 
 /// Codes of the keys that are read, by table 2 of the standard, and of their values.
 const MODEL_TYPE: u16 = 1024;

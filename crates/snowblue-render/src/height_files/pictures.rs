@@ -6,7 +6,7 @@ use exr::prelude::{ReadChannels, ReadLayers, read};
 
 use crate::error::RenderError;
 use crate::files::NamedFile;
-use crate::height_files::HeightGrid;
+use crate::height_files::height_grid::HeightGrid;
 use crate::images::exr_size::check_exr_size;
 use crate::images::png_image::PngImage;
 

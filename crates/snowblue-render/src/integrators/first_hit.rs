@@ -8,54 +8,20 @@ use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::geometry::chord::{ChordEnd, Exit, Line};
 use crate::geometry::ray::{Ray, narrow};
+use crate::integrators::prepared::{Method, Prepared};
 use crate::scene::Scene;
-use crate::scene::light::{Light, SHADOW_EPSILON};
+use crate::scene::light::SHADOW_EPSILON;
 use crate::scene::material::Material;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
-/// Adds what a camera ray hits first to the features of its pixel.
-pub(crate) fn add_first_hit(
-    scene: &Scene,
-    probe: &mut SceneQueries,
-    ray: &Ray,
-    pixel: &mut PixelAccumulator,
-    channels: Aovs,
-) {
-    if channels.emitter {
-        let seen = sees_emitter(scene, probe, ray);
-        pixel.add_aov(Aov::Emitter, [if seen { 1.0 } else { 0.0 }, 0.0, 0.0]);
-    }
-    if !channels.need_first_surface() {
-        return;
-    }
-    let Some(surface) = probe.camera_hit(ray) else { return };
-    pixel.add_aov(Aov::Normal, surface.normal.to_array());
-    let behind = match &scene.materials[surface.material] {
-        Material::PcaSnow(_) | Material::LayeredSnow(_) if channels.thickness || channels.angle || channels.albedo => {
-            behind(scene, probe, &surface)
-        }
-        _ => None,
-    };
-    if channels.albedo {
-        let depth_m = behind.map_or(0.0, |behind| behind.depth_m);
-        let LinearRgb { r, g, b } = scene.sensor.albedo_rgb(&reflectance(scene, probe, &surface, depth_m));
-        pixel.add_aov(Aov::Albedo, [r, g, b].map(narrow));
-    }
-    if let Some(Behind { depth_m, angle_deg }) = behind {
-        pixel.add_aov(Aov::Thickness, [depth_m, 0.0, 0.0]);
-        if let Some(angle_deg) = angle_deg {
-            pixel.add_aov(Aov::Angle, [angle_deg, 0.0, 0.0]);
-        }
-    }
-}
-
-/// Whether a camera ray meets a lamp or the sun before any surface. Few rays pass a lamp at all, and only they ask for
-/// the surface.
-fn sees_emitter(scene: &Scene, probe: &mut SceneQueries, ray: &Ray) -> bool {
-    let sees = |limit_m: f32| scene.lights.iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
-    sees(f32::INFINITY) && probe.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
+/// Finds first hits. Its queries are not part of the light transport and do not count.
+#[derive(Debug)]
+pub(crate) struct FirstHits<'a> {
+    prepared: &'a Prepared,
+    scene: &'a Scene,
+    queries: SceneQueries<'a>,
 }
 
 /// The distance within which a camera ray sees lights before a surface. A light that lies on the surface counts, as for
@@ -72,34 +38,96 @@ struct Behind {
     angle_deg: Option<f32>,
 }
 
-/// The path through snow that does not depend on the lights: along the view in that mode, else straight in.
-fn behind(scene: &Scene, probe: &mut SceneQueries, surface: &SurfaceInteraction) -> Option<Behind> {
-    let SurfaceInteraction { object, point, normal, .. } = *surface;
-    let (direction, exit) = match &scene.materials[surface.material] {
-        Material::Diffuse(_) => return None,
-        Material::PcaSnow(snow) => (snow.path.straight_direction(surface), snow.exit),
-        Material::LayeredSnow(_) => (-normal, Exit::default()),
-    };
-    let chord = probe.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, exit)?;
-    let angle_deg = match (chord.exit, scene.lights.first().and_then(Light::central_sample)) {
-        (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {
-            let cos = normal.dot(sample.origin.direction_from(point).direction);
-            Some(cos.clamp(-1.0, 1.0).acos().to_degrees())
-        }
-        _ => None,
-    };
-    Some(Behind { depth_m: chord.depth_m, angle_deg })
-}
+impl<'a> FirstHits<'a> {
+    pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
+        let scene = &prepared.scene;
+        Self { prepared, scene, queries: SceneQueries::new(&scene.objects) }
+    }
 
-/// Reflectance of what is seen; of snow for light that comes straight from above. A layer counts as deep.
-fn reflectance(scene: &Scene, probe: &SceneQueries, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
-    match &scene.materials[surface.material] {
-        Material::Diffuse(diffuse) => diffuse.reflectance(probe.objects(), surface),
-        Material::PcaSnow(snow) => snow.reflectance(&snow.curves.at(probe.objects(), surface), 100.0 * depth_m, 1.0),
-        Material::LayeredSnow(_) => {
-            let field = scene.light_field.as_ref().and_then(|all| all.of_object(surface.object));
-            let at = field.map(|field| field.at(probe.objects(), surface.object, &surface.surface_point()));
-            at.map_or(Spectrum::ZERO, |at| at.layer.deep_reflectance(1.0))
+    /// Adds what a camera ray hits first to the features of its pixel.
+    pub(crate) fn add(&mut self, ray: &Ray, pixel: &mut PixelAccumulator, channels: Aovs) {
+        if channels.emitter {
+            let seen = self.sees_emitter(ray);
+            pixel.add_aov(Aov::Emitter, [if seen { 1.0 } else { 0.0 }, 0.0, 0.0]);
         }
+        if !channels.need_first_surface() {
+            return;
+        }
+        let Some(surface) = self.queries.camera_hit(ray) else { return };
+        pixel.add_aov(Aov::Normal, surface.normal.to_array());
+        let is_needed = channels.thickness || channels.angle || channels.albedo;
+        let is_snow = self.scene.materials[surface.material].is_snow();
+        let behind = if is_needed && is_snow { self.behind(&surface) } else { None };
+        if channels.albedo {
+            let depth_m = behind.map_or(0.0, |behind| behind.depth_m);
+            let LinearRgb { r, g, b } = self.scene.sensor.albedo_rgb(&self.reflectance(&surface, depth_m));
+            pixel.add_aov(Aov::Albedo, [r, g, b].map(narrow));
+        }
+        if let Some(Behind { depth_m, angle_deg }) = behind {
+            pixel.add_aov(Aov::Thickness, [depth_m, 0.0, 0.0]);
+            if let Some(angle_deg) = angle_deg {
+                pixel.add_aov(Aov::Angle, [angle_deg, 0.0, 0.0]);
+            }
+        }
+    }
+
+    /// Whether a camera ray meets a lamp or the sun before any surface. Few rays pass a lamp at all, and only they ask
+    /// for the surface.
+    fn sees_emitter(&mut self, ray: &Ray) -> bool {
+        let scene = self.scene;
+        let sees = |limit_m: f32| scene.lights.iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
+        sees(f32::INFINITY) && self.queries.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
+    }
+
+    /// The path through snow that does not depend on the lights: along the view in that mode of PCASnow, else straight
+    /// in.
+    fn behind(&mut self, surface: &SurfaceInteraction) -> Option<Behind> {
+        let SurfaceInteraction { object, point, normal, .. } = *surface;
+        let (direction, exit) = match &self.prepared.method {
+            Method::PcaSnow(_) => {
+                let settings = &self.scene.integrator.pcasnow;
+                (settings.path.straight_direction(surface), settings.exit)
+            }
+            Method::Diffusion(_) | Method::Hybrid(..) | Method::Reference(..) => (-normal, Exit::default()),
+        };
+        let chord = self.queries.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, exit)?;
+        let light = self.scene.lights.first().and_then(|light| light.central_sample());
+        let angle_deg = match (chord.exit, light) {
+            (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {
+                let cos = normal.dot(sample.origin.direction_from(point).direction);
+                Some(cos.clamp(-1.0, 1.0).acos().to_degrees())
+            }
+            _ => None,
+        };
+        Some(Behind { depth_m: chord.depth_m, angle_deg })
+    }
+
+    /// Reflectance of what is seen; of snow for light that comes straight from above, and as of deep snow except by
+    /// PCASnow.
+    fn reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
+        let objects = self.queries.objects();
+        if let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] {
+            return diffuse.reflectance(objects, surface);
+        }
+        let snow = match &self.prepared.method {
+            Method::PcaSnow(curves) => {
+                let Some(curves) = &curves[surface.material] else { return Spectrum::ZERO };
+                let constant = self.scene.integrator.pcasnow.reflectance;
+                return constant.map_or_else(
+                    || {
+                        let mut reflectance = Spectrum::ZERO;
+                        curves.at(objects, surface).reflectance(100.0 * depth_m, 0.0, &mut reflectance.0);
+                        reflectance
+                    },
+                    |constant| Spectrum::constant(narrow(constant)),
+                );
+            }
+            Method::Diffusion(field) | Method::Hybrid(field, _) => {
+                field.of_object(surface.object).map(|body| &**body.snow())
+            }
+            Method::Reference(..) => self.prepared.snowpack(surface.material),
+        };
+        let optics = snow.map(|snow| snow.at_surface(objects, surface.object, &surface.surface_point()));
+        optics.map_or(Spectrum::ZERO, |optics| optics.deep_reflectance(1.0))
     }
 }

@@ -13,17 +13,17 @@
 use glam::Vec3A;
 
 use crate::geometry::ray::{Ray, SurfacePoint, narrow};
-use crate::integrators::surroundings::{Flight, Surroundings};
+use crate::integrators::surroundings::{Flight, SnowBodies, Surroundings};
+use crate::light_field::{LightField, SnowAt};
 use crate::scene::Scene;
 use crate::scene::light::{IncidentLight, LightSample};
-use crate::scene::light_field::SnowAt;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::Statistics;
 
 /// Traces single scattering.
 #[derive(Debug)]
 pub(super) struct SingleScattering<'scene> {
-    scene: &'scene Scene,
+    field: &'scene LightField,
     surroundings: Surroundings<'scene>,
 }
 
@@ -38,8 +38,8 @@ pub(super) struct ScatteringPoint<'f> {
 }
 
 impl<'scene> SingleScattering<'scene> {
-    pub(super) fn new(scene: &'scene Scene) -> Self {
-        Self { scene, surroundings: Surroundings::new(scene) }
+    pub(super) fn new(scene: &'scene Scene, field: &'scene LightField, bodies: &'scene SnowBodies) -> Self {
+        Self { field, surroundings: Surroundings::new(scene, bodies, &[]) }
     }
 
     pub(super) fn statistics(&self) -> Statistics {
@@ -54,7 +54,7 @@ impl<'scene> SingleScattering<'scene> {
         camera_ray: &Ray,
         number: f32,
     ) -> ScatteringPoint<'f> {
-        let distance_m = -(1.0 - number).ln() / snow.layer.extinction_per_m();
+        let distance_m = -(1.0 - number).ln() / snow.optics.extinction_per_m();
         let direction = surface.direction;
         let mut ray = *camera_ray;
         let way_out = self.surroundings.enter(surface.object, &mut ray);
@@ -73,22 +73,21 @@ impl<'scene> SingleScattering<'scene> {
         sample: &LightSample,
         incident: Option<&IncidentLight>,
     ) -> f32 {
-        let phase = point.snow.layer.half_space().phase();
+        let phase = point.snow.optics.half_space().phase();
         let per_sr = |to_light: Vec3A| narrow(phase.per_sr(f64::from(point.direction.dot(to_light))));
         let half_space = incident.map_or(0.0, |incident| {
             let depth =
-                point.snow.layer.extinction_per_m() * point.distance_m * point.cos_exit / incident.cos_incidence;
+                point.snow.optics.extinction_per_m() * point.distance_m * point.cos_exit / incident.cos_incidence;
             per_sr(incident.direction) * (-depth).exp() * incident.irradiance_per_power / incident.cos_incidence
         });
         let body = point.ray.map_or(0.0, |ray| {
             let normal = sample.origin.direction_from(ray.origin).direction;
             let Some(incident) = sample.incident_at(&SurfacePoint { point: ray.origin, normal }) else { return 0.0 };
             let depth = self.surroundings.optical_depth(ray.origin, &sample.origin, &|object| {
-                // Light passes a few mm of snow unscattered: in this body of one layer, and hardly any of another body.
-                let field = self.scene.light_field.as_ref().and_then(|all| all.of_object(object));
-                field.map_or(0.0, |field| {
+                // Light passes a few mm of snow unscattered: in this body of one kind, and hardly any of another body.
+                self.field.of_object(object).map_or(0.0, |field| {
                     let is_here = std::ptr::eq(field, point.snow.field);
-                    if is_here { point.snow.layer } else { field.snow().top() }.extinction_per_m()
+                    if is_here { point.snow.optics } else { field.snow().top() }.extinction_per_m()
                 })
             });
             depth.map_or(0.0, |depth| per_sr(normal) * (-depth).exp() * incident.irradiance_per_power)

@@ -1,7 +1,12 @@
 //! Queries along a path of light: flights through a body of snow, solids on the way, and transmittance towards a light.
 
-use glam::Vec3A;
+use std::sync::Arc;
 
+use glam::Vec3A;
+use snowblue_transport::monte_carlo::{PathLengths, Volume};
+use snowblue_transport::rng::Stream;
+
+use super::snow_volumes::{SnowVolumes, attenuation};
 use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
 use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;
@@ -9,20 +14,15 @@ use crate::scene::light::LightOrigin;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::scene::queries::Statistics;
 use crate::spectrum::Spectrum;
-use snowblue_transport::monte_carlo::{PathLengths, Volume};
 
-/// The objects of a scene, sorted for queries from inside snow.
+/// The bodies of snow of a scene, and what lies beside them.
 #[derive(Debug)]
-pub(super) struct Surroundings<'scene> {
-    scene: &'scene Scene,
-    /// The bodies of snow.
+pub(crate) struct SnowBodies {
     bodies: Vec<SnowBody>,
     /// Objects that are not snow.
     solids: Vec<usize>,
-    /// For each object of snow, the solids that may lie in it or touch it.
-    neighbours: Vec<Vec<usize>>,
-    crossings: Vec<Crossing>,
-    pub(super) statistics: Statistics,
+    /// For each object of snow, the solids that may lie in its body or touch it.
+    neighbours: Vec<Arc<[usize]>>,
 }
 
 /// A body of snow.
@@ -33,13 +33,72 @@ struct SnowBody {
     material: usize,
 }
 
+impl SnowBodies {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let (objects, list) = (&scene.objects, scene.objects.list());
+        let is_snow = |object: &Object| scene.materials[object.material].is_snow();
+        let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
+        let none: Arc<[usize]> = Arc::new([]);
+        let (mut bodies, mut neighbours) = (Vec::new(), vec![none; list.len()]);
+        for (index, object) in list.iter().enumerate() {
+            let members = objects.body_of(index);
+            if !is_snow(object) || members[0] != index {
+                continue;
+            }
+            bodies.push(SnowBody { object: index, material: object.material });
+            // Flights cross all objects of a body.
+            let is_near = |solid: &usize| members.iter().any(|member| may_touch(objects, *member, *solid));
+            let near: Arc<[usize]> = solids.iter().copied().filter(is_near).collect();
+            members.iter().for_each(|member| neighbours[*member] = Arc::clone(&near));
+        }
+        Self { bodies, solids, neighbours }
+    }
+}
+
+/// Whether the bounds of two objects touch or overlap.
+fn may_touch(objects: &Objects, first: usize, second: usize) -> bool {
+    match (objects.bounds(first), objects.bounds(second)) {
+        (Some(first), Some(second)) => {
+            (first.low - TOUCH_DISTANCE_M).cmple(second.high).all()
+                && (second.low - TOUCH_DISTANCE_M).cmple(first.high).all()
+        }
+        _ => true,
+    }
+}
+
+/// Queries from inside snow, counted. Each thread has its own.
+#[derive(Debug)]
+pub(super) struct Surroundings<'a> {
+    scene: &'a Scene,
+    bodies: &'a SnowBodies,
+    /// The snow of each material for walks; empty where there are none.
+    volumes: &'a [Option<Arc<SnowVolumes>>],
+    crossings: Vec<Crossing>,
+    pub(super) statistics: Statistics,
+}
+
 /// The snow on the way to a light.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Medium {
-    /// The layer that a path is in. Light passes a few mm of snow unscattered, and hardly any of another body.
-    pub(super) layer: usize,
-    /// Number of the index node.
-    pub(super) node: usize,
+pub(super) enum Medium {
+    /// One kind, that of the place where the walk entered, and the last of bodies with fewer kinds. Light passes a few
+    /// mm of snow unscattered, and hardly any of another body.
+    Kind(usize),
+    /// The snow of each place, at a node of the refractive index.
+    EachPlace {
+        /// Number of the node.
+        node: usize,
+    },
+}
+
+impl Medium {
+    /// The volume that all of a body's snow counts as, and its node; none if the snow of each place counts.
+    fn volume_in(self, snow: &SnowVolumes) -> Option<(&Volume, usize)> {
+        match (self, &*snow.volumes) {
+            (Self::EachPlace { node }, [everywhere]) => Some((everywhere, node)),
+            (Self::EachPlace { .. }, _) => None,
+            (Self::Kind(kind), volumes) => volumes.get(kind).or(volumes.last()).map(|volume| (volume, 0)),
+        }
+    }
 }
 
 /// How a flight in snow ends.
@@ -60,40 +119,18 @@ impl Flight {
     }
 }
 
-impl<'scene> Surroundings<'scene> {
-    pub(super) fn new(scene: &'scene Scene) -> Self {
-        let list = scene.objects.list();
-        let is_snow = |object: &Object| scene.materials[object.material].is_snow();
-        let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
-        let is_first = |index: usize| {
-            let body = &list[index].body;
-            body.is_none() || list.iter().position(|other| other.body == *body) == Some(index)
-        };
-        let bodies = (0..list.len()).filter(|&index| is_snow(&list[index]) && is_first(index));
-        let are_near = |index: usize, solid: usize| match (scene.objects.bounds(index), scene.objects.bounds(solid)) {
-            (Some(one), Some(other)) => {
-                (one.low - TOUCH_DISTANCE_M).cmple(other.high).all()
-                    && (other.low - TOUCH_DISTANCE_M).cmple(one.high).all()
-            }
-            _ => true,
-        };
-        // Flights cross all objects of a body.
-        let near = |index: usize| {
-            let is_near = |solid: &usize| scene.objects.body_of(index).iter().any(|member| are_near(*member, *solid));
-            if is_snow(&list[index]) { solids.iter().copied().filter(is_near).collect() } else { Vec::new() }
-        };
-        Self {
-            scene,
-            bodies: bodies.map(|object| SnowBody { object, material: list[object].material }).collect(),
-            neighbours: (0..list.len()).map(near).collect(),
-            solids,
-            crossings: Vec::with_capacity(16),
-            statistics: Statistics::default(),
-        }
+impl<'a> Surroundings<'a> {
+    pub(super) fn new(scene: &'a Scene, bodies: &'a SnowBodies, volumes: &'a [Option<Arc<SnowVolumes>>]) -> Self {
+        Self { scene, bodies, volumes, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
     }
 
-    fn objects(&self) -> &'scene Objects {
+    fn objects(&self) -> &'a Objects {
         &self.scene.objects
+    }
+
+    /// Largest coordinate of an object in m.
+    pub(super) fn reach_m(&self, object: usize) -> f32 {
+        self.objects().reach_m(object)
     }
 
     /// First hit of a ray outside of snow.
@@ -125,7 +162,7 @@ impl<'scene> Surroundings<'scene> {
         let list = self.objects().list();
         let touching_m = flight.length_m() + TOUCH_DISTANCE_M;
         let mut nearest: Option<(usize, ShapeHit)> = None;
-        for &solid in &self.neighbours[object] {
+        for &solid in &*self.bodies.neighbours[object] {
             let limit_m = nearest.map_or(touching_m, |(_, hit)| hit.distance_m);
             nearest = list[solid].shape.first_hit(ray, limit_m).map(|hit| (solid, hit)).or(nearest);
         }
@@ -150,9 +187,9 @@ impl<'scene> Surroundings<'scene> {
     /// The same without solids.
     #[inline]
     fn fly_through_snow(&mut self, object: usize, ray: &Ray, flight_m: f32) -> Flight {
-        let one = &self.objects().list()[object];
-        if one.body.is_none() {
-            return match one.shape.first_hit(ray, flight_m) {
+        let alone = &self.objects().list()[object];
+        if alone.body.is_none() {
+            return match alone.shape.first_hit(ray, flight_m) {
                 // From a point on the very surface, a ray may miss it by rounding.
                 None if self.objects().bounds(object).is_some_and(|bounds| !bounds.contains(ray.at(flight_m))) => {
                     Flight::Out { length_m: 0.0, origin: ray.origin, normal: ray.direction }
@@ -182,9 +219,9 @@ impl<'scene> Surroundings<'scene> {
     /// it returns false for bodies of several objects.
     #[inline]
     pub(super) fn stays_inside(&self, object: usize, from: Vec3A, origin: &LightOrigin, flight_m: f32) -> bool {
-        let (one, to_light) = (&self.objects().list()[object], origin.direction_from(from));
+        let (alone, to_light) = (&self.objects().list()[object], origin.direction_from(from));
         let ray = Ray { origin: from, direction: to_light.direction };
-        one.body.is_none() && flight_m < to_light.distance_m && !one.shape.occludes(&ray, flight_m)
+        alone.body.is_none() && flight_m < to_light.distance_m && !alone.shape.occludes(&ray, flight_m)
     }
 
     /// Optical depth of the snow along the line to a light, by the extinction coefficient of each object's snow in 1/m;
@@ -201,8 +238,7 @@ impl<'scene> Surroundings<'scene> {
         let ray = Ray { origin: from, direction: to_light.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
-        for index in 0..self.bodies.len() {
-            let object = self.bodies[index].object;
+        for &SnowBody { object, .. } in &self.bodies.bodies {
             depth += extinction_per_m(object) * narrow(self.snow_m(object, &ray, to_light.distance_m));
             if depth > DARK {
                 return None;
@@ -213,7 +249,7 @@ impl<'scene> Surroundings<'scene> {
 
     fn is_behind_solid(&self, ray: &Ray, limit_m: f32) -> bool {
         let list = self.objects().list();
-        self.solids.iter().any(|&solid| list[solid].shape.occludes(ray, limit_m))
+        self.bodies.solids.iter().any(|&solid| list[solid].shape.occludes(ray, limit_m))
     }
 
     /// Transmittance along the line to a light: none behind solids or, with probability 1 − e^{−κd} decided by
@@ -229,12 +265,14 @@ impl<'scene> Surroundings<'scene> {
         let ray = Ray { origin: from, direction: to_light.direction };
         self.statistics.shadow_rays += 1;
         let mut depth = 0.0;
-        for index in 0..self.bodies.len() {
-            let body = self.bodies[index];
-            if let Some(volume) = self.volume(body, medium) {
-                let snow_m = self.snow_m(body.object, &ray, to_light.distance_m);
-                depth += volume.nodes()[medium.node].extinction_per_m() * snow_m;
-            }
+        for body in &self.bodies.bodies {
+            let Some(snow) = self.snow_of(*body) else { continue };
+            let snow_m = self.snow_m(body.object, &ray, to_light.distance_m);
+            depth += match medium.volume_in(snow) {
+                Some((volume, node)) => volume.nodes()[node].extinction_per_m() * snow_m,
+                None if self.collides(*body, snow, medium, &ray, (to_light.distance_m, chance)) => return None,
+                None => 0.0,
+            };
             // `chance` is at least 2⁻⁵⁴ = e^{−37.4}, so deep in snow no exponential is needed.
             if depth > 38.0 || chance > (-depth).exp() {
                 return None;
@@ -244,22 +282,56 @@ impl<'scene> Surroundings<'scene> {
             return None;
         }
         let mut transmittance = Spectrum::ONE;
-        for index in 0..self.bodies.len() {
-            let body = self.bodies[index];
-            if let Some(volume) = self.volume(body, medium) {
-                let pores_m = self.snow_m(body.object, &ray, to_light.distance_m);
-                let mut attenuation = Spectrum::ZERO;
-                volume.attenuation(&PathLengths { pores_m, ..PathLengths::default() }, 0.0, &mut attenuation.0);
-                transmittance *= attenuation;
-            }
+        for body in &self.bodies.bodies {
+            let Some(snow) = self.snow_of(*body) else { continue };
+            let pores_m = self.snow_m(body.object, &ray, to_light.distance_m);
+            let volume = match medium.volume_in(snow) {
+                Some((volume, _)) => volume,
+                // Little of the light is absorbed in the pores of the few mm, so that the snow at their start will do.
+                None => &snow.volumes[snow.kinds.at_point(self.objects(), body.object, from).pick(narrow(chance))],
+            };
+            let lengths = PathLengths { pores_m, ..PathLengths::default() };
+            transmittance *= attenuation(volume, &lengths, 0.0);
         }
         Some(transmittance)
     }
 
-    /// The snow of a body: that of the layer, or its last one.
-    fn volume(&self, body: SnowBody, medium: Medium) -> Option<&'scene Volume> {
-        let layers = &self.scene.volumes[body.material];
-        layers.get(medium.layer).or(layers.last())
+    /// Whether light on a line collides with a grain of a body whose snow varies, by delta tracking (Woodcock et al.
+    /// 1965): free flights by the greatest extinction coefficient, of whose ends a share κ/κ_max are collisions. The
+    /// random numbers follow from `chance`.
+    fn collides(
+        &self,
+        body: SnowBody,
+        snow: &SnowVolumes,
+        medium: Medium,
+        ray: &Ray,
+        (limit_m, chance): (f32, f64),
+    ) -> bool {
+        let Medium::EachPlace { node } = medium else { return false };
+        let mut stream = Stream::new(chance.to_bits(), body.object as u64);
+        let greatest_per_m = snow.greatest_extinction_per_m(node);
+        // `snow_m` has left the segments of this body.
+        for segment in self.crossings.chunks_exact(2) {
+            let mut at_m = f64::from(segment[0].distance_m.max(0.0));
+            let end_m = f64::from(segment[1].distance_m.min(limit_m));
+            loop {
+                at_m -= stream.uniform().ln() / greatest_per_m;
+                if at_m >= end_m {
+                    break;
+                }
+                let mix = snow.kinds.at_point(self.objects(), body.object, ray.at(narrow(at_m)));
+                let kind = mix.pick(narrow(stream.uniform()));
+                if stream.uniform() * greatest_per_m < snow.volumes[kind].nodes()[node].extinction_per_m() {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// The snow of a body, if there are walks in it.
+    fn snow_of(&self, body: SnowBody) -> Option<&'a SnowVolumes> {
+        self.volumes.get(body.material)?.as_deref()
     }
 
     /// Length of a ray inside a body of snow within `limit_m`, in m.

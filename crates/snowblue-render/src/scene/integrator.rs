@@ -3,8 +3,11 @@
 use serde::{Deserialize, Serialize};
 use snowblue_field::GRAIN_RAYS;
 
+use crate::geometry::chord::Exit;
+
 /// How the radiance of snow is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum IntegratorKind {
     /// PCASnow: the curves of a slab, looked up for one straight line.
     PcaSnow,
@@ -13,7 +16,7 @@ pub enum IntegratorKind {
     /// Random walks that end in the light field inside the snow.
     #[default]
     Hybrid,
-    /// A volumetric path tracer, the ground truth for PCASnow: slow, and unbiased for any shape.
+    /// A volumetric path tracer, the ground truth: slow, and unbiased for any shape.
     Reference,
 }
 
@@ -38,7 +41,7 @@ impl IntegratorKind {
 }
 
 /// The integrator, and how many paths it traces and how long.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IntegratorSettings {
     /// The integrator.
@@ -53,12 +56,84 @@ pub struct IntegratorSettings {
     pub max_bounces: u32,
     /// Seed of the random numbers.
     pub seed: u32,
+    /// Settings of PCASnow.
+    pub pcasnow: PcaSnowSettings,
 }
 
 impl Default for IntegratorSettings {
     fn default() -> Self {
-        Self { kind: IntegratorKind::default(), samples_per_pixel: 64, noise_target: None, max_bounces: 8, seed: 1 }
+        Self {
+            kind: IntegratorKind::default(),
+            samples_per_pixel: 64,
+            noise_target: None,
+            max_bounces: 8,
+            seed: 1,
+            pcasnow: PcaSnowSettings::default(),
+        }
     }
+}
+
+/// How PCASnow treats snow. The other integrators have no use for it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PcaSnowSettings {
+    /// The straight path that stands for all paths of light through the snow.
+    pub path: PathMode,
+    /// Where the path ends.
+    pub exit: Exit,
+    /// The light that enters at the end of the path.
+    pub emission: Emission,
+    /// A constant reflectance, 0–1, instead of that of the curves: the paper's local model. Thin snow then reflects and
+    /// transmits more light than it receives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<f64>,
+    /// A file with a table of curves; the embedded table if absent. The curves of snow that the table does not hold are
+    /// solved for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+}
+
+/// The straight path that stands for all paths of light through the snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PathMode {
+    /// Along the viewing ray, as in the paper. Snow seen obliquely looks thicker than it is, and black where the exit
+    /// does not face the light.
+    View,
+    /// Along the inward normal: exact for a slab, from every viewing direction.
+    Normal,
+    /// Along the line to the light.
+    Light,
+    /// The brighter of `Normal` and `Light`, by luminance.
+    #[default]
+    Brightest,
+}
+
+impl PathMode {
+    /// All modes.
+    pub const ALL: [Self; 4] = [Self::Brightest, Self::Normal, Self::Light, Self::View];
+
+    /// Its name in scene files and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::View => "view",
+            Self::Normal => "normal",
+            Self::Light => "light",
+            Self::Brightest => "brightest",
+        }
+    }
+}
+
+/// Which light counts where the straight path leaves the snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Emission {
+    /// The irradiance of the light there, with distance, angle and shadows.
+    #[default]
+    Transmitted,
+    /// The paper's simpler form: the light's relative spectrum with luminance 1, as a radiance, without
+    /// distance or shadows.
+    Relative,
 }
 
 /// The grid of the light field in each body of snow, for the integrators that have one.

@@ -17,7 +17,7 @@ const INSET_M: f32 = 1e-4;
 
 /// The depths of layers.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Layering {
+pub struct Layering {
     /// Depth of the lower end of each layer but the last, in m, top first. The last layer goes on below.
     ends_m: Vec<f64>,
     top: LayersTop,
@@ -43,11 +43,6 @@ pub(crate) fn depth_below_surface(objects: &Objects, object: usize, point: Vec3A
 }
 
 impl Layering {
-    /// One layer.
-    pub(crate) fn uniform() -> Self {
-        Self { ends_m: Vec::new(), top: LayersTop::Surface }
-    }
-
     /// The depths of layers, top first.
     pub(crate) fn new(layers: &[Layer], top: LayersTop) -> Self {
         let end_m = |depth_m: &mut f64, layer: &Layer| {
@@ -68,10 +63,15 @@ impl Layering {
 
     /// The number of the layer at a point of the surface of the body of an object.
     pub(crate) fn at_surface(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> usize {
+        self.at_point(objects, object, surface.point - surface.normal * INSET_M)
+    }
+
+    /// The number of the layer at a point in the body of an object.
+    pub(crate) fn at_point(&self, objects: &Objects, object: usize, point: Vec3A) -> usize {
         if self.ends_m.is_empty() {
             return 0;
         }
-        let depth_m = self.depth_m(objects, object, surface.point - surface.normal * INSET_M);
+        let depth_m = self.depth_m(objects, object, point);
         self.ends_m.partition_point(|end_m| *end_m <= depth_m)
     }
 

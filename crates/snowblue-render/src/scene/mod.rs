@@ -1,58 +1,57 @@
-//! A scene ready to be rendered: camera, objects, materials, lights, and settings of the film and the integrator.
+//! A scene: camera, objects, materials, lights, and settings of the film and the integrator.
 //!
 //! A scene is built from a [`SceneDescription`], which is made in code or read from a TOML [`mod@file`]. What is built
-//! fits together: change the description and build it again to change the scene.
+//! fits together: change the description and build it again to change the scene. A scene knows what snow is made of,
+//! and nothing of how an [`Integrator`](crate::Integrator) renders it.
 
-mod build;
+pub(crate) mod build;
 pub mod camera;
 pub mod description;
 pub mod file;
-pub(crate) mod integrator;
+pub mod integrator;
 pub(crate) mod layering;
 pub mod light;
-pub(crate) mod light_field;
 pub mod material;
 pub mod objects;
 pub mod queries;
 pub mod undisturbed;
 
 use std::collections::BTreeMap;
-
-use snowblue_transport::monte_carlo::Volume;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
 use crate::images::raster::ImageSize;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{CameraDescription, SceneDescription};
+use crate::scene::description::{CameraDescription, KeyPath, SceneDescription};
 use crate::scene::light::Light;
-use crate::scene::light_field::LightField;
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
+use crate::spectrum::SAMPLES;
 
-pub use integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
+pub use integrator::{Emission, IntegratorKind, IntegratorSettings, LightFieldSettings, PathMode, PcaSnowSettings};
 
-/// Everything that a picture depends on.
-#[derive(Debug)]
+/// Everything that a picture depends on. A clone shares what is large.
+#[derive(Debug, Clone)]
 pub struct Scene {
     pub(crate) camera: PinholeCamera,
     /// The view of the camera.
-    view: View,
-    pub(crate) objects: Objects,
-    /// Objects refer to these by index.
-    pub(crate) materials: Vec<Material>,
+    pub(crate) view: View,
+    pub(crate) objects: Arc<Objects>,
+    /// Objects refer to these by index. Those of the description come first, in the order of their names.
+    pub(crate) materials: Arc<Vec<Material>>,
     /// The lights of the description, and then those of a glTF.
-    pub(crate) lights: Vec<Light>,
+    pub(crate) lights: Vec<Arc<Light>>,
     /// How many of them the description has.
     described_lights: usize,
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
-    /// The layers of snow of each material, for random walks; empty without them.
-    pub(crate) volumes: Vec<Vec<Volume>>,
-    /// The light in the snow, for the integrator that needs it.
-    pub(crate) light_field: Option<LightField>,
-    solved_light_fields: usize,
+    /// The wavelengths of all spectra, in nm.
+    pub(crate) wavelengths_nm: [f64; SAMPLES],
+    /// The file of the table for PCASnow, if the description names one.
+    pub(crate) table_file: Option<PathBuf>,
     /// What the scene was built from.
     pub(crate) description: SceneDescription,
     /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
@@ -77,7 +76,7 @@ impl Scene {
     }
 
     /// The lights.
-    pub fn lights(&self) -> &[Light] {
+    pub fn lights(&self) -> &[Arc<Light>] {
         &self.lights
     }
 
@@ -101,34 +100,28 @@ impl Scene {
         self.solid_files.iter().chain(&self.light_files).map(|(name, hash)| (&**name, *hash)).collect()
     }
 
-    /// The number of light fields that were solved for when the scene was built, one for all lights of one spectrum.
-    /// Those that were kept of [an earlier scene](SceneDescription::build_after) do not count.
-    pub fn solved_light_fields(&self) -> usize {
-        self.solved_light_fields
-    }
-
-    /// If the cells of a wide body of snow have sizes for the pixels of the image: the factor of these sizes that makes
-    /// them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
-    pub fn factor_of_cells(&self) -> Option<f64> {
-        self.light_field.as_ref().and_then(LightField::view_factor)
+    /// The path in the description of a material, given by its index; that of all materials for one of a glTF.
+    pub(crate) fn material_path(&self, material: usize) -> KeyPath {
+        let path = KeyPath::root("material");
+        self.description.materials.keys().nth(material).map_or(path.clone(), |name| path.key(name))
     }
 
     /// Sets the number of samples per pixel, at least one.
     pub fn set_samples_per_pixel(&mut self, samples: u32) {
         self.integrator.samples_per_pixel = samples.max(1);
-        self.description.integrator = self.integrator;
+        self.description.integrator = self.integrator.clone();
     }
 
     /// Sets the greatest number of surfaces after the first on a path.
     pub fn set_max_bounces(&mut self, bounces: u32) {
         self.integrator.max_bounces = bounces;
-        self.description.integrator = self.integrator;
+        self.description.integrator = self.integrator.clone();
     }
 
     /// Sets the seed of the random numbers.
     pub fn set_seed(&mut self, seed: u32) {
         self.integrator.seed = seed;
-        self.description.integrator = self.integrator;
+        self.description.integrator = self.integrator.clone();
     }
 
     /// Sets the size of the picture; the vertical field of view stays. A size has at least one pixel.
@@ -141,8 +134,7 @@ impl Scene {
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
     ///
-    /// It does not check that the camera stays out of snow. The light field of a wide body keeps the cells that the
-    /// former view needed.
+    /// It does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {
         let aspect = self.film.width as f32 / self.film.height as f32;
         let Some(camera) = PinholeCamera::new(view, aspect) else {

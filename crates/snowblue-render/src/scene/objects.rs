@@ -336,6 +336,24 @@ impl Objects {
         })
     }
 
+    /// The point of the surface of an object's body that is nearest to a point; none if the body has no end.
+    pub(crate) fn nearest(&self, object: usize, point: Vec3A) -> Option<SurfaceInteraction> {
+        let found = self.body_of(object).iter().filter_map(|&member| {
+            let hit = self.objects[member].shape.nearest(point)?;
+            Some((member, hit))
+        });
+        let (object, hit) = found.min_by(|(_, one), (_, other)| one.distance_m.total_cmp(&other.distance_m))?;
+        Some(SurfaceInteraction {
+            object,
+            material: self.objects[object].material,
+            point: hit.point,
+            normal: hit.normal,
+            shading_normal: hit.normal,
+            direction: -hit.normal,
+            location: hit.location,
+        })
+    }
+
     /// The first object of some kind in which a point lies.
     pub(crate) fn around(&self, point: Vec3A, is_of_kind: impl Fn(&Object) -> bool) -> Option<usize> {
         (0..self.objects.len()).find(|&index| is_of_kind(&self.objects[index]) && self.holds(index, point))

@@ -1,4 +1,4 @@
-//! Snow tables, scenes and estimates for tests.
+//! Snow tables, scenes, prepared integrators and estimates for tests.
 
 #![allow(dead_code, reason = "no test file uses all of it")]
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
@@ -17,14 +17,15 @@ use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::scene::{IntegratorKind, Scene};
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+use snowblue_render::{Integrator, Preparation};
 use snowblue_stat::{Moments, t_p_value};
 
 /// The sample of the tables.
 pub(crate) const SAMPLE: TableSample = TableSample::new(400.0, 0.3, 300.0);
 
-/// A `pca_snow` material of that sample. Further keys can follow.
+/// Snow of that sample. Further keys can follow.
 pub(crate) const SNOW: &str =
-    "[material.snow]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
+    "[material.snow]\ntype = \"snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
 
 /// Camera, film and integrator of an image of one pixel by PCASnow.
 pub(crate) const CAMERA: &str = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
@@ -94,57 +95,71 @@ pub(crate) fn computed_table() -> CompressedTable {
 }
 
 /// [`CAMERA`] with another integrator.
-pub(crate) fn camera_of(integrator: &str) -> String {
-    CAMERA.replace("pcasnow", integrator)
+pub(crate) fn camera_of(method: &str) -> String {
+    CAMERA.replace("pcasnow", method)
 }
 
-/// Reads a scene from text for PCASnow; `files` are written beside it.
-pub(crate) fn scene(text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
-    scene_by("pcasnow", text, table, files)
+/// Settings of PCASnow.
+pub(crate) fn pcasnow(keys: &str) -> String {
+    format!("[integrator.pcasnow]\n{keys}\n")
+}
+
+/// Builds a scene from text for PCASnow; `files` are those that it names, or else come from the file system.
+pub(crate) fn scene(text: &str, files: &[(&str, String)]) -> Scene {
+    scene_by("pcasnow", text, files)
 }
 
 /// The same for an integrator.
-pub(crate) fn scene_by(integrator: &str, text: &str, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
-    let text = format!("{}{text}", camera_of(integrator));
-    let file = SceneFile::parse(text, "scene.toml").unwrap_or_else(|error| panic!("{error}"));
-    built(&file.description, table, files)
+pub(crate) fn scene_by(method: &str, text: &str, files: &[(&str, String)]) -> Scene {
+    built(&description(method, text), files)
 }
 
 /// The same with few rays through grains, which saves time: for scenes that are compared with each other only.
-pub(crate) fn scene_of_few_grains(
-    integrator: &str,
-    text: &str,
-    table: &CompressedTable,
-    files: &[(&str, String)],
-) -> Scene {
-    let text = format!("{}{text}", camera_of(integrator));
-    let mut description = SceneFile::parse(text, "scene.toml").unwrap_or_else(|error| panic!("{error}")).description;
+pub(crate) fn scene_of_few_grains(method: &str, text: &str, files: &[(&str, String)]) -> Scene {
+    let mut description = description(method, text);
     description.light_field.grain_rays = 1 << 12;
-    built(&description, table, files)
+    built(&description, files)
 }
 
-/// Builds a scene; `files` are those that it names, or else come from the file system by their paths.
-fn built(description: &SceneDescription, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+fn description(method: &str, text: &str) -> SceneDescription {
+    let text = format!("{}{text}", camera_of(method));
+    SceneFile::parse(text, "scene.toml").unwrap_or_else(|error| panic!("{error}")).description
+}
+
+fn built(description: &SceneDescription, files: &[(&str, String)]) -> Scene {
     let files = |name: &str| match files.iter().find(|(other, _)| *other == name) {
         Some((_, content)) => Ok(content.clone().into_bytes()),
         None => std::fs::read(name),
     };
-    description.build(table, &files).unwrap_or_else(|error| panic!("{error}"))
+    description.build(&files).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Reads a scene file whose snow is rendered by PCASnow.
-pub(crate) fn load(path: &Path, table: &CompressedTable) -> Scene {
+pub(crate) fn load(path: &Path) -> Scene {
     let mut file = SceneFile::open(path).unwrap_or_else(|error| panic!("{error}"));
     file.description.integrator.kind = IntegratorKind::PcaSnow;
-    file.build(table).unwrap_or_else(|error| panic!("{error}"))
+    file.build().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Prepares the integrator of a scene; without a table, that of the scene or the embedded one serves PCASnow.
+pub(crate) fn prepared(scene: &Scene, table: Option<&CompressedTable>) -> Integrator {
+    let preparation = Preparation { table, ..Preparation::default() };
+    let integrator = Integrator::prepare_with(scene, preparation).unwrap_or_else(|error| panic!("{error}"));
+    assert!(table.is_none() || integrator.notes().is_empty(), "all curves are those of the table");
+    integrator
+}
+
+/// PCASnow for a [`scene`] from text.
+pub(crate) fn integrator(text: &str, table: Option<&CompressedTable>, files: &[(&str, String)]) -> Integrator {
+    prepared(&scene(text, files), table)
 }
 
 /// The radiance from `target` to a camera at `eye`, with a field of view of 1e-5 degrees.
-pub(crate) fn radiance(scene: &mut Scene, eye: Vec3A, target: Vec3A) -> Spectrum {
+pub(crate) fn radiance(integrator: &mut Integrator, eye: Vec3A, target: Vec3A) -> Spectrum {
     let up = (target - eye).any_orthogonal_vector();
     let view = View { position: eye, look_at: target, up, vertical_fov_deg: 1e-5 };
-    assert!(scene.set_view(&view));
-    pixel_radiance(scene, PixelPosition { x: 0, y: 0 })
+    assert!(integrator.set_view(&view));
+    pixel_radiance(integrator, PixelPosition { x: 0, y: 0 })
 }
 
 /// A mean over independent images and its standard error.
@@ -176,12 +191,18 @@ impl Estimate {
 }
 
 /// Estimates of [`radiance`] at three wavelengths, from 16 images with `samples` samples each.
-pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u32, bands: [usize; 3]) -> [Estimate; 3] {
-    scene.set_samples_per_pixel(samples);
+pub(crate) fn estimate(
+    integrator: &mut Integrator,
+    eye: Vec3A,
+    target: Vec3A,
+    samples: u32,
+    bands: [usize; 3],
+) -> [Estimate; 3] {
+    integrator.set_samples_per_pixel(samples);
     let pictures: Vec<Spectrum> = (1..=SEEDS)
         .map(|seed| {
-            scene.set_seed(seed);
-            radiance(scene, eye, target)
+            integrator.set_seed(seed);
+            radiance(integrator, eye, target)
         })
         .collect();
     bands.map(|k| Estimate::of(pictures.iter().map(|picture| f64::from(picture.0[k]))))
@@ -189,16 +210,16 @@ pub(crate) fn estimate(scene: &mut Scene, eye: Vec3A, target: Vec3A, samples: u3
 
 /// The scene's first light, a point light.
 pub(crate) fn point_light(scene: &Scene) -> &PointLight {
-    let Light::Point(lamp) = &scene.lights()[0] else { panic!("the first light is a point") };
+    let Light::Point(lamp) = &*scene.lights()[0] else { panic!("the first light is a point") };
     lamp
 }
 
 /// The same scene with the first light at another position.
-pub(crate) fn with_light_at(scene: &Scene, at: Vec3A, table: &CompressedTable, files: &[(&str, String)]) -> Scene {
+pub(crate) fn with_light_at(scene: &Scene, at: Vec3A, files: &[(&str, String)]) -> Scene {
     let mut description = scene.description().clone();
     let LightSource::Point(lamp) = &mut description.lights[0].source else { panic!("the first light is a point") };
     lamp.position = at.as_dvec3().to_array();
-    built(&description, table, files)
+    built(&description, files)
 }
 
 /// The curves of the sample in a table.

@@ -108,20 +108,43 @@ impl Volume {
     /// # Errors
     /// If a parameter of the sample is out of range, or the tables do not cover a wavelength.
     pub fn new(sample: &SnowSample, wavelengths_nm: &[f64], plan: &GrainPlan) -> Result<Self, TransportError> {
-        sample.check()?;
-        check_wavelengths(wavelengths_nm, sample)?;
-        let constituents = |wavelength_nm: &f64| Constituents::new(sample, *wavelength_nm);
-        let of_wavelengths: Vec<Constituents> = wavelengths_nm.iter().map(constituents).collect();
-        let absorptions: Vec<Absorption> = of_wavelengths.iter().map(Absorption::new).collect();
-        let trace_nodes = trace_nodes(sample, wavelengths_nm, &of_wavelengths);
-        let node = |(number, wavelength_nm): (usize, &f64)| {
-            #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
-            let weights: Vec<f32> = trace_nodes.weights.iter().map(|weights| weights[number] as f32).collect();
-            let scatterers = Scatterers::new(sample, &constituents(wavelength_nm));
-            VolumeNode::new(&scatterers, weights, plan, &absorptions)
+        let mut volumes = Self::of_samples(std::slice::from_ref(sample), wavelengths_nm, plan)?;
+        Ok(volumes.swap_remove(0))
+    }
+
+    /// The same for several samples, with nodes at the same wavelengths, so that a walk can go from one to the other.
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub fn of_samples(
+        samples: &[SnowSample],
+        wavelengths_nm: &[f64],
+        plan: &GrainPlan,
+    ) -> Result<Vec<Self>, TransportError> {
+        for sample in samples {
+            sample.check()?;
+            check_wavelengths(wavelengths_nm, sample)?;
+        }
+        let all_nodes = samples.iter().map(|sample| {
+            let of_wavelengths: Vec<Constituents> =
+                wavelengths_nm.iter().map(|wavelength_nm| Constituents::new(sample, *wavelength_nm)).collect();
+            trace_nodes(sample, wavelengths_nm, &of_wavelengths)
+        });
+        let finest = all_nodes.max_by_key(|nodes| nodes.wavelengths_nm.len());
+        let Some(finest) = finest else { return Ok(Vec::new()) };
+        let volume = |sample: &SnowSample| {
+            let absorption = |wavelength_nm: &f64| Absorption::new(&Constituents::new(sample, *wavelength_nm));
+            let absorptions: Vec<Absorption> = wavelengths_nm.iter().map(absorption).collect();
+            let node = |(number, wavelength_nm): (usize, &f64)| {
+                #[expect(clippy::cast_possible_truncation, reason = "weights are of the order of one")]
+                let weights: Vec<f32> = finest.weights.iter().map(|weights| weights[number] as f32).collect();
+                let scatterers = Scatterers::new(sample, &Constituents::new(sample, *wavelength_nm));
+                VolumeNode::new(&scatterers, weights, plan, &absorptions)
+            };
+            let nodes = finest.wavelengths_nm.iter().enumerate().map(node).collect();
+            Self::of_nodes(nodes, absorptions)
         };
-        let nodes = trace_nodes.wavelengths_nm.iter().enumerate().map(node).collect();
-        Ok(Self::of_nodes(nodes, absorptions))
+        Ok(samples.iter().map(volume).collect())
     }
 
     /// The same with one node, the index of ice at the middle wavelength, for walks that are too short to depend on it.

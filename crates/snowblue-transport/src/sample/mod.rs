@@ -20,7 +20,7 @@ pub use ranges::{
     TEMPERATURE_RANGE, WATER_SATURATION, WATER_SATURATION_RANGE,
 };
 pub use snow_description::SnowDescription;
-pub use snow_keys::SnowKeys;
+pub use snow_keys::{SnowKeyError, SnowKeys};
 pub use snow_sample::SnowSample;
 pub use snow_type::SnowType;
 pub(crate) use truncated_normal::Quantiles;

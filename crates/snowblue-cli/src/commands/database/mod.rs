@@ -1,10 +1,10 @@
-//! `snowblue database`: builds, describes, judges and exchanges tables.
+//! `snowblue database`: builds, describes, judges and exports tables.
 
 mod axes;
 mod filling;
 
 mod build;
-mod exchange;
+mod export;
 mod fidelity;
 mod info;
 
@@ -12,17 +12,16 @@ use clap::Subcommand;
 
 use crate::output::Outcome;
 use build::Build;
-use exchange::{Export, Import};
+use export::Export;
 use fidelity::Fidelity;
 use info::Info;
 
-/// Build, describe, judge and exchange tables of snow
+/// Build, describe, judge and export tables of snow
 #[derive(Debug, Subcommand)]
 pub(crate) enum Database {
     Build(Box<Build>),
     Info(Info),
     Fidelity(Box<Fidelity>),
-    Import(Import),
     Export(Export),
 }
 
@@ -32,7 +31,6 @@ impl Database {
             Self::Build(build) => build.run(quiet),
             Self::Info(info) => info.run(),
             Self::Fidelity(fidelity) => fidelity.run(quiet),
-            Self::Import(import) => import.run(quiet),
             Self::Export(export) => export.run(),
         }
     }

@@ -1,16 +1,15 @@
 //! `snowblue export`: the colours of one snow as functions and tables for real-time renderers and for Blender.
 
+mod compact_options;
 mod tables;
 
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use snowblue_color::Observer;
-use snowblue_database::compact::{CompactSnow, GREATEST_THICKNESS_RANGE, ShaderLanguage};
-use snowblue_figures::format_number;
+use snowblue_database::compact::ShaderLanguage;
 
-use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions, limits, parse};
 use crate::output::{Failure, Outcome, check_path, output_path, print, write_file};
+use compact_options::CompactOptions;
 use tables::TableFile;
 
 /// The shader of a surface of snow, without the functions that it calls.
@@ -37,25 +36,6 @@ pub(crate) enum Export {
     Osl(Functions),
     /// Write a look-up table: logarithms to base 2 of X, Y and Z by thickness and angle
     Lut(TableFile),
-}
-
-/// Snow, light and the range of thickness.
-#[derive(Debug, Args)]
-struct CompactOptions {
-    #[command(flatten)]
-    sample: SnowOptions,
-    #[command(flatten)]
-    light: LightOptions,
-    #[command(flatten)]
-    ordinates: OrdinatesArguments,
-    #[arg(
-        long, value_name = "CM", default_value = "100", value_parser = greatest_thickness, help_heading = "Slab",
-        help = format!(
-            "Greatest thickness in cm [{}]; thicker snow is extrapolated by its decay there",
-            limits::ends(&GREATEST_THICKNESS_RANGE.inclusive())
-        )
-    )]
-    max_thickness: f64,
 }
 
 /// Functions of a shading language.
@@ -91,31 +71,4 @@ impl Functions {
             None => print(&text).map_err(Failure::work),
         }
     }
-}
-
-impl CompactOptions {
-    fn fit(&self) -> Result<CompactSnow, Failure> {
-        let colorimeter = self.light.colorimeter(Observer::Cie1931, &SampleCount::ThirtyOne.wavelengths_nm())?;
-        let options = self.ordinates.options();
-        CompactSnow::new(&self.sample.sample()?, self.max_thickness, &colorimeter, &options).map_err(Failure::input)
-    }
-
-    /// What the numbers are, in lines.
-    fn notes(&self, snow: &CompactSnow) -> Result<Vec<String>, Failure> {
-        let mut notes = vec![format!("snowblue {}", env!("CARGO_PKG_VERSION"))];
-        notes.extend(self.sample.metadata()?.into_iter().map(|(name, value)| format!("{name}: {value}")));
-        notes.push(format!("illuminant: {}, observer: CIE 1931", self.light.illuminant));
-        notes.push(format!(
-            "0 to {} cm, 0 to 89 degrees; greatest error of the fit: {:.1e} of the value",
-            format_number(self.max_thickness),
-            snow.error()
-        ));
-        Ok(notes)
-    }
-}
-
-fn greatest_thickness(words: &str) -> Result<f64, String> {
-    let thickness_cm = parse::number(words)?;
-    GREATEST_THICKNESS_RANGE.check(thickness_cm).map_err(|error| error.to_string())?;
-    Ok(thickness_cm)
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use snowblue_database::compact::LookUpTable;
 use snowblue_render::film::image_file::write_numbers_exr;
 
-use super::CompactOptions;
+use super::compact_options::CompactOptions;
 use crate::options::{GivenOptions, Idle};
 use crate::output::{Failure, Outcome, check_path, ending, output_path, write_file};
 

@@ -1,4 +1,4 @@
-//! `snowblue merge`: merges parts of a picture, or the shards of a table.
+//! `snowblue merge`: merges parts of a picture, or the shards of a table; compresses a full table.
 
 mod pictures;
 
@@ -7,6 +7,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
@@ -35,7 +36,8 @@ Examples:
   snowblue merge part*.exr --keep-sums -o half.exr    (to be merged again, or resumed)
   snowblue database build --shard 1/3 -o part1.nc    (and 2/3, 3/3, on machines of one kind)
   snowblue merge part1.nc part2.nc part3.nc -o full.nc
-  snowblue merge part*.nc --space log --components 3 -o snow.nc"
+  snowblue merge part*.nc --space log --components 3 -o snow.nc
+  snowblue merge full.nc --space log --components 3 -o snow.nc    (compresses a full table)"
 )]
 pub(crate) struct Merge {
     /// Must be the first field.
@@ -110,10 +112,26 @@ impl Merge {
         }])?;
         check_table_path(&self.output)?;
         self.compression.check()?;
-        let shards: Result<Vec<NamedShard>, Failure> = self.parts.iter().map(|path| read(path)).collect();
-        let table = shard::merge(&shards?).map_err(Failure::input)?;
+        let table = self.whole_table()?;
         let kept = self.compression.write(&table, &self.output)?;
-        Ok(format!("{} curves of {} shards{kept}", table.axes.curves(), self.parts.len()))
+        let files = if self.parts.len() == 1 { "file" } else { "files" };
+        Ok(format!("{} curves from {} {files}{kept}", table.axes.curves(), self.parts.len()))
+    }
+
+    /// The table of all shards, or the only part if that is a full table.
+    fn whole_table(&self) -> Result<Table, Failure> {
+        let mut shards = Vec::with_capacity(self.parts.len());
+        for path in &self.parts {
+            let name = path.display().to_string();
+            match file::read(path).map_err(Failure::input)? {
+                AnyTable::Shard(shard) => shards.push(NamedShard { name, shard }),
+                AnyTable::Full(table) if self.parts.len() == 1 => return Ok(table),
+                other @ (AnyTable::Full(_) | AnyTable::Compressed(_)) => {
+                    return Err(Failure::Input(format!("{name}: is {}, not a shard", other.kind())));
+                }
+            }
+        }
+        shard::merge(&shards).map_err(Failure::input)
     }
 }
 
@@ -147,13 +165,5 @@ impl PartKind {
             Self::Picture => "a picture",
             Self::Table => "a table",
         }
-    }
-}
-
-fn read(path: &Path) -> Result<NamedShard, Failure> {
-    let name = path.display().to_string();
-    match file::read(path).map_err(Failure::input)? {
-        AnyTable::Shard(shard) => Ok(NamedShard { name, shard }),
-        other => Err(Failure::Input(format!("{name}: is {}, not a shard", other.kind()))),
     }
 }

@@ -6,19 +6,19 @@ use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::render::{RenderControl, accumulator, render_missing, with_needed};
 use snowblue_render::scene::queries::Statistics;
-use snowblue_render::{Aovs, FilmAccumulator, SampleBlock, Scene};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, Scene};
 
 use super::interrupt;
 use super::preview::Preview;
 use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, PictureFormat, Progress, describe_samples, print_message};
+use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
 
 /// A picture to render.
 pub(super) struct RenderJob<'a> {
-    pub(super) scene: &'a Scene,
+    pub(super) integrator: &'a Integrator,
     pub(super) provenance: Provenance,
     pub(super) aovs: Aovs,
     pub(super) target: SampleBlock,
@@ -28,25 +28,27 @@ pub(super) struct RenderJob<'a> {
     pub(super) notes: Vec<(&'static str, String)>,
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
-    pub(super) preview: Option<&'a mut Preview>,
-    /// What the progress counts.
-    pub(super) unit: String,
+    pub(super) preview: Option<Preview>,
     pub(super) quiet: bool,
 }
 
 impl RenderJob<'_> {
+    fn scene(&self) -> &Scene {
+        self.integrator.scene()
+    }
+
     /// Renders the picture, from the start or from the samples in the file.
     pub(super) fn run(mut self, resume: bool) -> Outcome {
         let mut sums = match resume.then(|| self.resumed()).transpose()?.flatten() {
             Some(sums) => sums.extended_to(&self.target.window()),
-            None => accumulator(self.scene, self.aovs, &self.target.window()),
+            None => accumulator(self.scene(), self.aovs, &self.target.window()),
         };
         if self.is_finished(&sums) {
             self.print_note(&format!("{}: already has all of these samples\n", self.file.path.display()));
             return Ok(());
         }
         interrupt::listen(&self.file.path)?;
-        let bar = Progress::new(&self.unit, self.quiet);
+        let bar = Progress::new("samples", self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
         if sums.coverage().blocks().is_empty() {
@@ -68,7 +70,7 @@ impl RenderJob<'_> {
         if let Some(difference) = part.provenance.difference(&self.provenance) {
             return Err(differs(&format!("it is another picture: {difference}")));
         }
-        let aovs = with_needed(self.aovs, self.scene.description());
+        let aovs = with_needed(self.aovs, self.scene().description());
         if part.aovs != aovs {
             return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }
@@ -100,7 +102,7 @@ impl RenderJob<'_> {
                 progress: &|at| bar.set(done + at.samples_done, all),
                 stop: &|| interrupt::is_requested() || pause.is_some_and(|pause| Instant::now() >= pause),
             };
-            statistics = statistics.plus(render_missing(self.scene, &self.target, sums, control));
+            statistics = statistics.plus(render_missing(self.integrator, &self.target, sums, control));
             if let Some(preview) = &mut self.preview
                 && let Err(error) = preview.show(sums)
             {
@@ -119,16 +121,15 @@ impl RenderJob<'_> {
         }
     }
 
-    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed. An unfinished frame in PNG is
-    /// not written, since it would pass for a finished one.
+    /// Writes the picture. An unfinished one keeps its sums, so that it can be resumed.
     fn write(&self, sums: &FilmAccumulator) -> Outcome {
-        let is_unfinished = !self.is_finished(sums);
-        if is_unfinished && self.file.is_frame && self.file.format == PictureFormat::Png {
-            return Ok(());
-        }
         let mut file = self.file.clone();
-        file.keeps_sums |= is_unfinished;
-        file.write(sums, ResumeData { provenance: &self.provenance, exposure: self.scene.film().exposure }, &self.notes)
+        file.keeps_sums |= !self.is_finished(sums);
+        file.write(
+            sums,
+            ResumeData { provenance: &self.provenance, exposure: self.scene().film().exposure },
+            &self.notes,
+        )
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {

@@ -1,7 +1,6 @@
 //! `snowblue render`: renders a scene as a picture.
 
 mod check;
-mod film;
 mod interrupt;
 mod job;
 mod preview;
@@ -11,24 +10,23 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use snowblue_database::CompressedTable;
 use snowblue_database::file::is_stream;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::with_needed;
-use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
-use snowblue_render::scene::material::pca_snow::PathMode;
-use snowblue_render::{Aovs, FalseColor, SampleBlock, Scene, SceneDescription};
+use snowblue_render::scene::{IntegratorKind, PathMode};
+use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
-use crate::input::{SCENES, scene_table};
+use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
     Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
     output_path, print, print_message,
 };
-use film::{Film, NUMBER};
 use job::RenderJob;
 use preview::{Preview, TEV};
 
@@ -46,13 +44,11 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml --integrator diffusion -o block.png    the light field in the snow
   snowblue render scenes/fig9_back.toml --integrator reference --width 32 --height 32 -o truth.exr
   snowblue render scenes/block_30cm.toml --check        sizes; is the snow watertight?
-  snowblue render scenes/block_30cm.toml --database nir.nc --false-color 1030,850,550 -o nir.png
+  snowblue render scenes/block_30cm.toml --false-color 1030,850,550 -o nir.png
   snowblue render scenes/block_30cm.toml --aovs rgb,spectrum,normal -o block.exr
   snowblue render scenes/block_30cm.toml --spp-range 0:50 -o part1.exr    then merge
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
-  snowblue render day.toml --frames 240 -o 'film/{}.png'    a film by the scene's [keyframes]
-  snowblue render day.toml --frames 240 --frame-range 0:80 --resume -o 'film/{}.png'    the first third
 
 Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume continues an .exr. Pictures are \
 identical to the last bit however they are split into parts, and on any number of threads."
@@ -69,21 +65,12 @@ pub(crate) struct Render {
     /// Print the file of --scene, to start from, instead of rendering it
     #[arg(long)]
     print: bool,
-    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit). In the name of the frames of a film {} stands
-    /// for their numbers; - is the standard output, as PNG
+    /// Picture to write: .png (8-bit sRGB) or .exr (linear RGB, 32-bit); - is the standard output, as PNG
     #[arg(
         short, long, value_name = "FILE", value_parser = output_path(),
         required_unless_present_any = ["check", "list_scenes", "print"]
     )]
     output: Option<PathBuf>,
-    /// Frames of a film [2–1000000], by the keyframes of the scene; numbered from 0 on, with four digits or more
-    #[arg(
-        long, value_name = "N", value_parser = parse::whole_number::<u32>(2..=1_000_000), conflicts_with = "check"
-    )]
-    frames: Option<u32>,
-    /// Only frames A to B-1 of the film, 0 ≤ A < B ≤ N
-    #[arg(long, value_name = "A:B", value_parser = parse::whole_range)]
-    frame_range: Option<Range<u32>>,
     /// Only report the objects: sizes in metres, open edges, rays that find them open; exit code 1 if snow is not
     /// watertight. -o then names a .csv, .json or .txt file
     #[arg(long)]
@@ -91,15 +78,16 @@ pub(crate) struct Render {
     /// Format of --check [default: by the file's ending, else a table on a terminal and CSV into a pipe]
     #[arg(long, value_name = "FORMAT", value_enum, requires = "check")]
     format: Option<Format>,
-    /// Compressed table of snow, NetCDF [default: the embedded one]
+    /// Compressed table of snow for the integrator pcasnow, NetCDF, instead of the scene's [default: the embedded one];
+    /// the curves of snow that it does not hold are solved for
     #[arg(long, value_name = "FILE")]
     database: Option<PathBuf>,
-    /// Integrator, instead of the scene's: pcasnow (the table of slabs, along one straight line), diffusion (the light
+    /// Integrator, instead of the scene's: pcasnow (curves of slabs, along one straight line), diffusion (the light
     /// field inside the snow, read at its surface), hybrid (random walks that end in the light field) or reference
     /// (volumetric path tracer, the ground truth, slow)
     #[arg(long, value_name = "NAME", value_parser = parse_integrator)]
     integrator: Option<IntegratorKind>,
-    /// Path mode of all snow by the integrator pcasnow, which it selects if --integrator is not given: brightest (the
+    /// Path mode of the integrator pcasnow, which it selects if --integrator is not given: brightest (the
     /// brighter of the next two), normal (along the inward normal), light (towards the light) or view (along the
     /// viewing ray, as in the paper)
     #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
@@ -149,8 +137,7 @@ pub(crate) struct Render {
         long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
         help = format!(
             "Exposure of a PNG in stops [{}], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a \
-             lamp or the sun, and is the same for all frames of a film, such that the brightest of five is not too \
-             bright", limits::stops()
+             lamp or the sun", limits::stops()
         )
     )]
     exposure: Option<Exposure>,
@@ -158,8 +145,8 @@ pub(crate) struct Render {
     /// sun and sky on level ground
     #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
     white: Option<WhiteBalance>,
-    /// False colour: three wavelengths of the table in nm, shown as red, green and blue [1030,860,550 if none are
-    /// given], under spectrally constant lights; the table must have 31 wavelengths
+    /// False colour: three wavelengths in nm [300–2500], shown as red, green and blue [1030,860,550 if none are given],
+    /// under spectrally constant lights
     #[arg(
         long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
         value_parser = parse::false_color
@@ -173,8 +160,7 @@ pub(crate) struct Render {
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
     #[arg(long)]
     keep_sums: bool,
-    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp. Of a film, frames that are finished
-    /// are kept, those in .png too
+    /// Continue the .exr of -o if it exists: after an interrupt, or to more --spp
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -192,12 +178,6 @@ const MOST_FACTOR: f64 = 2.0;
 /// So are those of a picture of fewer rows. In one of 32, the wall of a snow hut is thinner than a cell.
 const FEWEST_ROWS: u32 = 160;
 
-/// A scene, and what it was made from.
-struct LoadedScene {
-    scene: Scene,
-    provenance: Provenance,
-}
-
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         self.check_effects()?;
@@ -212,51 +192,33 @@ impl Render {
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
                 output.check()?;
-                let loaded = self.load(|_| Ok(()))?;
-                return check::check(&loaded.scene, &output, quiet);
+                let (_, scene) = self.load(|_| Ok(()))?;
+                return check::check(&scene, &output, quiet);
             }
         };
-        if let Some(frames) = self.frames {
-            return Film::open(self, output, frames, quiet)?.render();
-        }
-        self.check_is_no_film(output)?;
         let file = self.file(output)?;
-        let check = |scene: &SceneDescription| self.check_memory(scene, &file, quiet);
-        let LoadedScene { scene, provenance } = self.load(check)?;
-        if let Some(warning) = coarse_cells(&scene).filter(|_| !quiet) {
-            print_message(&format!("{}: {warning}\n", output.display()));
-        }
-        let mut preview = self.preview(file_name(output))?;
+        let (scene_file, scene) = self.load(|scene| self.check_memory(scene, &file, quiet))?;
+        let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
+        let preparation = Preparation { table: table.as_ref(), earlier: None };
+        let integrator = Integrator::prepare_with(&scene, preparation);
+        let integrator = integrator.map_err(|error| Failure::input(scene_file.locate(error)))?;
+        let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator)).filter(|_| !quiet);
+        notes.for_each(|note| print_message(&format!("{}: {note}\n", output.display())));
+        let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
-            scene: &scene,
-            provenance,
+            integrator: &integrator,
+            provenance: Provenance::of(&integrator),
             target,
             notes: self.notes(),
-            preview: preview.as_mut(),
+            preview,
             aovs: self.aovs,
             file,
             film_memory: self.film_memory,
             checkpoint: self.checkpoint,
-            unit: "samples".to_owned(),
             quiet,
         };
         job.run(self.resume)
-    }
-
-    /// Refuses what belongs to a film, of which --frames gives the number of frames.
-    fn check_is_no_film(&self, output: &Path) -> Outcome {
-        if file_name(output).contains(NUMBER) {
-            return Err(Failure::Input(format!(
-                "{}: {NUMBER} stands for the number of a frame: give --frames N",
-                output.display()
-            )));
-        }
-        self.given.refuse_idle(&[Idle {
-            when: true,
-            options: &["frame_range"],
-            why: "it belongs to a film: give --frames N",
-        }])
     }
 
     /// Refuses options without effect on what is asked for.
@@ -283,8 +245,6 @@ impl Render {
             "resume",
             "checkpoint",
             "tev",
-            "frames",
-            "frame_range",
         ];
         let of_scenes: &[&str] = &["output", "check", "format", "database"];
         self.given.refuse_idle(&[
@@ -314,24 +274,16 @@ impl Render {
         let solves_field = kind.has_light_field();
         let no_field = format!("the integrator {} solves for no light field", kind.name());
         let no_modes = format!("the integrator {} has no path modes", kind.name());
+        let no_table = format!("the integrator {} reads no table", kind.name());
         self.given.refuse_idle(&[
             Idle { when: !solves_field, options: &["field_memory_mib", "field_step_mm"], why: &no_field },
             Idle { when: kind != IntegratorKind::PcaSnow, options: &["path"], why: &no_modes },
+            Idle { when: kind != IntegratorKind::PcaSnow, options: &["database"], why: &no_table },
             Idle {
                 when: changed.film.false_color.is_some(),
                 options: &["white"],
                 why: "in the false colour of the scene all lights are white",
             },
-        ])
-    }
-
-    /// Refuses options without effect on a picture, or on the frames of a film.
-    fn check_effects_in(&self, file: &PictureFile) -> Outcome {
-        let is_exr = file.format == PictureFormat::Exr;
-        let why = "an unfinished frame in .png is not written";
-        self.given.refuse_idle(&[
-            Idle { when: is_exr && !file.keeps_sums, options: &["exposure"], why: IDLE_EXPOSURE },
-            Idle { when: !is_exr && file.is_frame, options: &["checkpoint"], why },
         ])
     }
 
@@ -342,8 +294,8 @@ impl Render {
 
     /// What a picture says of its scene.
     fn notes(&self) -> Vec<(&'static str, String)> {
-        let table = self.database.as_deref().map_or("embedded".to_owned(), |path| path.display().to_string());
-        vec![(SCENE_NOTE, self.scene.name()), (TABLE_NOTE, table)]
+        let table = self.database.as_deref().map(|path| (TABLE_NOTE, path.display().to_string()));
+        [(SCENE_NOTE, self.scene.name())].into_iter().chain(table).collect()
     }
 
     /// The output file, if the options agree with its format.
@@ -361,7 +313,11 @@ impl Render {
                 file.needs_exr(option)?;
             }
         }
-        self.check_effects_in(&file)?;
+        self.given.refuse_idle(&[Idle {
+            when: file.format == PictureFormat::Exr && !file.keeps_sums,
+            options: &["exposure"],
+            why: IDLE_EXPOSURE,
+        }])?;
         Ok(file)
     }
 
@@ -403,16 +359,14 @@ impl Render {
     }
 
     /// Reads the scene, calls `check` with its description and builds it.
-    fn load(&self, check: impl Fn(&SceneDescription) -> Outcome) -> Result<LoadedScene, Failure> {
+    fn load(&self, check: impl Fn(&SceneDescription) -> Outcome) -> Result<(SceneFile, Scene), Failure> {
         let mut file = self.scene.open()?;
         self.check_effects_on(&file.description)?;
-        let table = scene_table(self.database.as_deref())?;
         self.override_values(&mut file.description);
-        file.description.check().map_err(Failure::input)?;
+        // Values of the file were checked when it was read, and those of options by their ranges.
         check(&file.description)?;
-        let scene = file.build(&table).map_err(Failure::input)?;
-        let provenance = Provenance::of(&scene, &table);
-        Ok(LoadedScene { scene, provenance })
+        let scene = file.build().map_err(Failure::input)?;
+        Ok((file, scene))
     }
 
     /// Overrides values of the scene by options.
@@ -434,9 +388,7 @@ impl Render {
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
         self.light_field.override_values(light_field);
-        if let Some(mode) = self.path {
-            scene.set_path_mode(mode);
-        }
+        integrator.pcasnow.path = self.path.unwrap_or(integrator.pcasnow.path);
     }
 }
 
@@ -448,9 +400,9 @@ fn list_scenes() -> Outcome {
 }
 
 /// What to say of cells of snow that may be too large, if those of a wide body follow the pixels of the picture.
-fn coarse_cells(scene: &Scene) -> Option<String> {
-    let factor = scene.factor_of_cells()?;
-    let (rows, memory_mib) = (scene.description().film.height, scene.description().light_field.memory_mib);
+fn coarse_cells(integrator: &Integrator) -> Option<String> {
+    let (factor, scene) = (integrator.factor_of_cells()?, integrator.scene().description());
+    let (rows, memory_mib) = (scene.film.height, scene.light_field.memory_mib);
     let (cells, remedy) = if factor > MOST_FACTOR {
         let cells = format!("in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need");
         (cells, "raise --field-memory-mib".to_owned())

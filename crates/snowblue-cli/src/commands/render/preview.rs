@@ -19,7 +19,7 @@ const TIMEOUT: Duration = Duration::from_secs(5);
 
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// A connection to the viewer, for one picture at a time.
+/// A connection to the viewer, for one picture.
 pub(super) struct Preview {
     client: TevClient,
     name: String,
@@ -47,11 +47,6 @@ impl Preview {
             Ok(stream) => Ok(Self { client: TevClient::wrap(stream), name, is_created: false }),
             Err(error) => Err(Failure::Input(format!("--tev {address}: cannot connect to a viewer: {error}"))),
         }
-    }
-
-    /// Begins another picture.
-    pub(super) fn begin(&mut self, name: String) {
-        (self.name, self.is_created) = (name, false);
     }
 
     /// Sends the current picture in linear sRGB.

@@ -1,15 +1,11 @@
 //! The scenes of the comparison: blocks of three thicknesses and a ball, in front of a far and a near lamp; and further
 //! scenes, lit from all sides.
 
-use std::borrow::Cow;
-
-use snowblue_database::fill::{FillOptions, fill};
-use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Space};
 use snowblue_render::files::FilesInMemory;
-use snowblue_render::scene::Scene;
-use snowblue_render::scene::description::{LightSource, MaterialDescription, ShapeDescription, SphereLightDescription};
-use snowblue_render::{RenderError, SceneDescription};
-use snowblue_transport::Substance;
+use snowblue_render::scene::description::{
+    LightSource, MaterialDescription, ShapeDescription, SnowDescription, SphereLightDescription,
+};
+use snowblue_render::{Integrator, RenderError, SceneDescription};
 
 use super::image::SIDE;
 use super::method::Method;
@@ -19,15 +15,12 @@ use crate::scenes;
 /// Melting snow with soot: the fraction of the pores that is full of water, and black carbon.
 const WATER_SATURATION: f64 = 0.1;
 const SOOT_NG_G: f64 = 100.0;
-/// Rays of the tally for the table of that snow.
-const TALLY_RAYS: u32 = 1 << 18;
 
 /// A scene, with the name and the caption of its picture.
 pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) caption: String,
     scene: SceneDescription,
-    table: Cow<'static, CompressedTable>,
     /// Samples per pixel of each reference rendering.
     pub(super) samples: u32,
     pub(super) group: Group,
@@ -109,8 +102,7 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
                 let (lamp, view) = (lamp.label, view.label);
                 let caption = format!("A block of {label}, the lamp {lamp} behind its middle, seen {view}");
                 let samples = samples * sample_factor;
-                let (table, group) = (embedded_table(), Group::Blocks);
-                cases.push(Case { name, caption, scene, table, samples, group, is_front });
+                cases.push(Case { name, caption, scene, samples, group: Group::Blocks, is_front });
             }
         }
     }
@@ -118,36 +110,23 @@ pub(super) fn cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
         let caption = format!("A ball 10 cm across, the lamp {lamp} from its middle");
         let mut scene = scenes::read(scenes::BALL)?;
         scenes::set_lamp_position(&mut scene, position);
-        let (table, samples) = (embedded_table(), 512 * sample_factor);
-        cases.push(Case { name, caption, scene, table, samples, group: Group::Balls, is_front: false });
+        let samples = 512 * sample_factor;
+        cases.push(Case { name, caption, scene, samples, group: Group::Balls, is_front: false });
     }
     cases.extend(further_cases(sample_factor)?);
     Ok(cases)
 }
 
-fn embedded_table() -> Cow<'static, CompressedTable> {
-    Cow::Borrowed(snowblue_data::embedded())
-}
-
-/// A block of 10 cm of wet and sooty snow with the lamp behind it, and the table of that snow.
-fn wet_and_sooty() -> Result<(SceneDescription, CompressedTable), FigureError> {
+/// A block of 10 cm of wet and sooty snow with the lamp behind it.
+fn wet_and_sooty() -> Result<SceneDescription, FigureError> {
     let mut scene = scenes::read(scenes::BLOCK_BACK)?;
     scenes::set_thickness(&mut scene, 0.1);
-    let mut axes = Axes::with_thin_and_thick_knots();
     for material in scene.materials.values_mut() {
-        let MaterialDescription::PcaSnow(snow) = material else { continue };
-        snow.water_saturation = Some(WATER_SATURATION.into());
-        snow.impurities_ng_g.insert("black-carbon".to_owned(), SOOT_NG_G.into());
-        axes.grain_sizes_um = vec![snow.grain_size_um.at(0.0)];
-        axes.facetness = vec![snow.facetness.at(0.0)];
-        axes.densities_kg_m3 = vec![snow.density_kg_m3.at(0.0)];
+        let MaterialDescription::Snow(SnowDescription::Uniform(snow)) = material else { continue };
+        snow.water_saturation = Some(WATER_SATURATION);
+        snow.impurities_ng_g.insert("black-carbon".to_owned(), SOOT_NG_G);
     }
-    axes.properties = vec![
-        PropertyAxis { property: Property::WaterSaturation, values: vec![WATER_SATURATION] },
-        PropertyAxis { property: Property::Impurity(Substance::BlackCarbon), values: vec![SOOT_NG_G] },
-    ];
-    let table = fill(&axes, &FillOptions::by_ordinates(TALLY_RAYS), &|_| ())?;
-    Ok((scene, CompressedTable::new(&table, Space::Log, Space::Log.default_components())?))
+    Ok(scene)
 }
 
 /// A part of the wall of a small igloo from outside, a lamp inside.
@@ -171,7 +150,7 @@ fn igloo_piece() -> Result<SceneDescription, RenderError> {
 fn further_cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
     let case = |name, caption: &str, scene, samples: u32| {
         let (caption, samples) = (caption.to_owned(), samples * sample_factor);
-        Case { name, caption, scene, table: embedded_table(), samples, group: Group::Further, is_front: false }
+        Case { name, caption, scene, samples, group: Group::Further, is_front: false }
     };
     let block = |position| {
         let mut scene = scenes::read(scenes::BLOCK_OBLIQUE)?;
@@ -199,9 +178,7 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
         radiance_w_m2_sr: 1000.0,
         visible: true,
     });
-    let (wet_scene, wet_table) = wet_and_sooty()?;
-    let wet =
-        case("wet_sooty_10", "A block of 10 cm, a tenth of its pores full of water, 100 ng/g of soot", wet_scene, 256);
+    let wet = "A block of 10 cm, a tenth of its pores full of water, 100 ng/g of soot";
     let far = [0.5, 0.85, 0.2];
     Ok(vec![
         case("lit_front_10", "A block of 10 cm, lit from the front", block([0.4, -1.2, 0.5])?, 64),
@@ -213,21 +190,21 @@ fn further_cases(sample_factor: u32) -> Result<Vec<Case>, FigureError> {
         case("lamp_inside", "A ball 10 cm across, a lamp of 8 mm radius 2 cm from its middle", lamp_inside, 512),
         case("corner", "A corner of two blocks on a floor, lit from the front", scenes::read(scenes::CORNER)?, 256),
         case("floor_sky", "A block on a floor under a white sky", scenes::read(scenes::FLOOR)?, 256),
-        Case { table: Cow::Owned(wet_table), ..wet },
+        case("wet_sooty_10", wet, wet_and_sooty()?, 256),
         case("igloo_piece", "The wall of an igloo, 8 cm thick, a lamp inside", igloo_piece()?, 16),
     ])
 }
 
 impl Case {
-    /// The scene for a way of rendering.
-    pub(super) fn scene(&self, method: Method) -> Result<Scene, RenderError> {
+    /// The integrator of the scene for a way of rendering.
+    pub(super) fn integrator(&self, method: Method) -> Result<Integrator, RenderError> {
         let mut scene = self.scene.clone();
         if let Method::PcaSnow(mode) = method {
-            scene.set_path_mode(mode);
+            scene.integrator.pcasnow.path = mode;
         }
         scene.integrator.kind = method.integrator();
         scene.integrator.samples_per_pixel = self.samples;
         (scene.film.width, scene.film.height) = (SIDE, SIDE);
-        scene.build(&self.table, &FilesInMemory::default())
+        Integrator::prepare(&scene.build(&FilesInMemory::default())?)
     }
 }

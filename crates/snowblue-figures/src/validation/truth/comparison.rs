@@ -1,8 +1,8 @@
 //! The reference of a scene with its noise, and how far an image is from it.
 
 use snowblue_color::{ColorDifference, Lab, Xyz};
+use snowblue_render::Integrator;
 use snowblue_render::film::exposure::Exposure;
-use snowblue_render::scene::Scene;
 
 use super::image::{PARTS, TimedImage, cells, film, render_timed};
 
@@ -52,11 +52,11 @@ pub(super) struct Comparison {
 
 impl Reference {
     /// Renders a scene with each seed.
-    pub(super) fn render(scene: &mut Scene, white: Xyz) -> Self {
+    pub(super) fn render(integrator: &mut Integrator, white: Xyz) -> Self {
         let images: Vec<TimedImage> = (1..=SEEDS)
             .map(|seed| {
-                scene.set_seed(seed);
-                render_timed(scene)
+                integrator.set_seed(seed);
+                render_timed(integrator)
             })
             .collect();
         let mean_of = |chosen: &[TimedImage]| -> Vec<Xyz> {

@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use snowblue_color::Xyz;
 use snowblue_render::images::raster::ImageSize;
-use snowblue_render::scene::Scene;
-use snowblue_render::{Film, render};
+
+use snowblue_render::render::render_all;
+use snowblue_render::{Film, Integrator};
 
 /// Side of a rendering, in pixels.
 pub(super) const SIDE: u32 = 16;
@@ -32,9 +33,9 @@ pub(super) const PARTS: [Part; 2] = [
 /// Rows of all parts.
 const PART_ROWS: [u32; 2] = [4, 12];
 
-pub(super) fn render_timed(scene: &Scene) -> TimedImage {
+pub(super) fn render_timed(integrator: &Integrator) -> TimedImage {
     let start = Instant::now();
-    let pixels = render::render(scene, &|_| {}).film.pixels().to_vec();
+    let pixels = render_all(integrator, &|_| {}).film.pixels().to_vec();
     TimedImage { pixels, seconds: start.elapsed().as_secs_f64() }
 }
 

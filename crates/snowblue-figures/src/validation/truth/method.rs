@@ -1,7 +1,6 @@
 //! The ways of rendering that are compared.
 
-use snowblue_render::scene::IntegratorKind;
-use snowblue_render::scene::material::pca_snow::PathMode;
+use snowblue_render::scene::{IntegratorKind, PathMode};
 
 /// A way of rendering snow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -46,12 +46,12 @@ pub(crate) fn figure(sample_factor: u32) -> Result<Figure, FigureError> {
     let mut judged = Vec::new();
     let white = daylight(&wavelengths_nm(400, 700, 10))?.white();
     for case in cases(sample_factor)? {
-        let reference = Reference::render(&mut case.scene(Method::Reference)?, white);
+        let reference = Reference::render(&mut case.integrator(Method::Reference)?, white);
         let images = Method::COMPARED.map(|method| {
-            let mut scene = case.scene(method)?;
-            scene.set_samples_per_pixel(method.samples());
-            scene.set_seed(SEEDS);
-            Ok(MethodImage { method, image: render_timed(&scene) })
+            let mut integrator = case.integrator(method)?;
+            integrator.set_samples_per_pixel(method.samples());
+            integrator.set_seed(SEEDS);
+            Ok(MethodImage { method, image: render_timed(&integrator) })
         });
         let images: Vec<MethodImage> = images.into_iter().collect::<Result<_, RenderError>>()?;
         let png = sheet::png(&reference, &images)?;

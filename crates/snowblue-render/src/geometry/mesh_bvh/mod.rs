@@ -141,6 +141,36 @@ impl MeshBvh {
         is_near
     }
 
+    /// The point of the surface that is nearest to a point, both in object space.
+    pub(crate) fn nearest(&self, point: Vec3A) -> ShapeHit {
+        let mut nearest = (f32::INFINITY, 0, 0);
+        // A first guess, which grows until a triangle is within it.
+        let mut distance = self.bounds.diagonal_m() / 64.0;
+        while nearest.0 > distance * distance {
+            distance *= 2.0;
+            self.bvh.visit_near(point, distance, |leaf| {
+                let four = &self.leaves[leaf];
+                for slot in 0..self.bvh.primitives(leaf).count() {
+                    let square = square_distance_to_triangle(point, &four.corners(slot).map(Vec3A::from));
+                    if square < nearest.0 {
+                        nearest = (square, leaf, slot);
+                    }
+                }
+                false
+            });
+        }
+        let (square, leaf, slot) = nearest;
+        let corners = self.leaves[leaf].corners(slot);
+        let weights = weights_nearest(point, &corners.map(Vec3A::from));
+        let [u, v, w] = weights;
+        ShapeHit {
+            distance_m: square.sqrt(),
+            point: (corners[0] * u + corners[1] * v + corners[2] * w).into(),
+            normal: area_normal(&corners).normalize_or_zero(),
+            location: MeshLocation { triangle: self.bvh.primitive(leaf, slot), weights },
+        }
+    }
+
     /// Adds all crossings of the ray's line from `from_m` on, which may be negative, in any order.
     pub(crate) fn crossings(&self, ray: &Ray, from_m: f32, crossings: &mut Vec<Crossing>) {
         let Some(query) = MeshQuery::new(self, ray, Interval { start_m: from_m, end_m: f32::INFINITY }) else {
@@ -232,6 +262,15 @@ fn square_distance_to_triangle(point: Vec3A, [a, b, c]: &[Vec3A; 3]) -> f32 {
     let normal = ab.cross(ac);
     let along = normal.dot(ap);
     along * along / normal.length_squared()
+}
+
+/// Barycentric weights of the point of a triangle below a point, moved into the triangle.
+fn weights_nearest(point: Vec3A, [a, b, c]: &[Vec3A; 3]) -> [f32; 3] {
+    let normal = (*b - *a).cross(*c - *a);
+    let share = |from: Vec3A, to: Vec3A| (to - from).cross(point - from).dot(normal).max(0.0);
+    let [u, v, w] = [share(*b, *c), share(*c, *a), share(*a, *b)];
+    let sum = u + v + w;
+    if sum > 0.0 { [u, v, w].map(|share| share / sum) } else { [1.0, 0.0, 0.0] }
 }
 
 /// Normal by the order of the corners, with a length of twice the area.

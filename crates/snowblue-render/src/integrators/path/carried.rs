@@ -6,16 +6,19 @@
 //! within 2·10⁻⁴.
 
 use std::ops::{AddAssign, Mul};
+use std::sync::Arc;
 
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 
-use super::vertex::{Shading, SnowVertex, Vertex};
+use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
-use crate::scene::Scene;
+use crate::geometry::ray::narrow;
+use crate::integrators::pcasnow::snow_curves::SnowCurves;
+use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
-use crate::scene::material::pca_snow::{Emission, Reflection};
+use crate::scene::{Emission, Scene};
 use crate::spectrum::{SAMPLES, Spectrum};
 
 /// Most projected tables of a scene: each takes about 1 MB and some 5 ms. Further lights and materials are computed as
@@ -23,7 +26,7 @@ use crate::spectrum::{SAMPLES, Spectrum};
 const MAX_TABLES: usize = 32;
 
 /// Radiance along a path, or the sensor's response to it.
-pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
+pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
     /// No light.
     const ZERO: Self;
 
@@ -42,7 +45,7 @@ pub(super) trait Carried: Copy + AddAssign + Mul<f32, Output = Self> {
 
 /// A light sample, for its spectrum.
 #[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
+pub(in crate::integrators) struct Source<'a> {
     scene: &'a Scene,
     light: &'a Light,
     origin: &'a LightOrigin,
@@ -75,7 +78,7 @@ struct LightTable {
 enum MaterialResponse {
     /// The reflectance is the same everywhere.
     Constant(SensorSample),
-    /// Snow that is the same everywhere, and its reflectance if that is not the table's.
+    /// Snow that is the same everywhere, and its reflectance if that is not the curves'.
     Snow { table: Box<ProjectedTable>, constant_reflectance: Option<SensorSample> },
     /// The spectrum has to be computed.
     Spectral,
@@ -86,51 +89,48 @@ impl LightTables {
     pub(crate) fn none(scene: &Scene) -> Self {
         Self {
             luminance: scene.sensor.luminance(),
-            delta_samples: scene.lights.iter().map(Light::delta_sample).collect(),
+            delta_samples: scene.lights.iter().map(|light| light.delta_sample()).collect(),
             lights: Vec::new(),
         }
     }
 
-    /// Tables for all lights and materials that have one spectrum each. False colours have none: they show single
+    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False colours have none: they show single
     /// wavelengths, of which sums over several would be too coarse.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
         if !scene.sensor.is_standard_observer() {
             return Self::none(scene);
         }
         let mut tables_left = MAX_TABLES;
-        let light = |light: &Light| Some(LightTable::new(scene, light.uniform_power()?, &mut tables_left));
+        let light = |light: &Arc<Light>| Some(LightTable::new(scene, curves, light.uniform_power()?, &mut tables_left));
         Self { lights: scene.lights.iter().map(light).collect(), ..Self::none(scene) }
     }
 
     /// The one sample of a light without extent.
     #[inline]
-    pub(super) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
+    pub(in crate::integrators) fn delta_sample(&self, light: usize) -> Option<&LightSample> {
         self.delta_samples[light].as_ref()
     }
 }
 
 impl LightTable {
-    fn new(scene: &Scene, power: &Spectrum, tables_left: &mut usize) -> Self {
+    fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>], power: &Spectrum, tables_left: &mut usize) -> Self {
         let weights = scene.sensor.weights_of(power);
-        let of_material = |material: &Material| match material {
+        let of_material = |(number, material): (usize, &Material)| match material {
             Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
             Material::Diffuse(Diffuse::Textured(_)) => MaterialResponse::Spectral,
-            Material::LayeredSnow(_) => MaterialResponse::Spectral,
-            Material::PcaSnow(_) if scene.light_field.is_some() => MaterialResponse::Spectral,
-            Material::PcaSnow(snow) => {
-                let single = snow.curves.single().filter(|_| *tables_left > 0);
-                let Some(table) = single.and_then(|snow| snow.project(&weights)) else {
+            Material::Snow(_) => {
+                let curves = curves.get(number).and_then(Option::as_deref).filter(|_| *tables_left > 0);
+                let Some(table) = curves.and_then(SnowCurves::single).and_then(|snow| snow.project(&weights)) else {
                     return MaterialResponse::Spectral;
                 };
                 *tables_left -= 1;
-                let constant_reflectance = match snow.reflection {
-                    Reflection::Table => None,
-                    Reflection::Constant(reflectance) => Some(sum(&weights, &Spectrum::constant(reflectance))),
-                };
+                let constant = scene.integrator.pcasnow.reflectance;
+                let constant_reflectance =
+                    constant.map(|reflectance| sum(&weights, &Spectrum::constant(narrow(reflectance))));
                 MaterialResponse::Snow { table: Box::new(table), constant_reflectance }
             }
         };
-        Self { materials: scene.materials.iter().map(of_material).collect(), weights }
+        Self { materials: scene.materials.iter().enumerate().map(of_material).collect(), weights }
     }
 }
 
@@ -142,7 +142,7 @@ fn sum(weights: &[[f32; PROJECTIONS]; SAMPLES], spectrum: &Spectrum) -> SensorSa
 impl<'a> Source<'a> {
     /// A sample of light number `light`.
     #[inline]
-    pub(super) fn new(
+    pub(in crate::integrators) fn new(
         scene: &'a Scene,
         tables: &'a LightTables,
         light: usize,

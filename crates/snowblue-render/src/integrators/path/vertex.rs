@@ -3,26 +3,23 @@
 use std::f32::consts::PI;
 
 use glam::Vec3A;
-use snowblue_database::lookup::SnowMix;
 
-use crate::geometry::chord::{Chord, Line};
 use crate::geometry::ray::SurfacePoint;
-use crate::scene::light_field::SnowAt;
-use crate::scene::material::pca_snow::PcaSnowMaterial;
+use crate::integrators::pcasnow::snow_vertex::SnowVertex;
+use crate::light_field::SnowAt;
 use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::SceneQueries;
 use crate::spectrum::Spectrum;
 
 /// A surface on a path, ready to be shaded.
-pub(super) struct Vertex<'a> {
-    pub(super) surface: &'a SurfaceInteraction,
+pub(in crate::integrators) struct Vertex<'a> {
+    pub(in crate::integrators) surface: &'a SurfaceInteraction,
     /// The normal that light is reflected by: that for shading with a light field, for PCASnow the geometric one.
-    pub(super) normal: Vec3A,
-    pub(super) shading: Shading<'a>,
+    pub(in crate::integrators) normal: Vec3A,
+    pub(in crate::integrators) shading: Shading<'a>,
 }
 
 /// What a surface reflects and transmits.
-pub(super) enum Shading<'a> {
+pub(in crate::integrators) enum Shading<'a> {
     /// Reflectance of a plain diffuse surface.
     Diffuse(&'a Spectrum),
     /// Reflectance of a textured diffuse surface.
@@ -33,99 +30,23 @@ pub(super) enum Shading<'a> {
     Field(SnowAt<'a>),
 }
 
-/// Snow at a point X_i of its surface.
-#[derive(Debug)]
-pub(super) struct SnowVertex<'a> {
-    pub(super) material: &'a PcaSnowMaterial,
-    curves: SnowMix<'a>,
-    pub(super) surface: &'a SurfaceInteraction,
-    /// The path through the snow that does not depend on the light.
-    pub(super) straight: Option<Chord>,
-}
-
 impl Vertex<'_> {
     /// The point with the normal that light is reflected by.
     #[inline]
-    pub(super) fn shading_point(&self) -> SurfacePoint {
+    pub(in crate::integrators) fn shading_point(&self) -> SurfacePoint {
         SurfacePoint { point: self.surface.point, normal: self.normal }
     }
 
     /// Reflectance for light from a direction above the surface, π times the reflection function.
-    pub(super) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
-        let (normal, direction) = (self.normal, self.surface.direction);
-        let cos_incidence = normal.dot(to_light).max(0.0);
+    pub(in crate::integrators) fn reflectance(&self, to_light: Vec3A) -> Spectrum {
         match &self.shading {
             Shading::Diffuse(reflectance) => **reflectance,
             Shading::Textured(reflectance) => *reflectance,
-            Shading::Snow(snow) => snow.reflectance(cos_incidence),
+            Shading::Snow(snow) => snow.reflectance(self.normal.dot(to_light).max(0.0)),
             Shading::Field(snow) => {
-                let cos_exit = -normal.dot(direction);
-                // Both directions of propagation, projected on the surface.
-                let incident = normal * cos_incidence - to_light;
-                let exitant = -direction - normal * cos_exit;
-                let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
-                let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
-                let cos_azimuth = cos_azimuth.clamp(-1.0, 1.0);
-                Spectrum::constant(PI * snow.layer.reflection_per_sr(cos_exit, cos_incidence, cos_azimuth))
+                let per_sr = snow.optics.reflection_per_sr(self.normal, self.surface.direction, to_light);
+                Spectrum::constant(PI * per_sr)
             }
         }
     }
-}
-
-impl<'a> SnowVertex<'a> {
-    /// The snow at a hit.
-    #[inline]
-    pub(super) fn new(
-        material: &'a PcaSnowMaterial,
-        surface: &'a SurfaceInteraction,
-        queries: &mut SceneQueries,
-    ) -> Self {
-        let curves = material.curves.at(queries.objects(), surface);
-        let mut snow = Self { material, curves, surface, straight: None };
-        snow.straight = snow.chord(queries, material.path.straight_direction(surface), f32::INFINITY);
-        snow
-    }
-
-    /// Index of its material in the scene.
-    #[inline]
-    pub(super) fn material_index(&self) -> usize {
-        self.surface.material
-    }
-
-    /// Depth of the snow behind the point, in cm, which determines its reflectance.
-    #[inline]
-    pub(super) fn depth_cm(&self) -> f32 {
-        self.straight.as_ref().map_or(0.0, depth_cm)
-    }
-
-    /// Angle of incidence to look up, in degrees.
-    #[inline]
-    pub(super) fn look_up_angle_deg(&self, cos_incidence: f32) -> f32 {
-        self.curves.look_up_angle_deg(cos_incidence)
-    }
-
-    /// Reflectance for light at a cosine of incidence.
-    pub(super) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
-        self.material.reflectance(&self.curves, self.depth_cm(), cos_incidence)
-    }
-
-    /// Transmittance of a depth for light at a cosine of incidence.
-    pub(super) fn transmittance(&self, depth_cm: f32, cos_incidence: f32) -> Spectrum {
-        let mut transmittance = Spectrum::ZERO;
-        self.curves.transmittance(depth_cm, self.look_up_angle_deg(cos_incidence), &mut transmittance.0);
-        transmittance
-    }
-
-    /// A straight path from the point through the snow.
-    #[inline]
-    pub(super) fn chord(&self, queries: &mut SceneQueries, direction: Vec3A, end_m: f32) -> Option<Chord> {
-        let SurfaceInteraction { object, point, normal, .. } = *self.surface;
-        queries.chord(object, &Line { point, normal, direction, end_m }, self.material.exit)
-    }
-}
-
-/// Depth of a path in cm, the unit of the table.
-#[inline]
-pub(super) fn depth_cm(chord: &Chord) -> f32 {
-    100.0 * chord.depth_m
 }

@@ -6,13 +6,13 @@ use crate::scene::integrator::IntegratorSettings;
 
 /// What differs between two descriptions.
 #[derive(Debug, Clone)]
-pub(super) struct Changes {
+pub(crate) struct Changes {
     /// Objects, materials, or what depends on the integrator.
-    pub(super) solids: bool,
+    pub(crate) solids: bool,
     /// The grids of the light field.
-    pub(super) grids: bool,
+    pub(crate) grids: bool,
     /// What a viewer sees, on which the cells of wide bodies depend.
-    pub(super) view: bool,
+    pub(crate) view: bool,
     /// What is the same for each described light; none if their number differs.
     same_lights: Option<Vec<bool>>,
     /// The greatest number of surfaces on paths of light.
@@ -20,13 +20,14 @@ pub(super) struct Changes {
 }
 
 impl Changes {
-    pub(super) fn new(one: &SceneDescription, other: &SceneDescription) -> Self {
+    pub(crate) fn new(one: &SceneDescription, other: &SceneDescription) -> Self {
         // All keys are named here, so that a new one must be given its place.
         let SceneDescription {
             gltf,
             camera,
             film: FilmSettings { width: _, height, exposure: _, white: _, false_color },
-            integrator: IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _ },
+            integrator:
+                IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _, pcasnow: _ },
             light_field,
             materials,
             lights,
@@ -57,18 +58,18 @@ impl Changes {
     }
 
     /// Whether any described light differs.
-    pub(super) fn any_light(&self) -> bool {
+    pub(crate) fn any_light(&self) -> bool {
         self.same_lights.as_ref().is_none_or(|same| same.contains(&false))
     }
 
     /// Whether the light of a light of the scene, given by its index, differs. Those of a glTF follow the described
     /// ones.
-    pub(super) fn has_light(&self, index: usize) -> bool {
+    pub(crate) fn has_light(&self, index: usize) -> bool {
         self.bounces || self.same_lights.as_ref().is_none_or(|same| same.get(index) == Some(&false))
     }
 
     /// Whether anything of the light field differs.
-    pub(super) fn field(&self) -> bool {
+    pub(crate) fn field(&self) -> bool {
         self.grids || self.bounces || self.any_light()
     }
 }

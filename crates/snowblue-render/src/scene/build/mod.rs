@@ -1,8 +1,7 @@
-//! From a description to a scene: reads the files that it names, takes the curves of its snow from a table, and checks
-//! that all of it fits together.
+//! From a description to a scene: reads the files that it names, and checks that all of it fits together.
 
 mod carved;
-mod changes;
+pub(crate) mod changes;
 mod closed;
 mod gltf_scene;
 mod landscape;
@@ -19,10 +18,6 @@ mod texture;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use snowblue_database::CompressedTable;
-use snowblue_transport::SnowSample;
-use snowblue_transport::monte_carlo::{Volume, WalkEnds};
-
 use crate::error::RenderError;
 use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
@@ -32,114 +27,89 @@ use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{DescriptionError, KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
-use crate::scene::layering::Layering;
 use crate::scene::light::{Light, irradiance_by_sky};
-use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack, Viewer};
 use crate::scene::material::Material;
-use crate::scene::objects::{Object, Objects, SurfaceInteraction};
-use crate::spectrum::SAMPLES;
+use crate::scene::objects::Objects;
 use crate::spectrum::light_spectrum::LightSpectrum;
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
-use material::{build_materials, build_volumes, snow_samples};
+use material::build_materials;
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
-use snow::build_optics;
 use sources::Sources;
 
 /// What there is in a scene without its described lights.
 struct Solids {
-    objects: Objects,
-    materials: Vec<Material>,
-    volumes: Vec<Vec<Volume>>,
-    gltf_lights: Vec<Light>,
+    objects: Arc<Objects>,
+    materials: Arc<Vec<Material>>,
+    gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
     /// Hashes of the files that were read, by name.
     files: BTreeMap<String, u64>,
 }
 
-/// The parts of an earlier scene that hold for another description.
-#[derive(Default)]
-struct Kept {
-    solids: Option<Solids>,
-    /// The described lights, and hashes of the files that were read for them.
-    lights: Option<(Vec<Light>, BTreeMap<String, u64>)>,
-    light_field: KeptField,
-}
-
-/// What is kept of a light field.
-#[derive(Default)]
-enum KeptField {
-    #[default]
-    Nothing,
-    /// Grids, and the solutions of all lights that are the same.
-    Grids(LightField, Changes),
-    Everything(LightField),
-}
+/// The described lights, and hashes of the files that were read for them.
+type DescribedLights = (Vec<Arc<Light>>, BTreeMap<String, u64>);
 
 impl SceneDescription {
-    /// Builds the scene; snow takes its curves from `table`, and files come from `files`.
+    /// Builds the scene, with files from `files`.
     ///
     /// # Errors
     ///
-    /// When a value is out of range, a file is missing or malformed, or the table has no such snow. The error names the
-    /// path of the value in the description, or the file.
-    pub fn build(&self, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
-        self.build_with(Kept::default(), table, files)
+    /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
+    /// description, or the file.
+    pub fn build(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+        self.check()?;
+        self.build_checked(files)
     }
 
-    /// Builds the scene like [`build`](Self::build), and keeps what it has in common with an earlier one, whose table
-    /// and files were the same. Its pictures are identical to the last bit.
-    ///
-    /// Objects and their light fields are kept while they, the materials and the lights are the same. Where lights
-    /// differ, the grids of light fields are kept, and the light of lamps that are the same.
+    /// Builds the scene of a description that was checked.
+    pub(crate) fn build_checked(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+        self.build_with(None, None, files)
+    }
+
+    /// Builds the scene like [`build`](Self::build), and shares what is the same with an earlier one, whose files were
+    /// the same. Its pictures are identical to the last bit.
     ///
     /// # Errors
     ///
     /// As those of [`build`](Self::build).
-    pub fn build_after(
-        &self,
-        earlier: Scene,
-        table: &CompressedTable,
-        files: &dyn SceneFiles,
-    ) -> Result<Scene, RenderError> {
-        self.build_with(Kept::of(earlier, self), table, files)
+    pub fn build_after(&self, earlier: &Scene, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+        let changes = Changes::new(&earlier.description, self);
+        self.check()?;
+        if changes.solids {
+            return self.build_checked(files);
+        }
+        let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
+        let solids = Solids {
+            objects: Arc::clone(&earlier.objects),
+            materials: Arc::clone(&earlier.materials),
+            gltf_lights: of_gltf.to_vec(),
+            // With a camera in the description, that of a glTF does not matter.
+            gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            files: earlier.solid_files.clone(),
+        };
+        let lights = (!changes.any_light()).then(|| (described.to_vec(), earlier.light_files.clone()));
+        self.build_with(Some(solids), lights, files)
     }
 
-    fn build_with(&self, kept: Kept, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
-        self.check()?;
-        let sensor = match self.film.false_color {
-            None => Sensor::cie_1931(),
-            Some(colour) => Sensor::false_color(colour, &table.axes.wavelengths_nm)?,
-        };
-        let mut solids = match kept.solids {
-            Some(solids) => solids,
-            None => self.solids(table, files)?,
-        };
-        let (mut lights, light_files) = match kept.lights {
-            Some(lights) => lights,
-            None => self.described_lights(&solids.materials, table, files)?,
-        };
+    fn build_with(
+        &self,
+        solids: Option<Solids>,
+        lights: Option<DescribedLights>,
+        files: &dyn SceneFiles,
+    ) -> Result<Scene, RenderError> {
+        let solids = solids.map_or_else(|| self.solids(files), Ok)?;
+        let (mut lights, light_files) = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
         let described_lights = lights.len();
-        lights.append(&mut solids.gltf_lights);
+        lights.extend(solids.gltf_lights);
         if lights.is_empty() {
             return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
         }
-        let mut solved_light_fields = 0;
+        let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
-        let light_field = match (self.integrator.kind.has_light_field(), kept.light_field) {
-            (false, _) => None,
-            (true, KeptField::Everything(field)) => Some(field),
-            (true, kept) => {
-                let sources = Sources::new(table, files, self.film.false_color.is_some());
-                let (view, _) = self.view(solids.gltf_view)?;
-                let field = self.light_field(&solids, (&lights, &view), kept, &sources)?;
-                solved_light_fields = field.solved_count();
-                Some(field)
-            }
-        };
-        let Solids { objects, materials, volumes, gltf_view, files: solid_files, .. } = solids;
+        let Solids { objects, materials, gltf_view, files: solid_files, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
             let name = &objects.list()[index].name;
@@ -156,11 +126,10 @@ impl SceneDescription {
             lights,
             described_lights,
             film: self.film,
-            integrator: self.integrator,
+            integrator: self.integrator.clone(),
+            wavelengths_nm: *sensor.wavelengths_nm(),
             sensor,
-            volumes,
-            light_field,
-            solved_light_fields,
+            table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
             solid_files,
             light_files,
@@ -168,7 +137,7 @@ impl SceneDescription {
     }
 
     /// A sensor that sees the light of the film's white balance as white.
-    fn balanced(&self, sensor: Sensor, lights: &[Light]) -> Result<Sensor, DescriptionError> {
+    fn balanced(&self, sensor: Sensor, lights: &[Arc<Light>]) -> Result<Sensor, DescriptionError> {
         let FilmSettings { white, false_color, .. } = self.film;
         if false_color.is_some() || white == WhiteBalance::default() {
             return Ok(sensor);
@@ -187,10 +156,10 @@ impl SceneDescription {
     }
 
     /// Builds all that is no described light.
-    fn solids(&self, table: &CompressedTable, files: &dyn SceneFiles) -> Result<Solids, RenderError> {
+    fn solids(&self, files: &dyn SceneFiles) -> Result<Solids, RenderError> {
         let files = RecordedFiles::new(files);
-        let sources = Sources::new(table, &files, self.film.false_color.is_some());
-        let mut materials = build_materials(&self.materials, &sources, self.integrator.kind)?;
+        let sources = Sources::new(&files, self.film.false_color);
+        let mut materials = build_materials(&self.materials, &sources)?;
         let mut objects = Vec::new();
         let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
@@ -206,28 +175,20 @@ impl SceneDescription {
             let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
             return Err(KeyPath::root("object").error(reason).into());
         }
-        let materials: Vec<Material> = materials.into_iter().map(|named| named.material).collect();
-        let snow = snow_samples(&self.materials, &materials, &sources, self.integrator.kind)?;
-        let volumes = build_volumes(&snow, self.materials.keys(), &sources, self.integrator.kind)?;
         Ok(Solids {
-            objects,
-            materials,
-            volumes,
-            gltf_lights: gltf.lights,
+            objects: Arc::new(objects),
+            materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
+            gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,
             files: files.hashes(),
         })
     }
 
-    /// Builds the lights of the description, with hashes of the files that were read for them.
-    fn described_lights(
-        &self,
-        materials: &[Material],
-        table: &CompressedTable,
-        files: &dyn SceneFiles,
-    ) -> Result<(Vec<Light>, BTreeMap<String, u64>), RenderError> {
+    /// Builds the lights of the description for materials that were built, with hashes of the files that were read for
+    /// them.
+    fn described_lights(&self, materials: &[Material], files: &dyn SceneFiles) -> Result<DescribedLights, RenderError> {
         let files = RecordedFiles::new(files);
-        let sources = Sources::new(table, &files, self.film.false_color.is_some());
+        let sources = Sources::new(&files, self.film.false_color);
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
         for (index, light) in self.lights.iter().enumerate() {
             lights.push(light::build_light(&KeyPath::root("light").index(index), light, &sources)?);
@@ -236,72 +197,17 @@ impl SceneDescription {
             lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
         }
         lights.extend(sky::build_sky(self, materials, &sources)?);
-        Ok((lights, files.hashes()))
+        Ok((lights.into_iter().map(Arc::new).collect(), files.hashes()))
     }
 
     /// Builds the lights of a description for materials that were built.
     pub(crate) fn lights_over(
         &self,
         materials: &[Material],
-        table: &CompressedTable,
         files: &dyn SceneFiles,
-    ) -> Result<Vec<Light>, RenderError> {
+    ) -> Result<Vec<Arc<Light>>, RenderError> {
         self.check()?;
-        Ok(self.described_lights(materials, table, files)?.0)
-    }
-
-    /// Solves for the light in all snow.
-    fn light_field(
-        &self,
-        solids: &Solids,
-        (lights, view): (&[Light], &View),
-        kept: KeptField,
-        sources: &Sources,
-    ) -> Result<LightField, RenderError> {
-        let Solids { objects, materials, volumes, .. } = solids;
-        let snowpacks = if matches!(kept, KeptField::Grids(..)) {
-            Vec::new()
-        } else {
-            let snow = snow_samples(&self.materials, materials, sources, self.integrator.kind)?;
-            let rays = self.light_field.grain_rays;
-            snowpacks(&snow, (self.materials.keys(), materials), volumes, (sources, rays))?
-        };
-        let mut lamps_in_snow = Vec::new();
-        for (index, light) in lights.iter().enumerate() {
-            let position = light.central_sample().and_then(|sample| sample.origin.position());
-            let is_snow = |object: &Object| materials[object.material].is_snow();
-            let Some(object) = position.and_then(|position| objects.around(position, is_snow)) else { continue };
-            let lamp = InnerLamp::new(light).ok_or_else(|| {
-                let name = &objects.list()[object].name;
-                let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
-                KeyPath::root("light").index(index).error(reason)
-            })?;
-            lamps_in_snow.push(LampInSnow { light: index, object, lamp });
-        }
-        let reflectance = |surface: &SurfaceInteraction| match &materials[surface.material] {
-            Material::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
-            Material::PcaSnow(_) | Material::LayeredSnow(_) => None,
-        };
-        let scene = FieldScene {
-            objects,
-            lights,
-            // The materials of a glTF follow those of the description, and are no snow.
-            snow: &|object| snowpacks.get(objects.list()[object].material)?.clone(),
-            lamps_in_snow: &lamps_in_snow,
-            reflectance: &reflectance,
-            max_bounces: self.integrator.max_bounces,
-            viewer: Some(Viewer {
-                position: view.position,
-                pixel_rad: f64::from(view.vertical_fov_deg.to_radians()) / f64::from(self.film.height),
-            }),
-            settings: self.light_field,
-        };
-        if let KeptField::Grids(field, changes) = kept {
-            return Ok(field.relit_where_changed(&scene, &|light| changes.has_light(light)));
-        }
-        LightField::new(&scene).map_err(|(object, reason)| {
-            KeyPath::root("object").error(format!("\"{}\" {reason}", objects.list()[object].name)).into()
-        })
+        Ok(self.described_lights(materials, files)?.0)
     }
 
     /// The view of the camera, or that of the glTF, and its path in the description.
@@ -312,56 +218,6 @@ impl SceneDescription {
         let reason = "is missing, and there is no glTF with a perspective camera";
         let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
         Ok((view, KeyPath::root("gltf").key("camera")))
-    }
-}
-
-/// The snow of each material for the light field, in the same order, by its samples. `rays` are those through grains.
-fn snowpacks<'a>(
-    snow: &[Vec<SnowSample>],
-    (names, materials): (impl Iterator<Item = &'a String>, &[Material]),
-    volumes: &[Vec<Volume>],
-    (sources, rays): (&Sources, u32),
-) -> Result<Vec<Option<Arc<Snowpack>>>, RenderError> {
-    let mut snowpacks = Vec::with_capacity(snow.len());
-    for (number, ((samples, name), material)) in snow.iter().zip(names).zip(materials).enumerate() {
-        let path = KeyPath::root("material").key(name);
-        let mut layers = Vec::with_capacity(samples.len());
-        for (layer, sample) in samples.iter().enumerate() {
-            let optics = build_optics(&path, sample, sources, rays)?;
-            let length_m = optics.transport_lengths_m[SAMPLES / 2];
-            let node = volumes.get(number).and_then(|volumes| volumes[layer].nodes().first());
-            let walk_ends = |node| EndDepth::ALL.map(|depth| WalkEnds::new(node, length_m, depth.lengths().into()));
-            layers.push(SnowLayer::new(optics, node.map(walk_ends)));
-        }
-        let layering = match material {
-            Material::LayeredSnow(snow) => snow.layering.clone(),
-            Material::PcaSnow(_) | Material::Diffuse(_) => Layering::uniform(),
-        };
-        snowpacks.push((!layers.is_empty()).then(|| Arc::new(Snowpack::new(layers, layering))));
-    }
-    Ok(snowpacks)
-}
-
-impl Kept {
-    /// What holds for a description of an earlier scene.
-    fn of(earlier: Scene, description: &SceneDescription) -> Self {
-        let changes = Changes::new(&earlier.description, description);
-        if changes.solids {
-            return Self::default();
-        }
-        let Scene { objects, materials, volumes, mut lights, described_lights, view, light_field, .. } = earlier;
-        let gltf_lights = lights.split_off(described_lights);
-        // With a camera in the description, that of a glTF does not matter.
-        let gltf_view = Some(view).filter(|_| description.camera.is_none());
-        let solids = Solids { objects, materials, volumes, gltf_lights, gltf_view, files: earlier.solid_files };
-        let light_field = match light_field {
-            Some(field) if field.view_factor().is_some() && changes.view => KeptField::Nothing,
-            Some(field) if !changes.field() => KeptField::Everything(field),
-            Some(field) if !changes.grids => KeptField::Grids(field, changes.clone()),
-            _ => KeptField::Nothing,
-        };
-        let lights = (!changes.any_light()).then_some((lights, earlier.light_files));
-        Self { solids: Some(solids), lights, light_field }
     }
 }
 

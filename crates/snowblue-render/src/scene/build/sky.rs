@@ -12,11 +12,10 @@ use crate::error::RenderError;
 use crate::files::{NamedFile, SceneFiles};
 use crate::geometry::ray::narrow;
 use crate::scene::build::light::spectrum;
-use crate::scene::build::snow::surface_sample;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::{
-    ClearSkyDescription, DescriptionError, KeyPath, MaterialDescription, ObjectDescription, OvercastSkyDescription,
-    OvercastStrength, SceneDescription, SkyDescription, SunDescription,
+    ClearSkyDescription, DescriptionError, KeyPath, ObjectDescription, OvercastSkyDescription, OvercastStrength,
+    SceneDescription, SkyDescription, SunDescription,
 };
 use crate::scene::light::dome::{Resampling, SkyDome};
 use crate::scene::light::{Light, SunDisc};
@@ -40,7 +39,7 @@ pub(super) fn build_sky(
         Some(SkyDescription::Clear(clear)) => {
             let albedo = match clear.ground_albedo {
                 Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
-                None => snow_albedo(&path, description, materials, sources)?,
+                None => snow_albedo(&path, description, materials)?,
             };
             let coefficients = match Coefficients::embedded() {
                 Some(embedded) => Cow::Borrowed(embedded),
@@ -127,24 +126,18 @@ fn snow_albedo(
     path: &KeyPath,
     description: &SceneDescription,
     materials: &[Material],
-    sources: &Sources,
 ) -> Result<[f64; WAVELENGTHS_NM.len()], RenderError> {
-    let unknown = |reason: String| {
-        path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {reason}"))
-    };
     let of_object = |object: &ObjectDescription| {
-        let mut named = description.materials.iter().zip(materials);
-        match named.find(|((name, _), _)| **name == object.common.material)? {
-            (_, Material::LayeredSnow(snow)) => snow.samples.first().copied().map(Ok),
-            ((_, MaterialDescription::PcaSnow(snow)), _) => Some(surface_sample(snow, sources)),
-            _ => None,
-        }
+        let mut named = description.materials.keys().zip(materials);
+        let (_, material) = named.find(|(name, _)| **name == object.common.material)?;
+        material.snow()?.samples().first()
     };
     let Some(sample) = description.objects.iter().find_map(of_object) else {
         return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]);
     };
-    let sample = sample.map_err(unknown)?;
-    let optics = SnowOptics::new(&sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| unknown(error.to_string()))?;
+    let optics = SnowOptics::new(sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| {
+        path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {error}"))
+    })?;
     let extrapolation = optics.half_space.extrapolation();
     Ok(std::array::from_fn(|node| {
         let decay = (3.0 * optics.absorption_per_m[node] * optics.transport_lengths_m[node]).sqrt();

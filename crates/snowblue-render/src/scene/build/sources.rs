@@ -2,19 +2,17 @@
 
 use std::io;
 
-use snowblue_database::CompressedTable;
-
 use crate::error::RenderError;
 use crate::files::{NamedFile, SceneFiles};
+use crate::film::sensor::FalseColor;
 use crate::scene::description::KeyPath;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::texture::Texture;
 use crate::spectrum::upsampling::Upsampling;
 use crate::spectrum::{SAMPLES, wavelengths_nm};
 
-/// The table, the files and the colours.
+/// The files, the wavelengths and the colours.
 pub(super) struct Sources<'scene> {
-    pub(super) table: &'scene CompressedTable,
     pub(super) files: &'scene dyn SceneFiles,
     /// The wavelengths of the picture.
     pub(super) wavelengths_nm: [f64; SAMPLES],
@@ -24,13 +22,12 @@ pub(super) struct Sources<'scene> {
 }
 
 impl<'scene> Sources<'scene> {
-    /// For the wavelengths of the observer, or those of the table in false colour.
-    pub(super) fn new(table: &'scene CompressedTable, files: &'scene dyn SceneFiles, is_false_color: bool) -> Self {
-        let of_table = table.axes.wavelengths_nm.first_chunk().filter(|_| is_false_color);
+    /// For the wavelengths of the observer, or those of a false colour.
+    pub(super) fn new(files: &'scene dyn SceneFiles, false_color: Option<FalseColor>) -> Self {
+        let is_false_color = false_color.is_some();
         Self {
-            table,
             files,
-            wavelengths_nm: of_table.copied().unwrap_or_else(wavelengths_nm),
+            wavelengths_nm: false_color.map_or_else(wavelengths_nm, |colour| colour.wavelengths_nm()),
             is_false_color,
             upsampling: if is_false_color { Upsampling::grey() } else { Upsampling::reflectance() },
         }

@@ -4,12 +4,9 @@ use std::ops::RangeInclusive;
 
 use glam::Vec3A;
 use snowblue_color::exposure::GREATEST_STOPS;
-use snowblue_database::Property;
 use snowblue_sky::TURBIDITY_RANGE;
-use snowblue_transport::sample::{
-    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
-};
-use snowblue_transport::{ParameterRange, short_number};
+use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
+use snowblue_transport::{ParameterRange, TransportError, short_number};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
@@ -20,13 +17,15 @@ use super::landscape::{
 };
 use super::light::{EnvironmentDescription, LightSource};
 use super::material::{
-    DiffuseDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
+    DiffuseDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription, SnowDescription,
+    TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
 use super::scene::SceneDescription;
 use super::sky::{OvercastStrength, SkyDescription, SunDescription};
-use super::value::{ColorDescription, Scale, SnowProperty, point};
+use super::value::{ColorDescription, Scale, point};
 use crate::film::exposure::{Exposure, FilmSettings};
+use crate::film::sensor::FalseColor;
 use crate::scene::camera::PinholeCamera;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
@@ -72,6 +71,8 @@ const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
 const TURBIDITY: Range = Range::new(TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
 const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
+/// The wavelengths of the tables of ice.
+const WAVELENGTH: Range = Range::new(300.0, 2500.0, "nm");
 const NOISE_TARGET: Range = Range::of(NOISE_TARGET_RANGE);
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 const FIELD_STEP: Range = Range::of(FIELD_STEP_RANGE);
@@ -168,6 +169,12 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
 fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
     check_count(&path.key("width"), film.width, &SIDE_PIXELS)?;
     check_count(&path.key("height"), film.height, &SIDE_PIXELS)?;
+    if let Some(FalseColor { red_nm, green_nm, blue_nm }) = film.false_color {
+        let path = path.key("false_color");
+        for (key, wavelength_nm) in [("red_nm", red_nm), ("green_nm", green_nm), ("blue_nm", blue_nm)] {
+            WAVELENGTH.check(&path.key(key), wavelength_nm)?;
+        }
+    }
     match film.exposure {
         Exposure::Auto => Ok(()),
         Exposure::Stops(stops) => EXPOSURE.check(&path.key("exposure"), stops),
@@ -178,6 +185,9 @@ fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked 
     check_count(&path.key("samples_per_pixel"), integrator.samples_per_pixel, &SAMPLES_PER_PIXEL)?;
     if let Some(target) = integrator.noise_target {
         NOISE_TARGET.check(&path.key("noise_target"), target)?;
+    }
+    if let Some(reflectance) = integrator.pcasnow.reflectance {
+        FRACTION.check(&path.key("pcasnow").key("reflectance"), reflectance)?;
     }
     check_count(&path.key("max_bounces"), integrator.max_bounces, &BOUNCES)
 }
@@ -202,11 +212,7 @@ fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {
             | DiffuseDescription::Spectrum { .. } => Ok(()),
             DiffuseDescription::Texture(texture) => check_texture(path, texture),
         },
-        MaterialDescription::PcaSnow(snow) => check_snow(path, snow),
-        MaterialDescription::LayeredSnow(snow) => match snow.layers_top {
-            LayersTop::Surface => Ok(()),
-            LayersTop::Height(height_m) => COORDINATE.check(&path.key("layers_top"), height_m),
-        },
+        MaterialDescription::Snow(snow) => check_snow(path, snow),
     }
 }
 
@@ -214,36 +220,58 @@ fn check_texture(path: &KeyPath, texture: &TextureDescription) -> Checked {
     TEXTURE_SCALE.check(&path.key("texture_scale_m"), texture.texture_scale_m)
 }
 
-fn check_snow(path: &KeyPath, snow: &PcaSnowDescription) -> Checked {
-    let check =
-        |key: &str, property: &SnowProperty, range| Range::of(range).check_all(&path.key(key), &property.ends());
-    check("grain_size_um", &snow.grain_size_um, GRAIN_SIZE_RANGE)?;
-    check("facetness", &snow.facetness, FACETNESS_RANGE)?;
-    check("density_kg_m3", &snow.density_kg_m3, DENSITY_RANGE)?;
-    if let Some(saturation) = &snow.water_saturation {
-        check("water_saturation", saturation, WATER_SATURATION_RANGE)?;
-    }
-    if let Some(temperature) = &snow.temperature_c {
-        check("temperature_c", temperature, TEMPERATURE_RANGE)?;
-    }
-    let path_to_impurities = path.key("impurities_ng_g");
-    for (name, content) in &snow.impurities_ng_g {
-        let path = path_to_impurities.key(name);
-        if impurity(name).is_none() {
-            let known: Vec<_> = impurities().map(Property::title).collect();
-            return Err(path.error(format!("is an unknown impurity; known are {}", known.join(", "))));
+fn check_snow(path: &KeyPath, snow: &SnowDescription) -> Checked {
+    match snow {
+        SnowDescription::Uniform(keys) => check_keys(path, keys).map(drop),
+        SnowDescription::Layers(snow) => match snow.layers_top {
+            LayersTop::Surface => Ok(()),
+            LayersTop::Height(height_m) => COORDINATE.check(&path.key("layers_top"), height_m),
+        },
+        SnowDescription::Masked(MaskedSnowDescription { mask, between }) => {
+            check_mask(&path.key("mask"), mask)?;
+            let path = path.key("between");
+            let first = check_keys(&path.index(0), &between[0])?;
+            let second = check_keys(&path.index(1), &between[1])?;
+            if first.grain_size.measure != second.grain_size.measure {
+                return Err(path.error(
+                    "has two measures of grain size, but must have one: a kind of snow and ssa_m2_kg \
+                                       state optical diameters",
+                ));
+            }
+            if first.ice != second.ice {
+                return Err(path.error("has two tables of ice, but must have one"));
+            }
+            Ok(())
         }
-        Range::of(MASS_FRACTION_RANGE).check_all(&path, &content.ends())?;
     }
-    if let Some(reflectance) = snow.reflectance {
-        FRACTION.check(&path.key("reflectance"), reflectance)?;
-    }
-    match (snow.blended_key(), &snow.mask) {
-        (Some(key), None) => Err(path.key(key).error("has two values, but the material has no `mask`")),
-        (None, Some(_)) => Err(path.key("mask").error("needs a key with two values, as grain_size_um = [100, 500]")),
-        (_, Some(mask)) => check_mask(&path.key("mask"), mask),
-        (None, None) => Ok(()),
-    }
+}
+
+fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, DescriptionError> {
+    keys.sample().map_err(|SnowKeyError { key, impurity, error }| {
+        let path = path.key(key);
+        match (impurity, error) {
+            (Some(name), TransportError::Unknown { known, .. }) => {
+                path.key(&name).error(format!("is an unknown impurity; known are {known}"))
+            }
+            (Some(name), error) => path.key(&name).error(rest_of_sentence(&error)),
+            (None, error) => path.error(rest_of_sentence(&error)),
+        }
+    })
+}
+
+/// An error about a quantity as the rest of a sentence that begins with its key.
+fn rest_of_sentence(error: &TransportError) -> String {
+    let sentence = error.to_string();
+    let quantity = match error {
+        TransportError::OutOfRange { quantity, .. }
+        | TransportError::Reversed { quantity, .. }
+        | TransportError::Count { quantity, .. }
+        | TransportError::Combination { quantity, .. } => *quantity,
+        TransportError::MeanSize { .. } => "mean grain size",
+        TransportError::Unknown { name, known, .. } => return format!("is \"{name}\", but must be one of {known}"),
+        _ => return format!("is wrong: {sentence}"),
+    };
+    sentence.strip_prefix(quantity).unwrap_or(&sentence).trim_start().to_owned()
 }
 
 fn check_mask(path: &KeyPath, mask: &MaskDescription) -> Checked {
@@ -257,38 +285,6 @@ fn check_mask(path: &KeyPath, mask: &MaskDescription) -> Checked {
             }
             Ok(())
         }
-    }
-}
-
-/// The impurities that snow can have.
-fn impurities() -> impl Iterator<Item = Property> {
-    Property::all().filter(|property| property.is_impurity())
-}
-
-/// An impurity by its name.
-pub(super) fn impurity(name: &str) -> Option<Property> {
-    impurities().find(|impurity| impurity.title() == name)
-}
-
-impl PcaSnowDescription {
-    /// A key that has two values.
-    fn blended_key(&self) -> Option<&'static str> {
-        let is_blend = |property: Option<&SnowProperty>| matches!(property, Some(SnowProperty::Blend(_)));
-        let keys = [
-            ("grain_size_um", is_blend(Some(&self.grain_size_um))),
-            ("facetness", is_blend(Some(&self.facetness))),
-            ("density_kg_m3", is_blend(Some(&self.density_kg_m3))),
-            ("water_saturation", is_blend(self.water_saturation.as_ref())),
-            ("temperature_c", is_blend(self.temperature_c.as_ref())),
-            ("impurities_ng_g", self.impurities_ng_g.values().any(|content| is_blend(Some(content)))),
-        ];
-        keys.into_iter().find(|(_, is_blend)| *is_blend).map(|(key, _)| key)
-    }
-
-    /// The impurities with their contents in ng/g.
-    pub(crate) fn impurities(&self) -> impl Iterator<Item = (Property, SnowProperty)> {
-        let contents = self.impurities_ng_g.iter();
-        contents.filter_map(|(name, content)| Some((impurity(name)?, *content)))
     }
 }
 

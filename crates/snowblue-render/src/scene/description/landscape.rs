@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::object::UpAxis;
-use super::value::{numbers, some_numbers};
+use super::value::{UpAxis, numbers, some_numbers};
 use crate::files::extension;
 
 /// A solid under a surface of heights.

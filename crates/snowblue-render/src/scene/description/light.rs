@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use snowblue_color::Illuminant;
 
 use super::camera::upwards;
-use super::value::{numbers, text};
+use super::value::numbers;
+use crate::notation::text;
 
 /// The spectrum of a light.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,13 +1,11 @@
 //! Materials as data.
 
-use std::collections::BTreeMap;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use snowblue_transport::sample::SnowKeys;
 
-use serde::{Deserialize, Serialize};
-use snowblue_database::{Property, TableSample};
-
-use super::value::{ColorDescription, SnowProperty, some_numbers};
-use crate::geometry::chord::Exit;
-use crate::scene::material::pca_snow::{Emission, PathMode};
+use super::value::{ColorDescription, some_numbers};
+use crate::notation::Notations;
 
 /// A material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,10 +14,7 @@ pub enum MaterialDescription {
     /// A Lambertian surface.
     Diffuse(DiffuseDescription),
     /// Snow.
-    PcaSnow(PcaSnowDescription),
-    /// Snow of layers. In a scene file it is `pca_snow` with the key `layers`.
-    #[serde(rename = "pca_snow")]
-    LayeredSnow(LayeredSnowDescription),
+    Snow(SnowDescription),
 }
 
 /// The reflectance of a Lambertian surface.
@@ -100,71 +95,19 @@ impl TryFrom<DiffuseKeys> for DiffuseDescription {
     }
 }
 
-/// Snow: what it is made of, and how PCASnow treats it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PcaSnowDescription {
-    /// Greatest extension of the grains, in µm.
-    pub grain_size_um: SnowProperty,
-    /// Facetness of the grains, 0–1.
-    pub facetness: SnowProperty,
-    /// Density of the snow, in kg/m³.
-    pub density_kg_m3: SnowProperty,
-    /// Fraction of the pores that water fills; dry if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub water_saturation: Option<SnowProperty>,
-    /// Temperature, in °C; −5 °C if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub temperature_c: Option<SnowProperty>,
-    /// Mass fractions of impurities by name, in ng/g.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub impurities_ng_g: BTreeMap<String, SnowProperty>,
-    /// Blends properties of two values.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mask: Option<MaskDescription>,
-    /// The straight path that stands for all paths of light through the snow.
-    #[serde(default)]
-    pub path: PathMode,
-    /// Where the path ends.
-    #[serde(default)]
-    pub exit: Exit,
-    /// The light that enters at the end of the path.
-    #[serde(default)]
-    pub emission: Emission,
-    /// A constant reflectance, 0–1, instead of the table's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reflectance: Option<f64>,
+/// Snow, by the keys of its table: what it is made of, or layers, or two snows and a mask.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum SnowDescription {
+    /// The same everywhere.
+    Uniform(SnowKeys),
+    /// Layers.
+    Layers(LayeredSnowDescription),
+    /// Two snows and a mask.
+    Masked(MaskedSnowDescription),
 }
 
-impl PcaSnowDescription {
-    /// Dry, clean, uniform snow with the default settings of PCASnow.
-    pub fn new(grain_size_um: f64, facetness: f64, density_kg_m3: f64) -> Self {
-        Self {
-            grain_size_um: grain_size_um.into(),
-            facetness: facetness.into(),
-            density_kg_m3: density_kg_m3.into(),
-            water_saturation: None,
-            temperature_c: None,
-            impurities_ng_g: BTreeMap::new(),
-            mask: None,
-            path: PathMode::default(),
-            exit: Exit::default(),
-            emission: Emission::default(),
-            reflectance: None,
-        }
-    }
-
-    /// The snow where the mask has a value from 0 to 1.
-    pub fn sample_at(&self, mask: f64) -> TableSample {
-        let sample =
-            TableSample::new(self.grain_size_um.at(mask), self.facetness.at(mask), self.density_kg_m3.at(mask));
-        let further = [(Property::WaterSaturation, self.water_saturation), (Property::Temperature, self.temperature_c)];
-        let given = further.into_iter().filter_map(|(property, value)| Some((property, value?)));
-        given.chain(self.impurities()).fold(sample, |sample, (property, value)| sample.with(property, value.at(mask)))
-    }
-}
-
-/// Snow of layers, for the integrators `diffusion` and `hybrid`.
+/// Snow of layers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayeredSnowDescription {
@@ -182,6 +125,24 @@ impl LayeredSnowDescription {
     }
 }
 
+/// Snow that varies between two snows. Every property is in proportion to the mask.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaskedSnowDescription {
+    /// Where it is which.
+    pub mask: MaskDescription,
+    /// The snow where the mask is 0, and where it is 1.
+    #[serde(deserialize_with = "two_snows")]
+    pub between: [SnowKeys; 2],
+}
+
+/// Reads a list of two tables of snow.
+fn two_snows<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[SnowKeys; 2], D::Error> {
+    let snows = Vec::<SnowKeys>::deserialize(deserializer)?;
+    let count = snows.len();
+    snows.try_into().map_err(|_| D::Error::custom(format!("has {count} snows, but must have two")))
+}
+
 /// Where the first layer of snow begins, from which all depths count vertically.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum LayersTop {
@@ -190,6 +151,29 @@ pub enum LayersTop {
     Surface,
     /// At a height z, in m: layers are horizontal, and snow above is of the first.
     Height(f64),
+}
+
+impl Serialize for LayersTop {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Surface => serializer.serialize_str("surface"),
+            Self::Height(height_m) => serializer.serialize_f64(*height_m),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for LayersTop {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Notations::<Self, 0> {
+            expected: "\"surface\" or a height in m",
+            number: Some(Self::Height),
+            text: Some(|text| match text {
+                "surface" => Ok(Self::Surface),
+                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
+            }),
+            list: None,
+        })
+    }
 }
 
 /// A number between 0 and 1 for each point of a surface.

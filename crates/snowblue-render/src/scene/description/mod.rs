@@ -32,13 +32,13 @@ pub use light::{
     SpotLightDescription, UniformSkyDescription,
 };
 pub use material::{
-    DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription,
-    TextureDescription,
+    DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription,
+    SnowDescription, TextureDescription,
 };
 pub use object::{
     BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,
-    ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription, UpAxis,
+    ObjectSettings, PlaneDescription, ShapeDescription, SphereDescription,
 };
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
-pub use value::{ColorDescription, Radii, Scale, SnowProperty};
+pub use value::{ColorDescription, Radii, Scale, UpAxis};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::carved::CarvedDescription;
 use super::landscape::{HeightFieldDescription, ImprintDescription, SnowpackDescription};
-use super::value::{Scale, numbers};
+use super::value::{Scale, UpAxis, numbers};
 
 /// A shape with a transform and a material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -224,16 +224,6 @@ impl MeshDescription {
     pub fn new(file: impl Into<String>) -> Self {
         Self { mesh: file.into(), part: None, up: None, smooth: smooth() }
     }
-}
-
-/// The axis of a mesh file that points upwards.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum UpAxis {
-    /// y, as in glTF.
-    Y,
-    /// z, as in a scene.
-    Z,
 }
 
 fn one() -> u32 {

@@ -11,7 +11,6 @@ use super::object::ObjectDescription;
 use super::sky::SkyDescription;
 use crate::film::exposure::FilmSettings;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
-use crate::scene::material::pca_snow::PathMode;
 
 /// A scene as plain data.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -55,15 +54,6 @@ impl SceneDescription {
             LightSource::Point(_) | LightSource::Spot(_) | LightSource::Directional(_) => false,
         };
         shows_sun || self.lights.iter().any(is_visible)
-    }
-
-    /// Sets the path mode of all snow.
-    pub fn set_path_mode(&mut self, mode: PathMode) {
-        for material in self.materials.values_mut() {
-            if let MaterialDescription::PcaSnow(snow) = material {
-                snow.path = mode;
-            }
-        }
     }
 
     /// The scene as the text of a scene file.

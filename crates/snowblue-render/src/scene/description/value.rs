@@ -1,49 +1,11 @@
-//! Values with more than one notation, and lists of fixed length.
-
-use std::fmt;
+//! Values of several descriptions, and lists of fixed length.
 
 use glam::Vec3A;
-use serde::de::{Error, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_color::{LinearRgb, Srgb8};
 
-use super::material::LayersTop;
-use crate::film::exposure::Exposure;
 use crate::geometry::ray::narrow;
-use crate::scene::integrator::IntegratorKind;
-use crate::scene::material::pca_snow::PathMode;
-
-/// A property of snow: one value, or two that a mask blends. Written as a number or a list of two.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum SnowProperty {
-    /// The same everywhere.
-    Uniform(f64),
-    /// The values where the mask is 0 and where it is 1.
-    Blend([f64; 2]),
-}
-
-impl SnowProperty {
-    /// The value where the mask has a value.
-    pub fn at(&self, mask: f64) -> f64 {
-        let [first, second] = self.ends();
-        first + mask * (second - first)
-    }
-
-    /// The values where the mask is 0 and where it is 1.
-    pub fn ends(&self) -> [f64; 2] {
-        match *self {
-            Self::Uniform(value) => [value; 2],
-            Self::Blend(ends) => ends,
-        }
-    }
-}
-
-impl From<f64> for SnowProperty {
-    fn from(value: f64) -> Self {
-        Self::Uniform(value)
-    }
-}
+use crate::notation::Notations;
 
 /// A stretch: one factor, or one for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -73,6 +35,16 @@ impl Radii {
             Self::Ends(radii) => radii,
         }
     }
+}
+
+/// The axis of a mesh file that points upwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxis {
+    /// y, as in glTF.
+    Y,
+    /// z, as in a scene.
+    Z,
 }
 
 /// A colour: three numbers are linear sRGB, `#rrggbb` is encoded sRGB.
@@ -106,152 +78,6 @@ impl Serialize for ColorDescription {
     }
 }
 
-impl Serialize for Exposure {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Auto => serializer.serialize_str("auto"),
-            Self::Stops(stops) => serializer.serialize_f64(*stops),
-        }
-    }
-}
-
-impl Serialize for LayersTop {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Surface => serializer.serialize_str("surface"),
-            Self::Height(height_m) => serializer.serialize_f64(*height_m),
-        }
-    }
-}
-
-impl Serialize for PathMode {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl Serialize for IntegratorKind {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for PathMode {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer, &Self::ALL, Self::name)
-    }
-}
-
-impl<'de> Deserialize<'de> for IntegratorKind {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer, &Self::ALL, Self::name)
-    }
-}
-
-/// One of a few values by its name.
-fn one_of<'de, D: Deserializer<'de>, T: Copy>(
-    deserializer: D,
-    values: &[T],
-    name: fn(T) -> &'static str,
-) -> Result<T, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    values.iter().copied().find(|value| name(*value) == text).ok_or_else(|| {
-        let names: Vec<_> = values.iter().map(|value| name(*value)).collect();
-        D::Error::custom(format!("is \"{text}\", but must be one of {}", names.join(", ")))
-    })
-}
-
-/// A value that displays as text and is parsed from it.
-pub(crate) mod text {
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub(crate) fn serialize<T: Display, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(value)
-    }
-
-    pub(crate) fn deserialize<'de, T: FromStr<Err: Display>, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<T, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
-    }
-
-    pub(crate) fn deserialize_some<'de, T: FromStr<Err: Display>, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<T>, D::Error> {
-        deserialize(deserializer).map(Some)
-    }
-}
-
-/// Converts a text to a value, or says what it must be.
-type FromText<T> = fn(&str) -> Result<T, String>;
-
-/// Conversions of a number, a text and a list. Kinds without a conversion are refused.
-struct Notations<T, const COUNT: usize> {
-    expected: &'static str,
-    number: Option<fn(f64) -> T>,
-    text: Option<FromText<T>>,
-    list: Option<fn([f64; COUNT]) -> T>,
-}
-
-impl<'de, T, const COUNT: usize> Visitor<'de> for Notations<T, COUNT> {
-    type Value = T;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str(self.expected)
-    }
-
-    fn visit_f64<E: Error>(self, value: f64) -> Result<T, E> {
-        let number = self.number.ok_or_else(|| E::invalid_type(Unexpected::Float(value), &self))?;
-        Ok(number(value))
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "beyond 2^53 no quantity here is valid")]
-    fn visit_i64<E: Error>(self, value: i64) -> Result<T, E> {
-        let number = self.number.ok_or_else(|| E::invalid_type(Unexpected::Signed(value), &self))?;
-        Ok(number(value as f64))
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "beyond 2^53 no quantity here is valid")]
-    fn visit_u64<E: Error>(self, value: u64) -> Result<T, E> {
-        let number = self.number.ok_or_else(|| E::invalid_type(Unexpected::Unsigned(value), &self))?;
-        Ok(number(value as f64))
-    }
-
-    fn visit_str<E: Error>(self, value: &str) -> Result<T, E> {
-        match self.text {
-            Some(text) => text(value).map_err(E::custom),
-            None => Err(E::invalid_type(Unexpected::Str(value), &self)),
-        }
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<T, A::Error> {
-        let list = self.list.ok_or_else(|| A::Error::invalid_type(Unexpected::Seq, &self))?;
-        let mut numbers = [0.0; COUNT];
-        for (index, number) in numbers.iter_mut().enumerate() {
-            *number = items.next_element()?.ok_or_else(|| A::Error::invalid_length(index, &self))?;
-        }
-        if items.next_element::<serde::de::IgnoredAny>()?.is_some() {
-            return Err(A::Error::invalid_length(COUNT + 1, &self));
-        }
-        Ok(list(numbers))
-    }
-}
-
-impl<'de> Deserialize<'de> for SnowProperty {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations {
-            expected: "a number or a list of two",
-            number: Some(Self::Uniform),
-            text: None,
-            list: Some(Self::Blend),
-        })
-    }
-}
-
 impl<'de> Deserialize<'de> for Scale {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Notations {
@@ -281,34 +107,6 @@ impl<'de> Deserialize<'de> for ColorDescription {
             number: None,
             text: Some(|text| text.parse().map(Self::Encoded).map_err(|error| format!("{error}"))),
             list: Some(Self::Linear),
-        })
-    }
-}
-
-impl<'de> Deserialize<'de> for Exposure {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations::<Self, 0> {
-            expected: "\"auto\" or a number of stops",
-            number: Some(Self::Stops),
-            text: Some(|text| match text {
-                "auto" => Ok(Self::Auto),
-                other => Err(format!("is \"{other}\", but must be \"auto\" or a number of stops")),
-            }),
-            list: None,
-        })
-    }
-}
-
-impl<'de> Deserialize<'de> for LayersTop {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Notations::<Self, 0> {
-            expected: "\"surface\" or a height in m",
-            number: Some(Self::Height),
-            text: Some(|text| match text {
-                "surface" => Ok(Self::Surface),
-                other => Err(format!("is \"{other}\", but must be \"surface\" or a height in m")),
-            }),
-            list: None,
         })
     }
 }

@@ -96,16 +96,26 @@ fn plain(expected: &str) -> String {
 
 /// The path of the innermost value that holds a span.
 fn path_to(value: &Spanned<DeValue>, span: &Range<usize>, path: KeyPath) -> KeyPath {
-    let holds = |inner: &Spanned<DeValue>| inner.span().start <= span.start && span.end <= inner.span().end;
     match value.get_ref() {
-        DeValue::Table(table) => match table.iter().find(|(_, inner)| holds(inner)) {
+        DeValue::Table(table) => match table.iter().find(|(_, inner)| holds(inner, span)) {
             Some((key, inner)) => path_to(inner, span, path.key(key.get_ref())),
             None => path,
         },
-        DeValue::Array(list) => match list.iter().enumerate().find(|(_, inner)| holds(inner)) {
+        DeValue::Array(list) => match list.iter().enumerate().find(|(_, inner)| holds(inner, span)) {
             Some((index, inner)) => path_to(inner, span, path.index(index)),
             None => path,
         },
         _ => path,
     }
+}
+
+/// Whether a value or one inside it holds a span. A table with a header of its own lies outside of the table around it.
+fn holds(value: &Spanned<DeValue>, span: &Range<usize>) -> bool {
+    let holds_itself = value.span().start <= span.start && span.end <= value.span().end;
+    holds_itself
+        || match value.get_ref() {
+            DeValue::Table(table) => table.values().any(|inner| holds(inner, span)),
+            DeValue::Array(list) => list.iter().any(|inner| holds(inner, span)),
+            _ => false,
+        }
 }

@@ -65,7 +65,6 @@
 //!                          # type = "capsule": from, to, radius or radius = [at from, at to];
 //!                          # type = "cylinder": from, to, radius, edge = 0;
 //!                          # type = "half_space" (only removed): point, normal (out of it)
-//! [keyframes]              # any of the keys above with several values, for a film: see below
 //! ```
 //!
 //! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces z
@@ -85,15 +84,7 @@
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.
-//!
-//! **Keyframes.** `camera.position = [[0, -3, 1], [1, -2, 1]]` in `[keyframes]` moves the camera from the first frame
-//! of a film to the last, `light.0.radiance_w_m2_sr = { at = [0, 0.25, 1], values = [0, 5, 5] }` switches on the first
-//! light within its first quarter. Keys are those of the scene; items of lists are counted from 0. Numbers, lists of
-//! numbers and times of day ("08:00" or "08:00:00") are interpolated linearly, and rounded where the scene takes whole
-//! numbers only; other texts, true and false hold until the next key. A frame is the scene of the file with one value
-//! at each of these keys. A [`SceneFile`] has those of the first frame, and [`SceneFile::frame`] gives the others.
 
-mod keyframes;
 mod message;
 mod reader;
 
@@ -101,14 +92,13 @@ use std::path::{Path, PathBuf};
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
-use snowblue_database::CompressedTable;
+use toml::de::DeTable;
 
 use crate::error::RenderError;
 use crate::files::FilesIn;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 
-use keyframes::Keyframes;
 use message::{Mistake, span_of};
 use reader::read_description;
 
@@ -121,9 +111,6 @@ pub struct SceneFile {
     pub description: SceneDescription,
     path: PathBuf,
     text: String,
-    keyframes: Keyframes,
-    /// Where in the film it is: 0 is the first frame, 1 the last.
-    position: f64,
 }
 
 impl SceneFile {
@@ -149,71 +136,30 @@ impl SceneFile {
     ///
     /// As those of [`open`](Self::open).
     pub fn parse(text: impl Into<String>, path: impl Into<PathBuf>) -> Result<Self, RenderError> {
-        let mut file = Self {
-            description: SceneDescription::default(),
-            path: path.into(),
-            text: text.into(),
-            keyframes: Keyframes::default(),
-            position: 0.0,
-        };
-        file.keyframes = keyframes_of(&file.text).map_err(|mistake| file.mistake(mistake))?;
-        file.at(0.0)
+        let mut file = Self { description: SceneDescription::default(), path: path.into(), text: text.into() };
+        file.description = description_of(&file.text).map_err(|mistake| file.mistake(mistake))?;
+        file.description.check().map_err(|error| file.locate(error.into()))?;
+        Ok(file)
     }
 
-    /// Whether values change over a film.
-    pub fn has_keyframes(&self) -> bool {
-        !self.keyframes.is_empty()
-    }
-
-    /// A frame of a film of `count` frames, counted from 0: the scene of the file with the values of its keyframes, and
-    /// without changes to its description.
+    /// Builds the scene, with the files beside the scene file.
     ///
     /// # Errors
     ///
-    /// When a value is out of range, or no value of the scene has its key. The message names the line of the keyframes.
-    pub fn frame(&self, number: u32, count: u32) -> Result<Self, RenderError> {
-        self.clone().at((f64::from(number) / f64::from(count.max(2) - 1)).min(1.0))
-    }
-
-    /// Reads the scene at a position of the film.
-    fn at(mut self, position: f64) -> Result<Self, RenderError> {
-        self.position = position;
-        let description =
-            self.keyframes.frame(&self.text, position, read_description).and_then(|description| description);
-        self.description = description.map_err(|mistake| self.mistake(mistake))?;
-        self.description.check().map_err(|error| self.locate(error.into()))?;
-        Ok(self)
-    }
-
-    /// Builds the scene, with the files beside the scene file; snow takes its curves from `table`.
-    ///
-    /// # Errors
-    ///
-    /// When a changed value is out of range, a file is missing or malformed, or the table has no such snow.
-    pub fn build(&self, table: &CompressedTable) -> Result<Scene, RenderError> {
+    /// When a changed value is out of range, or a file is missing or malformed.
+    pub fn build(&self) -> Result<Scene, RenderError> {
         // Values out of range are changed ones, since those of the file were checked: the file has no line of them.
         self.description.check()?;
-        self.description.build(table, &FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
-    }
-
-    /// Builds the scene like [`build`](Self::build), and keeps what it has in common with
-    /// [an earlier one](SceneDescription::build_after).
-    ///
-    /// # Errors
-    ///
-    /// As those of [`build`](Self::build).
-    pub fn build_after(&self, earlier: Scene, table: &CompressedTable) -> Result<Scene, RenderError> {
-        self.description.check()?;
-        let built = self.description.build_after(earlier, table, &FilesIn::beside(&self.path));
-        built.map_err(|error| self.locate(error))
+        self.description.build_checked(&FilesIn::beside(&self.path)).map_err(|error| self.locate(error))
     }
 
     /// Adds the file and the line to an error about a value.
-    fn locate(&self, error: RenderError) -> RenderError {
+    #[must_use]
+    pub fn locate(&self, error: RenderError) -> RenderError {
         match error {
             RenderError::Description(error) => {
-                let span = self.keyframes.frame(&self.text, self.position, |root| span_of(&root, &error.path));
-                self.mistake(Mistake { span: span.unwrap_or(0..0), reason: error.to_string() })
+                let span = DeTable::parse(&self.text).map_or(0..0, |root| span_of(&root, &error.path));
+                self.mistake(Mistake { span, reason: error.to_string() })
             }
             other => other,
         }
@@ -229,24 +175,23 @@ impl SceneFile {
 impl<'de> Deserialize<'de> for SceneDescription {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = toml::Table::deserialize(deserializer)?.to_string();
-        let frame = keyframes_of(&text).and_then(|keyframes| keyframes.frame(&text, 0.0, read_description)?);
-        frame.map_err(|mistake| D::Error::custom(mistake.reason))
+        description_of(&text).map_err(|mistake| D::Error::custom(mistake.reason))
     }
 }
 
-/// The keyframes of a text.
-fn keyframes_of(text: &str) -> Result<Keyframes, Mistake> {
-    Keyframes::new(text, &|document| read_description(document).is_ok())
+/// The description that a text gives.
+fn description_of(text: &str) -> Result<SceneDescription, Mistake> {
+    read_description(DeTable::parse(text)?)
 }
 
 impl Scene {
-    /// Reads a scene file and builds it with the files beside it; snow takes its curves from `table`.
+    /// Reads a scene file and builds it with the files beside it.
     ///
     /// # Errors
     ///
-    /// When a file is missing or malformed, a key is unknown or missing, a value is out of range, or the table has no
-    /// such snow. The message names the file and the line.
-    pub fn load(path: &Path, table: &CompressedTable) -> Result<Self, RenderError> {
-        SceneFile::open(path)?.build(table)
+    /// When a file is missing or malformed, a key is unknown or missing, or a value is out of range. The message names
+    /// the file and the line.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, RenderError> {
+        SceneFile::open(path.as_ref())?.build()
     }
 }

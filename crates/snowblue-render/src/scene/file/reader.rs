@@ -11,9 +11,8 @@ use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
     CarvedDescription, EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription,
     LightSource, MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription,
-    ShapeDescription, SkyDescription, SolidDescription, Step, UniformSkyDescription,
+    ShapeDescription, SkyDescription, SnowDescription, SolidDescription, Step, UniformSkyDescription,
 };
-use crate::scene::file::keyframes::KEYFRAMES;
 use crate::scene::file::message::{Mistake, explain};
 
 type Read<T> = Result<T, Mistake>;
@@ -24,7 +23,7 @@ pub(super) fn read_description(document: Spanned<DeTable>) -> Read<SceneDescript
         ["gltf", "camera", "film", "integrator", "light_field", "material", "light", "environment", "sky", "object"];
     let root = document.into_inner();
     if let Some(key) = root.keys().find(|key| !KNOWN.contains(&key.get_ref().as_ref())) {
-        let reason = format!("unknown table `{}`; known are {}, {KEYFRAMES}", key.get_ref(), KNOWN.join(", "));
+        let reason = format!("unknown table `{}`; known are {}", key.get_ref(), KNOWN.join(", "));
         return Err(Mistake { span: key.span(), reason });
     }
     let value = |name: &str| root.get(name).map(|value| (value, KeyPath::root(name)));
@@ -71,13 +70,22 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
     let known = ["type"];
     match kind.get_ref().as_str() {
         "diffuse" => keys.read(path, &known).map(MaterialDescription::Diffuse),
-        "pca_snow" if keys.table.contains_key("layers") => {
-            keys.refuse_beside("layers", &["grain_size_um", "facetness", "density_kg_m3"], path)?;
-            keys.read(path, &known).map(MaterialDescription::LayeredSnow)
-        }
-        "pca_snow" => keys.read(path, &["type", "layers"]).map(MaterialDescription::PcaSnow),
-        _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "pca_snow"])),
+        "snow" => read_snow(keys, path).map(MaterialDescription::Snow),
+        _ => Err(none_of(&kind, &path.key("type"), &["diffuse", "snow"])),
     }
+}
+
+/// Reads snow: layers, two snows and a mask, or one snow.
+fn read_snow(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
+    if keys.table.contains_key("layers") {
+        keys.refuse_beside("layers", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3", "mask"], path)?;
+        return keys.read(path, &["type"]).map(SnowDescription::Layers);
+    }
+    if keys.table.contains_key("mask") || keys.table.contains_key("between") {
+        keys.refuse_beside("mask", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"], path)?;
+        return keys.read(path, &["type"]).map(SnowDescription::Masked);
+    }
+    keys.read(path, &["type", "layers", "mask"]).map(SnowDescription::Uniform)
 }
 
 fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription> {

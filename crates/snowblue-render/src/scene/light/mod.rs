@@ -23,6 +23,7 @@ mod sphere;
 mod sun;
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 use glam::Vec3A;
 
@@ -399,7 +400,7 @@ impl Light {
 }
 
 /// The irradiance of level ground by skies, the sun and distant lights, in W/m² as a band density.
-pub(crate) fn irradiance_by_sky(lights: &[Light]) -> Spectrum {
+pub(crate) fn irradiance_by_sky(lights: &[Arc<Light>]) -> Spectrum {
     /// Samples of a light with extent.
     const SAMPLES: u32 = 1 << 12;
     let ground = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
@@ -412,7 +413,7 @@ pub(crate) fn irradiance_by_sky(lights: &[Light]) -> Spectrum {
         };
         match light.delta_sample() {
             Some(sample) => add(&sample, 1.0),
-            None if light.is_sky() || matches!(light, Light::Sun(..)) => {
+            None if light.is_sky() || matches!(**light, Light::Sun(..)) => {
                 for index in 0..SAMPLES {
                     let samples = light.samples_at(&ground, &mut Sampler::new(0, 0, index));
                     samples.iter().flatten().for_each(|sample| add(sample, (SAMPLES as f32).recip()));

@@ -1,16 +1,14 @@
 //! Materials: what objects are made of.
 
 pub mod diffuse;
-pub mod layered_snow;
-pub mod pca_snow;
-pub mod snow_curves;
+pub mod mask;
+pub mod snow;
 pub mod texture;
 
 use crate::geometry::shape::Shape;
 
 use diffuse::Diffuse;
-use layered_snow::LayeredSnow;
-use pca_snow::PcaSnowMaterial;
+use snow::Snow;
 use texture::Texture;
 
 /// The material of an object.
@@ -18,24 +16,30 @@ use texture::Texture;
 pub enum Material {
     /// A Lambertian surface.
     Diffuse(Diffuse),
-    /// Snow that transmits light along straight lines.
-    PcaSnow(Box<PcaSnowMaterial>),
-    /// Snow of layers, with the light field inside.
-    LayeredSnow(LayeredSnow),
+    /// Snow.
+    Snow(Box<Snow>),
 }
 
 impl Material {
+    /// The snow, if it is one.
+    pub fn snow(&self) -> Option<&Snow> {
+        match self {
+            Self::Diffuse(_) => None,
+            Self::Snow(snow) => Some(snow),
+        }
+    }
+
     /// Whether it is snow.
     pub(crate) fn is_snow(&self) -> bool {
-        matches!(self, Self::PcaSnow(_) | Self::LayeredSnow(_))
+        self.snow().is_some()
     }
 
     /// Checks that a shape has what the material needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         match self {
-            Self::Diffuse(Diffuse::Uniform(_)) | Self::LayeredSnow(_) => Ok(()),
+            Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
             Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
-            Self::PcaSnow(snow) => snow.curves.check(shape),
+            Self::Snow(snow) => snow.check(shape),
         }
     }
 }

@@ -1,0 +1,316 @@
+//! Snow by random walks that end in the light field inside.
+//!
+//! A walk enters where a camera ray hits snow and goes from grain to grain backwards, as the reference integrator's
+//! does. Each scattering has next-event estimation. Once a scattering x lies deeper than [`EndDepth`] below the nearest
+//! surface, light there is diffuse: with the walk's next direction w, the radiance from there is φ(x + ℓ* w)/4π
+//! (Wang & Jacques 1993; Li, Pellacini & Torrance 2005). So walks are short, and hold at edges and in small bodies,
+//! where the light field at the surface does not.
+//!
+//! A walk alone is noisy: it ends inside or leaves by chance. The walk with the same random numbers in the half-space
+//! that is tangent at the entry has a mean that is known, and nearly the same result where the surface is flat
+//! ([`TangentHalfSpace`]). The sum
+//!
+//! ```text
+//! L = mean of the half-space + (walk in the body − walk in the half-space)
+//! ```
+//!
+//! has the mean of the walk in the body, and little noise.
+//!
+//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that it
+//! goes.
+//!
+//! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
+//! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
+
+use std::f32::consts::FRAC_1_PI;
+use std::iter::{Cycle, Skip};
+use std::slice::Iter;
+use std::sync::Arc;
+
+use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
+use snowblue_transport::rng::Stream;
+
+use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
+use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
+use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
+use crate::integrators::snow_walk::{SnowWalk, WalkLight};
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::light_field::{EndDepth, LightField, NearLight, SnowAt};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::scene::light::LightSample;
+use crate::scene::material::Material;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::Statistics;
+use crate::spectrum::Spectrum;
+
+/// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
+/// flat, and its radius.
+const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+
+/// Follows walks into snow.
+#[derive(Debug)]
+pub(crate) struct WalkTracer<'scene> {
+    scene: &'scene Scene,
+    field: &'scene LightField,
+    volumes: &'scene [Option<Arc<SnowVolumes>>],
+    surroundings: Surroundings<'scene>,
+    /// The lights of the present walk.
+    lights: Vec<WalkLight>,
+}
+
+/// A walk in snow, with its path lengths there.
+struct Walk<'v> {
+    walk: SnowWalk,
+    /// The way out along the first flight, where it is known.
+    way_out: Option<Flight>,
+    events: Skip<Cycle<Iter<'v, ScatteringEvent>>>,
+    lengths: PathLengths,
+    /// Reflections at solids so far.
+    bounces: u32,
+}
+
+/// The snow that a walk is in.
+#[derive(Clone, Copy)]
+struct Snow<'a> {
+    object: usize,
+    volume: &'a Volume,
+    node: &'a VolumeNode,
+    at: SnowAt<'a>,
+    end_depth: EndDepth,
+}
+
+impl Snow<'_> {
+    fn medium(&self) -> Medium {
+        Medium::Kind(self.at.kind)
+    }
+}
+
+/// How a walk in a body ends.
+enum BodyEnd {
+    /// In the light field.
+    Inside,
+    /// Out of the snow, at a point of its surface.
+    Outside(SurfacePoint),
+    /// At a solid in the snow or in contact with it.
+    Solid(SurfaceInteraction),
+}
+
+impl<'scene> WalkTracer<'scene> {
+    pub(crate) fn new(
+        scene: &'scene Scene,
+        field: &'scene LightField,
+        bodies: &'scene SnowBodies,
+        volumes: &'scene [Option<Arc<SnowVolumes>>],
+    ) -> Self {
+        Self { scene, field, volumes, surroundings: Surroundings::new(scene, bodies, volumes), lights: Vec::new() }
+    }
+
+    pub(crate) fn statistics(&self) -> Statistics {
+        self.surroundings.statistics
+    }
+
+    /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) fn walk(
+        &mut self,
+        (at, end_depth): (SnowAt, EndDepth),
+        surface: &SurfaceInteraction,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> Spectrum {
+        let (field, transport_length_m) = (at.field, at.optics.transport_length_m());
+        let Some(volumes) = &self.volumes[surface.material] else { return Spectrum::ZERO };
+        let volume = &volumes.volumes[at.kind];
+        let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
+        let mut ray = *camera_ray;
+        let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
+            // The ray grazes a rim: the surface has no other side.
+            return field.mean_radiance(&surface.surface_point());
+        };
+        self.sample_lights(&surface.surface_point(), sampler);
+        let [pixel, sample] = sampler.address();
+        let mut stream = Stream::new(pixel.into(), sample.into());
+        let events = snow.node.events_from(stream.uniform());
+        let mut walk = Walk {
+            walk: SnowWalk::new(ray, stream),
+            way_out: Some(way_out),
+            events,
+            lengths: PathLengths::default(),
+            bounces: 0,
+        };
+        let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
+        let match_depth_m = end_depth.match_lengths() * transport_length_m;
+        let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
+        let mut tangent = near.as_ref().map(|near| self.tangent_half_space(snow, near, entry, &mut walk));
+        loop {
+            let end = self.follow(&mut walk, snow, near.as_ref(), tangent.as_mut());
+            if let Some(tangent) = tangent.take() {
+                walk.walk.radiance += tangent.correction(surface.shading_normal);
+            }
+            match end {
+                BodyEnd::Inside => return walk.walk.radiance,
+                BodyEnd::Outside(surface) => {
+                    let throughput = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
+                    let irradiance = near
+                        .as_ref()
+                        .map_or_else(|| field.diffuse_irradiance(&surface), |near| near.diffuse_irradiance(&surface));
+                    walk.walk.radiance.add_product(FRAC_1_PI, &throughput, &irradiance);
+                    return walk.walk.radiance;
+                }
+                BodyEnd::Solid(surface) => {
+                    if !self.reflect(&mut walk, snow, &surface) {
+                        return walk.walk.radiance;
+                    }
+                }
+            }
+        }
+    }
+
+    /// How deep walks from a point of the surface end.
+    pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
+        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
+        let below = surface.point - surface.normal * below_m;
+        let is_flat = self.scene.objects.holds_deeply(surface.object, below, radius_m);
+        if is_flat { EndDepth::Flat } else { EndDepth::Edge }
+    }
+
+    /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
+    fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
+        self.lights.clear();
+        for (index, light) in self.scene.lights.iter().enumerate() {
+            let mut add = |sample: Option<LightSample>| {
+                self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
+            };
+            if light.has_extent() {
+                if !light.is_diffuse() && self.field.lamp_inside(index).is_none() {
+                    light.samples_at(entry, sampler).into_iter().for_each(add);
+                }
+            } else {
+                add(light.delta_sample());
+            }
+        }
+    }
+
+    /// The half-space that is tangent at the entry, lit by the lights that shine on it.
+    fn tangent_half_space<'a>(
+        &mut self,
+        snow: Snow<'a>,
+        near: &'a NearLight<'a>,
+        entry: SurfacePoint,
+        walk: &mut Walk,
+    ) -> TangentHalfSpace<'a> {
+        let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.walk.ray.direction);
+        let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
+        for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
+            let Some(incident) = sample.incident_at(&entry) else { continue };
+            let chance = walk.walk.stream.uniform();
+            if let Some(transmitted) = self.surroundings.transmitted(from, &sample.origin, snow.medium(), chance) {
+                tangent.light(index, &incident, *power * transmitted);
+            }
+        }
+        tangent
+    }
+
+    /// Follows a walk until it ends in the body, and with the same random numbers in the half-space.
+    fn follow(
+        &mut self,
+        walk: &mut Walk,
+        snow: Snow,
+        near: Option<&NearLight>,
+        mut tangent: Option<&mut TangentHalfSpace>,
+    ) -> BodyEnd {
+        let transport_length_m = snow.at.optics.transport_length_m();
+        let mean_flight_m = snow.node.extinction_per_m().recip();
+        let mut end: Option<BodyEnd> = None;
+        loop {
+            let flight_m = walk.walk.flight_m(mean_flight_m);
+            if let Some(tangent) = &mut tangent {
+                tangent.fly(&walk.walk.ray, flight_m);
+            }
+            if end.is_none() {
+                let flight = self.surroundings.fly(snow.object, &walk.walk.ray, flight_m, walk.way_out.take());
+                walk.lengths.pores_m += f64::from(flight.length_m());
+                end = match flight {
+                    Flight::Free(_) => None,
+                    Flight::Out { origin, normal, .. } => {
+                        Some(BodyEnd::Outside(SurfacePoint { point: origin, normal }))
+                    }
+                    Flight::Solid(surface, _) => Some(BodyEnd::Solid(surface)),
+                };
+            }
+            if let Some(end) = finished(&mut end, tangent.as_deref()) {
+                return end;
+            }
+            walk.walk.ray.origin = walk.walk.ray.at(flight_m);
+            self.join_lights(walk, snow, end.is_none(), tangent.as_deref_mut());
+            let Some(event) = walk.events.next() else { return BodyEnd::Inside };
+            if end.is_none() {
+                walk.lengths.ice_in_air_m += f64::from(event.ice_in_air_m);
+                walk.lengths.ice_in_water_m += f64::from(event.ice_in_water_m);
+            }
+            walk.walk.turn(event.cos_scattering);
+            let x = walk.walk.ray.origin;
+            let ahead = walk.walk.ray.at(transport_length_m);
+            let end_depth_m = snow.end_depth.lengths() * transport_length_m;
+            if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
+                let fluence = near.map_or_else(|| snow.at.field.fluence(ahead), |near| near.fluence(ahead));
+                let through = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
+                walk.walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
+                end = Some(BodyEnd::Inside);
+            }
+            if end.is_some()
+                && let Some(tangent) = &mut tangent
+            {
+                tangent.end_below(x, ahead);
+            }
+            if let Some(end) = finished(&mut end, tangent.as_deref()) {
+                return end;
+            }
+        }
+    }
+
+    /// Joins the lights to the scattering at the origin of a walk's ray: in the body if it is still there, and in the
+    /// half-space.
+    fn join_lights(
+        &mut self,
+        walk: &mut Walk,
+        snow: Snow,
+        is_in_body: bool,
+        mut tangent: Option<&mut TangentHalfSpace>,
+    ) {
+        let point = walk.walk.ray.origin;
+        for (index, light) in self.lights.iter().enumerate() {
+            // A light contributes with the probability e^{−κd} that it is seen through snow of the depth d: deep
+            // inside, there is nothing to compute.
+            let chance = walk.walk.stream.uniform();
+            let seen_m = narrow(-chance.ln() / snow.node.extinction_per_m());
+            if let Some(tangent) = &mut tangent {
+                tangent.join(index, &walk.walk.ray, seen_m);
+            }
+            if !is_in_body || self.surroundings.stays_inside(snow.object, point, &light.sample.origin, seen_m) {
+                continue;
+            }
+            let found = light.scattered(&mut self.surroundings, snow.node, &walk.walk.ray, (snow.medium(), chance));
+            if let Some(scattered) = found {
+                let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
+                walk.walk.radiance.add_product(1.0, &(walk.walk.throughput * absorbed), &scattered);
+            }
+        }
+    }
+
+    /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
+    fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
+        let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] else { return false };
+        let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
+        let reflectance = diffuse.reflectance(&self.scene.objects, surface) * absorbed;
+        walk.lengths = PathLengths::default();
+        walk.bounces += 1;
+        let at_surface = (&*self.lights, snow.medium(), walk.bounces);
+        walk.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
+    }
+}
+
+/// The end of a walk, once both that in the body and that in the half-space have ended.
+fn finished(end: &mut Option<BodyEnd>, tangent: Option<&TangentHalfSpace>) -> Option<BodyEnd> {
+    end.take_if(|_| tangent.is_none_or(TangentHalfSpace::has_ended))
+}

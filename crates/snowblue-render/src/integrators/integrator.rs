@@ -1,0 +1,279 @@
+//! Integrators, ready for a scene.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use snowblue_database::CompressedTable;
+
+use crate::error::RenderError;
+use crate::film::sensor::SensorSample;
+use crate::geometry::ray::Ray;
+use crate::integrators::first_hit::FirstHits;
+use crate::integrators::path::tracer::PathTracer;
+use crate::integrators::pcasnow::snow_curves::SnowCurves;
+use crate::integrators::pcasnow::table_hash::table_hash;
+use crate::integrators::prepared::{Method, Prepared};
+use crate::integrators::reference::ReferenceTracer;
+use crate::integrators::snow_volumes::SnowVolumes;
+use crate::light_field::{LightField, SnowOfMaterials};
+use crate::sampling::Sampler;
+use crate::scene::build::changes::Changes;
+use crate::scene::camera::View;
+use crate::scene::material::Material;
+use crate::scene::material::snow::SnowKinds;
+use crate::scene::queries::Statistics;
+use crate::scene::{IntegratorKind, Scene};
+use crate::spectrum::Spectrum;
+
+/// An integrator that is ready for a scene. It shares the scene's parts.
+#[derive(Debug)]
+pub struct Integrator {
+    prepared: Prepared,
+    /// A hash of the table of curves, if the method reads one.
+    table_hash: Option<u64>,
+    notes: Vec<String>,
+}
+
+/// What an integrator is prepared with.
+#[derive(Debug, Default)]
+pub struct Preparation<'a> {
+    /// The table of curves for PCASnow; none for that of the scene, or else the embedded one.
+    pub table: Option<&'a CompressedTable>,
+    /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
+    /// must have had the same files.
+    pub earlier: Option<Integrator>,
+}
+
+impl Integrator {
+    /// Prepares the integrator of a scene, with the embedded table or that of the scene.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`prepare_with`](Self::prepare_with).
+    pub fn prepare(scene: &Scene) -> Result<Self, RenderError> {
+        Self::prepare_with(scene, Preparation::default())
+    }
+
+    /// Prepares the integrator of a scene.
+    ///
+    /// # Errors
+    ///
+    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a point
+    /// or a sphere lies inside snow, or the scene's table cannot be read.
+    pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
+        let (mut notes, mut hash) = (Vec::new(), None);
+        let method = match Kept::of(preparation.earlier, scene) {
+            Kept::Everything(method) => *method,
+            Kept::Grids(method, changes) => method.relit(scene, &changes)?,
+            Kept::Nothing => {
+                let kinds =
+                    |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds(&scene.wavelengths_nm)));
+                let kinds: SnowOfMaterials<SnowKinds> = scene.materials.iter().map(kinds).collect();
+                match scene.integrator.kind {
+                    IntegratorKind::PcaSnow => {
+                        let table = table_of(scene, preparation.table)?;
+                        hash = table.as_deref().map(table_hash);
+                        Method::PcaSnow(curves(scene, &kinds, table.as_deref(), &mut notes)?)
+                    }
+                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds)?,
+                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds)?,
+                    IntegratorKind::Reference => {
+                        Method::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default())
+                    }
+                }
+            }
+        };
+        Ok(Self { prepared: Prepared::new(scene, method), table_hash: hash, notes })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.prepared.scene
+    }
+
+    /// What was done otherwise than the table allows, in sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The number of light fields that were solved for, one for all lights of one spectrum. Those that were kept of an
+    /// earlier integrator do not count.
+    pub fn solved_light_fields(&self) -> usize {
+        self.prepared.method.field().map_or(0, LightField::solved_count)
+    }
+
+    /// If the cells of a wide body of snow have sizes for the pixels of the image: the factor of these sizes that makes
+    /// them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
+    pub fn factor_of_cells(&self) -> Option<f64> {
+        self.prepared.method.field().and_then(LightField::view_factor)
+    }
+
+    /// A hash of the table of curves, if the method reads one.
+    pub(crate) fn table_hash(&self) -> Option<u64> {
+        self.table_hash
+    }
+
+    /// The light field, if the method has one.
+    pub(crate) fn light_field(&self) -> Option<&LightField> {
+        self.prepared.method.field()
+    }
+
+    /// The scene and its light field, if the method has one.
+    pub(crate) fn into_light_field(self) -> (Scene, Option<LightField>) {
+        let field = match self.prepared.method {
+            Method::Diffusion(field) | Method::Hybrid(field, _) => Some(field),
+            Method::PcaSnow(_) | Method::Reference(..) => None,
+        };
+        (self.prepared.scene, field)
+    }
+
+    /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
+    ///
+    /// The light field of a wide body keeps the cells that the former view needed.
+    pub fn set_view(&mut self, view: &View) -> bool {
+        self.prepared.scene.set_view(view)
+    }
+
+    /// Sets the number of samples per pixel, at least one.
+    pub fn set_samples_per_pixel(&mut self, samples: u32) {
+        self.prepared.scene.set_samples_per_pixel(samples);
+    }
+
+    /// Sets the seed of the random numbers.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.prepared.scene.set_seed(seed);
+    }
+
+    /// Finds first hits, for one task.
+    pub(crate) fn first_hits(&self) -> FirstHits<'_> {
+        FirstHits::new(&self.prepared)
+    }
+
+    /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
+    pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
+        match &self.prepared.method {
+            Method::Reference(volumes, _) => {
+                Tracer::Reference(Box::new(ReferenceTracer::new(&self.prepared.scene, &self.prepared.bodies, volumes)))
+            }
+            Method::PcaSnow(_) | Method::Diffusion(_) | Method::Hybrid(..) => {
+                Tracer::Path(Box::new(PathTracer::new(&self.prepared, responses)))
+            }
+        }
+    }
+}
+
+/// What holds of an earlier integrator for another scene.
+enum Kept {
+    Nothing,
+    /// Grids, and the solutions of all lights that are the same.
+    Grids(Box<Method>, Changes),
+    Everything(Box<Method>),
+}
+
+impl Kept {
+    fn of(earlier: Option<Integrator>, scene: &Scene) -> Self {
+        let Some(Integrator { prepared: Prepared { scene: before, method, .. }, .. }) = earlier else {
+            return Self::Nothing;
+        };
+        let changes = Changes::new(before.description(), scene.description());
+        match &method {
+            _ if changes.solids => Self::Nothing,
+            // The table may be another one.
+            Method::PcaSnow(_) => Self::Nothing,
+            Method::Reference(..) => Self::Everything(Box::new(method)),
+            Method::Diffusion(field) | Method::Hybrid(field, _) => {
+                if field.view_factor().is_some() && changes.view {
+                    Self::Nothing
+                } else if !changes.field() {
+                    Self::Everything(Box::new(method))
+                } else if !changes.grids {
+                    Self::Grids(Box::new(method), changes)
+                } else {
+                    Self::Nothing
+                }
+            }
+        }
+    }
+}
+
+/// The table of a scene: the given one, that of the scene, or else the embedded one.
+fn table_of<'a>(
+    scene: &Scene,
+    given: Option<&'a CompressedTable>,
+) -> Result<Option<Cow<'a, CompressedTable>>, RenderError> {
+    if let Some(table) = given {
+        return Ok(Some(Cow::Borrowed(table)));
+    }
+    if let Some(file) = &scene.table_file {
+        return Ok(Some(Cow::Owned(CompressedTable::open(file)?)));
+    }
+    Ok(embedded_table().map(Cow::Borrowed))
+}
+
+#[cfg(feature = "table")]
+#[expect(clippy::unnecessary_wraps, reason = "without the feature there is none")]
+fn embedded_table() -> Option<&'static CompressedTable> {
+    Some(snowblue_data::embedded())
+}
+
+#[cfg(not(feature = "table"))]
+fn embedded_table() -> Option<&'static CompressedTable> {
+    None
+}
+
+/// The curves of the snow of each material, with notes on those that are solved.
+fn curves(
+    scene: &Scene,
+    kinds: &SnowOfMaterials<SnowKinds>,
+    table: Option<&CompressedTable>,
+    notes: &mut Vec<String>,
+) -> Result<SnowOfMaterials<SnowCurves>, RenderError> {
+    let mut curves = Vec::with_capacity(kinds.len());
+    for (material, kinds) in kinds.iter().enumerate() {
+        let Some(kinds) = kinds else {
+            curves.push(None);
+            continue;
+        };
+        let path = scene.material_path(material);
+        let solved = SnowCurves::new(kinds, &scene.wavelengths_nm, table);
+        let (of_material, reason) =
+            solved.map_err(|error| path.error(format!("cannot be rendered by pcasnow: {error}")))?;
+        notes.extend(reason.map(|reason| format!("{path}: its curves are solved for, because {reason}")));
+        curves.push(Some(Arc::new(of_material)));
+    }
+    Ok(curves)
+}
+
+/// Traces camera rays, with the state of one thread.
+#[derive(Debug)]
+pub(crate) enum Tracer<'a> {
+    Path(Box<PathTracer<'a>>),
+    Reference(Box<ReferenceTracer<'a>>),
+}
+
+impl Tracer<'_> {
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
+        match self {
+            Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
+            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+        }
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
+        match self {
+            Self::Path(tracer) => tracer.response(camera_ray, sampler),
+            Self::Reference(tracer) => scene.sensor.sample(&tracer.radiance(camera_ray, sampler)),
+        }
+    }
+
+    /// Counts of the queries so far.
+    pub(crate) fn statistics(&self) -> Statistics {
+        match self {
+            Self::Path(tracer) => tracer.statistics(),
+            Self::Reference(tracer) => tracer.statistics(),
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! Path tracer over surfaces: PCASnow, and the light field.
+//!
+//! L = Σ_k β_k L_lit(x_k), β_{k+1} = β_k ρ(x_k). The next direction is sampled with density cos θ / π, so that of a
+//! diffuse surface only its reflectance ρ remains (Kajiya 1986, "The rendering equation", doi:10.1145/15922.15902;
+//! notation of Pharr, Jakob & Humphreys 2023, chapter 13). With a light field, half of the directions are sampled
+//! towards bright snow. Long paths end by Russian roulette.
+//!
+//! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
+//! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
+//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and later ones by
+//! their mean radiance.
+//!
+//! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
+//! (see [`light`](crate::scene::light)).
+//!
+//! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
+//! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
+
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+use glam::Vec3A;
+
+use super::carried::{Carried, LightTables, Source};
+use super::vertex::{Shading, Vertex};
+use crate::film::sensor::SensorSample;
+use crate::geometry::ray::{Ray, SurfacePoint};
+use crate::integrators::first_hit::light_limit_m;
+use crate::integrators::hybrid::walk::WalkTracer;
+use crate::integrators::pcasnow::snow_vertex::PcaSnow;
+use crate::integrators::prepared::{Method, Prepared};
+use crate::integrators::russian_roulette::survival_probability;
+use crate::integrators::single_scattering::SingleScattering;
+use crate::light_field::{EndDepth, LightField, SnowAt};
+use crate::sampling::{Sampler, cosine_direction};
+use crate::scene::light::{IncidentLight, LightSample};
+use crate::scene::material::Material;
+use crate::scene::material::diffuse::Diffuse;
+use crate::scene::objects::{Side, SurfaceInteraction};
+use crate::scene::queries::{SceneQueries, Statistics};
+use crate::scene::{Emission, Scene};
+use crate::spectrum::Spectrum;
+
+/// Points around a surface point that lamps must light alike, their distance and their height above the surface, in
+/// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
+const PROBES: usize = 4;
+const PROBE_RADIUS_LENGTHS: f32 = 3.0;
+const PROBE_HEIGHT_LENGTHS: f32 = 0.5;
+/// Distance within which the light of a lamp is uneven, in transport mean free paths.
+const NEAR_LIGHT_LENGTHS: f32 = 60.0;
+
+/// Traces paths through a scene.
+#[derive(Debug)]
+pub(crate) struct PathTracer<'a> {
+    scene: &'a Scene,
+    tables: &'a LightTables,
+    queries: SceneQueries<'a>,
+    /// Snow by PCASnow, or none with a light field.
+    pcasnow: Option<PcaSnow<'a>>,
+    /// The light field, or none with PCASnow.
+    field: Option<&'a LightField>,
+    /// Random walks in snow, if there are any.
+    walks: Option<WalkTracer<'a>>,
+    /// Single scattering in snow, where the light field is read at the surface; none for PCASnow.
+    singles: Option<SingleScattering<'a>>,
+    /// Whether paths can hit lights.
+    has_area_lights: bool,
+}
+
+/// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+struct PathRadiance<C> {
+    /// Light that leaves the first surface, or a light before it.
+    first: C,
+    /// Light that comes by further surfaces, if the path has any.
+    later: Option<Spectrum>,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Starts with zero counts. The sensor's responses are looked up where `responses` is true.
+    pub(in crate::integrators) fn new(prepared: &'a Prepared, responses: bool) -> Self {
+        let Prepared { scene, method, bodies, .. } = prepared;
+        let (pcasnow, field, volumes) = match method {
+            Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator.pcasnow, curves)), None, None),
+            Method::Diffusion(field) => (None, Some(field), None),
+            Method::Hybrid(field, volumes) => (None, Some(field), Some(volumes)),
+            Method::Reference(..) => unreachable!("the reference traces no paths over surfaces"),
+        };
+        Self {
+            scene,
+            tables: if responses { &prepared.tables } else { &prepared.no_tables },
+            queries: SceneQueries::new(&scene.objects),
+            pcasnow,
+            field,
+            walks: field.zip(volumes).map(|(field, volumes)| WalkTracer::new(scene, field, bodies, volumes)),
+            singles: field.map(|field| SingleScattering::new(scene, field, bodies)),
+            has_area_lights: scene.lights.iter().any(|light| light.has_extent()),
+        }
+    }
+
+    /// Counts of the queries so far.
+    pub(crate) fn statistics(&self) -> Statistics {
+        let walks = self.walks.as_ref().map(WalkTracer::statistics).unwrap_or_default();
+        let singles = self.singles.as_ref().map(SingleScattering::statistics).unwrap_or_default();
+        self.queries.statistics.plus(walks).plus(singles)
+    }
+
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
+        let PathRadiance { mut first, later } = self.trace::<Spectrum>(camera_ray, sampler);
+        if let Some(later) = later {
+            first += later;
+        }
+        first
+    }
+
+    /// The sensor's response to one sample of the radiance along a camera ray.
+    #[inline]
+    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
+        let PathRadiance { first, later } = self.trace::<SensorSample>(camera_ray, sampler);
+        later.map_or(first, |later| first + self.scene.sensor.sample(&later))
+    }
+
+    #[inline]
+    fn trace<C: Carried>(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathRadiance<C> {
+        let hit = self.queries.camera_hit(camera_ray);
+        let mut first = C::ZERO;
+        if self.has_area_lights {
+            first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
+        }
+        let Some(surface) = hit else { return PathRadiance { first, later: None } };
+        let vertex = self.vertex(&surface, sampler);
+        if let Shading::Field(snow) = vertex.shading {
+            let end_depth = self.walks.as_ref().map(|walks| walks.end_depth(snow, &surface));
+            // Where light and snow are even, the field is the mean of the walks, without their noise.
+            if let Some(end_depth) = end_depth
+                && (end_depth != EndDepth::Flat || !self.is_evenly_lit(snow, &surface, sampler))
+                && let Some(walks) = &mut self.walks
+            {
+                return PathRadiance {
+                    first,
+                    later: Some(walks.walk((snow, end_depth), &surface, camera_ray, sampler)),
+                };
+            }
+            first += self.field_light(snow, &vertex, camera_ray, sampler);
+            return PathRadiance { first, later: None };
+        }
+        first += self.direct_light::<C>(&vertex, sampler);
+        if self.scene.integrator.max_bounces == 0 && !self.has_area_lights {
+            return PathRadiance { first, later: None };
+        }
+        PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
+    }
+
+    /// Whether each lamp shines alike on the points around a point of a flat surface.
+    fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
+        let length_m = snow.optics.transport_length_m();
+        let [turn, ..] = sampler.next_four();
+        let (side, up) = surface.normal.any_orthonormal_pair();
+        let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
+        let probes: [SurfacePoint; PROBES] = std::array::from_fn(|probe| {
+            let (sin, cos) = (TAU * (probe as f32 + turn) / PROBES as f32).sin_cos();
+            let point = middle + (side * cos + up * sin) * (PROBE_RADIUS_LENGTHS * length_m);
+            SurfacePoint { point, normal: surface.normal }
+        });
+        let lights = self.scene.lights.iter().enumerate();
+        let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
+        let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
+        for sample in samples {
+            let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
+            if sample.origin.position().is_some_and(is_near) {
+                return false;
+            }
+            let mut sees = |probe: &SurfacePoint| {
+                sample.incident_at(probe).is_some()
+                    && sample.is_visible(&mut self.queries, probe, Side::Outer(surface.object))
+            };
+            let first = sees(&probes[0]);
+            if probes[1..].iter().any(|probe| sees(probe) != first) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
+    fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
+        let max_bounces = self.scene.integrator.max_bounces;
+        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
+        let mut from = first.surface.surface_point();
+        for bounce in 1.. {
+            let hit = self.queries.indirect_hit(&ray);
+            if self.has_area_lights {
+                radiance.add_product(1.0, &throughput, &self.hit_lights(&ray, hit.as_ref(), Some(&from)));
+            }
+            let Some(surface) = hit.filter(|_| bounce <= max_bounces) else { break };
+            let vertex = self.vertex(&surface, sampler);
+            if let Shading::Field(snow) = vertex.shading {
+                radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
+                break;
+            }
+            let direct = self.direct_light::<Spectrum>(&vertex, sampler);
+            radiance.add_product(1.0, &throughput, &direct);
+            // The last ray finds lights only.
+            if bounce == max_bounces && !self.has_area_lights {
+                break;
+            }
+            match self.bounce(&vertex, bounce, &mut throughput, sampler) {
+                Some(next) => (ray, from) = (next, surface.surface_point()),
+                None => break,
+            }
+        }
+        radiance
+    }
+
+    /// Samples the next ray of a path at a surface and updates its throughput; none if the path ends.
+    fn bounce(&self, vertex: &Vertex, bounce: u32, throughput: &mut Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+        let [u, v, chance, choice] = sampler.next_four();
+        let surface = vertex.surface.surface_point();
+        // The last ray finds lights only.
+        let (direction, factor) = match self.field {
+            Some(field) if bounce < self.scene.integrator.max_bounces => {
+                field.sample_reflection(&surface, [u, v, choice])
+            }
+            _ => (cosine_direction(surface.normal, u, v), 1.0),
+        };
+        *throughput *= vertex.reflectance(direction) * factor;
+        let survival = survival_probability(bounce, throughput);
+        if chance >= survival || throughput.maximum() <= 0.0 {
+            return None;
+        }
+        *throughput = *throughput * survival.recip();
+        Some(Ray { origin: self.queries.off_surface(vertex.surface.object, &surface), direction })
+    }
+
+    /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
+    fn field_light<C: Carried>(&mut self, snow: SnowAt, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> C {
+        let surface = vertex.shading_point();
+        let cos_exit = -surface.normal.dot(vertex.surface.direction);
+        let mut radiance = snow.diffuse_radiance(&surface, cos_exit);
+        let mut light = C::ZERO;
+        let [number, ..] = sampler.next_four();
+        let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
+        for index in 0..self.scene.lights.len() {
+            let source = &self.scene.lights[index];
+            let samples = match self.tables.delta_sample(index) {
+                Some(sample) => [Some(*sample), None],
+                None if source.is_diffuse() => continue,
+                None => source.samples_at(&surface, sampler),
+            };
+            for sample in samples.into_iter().flatten() {
+                let incident = self.visible(vertex, &sample);
+                if let Some(incident) = &incident {
+                    light += self.reflected::<C>(vertex, index, &sample, incident);
+                }
+                if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
+                    // The half-space that the ray enters is that of the geometric normal.
+                    let on_plane = incident.and_then(|_| sample.incident_at(&vertex.surface.surface_point()));
+                    let factor = singles.correction(point, &sample, on_plane.as_ref());
+                    radiance += source.power(&sample.origin) * factor;
+                }
+            }
+        }
+        light += C::emitted(self.scene, &radiance);
+        light
+    }
+
+    /// Radiance from the lights that a ray hits before a surface.
+    fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&SurfacePoint>) -> Spectrum {
+        let limit_m = hit.map_or(f32::INFINITY, |surface| light_limit_m(ray, surface));
+        let mut radiance = Spectrum::ZERO;
+        for emitted in self.scene.lights.iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
+            radiance += emitted;
+        }
+        radiance
+    }
+
+    #[inline]
+    fn vertex<'v>(&mut self, surface: &'v SurfaceInteraction, sampler: &mut Sampler) -> Vertex<'v>
+    where
+        'a: 'v,
+    {
+        let (scene, field) = (self.scene, self.field.and_then(|all| all.of_object(surface.object)));
+        let shading = match (&scene.materials[surface.material], field, &self.pcasnow) {
+            (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
+            (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(&scene.objects, surface)),
+            (Material::Snow(_), Some(field), _) => Shading::Field(field.at(&scene.objects, surface, sampler)),
+            (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),
+            (Material::Snow(_), None, None) => unreachable!("all snow has a light field or curves"),
+        };
+        let is_smooth = matches!(shading, Shading::Field(_));
+        Vertex { surface, normal: if is_smooth { surface.shading_normal } else { surface.normal }, shading }
+    }
+
+    /// Light from the lights that leaves a surface: transmitted by snow and reflected.
+    #[inline]
+    fn direct_light<C: Carried>(&mut self, vertex: &Vertex, sampler: &mut Sampler) -> C {
+        let mut light = match &vertex.shading {
+            Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
+            Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+        };
+        for index in 0..self.scene.lights.len() {
+            let sample = match self.tables.delta_sample(index) {
+                Some(sample) => Some(*sample),
+                None => self.scene.lights[index].sample_for_reflection(&vertex.surface.surface_point(), sampler),
+            };
+            if let Some(sample) = sample
+                && let Some(incident) = self.visible(vertex, &sample)
+            {
+                light += self.reflected::<C>(vertex, index, &sample, &incident);
+            }
+        }
+        light
+    }
+
+    /// A light sample as it arrives at a surface, unless it is occluded.
+    #[inline]
+    fn visible(&mut self, vertex: &Vertex, sample: &LightSample) -> Option<IncidentLight> {
+        let incident = sample.incident_at(&vertex.shading_point())?;
+        let surface = vertex.surface.surface_point();
+        sample.is_visible(&mut self.queries, &surface, Side::Outer(vertex.surface.object)).then_some(incident)
+    }
+
+    /// Reflected light of one light sample that arrives at a surface, L = R E / π.
+    #[inline]
+    fn reflected<C: Carried>(
+        &self,
+        vertex: &Vertex,
+        light: usize,
+        sample: &LightSample,
+        incident: &IncidentLight,
+    ) -> C {
+        let source = Source::new(self.scene, self.tables, light, sample, Emission::Transmitted);
+        C::reflected(&source, vertex, incident) * (incident.irradiance_per_power * FRAC_1_PI)
+    }
+}

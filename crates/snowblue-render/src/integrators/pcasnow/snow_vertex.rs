@@ -1,0 +1,138 @@
+//! Snow at a point of its surface, as PCASnow sees it.
+
+use std::sync::Arc;
+
+use glam::Vec3A;
+use snowblue_database::lookup::SnowMix;
+
+use super::snow_curves::SnowCurves;
+use crate::geometry::chord::{Chord, Line};
+use crate::geometry::ray::narrow;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::SceneQueries;
+use crate::scene::{PathMode, PcaSnowSettings};
+use crate::spectrum::Spectrum;
+
+/// PCASnow: its settings, and the curves of the snow of each material.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::integrators) struct PcaSnow<'a> {
+    settings: &'a PcaSnowSettings,
+    curves: &'a [Option<Arc<SnowCurves>>],
+}
+
+/// Snow at a point X_i of its surface.
+#[derive(Debug)]
+pub(in crate::integrators) struct SnowVertex<'a> {
+    pub(in crate::integrators) settings: &'a PcaSnowSettings,
+    curves: SnowMix<'a>,
+    pub(in crate::integrators) surface: &'a SurfaceInteraction,
+    /// The path through the snow that does not depend on the light.
+    pub(in crate::integrators) straight: Option<Chord>,
+}
+
+impl<'a> PcaSnow<'a> {
+    pub(in crate::integrators) fn new(settings: &'a PcaSnowSettings, curves: &'a [Option<Arc<SnowCurves>>]) -> Self {
+        Self { settings, curves }
+    }
+
+    /// The snow at a hit on snow.
+    #[inline]
+    pub(in crate::integrators) fn vertex<'v>(
+        &self,
+        surface: &'v SurfaceInteraction,
+        queries: &mut SceneQueries,
+    ) -> SnowVertex<'v>
+    where
+        'a: 'v,
+    {
+        let Some(curves) = &self.curves[surface.material] else { unreachable!("all snow has curves") };
+        let curves = curves.at(queries.objects(), surface);
+        let mut snow = SnowVertex { settings: self.settings, curves, surface, straight: None };
+        snow.straight = snow.chord(queries, self.settings.path.straight_direction(surface), f32::INFINITY);
+        snow
+    }
+}
+
+impl PathMode {
+    /// Direction of the path that does not depend on the light.
+    #[inline]
+    pub(crate) fn straight_direction(self, surface: &SurfaceInteraction) -> Vec3A {
+        match self {
+            Self::View => surface.direction,
+            Self::Normal | Self::Light | Self::Brightest => -surface.normal,
+        }
+    }
+
+    /// Whether light comes along that path.
+    #[inline]
+    pub(in crate::integrators) fn uses_straight(self) -> bool {
+        match self {
+            Self::View | Self::Normal | Self::Brightest => true,
+            Self::Light => false,
+        }
+    }
+
+    /// Whether light comes along lines to the light.
+    #[inline]
+    pub(in crate::integrators) fn uses_lines(self) -> bool {
+        match self {
+            Self::Light | Self::Brightest => true,
+            Self::View | Self::Normal => false,
+        }
+    }
+}
+
+impl SnowVertex<'_> {
+    /// Index of its material in the scene.
+    #[inline]
+    pub(in crate::integrators) fn material_index(&self) -> usize {
+        self.surface.material
+    }
+
+    /// Depth of the snow behind the point, in cm, which determines its reflectance.
+    #[inline]
+    pub(in crate::integrators) fn depth_cm(&self) -> f32 {
+        self.straight.as_ref().map_or(0.0, depth_cm)
+    }
+
+    /// Angle of incidence to look up, in degrees.
+    #[inline]
+    pub(in crate::integrators) fn look_up_angle_deg(&self, cos_incidence: f32) -> f32 {
+        self.curves.look_up_angle_deg(cos_incidence)
+    }
+
+    /// Reflectance for light at a cosine of incidence.
+    pub(in crate::integrators) fn reflectance(&self, cos_incidence: f32) -> Spectrum {
+        if let Some(reflectance) = self.settings.reflectance {
+            return Spectrum::constant(narrow(reflectance));
+        }
+        let mut reflectance = Spectrum::ZERO;
+        self.curves.reflectance(self.depth_cm(), self.look_up_angle_deg(cos_incidence), &mut reflectance.0);
+        reflectance
+    }
+
+    /// Transmittance of a depth for light at a cosine of incidence.
+    pub(in crate::integrators) fn transmittance(&self, depth_cm: f32, cos_incidence: f32) -> Spectrum {
+        let mut transmittance = Spectrum::ZERO;
+        self.curves.transmittance(depth_cm, self.look_up_angle_deg(cos_incidence), &mut transmittance.0);
+        transmittance
+    }
+
+    /// A straight path from the point through the snow.
+    #[inline]
+    pub(in crate::integrators) fn chord(
+        &self,
+        queries: &mut SceneQueries,
+        direction: Vec3A,
+        end_m: f32,
+    ) -> Option<Chord> {
+        let SurfaceInteraction { object, point, normal, .. } = *self.surface;
+        queries.chord(object, &Line { point, normal, direction, end_m }, self.settings.exit)
+    }
+}
+
+/// Depth of a path in cm, the unit of the table.
+#[inline]
+pub(in crate::integrators) fn depth_cm(chord: &Chord) -> f32 {
+    100.0 * chord.depth_m
+}

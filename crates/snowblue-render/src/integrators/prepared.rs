@@ -1,0 +1,93 @@
+//! What an integrator has prepared of a scene, which the tracers of all tasks share.
+
+use std::sync::{Arc, OnceLock};
+
+use crate::error::RenderError;
+use crate::integrators::path::carried::LightTables;
+use crate::integrators::pcasnow::snow_curves::SnowCurves;
+use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::surroundings::SnowBodies;
+use crate::light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
+use crate::scene::Scene;
+use crate::scene::build::changes::Changes;
+use crate::scene::material::snow::SnowKinds;
+
+/// Rays through grains for the albedo of snow, where nothing else needs its optics.
+const ALBEDO_RAYS: u32 = 1 << 14;
+
+/// A scene, and what a method has prepared of it.
+#[derive(Debug)]
+pub(super) struct Prepared {
+    pub(super) scene: Scene,
+    pub(super) method: Method,
+    pub(super) bodies: SnowBodies,
+    /// The responses to each light, and none, for pictures of spectra.
+    pub(super) tables: LightTables,
+    pub(super) no_tables: LightTables,
+}
+
+/// What an integrator has prepared.
+#[derive(Debug)]
+pub(super) enum Method {
+    /// The curves of each material's snow.
+    PcaSnow(SnowOfMaterials<SnowCurves>),
+    Diffusion(LightField),
+    Hybrid(LightField, SnowOfMaterials<SnowVolumes>),
+    /// Volumes, and the optics of the snow's surface once they are asked for.
+    Reference(SnowOfMaterials<SnowVolumes>, Box<OnceLock<SnowOfMaterials<Snowpack>>>),
+}
+
+impl Prepared {
+    pub(super) fn new(scene: &Scene, method: Method) -> Self {
+        let tables = match &method {
+            Method::PcaSnow(curves) => LightTables::new(scene, curves),
+            Method::Diffusion(_) => LightTables::new(scene, &[]),
+            Method::Hybrid(..) | Method::Reference(..) => LightTables::none(scene),
+        };
+        let (bodies, no_tables) = (SnowBodies::new(scene), LightTables::none(scene));
+        Self { scene: scene.clone(), method, bodies, tables, no_tables }
+    }
+
+    /// The optics of the snow of a material, if it is snow, where the method has no curves.
+    pub(super) fn snowpack(&self, material: usize) -> Option<&Snowpack> {
+        let Method::Reference(volumes, snow) = &self.method else { return None };
+        let snow = snow.get_or_init(|| {
+            let kinds: SnowOfMaterials<SnowKinds> =
+                volumes.iter().map(|snow| snow.as_ref().map(|snow| Arc::clone(&snow.kinds))).collect();
+            snowpacks(&self.scene, &kinds, ALBEDO_RAYS, &|_, _, _| None).unwrap_or_default()
+        });
+        snow.get(material)?.as_deref()
+    }
+}
+
+impl Method {
+    pub(super) fn diffusion(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+        let rays = scene.description.light_field.grain_rays;
+        Ok(Self::Diffusion(LightField::of_scene(scene, &snowpacks(scene, kinds, rays, &|_, _, _| None)?)?))
+    }
+
+    pub(super) fn hybrid(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+        let volumes = SnowVolumes::for_short_walks(scene, kinds)?;
+        let walk_ends = |material: usize, kind: usize, length_m: f64| {
+            volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
+        };
+        let snow = snowpacks(scene, kinds, scene.description.light_field.grain_rays, &walk_ends)?;
+        Ok(Self::Hybrid(LightField::of_scene(scene, &snow)?, volumes))
+    }
+
+    /// The same snow under changed lights.
+    pub(super) fn relit(self, scene: &Scene, changes: &Changes) -> Result<Self, RenderError> {
+        Ok(match self {
+            Self::Diffusion(field) => Self::Diffusion(field.after_changes(scene, changes)?),
+            Self::Hybrid(field, volumes) => Self::Hybrid(field.after_changes(scene, changes)?, volumes),
+            Self::PcaSnow(_) | Self::Reference(..) => self,
+        })
+    }
+
+    pub(super) fn field(&self) -> Option<&LightField> {
+        match self {
+            Self::Diffusion(field) | Self::Hybrid(field, _) => Some(field),
+            Self::PcaSnow(_) | Self::Reference(..) => None,
+        }
+    }
+}

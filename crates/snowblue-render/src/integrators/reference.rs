@@ -1,0 +1,309 @@
+//! Volumetric path tracer, the ground truth: light is scattered from grain to grain in snow of any shape.
+//!
+//! A path is a [`SnowWalk`]. The refractive index does not change where it enters snow. There it continues from grain to
+//! grain ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
+//!
+//! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
+//!
+//! where ℓ is the path length in ice so far, d the distance through snow to the light, and V its visibility otherwise.
+//! The path's own rays find lights with extent. Three techniques reduce the cost without changing a mean:
+//!
+//! - e^{−κd} is the probability that a light contributes at all, so that deep in snow there is nothing to compute.
+//! - The absorption of the least absorbed wavelength is the probability that a path ends. Other wavelengths are
+//!   weighted.
+//! - Scattering events are precomputed. Each path reads the list from a random position and draws its own flights and
+//!   azimuths.
+//!
+//! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices,
+//! with the same random numbers, and wavelengths are interpolated between them.
+//!
+//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn by the
+//! greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions, with the grains
+//! of the snow there.
+//!
+//! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
+//! that it entered.
+
+use std::sync::Arc;
+
+use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
+use snowblue_transport::rng::Stream;
+
+use crate::geometry::ray::{Ray, narrow, off_surface};
+use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
+use crate::integrators::snow_walk::{SnowWalk, WalkLight};
+use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::scene::light::LightHit;
+use crate::scene::material::Material;
+use crate::scene::objects::SurfaceInteraction;
+use crate::scene::queries::Statistics;
+use crate::spectrum::Spectrum;
+
+/// Traces paths of light from grain to grain.
+#[derive(Debug)]
+pub(crate) struct ReferenceTracer<'scene> {
+    scene: &'scene Scene,
+    surroundings: Surroundings<'scene>,
+    volumes: &'scene [Option<Arc<SnowVolumes>>],
+    delta_lights: Vec<WalkLight>,
+    has_area_lights: bool,
+    /// Weights of the wavelengths at each index node. A scene without snow has one node.
+    weights: Vec<Spectrum>,
+    /// Path lengths in each kind of the present snow.
+    lengths: Vec<PathLengths>,
+}
+
+/// The state of a path.
+struct Path {
+    walk: SnowWalk,
+    /// Number of the index node.
+    node: usize,
+}
+
+/// How a path's stay in snow ends.
+enum SnowEnd {
+    /// Absorbed.
+    Absorbed,
+    /// Out of the snow.
+    Outside,
+    /// Not in the snow at all: the surface has no other side on the ray, because it is open or the ray grazes a rim.
+    Missed,
+    /// At a solid in the snow or in contact with it.
+    Solid(SurfaceInteraction),
+}
+
+/// The body of snow in which a path is.
+#[derive(Clone, Copy)]
+struct Snow {
+    object: usize,
+    material: usize,
+}
+
+impl<'scene> ReferenceTracer<'scene> {
+    /// Starts with zero counts.
+    pub(crate) fn new(
+        scene: &'scene Scene,
+        bodies: &'scene SnowBodies,
+        volumes: &'scene [Option<Arc<SnowVolumes>>],
+    ) -> Self {
+        // All volumes have the same nodes.
+        let volume = volumes.iter().flatten().flat_map(|snow| &snow.volumes).next();
+        let weights = |node: &VolumeNode| Spectrum(std::array::from_fn(|k| node.weights()[k]));
+        Self {
+            scene,
+            surroundings: Surroundings::new(scene, bodies, volumes),
+            volumes,
+            delta_lights: Vec::with_capacity(scene.lights.len()),
+            has_area_lights: scene.lights.iter().any(|light| !light.is_small()),
+            weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
+            lengths: Vec::new(),
+        }
+    }
+
+    /// Counts of the queries so far.
+    pub(crate) fn statistics(&self) -> Statistics {
+        self.surroundings.statistics
+    }
+
+    /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
+        let [pixel, sample] = sampler.address();
+        self.surroundings.statistics.camera_rays += 1;
+        let mut of_lights = *sampler;
+        self.delta_lights.clear();
+        self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| {
+            let sample = light.small_sample(&mut of_lights)?;
+            Some(WalkLight { sample, power: light.power(&sample.origin) })
+        }));
+        let mut radiance = Spectrum::ZERO;
+        for node in 0..self.weights.len() {
+            let mut path = Path { walk: SnowWalk::new(*camera_ray, Stream::new(pixel.into(), sample.into())), node };
+            self.trace(&mut path);
+            radiance.add_product(1.0, &self.weights[node], &path.walk.radiance);
+        }
+        radiance
+    }
+
+    /// Traces a path to its end.
+    fn trace(&mut self, path: &mut Path) {
+        let mut hit = self.surroundings.first_hit(&path.walk.ray);
+        self.add_visible_lights(path, hit.as_ref());
+        let mut within = None;
+        for bounce in 0..=self.scene.integrator.max_bounces {
+            let Some(surface) = hit else { return };
+            match &self.scene.materials[surface.material] {
+                Material::Diffuse(diffuse) => {
+                    let reflectance = diffuse.reflectance(&self.scene.objects, &surface);
+                    let (lights, medium) = (&self.delta_lights, path.medium());
+                    if !path.walk.reflect(&mut self.surroundings, &surface, reflectance, (lights, medium, bounce)) {
+                        return;
+                    }
+                }
+                Material::Snow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
+            }
+            if let Some(snow) = within {
+                let entering = self.scene.materials[surface.material].is_snow();
+                match self.scatter(path, snow, entering) {
+                    SnowEnd::Absorbed => return,
+                    SnowEnd::Missed => {
+                        let reach_m = self.scene.objects.reach_m(surface.object);
+                        path.walk.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
+                        within = None;
+                    }
+                    SnowEnd::Solid(surface) => {
+                        hit = Some(surface);
+                        continue;
+                    }
+                    SnowEnd::Outside => within = None,
+                }
+            }
+            hit = self.surroundings.first_hit(&path.walk.ray);
+            let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
+            self.add_area_lights(path, limit_m, None);
+        }
+    }
+
+    /// Scatters a path in snow, from its surface if `entering`, else from inside.
+    fn scatter(&mut self, path: &mut Path, Snow { object, material }: Snow, entering: bool) -> SnowEnd {
+        let Some(snow) = self.volumes[material].as_deref() else { return SnowEnd::Absorbed };
+        let greatest_per_m = snow.greatest_extinction_per_m(path.node);
+        let mean_flight_m = greatest_per_m.recip();
+        self.lengths.clear();
+        self.lengths.resize(snow.volumes.len(), PathLengths::default());
+        // Optical depth of absorption, at the least absorbed wavelength, at which the path ends.
+        let absorption_limit = -path.walk.stream.uniform().ln();
+        let first_event = path.walk.stream.uniform();
+        let mut events: Vec<_> =
+            snow.volumes.iter().map(|kind| kind.nodes()[path.node].events_from(first_event)).collect();
+        // The way out along the first flight, where it is known.
+        let mut known_exit = None;
+        if entering {
+            known_exit = self.surroundings.enter(object, &mut path.walk.ray);
+            if known_exit.is_none() {
+                return SnowEnd::Missed;
+            }
+        }
+        let mut kind = self.kind_at(snow, object, path);
+        loop {
+            let flight_m = path.walk.flight_m(mean_flight_m);
+            let flight = self.surroundings.fly(object, &path.walk.ray, flight_m, known_exit.take());
+            let length_m = flight.length_m();
+            self.add_area_lights(path, length_m, Some((snow, kind)));
+            self.lengths[kind].pores_m += f64::from(length_m);
+            if self.least_absorption(snow) > absorption_limit {
+                return SnowEnd::Absorbed;
+            }
+            match flight {
+                Flight::Free(_) => {
+                    path.walk.ray.origin = path.walk.ray.at(length_m);
+                    kind = self.kind_at(snow, object, path);
+                    if !snow.kinds.is_uniform() {
+                        let extinction_per_m = snow.volumes[kind].nodes()[path.node].extinction_per_m();
+                        if path.walk.stream.uniform() * greatest_per_m >= extinction_per_m {
+                            continue;
+                        }
+                    }
+                    self.add_delta_lights(path, object, snow, kind);
+                    let Some(event) = events[kind].next() else { return SnowEnd::Absorbed };
+                    self.lengths[kind].ice_in_air_m += f64::from(event.ice_in_air_m);
+                    self.lengths[kind].ice_in_water_m += f64::from(event.ice_in_water_m);
+                    path.walk.turn(event.cos_scattering);
+                    if self.least_absorption(snow) > absorption_limit {
+                        return SnowEnd::Absorbed;
+                    }
+                }
+                Flight::Out { origin, .. } => {
+                    path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
+                    path.walk.ray.origin = origin;
+                    return SnowEnd::Outside;
+                }
+                Flight::Solid(surface, _) => {
+                    path.walk.throughput *= self.attenuation(snow, (kind, 0.0));
+                    return SnowEnd::Solid(surface);
+                }
+            }
+        }
+    }
+
+    /// The kind of snow where a path is.
+    #[inline]
+    fn kind_at(&self, snow: &SnowVolumes, object: usize, path: &mut Path) -> usize {
+        if snow.kinds.is_uniform() {
+            return 0;
+        }
+        let mix = snow.kinds.at_point(&self.scene.objects, object, path.walk.ray.origin);
+        if mix.is_mixed() { mix.pick(narrow(path.walk.stream.uniform())) } else { mix.first }
+    }
+
+    /// The optical depth of absorption so far, at the least absorbed wavelength of each kind.
+    #[inline]
+    fn least_absorption(&self, snow: &SnowVolumes) -> f64 {
+        snow.volumes.iter().zip(&self.lengths).map(|(volume, lengths)| volume.least_absorption(lengths)).sum()
+    }
+
+    /// What is not absorbed so far and over a further length in m in a kind of snow, beyond what Russian roulette
+    /// accounts for so far.
+    fn attenuation(&self, snow: &SnowVolumes, (kind, further_m): (usize, f64)) -> Spectrum {
+        let of_kind = |(number, (volume, lengths)): (usize, (&Volume, &PathLengths))| {
+            let further_m = if number == kind { further_m } else { 0.0 };
+            let whole = PathLengths { pores_m: lengths.pores_m + further_m, ..*lengths };
+            attenuation(volume, &whole, volume.least_absorption(lengths))
+        };
+        let mut of_kinds = snow.volumes.iter().zip(&self.lengths).enumerate().map(of_kind);
+        let first = of_kinds.next().unwrap_or(Spectrum::ONE);
+        of_kinds.fold(first, |product, kind| product * kind)
+    }
+
+    /// Adds the lights without extent that a grain at the end of a flight scatters into the path.
+    fn add_delta_lights(&mut self, path: &mut Path, object: usize, snow: &SnowVolumes, kind: usize) {
+        let node = &snow.volumes[kind].nodes()[path.node];
+        let mean_flight_m = snow.greatest_extinction_per_m(path.node).recip();
+        let medium = path.medium();
+        for light in &self.delta_lights {
+            let chance = path.walk.stream.uniform();
+            let (point, flight_m) = (path.walk.ray.origin, narrow(-chance.ln() * mean_flight_m));
+            let origin = &light.sample.origin;
+            if snow.kinds.is_uniform() && self.surroundings.stays_inside(object, point, origin, flight_m) {
+                continue;
+            }
+            let found = light.scattered(&mut self.surroundings, node, &path.walk.ray, (medium, chance));
+            if let Some(scattered) = found {
+                let absorbed = self.attenuation(snow, (kind, 0.0));
+                path.walk.radiance.add_product(1.0, &(path.walk.throughput * absorbed), &scattered);
+            }
+        }
+    }
+
+    /// Adds the lights with extent that the camera sees.
+    fn add_visible_lights(&self, path: &mut Path, hit: Option<&SurfaceInteraction>) {
+        let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
+        for light in &self.scene.lights {
+            if let Some(radiance) = light.hit_radiance(&path.walk.ray, limit_m, None) {
+                path.walk.radiance += radiance;
+            }
+        }
+    }
+
+    /// Adds the lights with extent within `limit_m` along the ray, in a kind of snow after the path lengths so far.
+    #[inline]
+    fn add_area_lights(&self, path: &mut Path, limit_m: f32, snow: Option<(&SnowVolumes, usize)>) {
+        if !self.has_area_lights {
+            return;
+        }
+        let lights = self.scene.lights.iter().filter(|light| !light.is_small());
+        let hits = lights.filter_map(|light| light.full_hit_radiance(&path.walk.ray, limit_m));
+        for LightHit { radiance, distance_m } in hits {
+            let absorbed = snow.map_or(Spectrum::ONE, |(snow, kind)| self.attenuation(snow, (kind, distance_m.into())));
+            path.walk.radiance.add_product(1.0, &(path.walk.throughput * absorbed), &radiance);
+        }
+    }
+}
+
+impl Path {
+    /// The snow on its way to a light.
+    fn medium(&self) -> Medium {
+        Medium::EachPlace { node: self.node }
+    }
+}

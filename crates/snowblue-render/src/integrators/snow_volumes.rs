@@ -1,0 +1,86 @@
+//! The snow of a scene for random walks from grain to grain.
+
+use std::sync::Arc;
+
+use snowblue_transport::monte_carlo::{GrainPlan, PathLengths, Volume, WalkEnds};
+use snowblue_transport::{SnowSample, TransportError};
+
+use crate::error::RenderError;
+use crate::light_field::{EndDepth, SnowOfMaterials, WalkEndsByDepth};
+use crate::scene::Scene;
+use crate::scene::material::snow::SnowKinds;
+use crate::spectrum::Spectrum;
+
+/// Scattering events of each kind of snow for short walks.
+const SHORT_WALK_GRAINS: u32 = 1 << 18;
+/// Most scattering events of all kinds of snow together, of 12 bytes each.
+const MOST_GRAINS: usize = 1 << 26;
+/// Nodes of the refractive index in snow that is clean and dry.
+const FEW_NODES: usize = 3;
+
+/// The kinds of snow of a material as volumes.
+#[derive(Debug)]
+pub(crate) struct SnowVolumes {
+    pub(crate) kinds: Arc<SnowKinds>,
+    /// Of each kind.
+    pub(crate) volumes: Vec<Volume>,
+}
+
+impl SnowVolumes {
+    /// The snow of a scene for walks of any length, at a few nodes of the refractive index.
+    pub(crate) fn for_long_walks(
+        scene: &Scene,
+        kinds: &SnowOfMaterials<SnowKinds>,
+    ) -> Result<SnowOfMaterials<Self>, RenderError> {
+        let samples: Vec<SnowSample> = kinds.iter().flatten().flat_map(|kinds| &kinds.samples).copied().collect();
+        let is_plain = |sample: &SnowSample| sample.impurities.is_none() && sample.water_saturation <= 0.0;
+        let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { scene.wavelengths_nm.len() };
+        let whole = GrainPlan::default();
+        let most = u32::try_from(MOST_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
+        let plan = GrainPlan { grains: whole.grains.min(most), ..whole };
+        let volumes = Volume::of_samples(&samples, &scene.wavelengths_nm, &plan);
+        let mut volumes = volumes.map_err(|error| unusable(scene, &error))?.into_iter();
+        let mut of_kinds = |kinds: &Arc<SnowKinds>| {
+            let volumes = volumes.by_ref().take(kinds.samples.len()).collect();
+            Arc::new(Self { kinds: Arc::clone(kinds), volumes })
+        };
+        Ok(kinds.iter().map(|kinds| kinds.as_ref().map(&mut of_kinds)).collect())
+    }
+
+    /// The same for walks of some transport mean free paths, with one refractive index.
+    pub(crate) fn for_short_walks(
+        scene: &Scene,
+        kinds: &SnowOfMaterials<SnowKinds>,
+    ) -> Result<SnowOfMaterials<Self>, RenderError> {
+        let plan = GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 };
+        let volume = |sample: &SnowSample| Volume::with_one_index(sample, &scene.wavelengths_nm, &plan);
+        let of_kinds = |kinds: &Arc<SnowKinds>| {
+            let volumes: Result<_, _> = kinds.samples.iter().map(volume).collect();
+            Ok(Arc::new(Self { kinds: Arc::clone(kinds), volumes: volumes.map_err(|error| unusable(scene, &error))? }))
+        };
+        kinds.iter().map(|kinds| kinds.as_ref().map(of_kinds).transpose()).collect()
+    }
+
+    /// Where walks end in a kind of snow with a transport mean free path in m.
+    pub(crate) fn walk_ends(&self, kind: usize, transport_length_m: f64) -> WalkEndsByDepth {
+        let node = &self.volumes[kind].nodes()[0];
+        EndDepth::ALL.map(|depth| WalkEnds::new(node, transport_length_m, depth.lengths().into()))
+    }
+
+    /// The greatest extinction coefficient of all kinds at a node, in 1/m.
+    #[inline]
+    pub(crate) fn greatest_extinction_per_m(&self, node: usize) -> f64 {
+        self.volumes.iter().map(|volume| volume.nodes()[node].extinction_per_m()).fold(0.0, f64::max)
+    }
+}
+
+fn unusable(scene: &Scene, error: &TransportError) -> RenderError {
+    scene.material_path(usize::MAX).error(format!("has snow that cannot be rendered: {error}")).into()
+}
+
+/// Attenuation of each wavelength by absorption along a path, less the optical depth `accounted`.
+pub(super) fn attenuation(volume: &Volume, lengths: &PathLengths, accounted: f64) -> Spectrum {
+    let mut attenuation = Spectrum::ZERO;
+    volume.attenuation(lengths, accounted, &mut attenuation.0);
+    attenuation
+}
