@@ -70,6 +70,7 @@ pub(crate) enum Command {
 
 #[cfg(test)]
 mod tests {
+    use clap::error::ErrorKind;
     use clap::{Command, CommandFactory as _};
     use snowblue_transport::rng::Stream;
 
@@ -157,5 +158,43 @@ mod tests {
             }
         }
         assert!(right > 100 && wrong > 1000, "{right} command lines are right, {wrong} wrong");
+    }
+
+    /// The ends of the first range in brackets of a text, and the range as it is written.
+    fn limits(text: &str) -> Option<(f64, f64, &str)> {
+        text.split('[').skip(1).find_map(|rest| {
+            let range = rest.split([';', ']']).next()?;
+            let (least, greatest) = range.split_once('–')?;
+            Some((least.parse().ok()?, greatest.parse().ok()?, range))
+        })
+    }
+
+    #[test]
+    fn what_a_parser_refuses_lies_outside_the_limits_of_the_help() {
+        let mut all = Vec::new();
+        commands(&["snowblue".to_owned()], &Arguments::command(), &mut all);
+        let mut refused = 0;
+        for (path, command) in &all {
+            for option in command.get_arguments() {
+                let help = option.get_help().map(ToString::to_string).unwrap_or_default();
+                let (Some(name), Some((least, greatest, range))) = (option.get_long(), limits(&help)) else { continue };
+                let reason = |value: f64| {
+                    let words = path.iter().cloned().chain([format!("--{name}={value}")]);
+                    let error = Arguments::try_parse_from(words).err()?;
+                    (error.kind() == ErrorKind::ValueValidation).then(|| error.to_string())
+                };
+                for end in [least, greatest] {
+                    let reason = reason(end).filter(|reason| reason.contains("must"));
+                    assert_eq!(reason, None, "{path:?} --{name} refuses {end}, but its help has {range}");
+                }
+                for beyond in [least - 1.0, greatest + 1.0] {
+                    let Some(reason) = reason(beyond).filter(|reason| reason.contains("must")) else { continue };
+                    let words = range.replace('–', " to ");
+                    assert!(reason.contains(range) || reason.contains(&words), "{path:?} --{name}: {range}: {reason}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(refused > 20, "only {refused} values were refused");
     }
 }

@@ -2,6 +2,9 @@
 
 use crate::rgb::LinearRgb;
 
+/// Greatest exposure, in stops; the least is its negative.
+pub const GREATEST_STOPS: f64 = 100.0;
+
 /// Factor of an exposure in stops. Each stop doubles the light.
 ///
 /// ```

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snowblue_color::exposure::{AutoExposure, factor};
+use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
 use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
 use snowblue_database::Interval;
 use snowblue_database::matching::{self, Given, Match, Problem, Target};
 use snowblue_render::film::image_file::write_raster_png;
-use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 
 use crate::arguments::{Angle, Light, Ordinates, Snow};

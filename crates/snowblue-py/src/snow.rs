@@ -5,10 +5,30 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_transport::medium::{Demand, GrainTallies, Medium, Population, TallyPlan};
 use snowblue_transport::ordinates::OrdinatesOptions;
+use snowblue_transport::parameters::PARAMETERS;
 use snowblue_transport::sample::{SnowSample, TruncatedNormal};
 
 use crate::arguments::Snow;
 use crate::work::{input, run};
+
+/// What each parameter is, its limits and its default, by the names of the keyword arguments.
+#[pyfunction]
+pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let all = PyDict::new(py);
+    for parameter in PARAMETERS {
+        let one = PyDict::new(py);
+        one.set_item("title", parameter.title)?;
+        one.set_item("unit", parameter.range.unit)?;
+        one.set_item("least", parameter.range.least)?;
+        one.set_item("greatest", parameter.range.greatest)?;
+        one.set_item("default", parameter.default)?;
+        one.set_item("text", parameter.text)?;
+        one.set_item("effect", parameter.effect)?;
+        one.set_item("source", parameter.source)?;
+        all.set_item(parameter.key, one)?;
+    }
+    Ok(all)
+}
 
 /// All properties of a snow, those of its kind and defaults included, by the names of the keyword arguments.
 #[pyfunction]

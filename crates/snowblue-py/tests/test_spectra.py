@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import re
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -240,3 +241,15 @@ def test_two_streams_of_tartes_agree_within_their_physics():
                                 mudir=1.0, compute_absorption=True)
     transmitted = np.asarray(absorbed).reshape(len(nm), -1)[:, -1]
     assert np.abs(transmitted / ours.transmittance.sel(thickness=5) - 1).max() < 0.25
+
+
+def test_the_documentation_has_the_limits_of_the_parameters():
+    parameters = snowblue.parameters()
+    documented = [snowblue.Snow, snowblue.spectrum, snowblue.layers, snowblue.bsdf]
+    lines = [line for one in documented for line in re.findall(r"^ *(?:- `)?(\w+)`? ?: (.*)$", one.__doc__, re.M)]
+    limited = {key for key, text in lines if re.search(r"\d to \d", text)} & parameters.keys()
+    assert limited >= {"grain_size_um", "ssa_m2_kg", "density_kg_m3", "thickness_cm", "ground_albedo"}
+    for key, text in lines:
+        if key in limited:
+            limits = f"{parameters[key]['least']:g} to {parameters[key]['greatest']:.15g}"
+            assert limits in text, (key, limits, text)

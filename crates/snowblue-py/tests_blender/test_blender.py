@@ -389,7 +389,7 @@ def test_presets_set_numbers(scene):
     assert (settings.grain_size_um, settings.density_kg_m3) == (100, 200)
     settings.preset, settings.density_kg_m3 = "CUSTOM", 1000
     # The range of the table.
-    assert settings.density_kg_m3 == 400
+    assert settings.density_kg_m3 == 900
 
 
 def error_of(**arguments):

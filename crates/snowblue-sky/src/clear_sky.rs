@@ -33,7 +33,7 @@ use crate::tables::{
 pub const SUN_RADIUS_RAD: f64 = 0.5 * 0.5358 * PI / 180.0;
 
 /// Least and greatest elevation of the sun, in degrees.
-const ELEVATION_RANGE_DEG: (f64, f64) = (0.0, 90.0);
+pub const ELEVATION_RANGE_DEG: (f64, f64) = (0.0, 90.0);
 
 /// Rings around the sun, and points of half a ring, for the irradiance by the sky. More change it by less than 1e-3.
 const SKY_POINTS: (u32, u32) = (96, 48);

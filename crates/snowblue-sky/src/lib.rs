@@ -34,10 +34,10 @@ mod overcast;
 
 mod daylight;
 
-pub use clear_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
+pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 pub use daylight::{Daylight, Sky};
 pub use error::SkyError;
 pub use overcast::{OVERCAST_IRRADIANCE_SR, OvercastSky, overcast_illuminance_lx, overcast_relative_radiance};
 pub use sun_position::{Place, SunPosition, sun_position};
-pub use tables::{Coefficients, WAVELENGTHS_NM, at_wavelength};
+pub use tables::{Coefficients, TURBIDITY_RANGE, WAVELENGTHS_NM, at_wavelength};
 pub use time::DateTime;

@@ -11,7 +11,7 @@ pub const WAVELENGTHS_NM: [f64; NODES] = [320.0, 360.0, 400.0, 440.0, 480.0, 520
 pub(crate) const NODES: usize = 11;
 
 /// The first and the last turbidity of the tables; they have every whole number between them.
-pub(crate) const TURBIDITY_RANGE: (f64, f64) = (1.0, 10.0);
+pub const TURBIDITY_RANGE: (f64, f64) = (1.0, 10.0);
 
 /// Control points of the Bézier curves in the elevation of the sun.
 pub(crate) const CONTROL_POINTS: usize = 6;

@@ -197,7 +197,7 @@ impl LightField {
             self.sky = (sky.to_owned(), self.lights_of_sky(sky, files).map_err(failed)?);
         }
         let lights = std::mem::take(&mut self.sky.1);
-        let light = lights.iter().find(|light| matches!(&**light, Light::Sun(..)) == is_sun);
+        let light = lights.iter().find(|light| matches!(&***light, Light::Sun(..)) == is_sun);
         let found = light.map(|light| self.solve(light));
         self.sky.1 = lights;
         found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))

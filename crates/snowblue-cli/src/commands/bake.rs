@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use snowblue_render::bake::{BakeError, BakeOptions, BakedScene, Channels, STEP_RANGE, bake, write_glb, write_ply};
+use snowblue_render::bake::{
+    BakeError, BakeOptions, BakedScene, Channels, MOST_VERTICES, STEP_RANGE, bake, write_glb, write_ply,
+};
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
+use snowblue_render::scene::description::BOUNCES;
 use snowblue_render::{Integrator, SceneDescription};
 
-use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, parse};
+use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
@@ -39,18 +42,30 @@ pub(crate) struct Bake {
     /// File to write: .glb (binary glTF, y up) or .ply (binary, axes of the scene)
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
-    /// Greatest length of an edge in mm [0.01–100000; default: twice the cells of the light field at the surface];
-    /// there are at most 4194304 vertices
-    #[arg(long, value_name = "MM", value_parser = step_mm)]
+    #[arg(
+        long, value_name = "MM", value_parser = step_mm,
+        help = format!(
+            "Greatest length of an edge in mm [{}; default: twice the cells of the light field at the surface]; there \
+             are at most {MOST_VERTICES} vertices", limits::ends(&STEP_RANGE.inclusive())
+        )
+    )]
     step_mm: Option<f64>,
     /// Write 31 wavelengths instead of red, green and blue, in W/(m² nm); needs a .ply
     #[arg(long)]
     spectrum: bool,
-    /// Exposure of the preview in a .glb in stops [-100–100], or 'auto', instead of the scene's
-    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
+        help = format!(
+            "Exposure of the preview in a .glb in stops [{}], or 'auto', instead of the scene's", limits::stops()
+        )
+    )]
     exposure: Option<Exposure>,
-    /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=10_000))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(BOUNCES),
+        help = format!(
+            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::ends(&BOUNCES)
+        )
+    )]
     max_bounces: Option<u32>,
     #[command(flatten)]
     light_field: LightFieldOptions,

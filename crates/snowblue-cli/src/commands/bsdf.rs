@@ -6,10 +6,10 @@ use clap::Args;
 use snowblue_figures::plot;
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_transport::monte_carlo::{self, Distribution, GoniometricOptions, PatchGrid};
-use snowblue_transport::slab::{Estimate, Incidence, Slab};
+use snowblue_transport::slab::{ANGLE, Estimate, Incidence, Slab, THICKNESS};
 
 use crate::options::{
-    SnowOptions,
+    SnowOptions, limits,
     parse::{self, Wavelengths},
 };
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, write_file};
@@ -33,16 +33,20 @@ Examples:
 pub(crate) struct Bsdf {
     #[command(flatten)]
     sample: SnowOptions,
-    /// Thickness in cm [0–100000]
-    #[arg(long, value_name = "CM", default_value = "15", value_parser = parse::number, help_heading = "Slab")]
+    #[arg(
+        long, value_name = "CM", default_value_t = THICKNESS.default, value_parser = parse::number,
+        help_heading = "Slab", help = limits::described(&THICKNESS)
+    )]
     thickness: f64,
-    /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian)
-    #[arg(long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab")]
+    #[arg(
+        long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab",
+        help = format!("{}, or 'diffuse' (Lambertian)", limits::described(&ANGLE))
+    )]
     angle: Incidence,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500]
     #[arg(
         long, value_name = "NM", default_value = "450,550,650", value_parser = parse::wavelengths,
-        help_heading = "Slab"
+        help_heading = "Slab",
+        help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
     )]
     wavelengths: Wavelengths,
     /// Number of rays for each wavelength [2–1000000000000]

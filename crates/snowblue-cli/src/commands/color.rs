@@ -13,7 +13,7 @@ use snowblue_transport::slab::Radiometry;
 
 use crate::input::spectrum_file;
 use crate::options::parse::{self, Wavelengths};
-use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::options::{ColorOptions, LightOptions, OrdinatesArguments, SlabOptions, SnowOptions, limits};
 use crate::output::color_row::{self, ColorRow};
 use crate::output::{Failure, Outcome, OutputOptions};
 
@@ -51,10 +51,9 @@ pub(crate) struct Color {
     light: LightOptions,
     #[command(flatten)]
     color: ColorOptions,
-    /// Exposure of hex in stops [-100–100], or 'auto'
     #[arg(
         long, value_name = "STOPS", default_value = "0", value_parser = parse::exposure, allow_negative_numbers = true,
-        help_heading = "Light"
+        help_heading = "Light", help = format!("Exposure of hex in stops [{}], or 'auto'", limits::stops())
     )]
     exposure: Exposure,
     /// Colours of the spectra in a CSV file instead of snow

@@ -6,10 +6,10 @@ use snowblue_database::fidelity::PERCEPTIBLE_DELTA_E;
 use snowblue_database::matching::{self, Given, Match as Found, Problem, Target};
 use snowblue_database::{DatabaseError, Interval};
 use snowblue_figures::{Cell, DataTable};
-use snowblue_transport::slab::Incidence;
+use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
 
 use crate::options::parse::{self, Span};
-use crate::options::{LightOptions, OrdinatesArguments, SnowOptions};
+use crate::options::{LightOptions, OrdinatesArguments, SnowOptions, limits};
 use crate::output::{Failure, Outcome, OutputOptions, print_message};
 
 const COLUMNS: [&str; 12] = [
@@ -52,11 +52,18 @@ pub(crate) struct Match {
     target: Srgb8,
     #[command(flatten)]
     sample: SnowOptions,
-    /// Thickness in cm, or a range MIN:MAX to search [0–100000; default: 0:100]
-    #[arg(long, value_name = "CM", value_parser = parse::span, help_heading = "Slab")]
+    #[arg(
+        long, value_name = "CM", value_parser = parse::span, help_heading = "Slab",
+        help = format!(
+            "{}, or a range MIN:MAX to search [{}; default: 0:100]",
+            THICKNESS.describe(), limits::ends(&THICKNESS.range.inclusive())
+        )
+    )]
     thickness: Option<Span>,
-    /// Angle of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian)
-    #[arg(long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab")]
+    #[arg(
+        long, value_name = "DEG", default_value = "0", value_parser = parse::incidence, help_heading = "Slab",
+        help = format!("{}, or 'diffuse' (Lambertian)", limits::described(&ANGLE))
+    )]
     angle: Incidence,
     #[command(flatten)]
     ordinates: OrdinatesArguments,

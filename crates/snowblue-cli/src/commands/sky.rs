@@ -2,7 +2,10 @@
 
 use clap::Args;
 use snowblue_figures::{Cell, DataTable, Metadata};
-use snowblue_sky::{ClearSky, DateTime, Daylight, OvercastSky, Place, Sky as Model, SunPosition, sun_position};
+use snowblue_sky::{
+    ClearSky, DateTime, Daylight, ELEVATION_RANGE_DEG, OvercastSky, Place, Sky as Model, SunPosition, TURBIDITY_RANGE,
+    WAVELENGTHS_NM, sun_position,
+};
 
 use crate::options::parse::{self, Wavelengths};
 use crate::output::{Failure, Outcome, OutputOptions};
@@ -22,10 +25,12 @@ Examples:
   snowblue sky --elevation 25 --overcast --wavelengths 450,550,650"
 )]
 pub(crate) struct Sky {
-    /// Angle between the horizon and the sun, in degrees [0–90]
     #[arg(
         long, value_name = "DEG", value_parser = parse::number, help_heading = "Sun",
-        conflicts_with_all = ["latitude", "longitude", "time", "refraction"]
+        conflicts_with_all = ["latitude", "longitude", "time", "refraction"],
+        help = format!(
+            "Angle between the horizon and the sun, in degrees [{}–{}]", ELEVATION_RANGE_DEG.0, ELEVATION_RANGE_DEG.1
+        )
     )]
     elevation: Option<f64>,
     /// Latitude in degrees, north positive [-90–90]
@@ -43,10 +48,13 @@ pub(crate) struct Sky {
     /// Use the elevation at which the sun is seen, lifted by the refraction of the air
     #[arg(long, help_heading = "Sun", requires = "latitude")]
     refraction: bool,
-    /// Haze: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy [1–10]
     #[arg(
         long, value_name = "T", value_parser = parse::number, default_value = "3", help_heading = "Sky",
-        conflicts_with = "overcast"
+        conflicts_with = "overcast",
+        help = format!(
+            "Haze: 2 is very clear air, 3 clear, 6 moist and warm, 10 hazy [{}–{}]",
+            TURBIDITY_RANGE.0, TURBIDITY_RANGE.1
+        )
     )]
     turbidity: f64,
     /// Fraction of light that the ground reflects into the sky [0–1]
@@ -58,9 +66,12 @@ pub(crate) struct Sky {
     /// An overcast sky instead of a clear one
     #[arg(long, help_heading = "Sky")]
     overcast: bool,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list [320–720]
     #[arg(
-        long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky"
+        long, value_name = "NM", value_parser = parse::wavelengths, default_value = "320:720:10", help_heading = "Sky",
+        help = format!(
+            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}–{}]",
+            WAVELENGTHS_NM[0], WAVELENGTHS_NM[WAVELENGTHS_NM.len() - 1]
+        )
     )]
     wavelengths: Wavelengths,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use snowblue_color::{Colorimeter, Illuminant, Observer, THREE_SAMPLES_NM};
 use snowblue_render::FalseColor;
 
-use super::parse;
+use super::{limits, parse};
 use crate::output::Failure;
 
 /// The illuminant of colours.
@@ -34,10 +34,13 @@ pub(crate) struct ColorOptions {
     /// Number of wavelengths to sum over: 31 (400–700 nm every 10 nm) or 3 (455, 551, 608 nm)
     #[arg(long, value_name = "N", default_value = "31", value_enum)]
     pub(crate) samples: SampleCount,
-    /// False colour: three wavelengths in nm, shown as red, green and blue [300–2500; 1030,860,550 if none are given]
     #[arg(
         long, value_name = "R,G,B", num_args = 0..=1, default_missing_value = parse::FALSE_COLOR_NM,
-        value_parser = parse::false_color, conflicts_with_all = ["illuminant", "observer", "samples"]
+        value_parser = parse::false_color, conflicts_with_all = ["illuminant", "observer", "samples"],
+        help = format!(
+            "False colour: three wavelengths in nm, shown as red, green and blue [{}; {} if none are given]",
+            limits::snow_wavelengths(), parse::FALSE_COLOR_NM
+        )
     )]
     pub(crate) false_color: Option<FalseColor>,
 }

@@ -2,17 +2,28 @@
 
 use clap::Args;
 use snowblue_render::scene::LightFieldSettings;
+use snowblue_render::scene::description::{FIELD_MEMORY_MIB, FIELD_STEP_RANGE};
 
-use super::parse;
+use super::{limits, parse};
 
 /// The grid of the light field in snow.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct LightFieldOptions {
-    /// Greatest memory of the light field of a body of snow in MiB [16–1048576], instead of the scene's
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(16..=1 << 20))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(FIELD_MEMORY_MIB),
+        help = format!(
+            "Greatest memory of the light field of a body of snow in MiB [{}], instead of the scene's",
+            limits::ends(&FIELD_MEMORY_MIB)
+        )
+    )]
     field_memory_mib: Option<u32>,
-    /// Greatest size of the cells of the light field at the surface of snow in mm [0.01–1000], instead of the scene's
-    #[arg(long, value_name = "X", value_parser = parse::number_of(0.01..=1000.0))]
+    #[arg(
+        long, value_name = "X", value_parser = parse::number_of(FIELD_STEP_RANGE.inclusive()),
+        help = format!(
+            "Greatest size of the cells of the light field at the surface of snow in mm [{}], instead of the scene's",
+            limits::ends(&FIELD_STEP_RANGE.inclusive())
+        )
+    )]
     field_step_mm: Option<f64>,
 }
 

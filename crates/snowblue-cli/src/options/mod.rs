@@ -1,5 +1,6 @@
 //! Options that mean the same on every command, and the parsers of their values.
 
+pub(crate) mod limits;
 pub(crate) mod parse;
 
 mod color;

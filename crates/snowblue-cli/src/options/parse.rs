@@ -3,11 +3,11 @@
 use std::ops::{Range, RangeInclusive};
 use std::time::Duration;
 
+use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::window::Window;
-use snowblue_render::scene::description::GREATEST_STOPS;
 use snowblue_render::{Aovs, FalseColor};
 use snowblue_sky::DateTime;
 use snowblue_transport::optics::{IceTable, Substance};
@@ -84,6 +84,11 @@ pub(crate) fn whole_number<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl 
             _ => Err(format!("must be a whole number of {}–{}", range.start(), range.end())),
         }
     }
+}
+
+/// The parser of a whole number in a range of its own type.
+pub(crate) fn whole_number_of(range: RangeInclusive<u32>) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    whole_number(u64::from(*range.start())..=u64::from(*range.end()))
 }
 
 fn whole(word: &str) -> Option<u64> {

@@ -1,18 +1,22 @@
 //! Thickness of a slab, and direction of the light.
 
 use clap::Args;
-use snowblue_transport::slab::Incidence;
+use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
 
-use super::parse;
+use super::{limits, parse};
 
 /// Thickness of a slab, and direction of the light.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Slab")]
 pub(crate) struct SlabOptions {
-    /// Thicknesses in cm, separated by commas [0–100000]
-    #[arg(long, value_name = "CM", default_value = "15", value_delimiter = ',', value_parser = parse::number)]
+    #[arg(
+        long, value_name = "CM", default_values_t = [THICKNESS.default], value_delimiter = ',',
+        value_parser = parse::number, help = format!("{}, several separated by commas", limits::described(&THICKNESS))
+    )]
     pub(crate) thickness: Vec<f64>,
-    /// Angles of incidence from the normal in degrees [0–89.99], or 'diffuse' (Lambertian), separated by commas
-    #[arg(long, value_name = "DEG", default_value = "0", value_delimiter = ',', value_parser = parse::incidence)]
+    #[arg(
+        long, value_name = "DEG", default_value = "0", value_delimiter = ',', value_parser = parse::incidence,
+        help = format!("{}, or 'diffuse' (Lambertian), several separated by commas", limits::described(&ANGLE))
+    )]
     pub(crate) angle: Vec<Incidence>,
 }

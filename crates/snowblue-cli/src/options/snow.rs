@@ -2,13 +2,15 @@
 
 use clap::Args;
 use snowblue_figures::{Metadata, format_number};
-use snowblue_transport::optics::IceTable;
-use snowblue_transport::optics::Impurities;
-use snowblue_transport::sample::{GrainSize, SizeMeasure, SnowDescription, SnowSample, SnowType, TruncatedNormal};
+use snowblue_transport::optics::{IceTable, Impurities, Substance, impurity, water};
+use snowblue_transport::sample::{
+    DENSITY, FACETNESS, GRAIN_SIZE, GrainSize, MASS_FRACTION, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, SPHERICITY,
+    SURFACE_AREA, SizeMeasure, SnowDescription, SnowSample, SnowType, TEMPERATURE, TruncatedNormal, WATER_SATURATION,
+};
 use snowblue_transport::slab::Slab;
 
 use super::parse::{self, GrainSizeArgument, ImpurityAmount, Wavelengths};
-use super::{SlabOptions, has_no_effect};
+use super::{SlabOptions, has_no_effect, limits};
 use crate::output::Failure;
 
 /// What the snow is made of.
@@ -19,12 +21,20 @@ pub(crate) struct SnowOptions {
     /// specific surface area and density, of which options may replace one
     #[arg(long, value_name = "KIND", value_parser = parse::snow_type)]
     snow: Option<SnowType>,
-    /// Grain size in µm: a mean, for the range mean ± 50 [70–4950], or MIN:MAX, uniform in number [20–5000; default:
-    /// 400]
-    #[arg(long, value_name = "SIZE", value_parser = parse::grain_size, conflicts_with = "ssa")]
+    #[arg(
+        long, value_name = "SIZE", value_parser = parse::grain_size, conflicts_with = "ssa",
+        help = format!(
+            "{}: a mean, for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}], or MIN:MAX, uniform in number \
+             [{}; default: {}]",
+            GRAIN_SIZE.describe(), limits::ends(&MEAN_SIZE_RANGE.inclusive()),
+            limits::ends(&GRAIN_SIZE.range.inclusive()), GRAIN_SIZE.default
+        )
+    )]
     grain_size: Option<GrainSizeArgument>,
-    /// Specific surface area in m²/kg, instead of a grain size [1.4–300]
-    #[arg(long, value_name = "AREA", value_parser = parse::number)]
+    #[arg(
+        long, value_name = "AREA", value_parser = parse::number,
+        help = format!("{}, instead of a grain size", limits::described(&SURFACE_AREA))
+    )]
     ssa: Option<f64>,
     /// Diameter that the grain size means: greatest-extension (the longest distance across a grain), volume-diameter
     /// (of the sphere of equal volume) or optical-diameter (of equal volume per surface area)
@@ -33,24 +43,44 @@ pub(crate) struct SnowOptions {
         conflicts_with = "ssa"
     )]
     size_measure: SizeMeasure,
-    /// Facetness, the roughness of the grains: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD [0–1]
-    #[arg(long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness)]
+    #[arg(
+        long, value_name = "FACETNESS", default_value = "0.3", value_parser = parse::facetness,
+        help = format!("{}: a mean (± 0.1, SD 0.075) or MIN:MAX:MEAN:SD", limits::described(&FACETNESS))
+    )]
     facetness: TruncatedNormal,
-    /// Riley sphericity of the grains: one value or MIN:MAX:MEAN:SD [0.5–1]
-    #[arg(long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity)]
+    #[arg(
+        long, value_name = "SPHERICITY", default_value = "0.7:0.9:0.8:0.1", value_parser = parse::sphericity,
+        help = format!("{}: one value or MIN:MAX:MEAN:SD", limits::described(&SPHERICITY))
+    )]
     sphericity: TruncatedNormal,
-    /// Density of the dry snow in kg/m³ [10–900; default: 300]
-    #[arg(long, value_name = "DENSITY", value_parser = parse::number)]
+    #[arg(
+        long, value_name = "DENSITY", value_parser = parse::number,
+        help = format!(
+            "{} [{}; default: {}]", DENSITY.describe(), limits::ends(&DENSITY.range.inclusive()), DENSITY.default
+        )
+    )]
     density: Option<f64>,
-    /// Fraction of the pore volume filled with water [0–1]; for 300–1400 nm
-    #[arg(long, value_name = "FRACTION", default_value = "0", value_parser = parse::number)]
+    #[arg(
+        long, value_name = "FRACTION", default_value_t = WATER_SATURATION.default, value_parser = parse::number,
+        help = format!(
+            "{}; for {} nm", limits::described(&WATER_SATURATION), limits::wavelengths(water::WAVELENGTH_RANGE)
+        )
+    )]
     water_saturation: f64,
-    /// Impurity and its mass fraction in dry snow in ng/g, as black-carbon=10; several separated by commas or repeated:
-    /// black-carbon, brown-carbon, saharan-dust, colorado-dust, snow-algae; for 305–1495 nm
-    #[arg(long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity)]
+    #[arg(
+        long, value_name = "NAME=NG_G", value_delimiter = ',', value_parser = parse::impurity,
+        help = format!(
+            "{}, as black-carbon=10; several separated by commas or repeated: {}; for {} nm",
+            limits::described(&MASS_FRACTION), Substance::ALL.map(Substance::name).join(", "),
+            limits::wavelengths(impurity::WAVELENGTH_RANGE)
+        )
+    )]
     impurity: Vec<ImpurityAmount>,
-    /// Temperature in °C; changes the density of ice only [-60–0]
-    #[arg(long, value_name = "T", default_value = "-5", value_parser = parse::number, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "T", default_value_t = TEMPERATURE.default, value_parser = parse::number,
+        allow_negative_numbers = true,
+        help = format!("{}; changes the density of ice only", limits::described(&TEMPERATURE))
+    )]
     temperature: f64,
     /// Table of the absorption of ice: warren2008 (Warren & Brandt 2008) or picard2016 (Picard, Libois & Arnaud 2016);
     /// the two differ in the blue

@@ -10,7 +10,7 @@ distribution of a facetness). Work that takes long shows a bar if tqdm is instal
 use all cores; the environment variable RAYON_NUM_THREADS limits them. The same arguments give the same numbers.
 """
 
-from snowblue._native import __version__, illuminants
+from snowblue._native import __version__, illuminants, parameters
 from snowblue._arguments import Snow
 from snowblue._color import color, match, swatch
 from snowblue._database import Database
@@ -32,6 +32,7 @@ __all__ = [
     "invert",
     "layers",
     "match",
+    "parameters",
     "single_scattering",
     "sky",
     "spectrum",

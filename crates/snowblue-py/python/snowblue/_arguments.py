@@ -16,7 +16,7 @@ DIFFUSE_DEG = -1.0
 
 
 class Snow(TypedDict, total=False):
-    """What is known of a snow. Quantities that are missing have defaults.
+    """What is known of a snow. Quantities that are missing have defaults, which `parameters` lists.
 
     - `snow`: kind: fresh, rounded, faceted, wind-packed, melt-forms or firn; sets surface area and density by default
     - `grain_size_um`: a mean, for the range mean ± 50 (70 to 4950), or a tuple of both ends (20 to 5000); 400

@@ -7,9 +7,13 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use snowblue_database::axes_file::{self, AxesFileError};
 use snowblue_database::{Axes, Property, PropertyAxis};
 use snowblue_transport::optics::IceTable;
-use snowblue_transport::slab::Incidence;
+use snowblue_transport::sample::{
+    DENSITY, FACETNESS, MASS_FRACTION, MEAN_SIZE_HALF_RANGE_UM, MEAN_SIZE_RANGE, TEMPERATURE, WATER_SATURATION,
+};
+use snowblue_transport::slab::{ANGLE, Incidence, THICKNESS};
 
 use crate::input::SettingsFile;
+use crate::options::limits::{self, described};
 use crate::options::parse::{self, ImpurityAxis, Wavelengths};
 use crate::output::Failure;
 
@@ -24,34 +28,47 @@ pub(super) struct AxesOptions {
     /// wavelength_nm, water_saturation, temperature_c, impurities_ng_g
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     axes: Option<PathBuf>,
-    /// Mean grain sizes in µm, each for the range mean ± 50 [70–4950]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number)]
-    grain_size: Vec<f64>,
-    /// Mean facetness [0–1]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number)]
-    facetness: Vec<f64>,
-    /// Densities in kg/m³ [10–900]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number)]
-    density: Vec<f64>,
-    /// Thicknesses in cm, two or more [0–100000]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number)]
-    thickness: Vec<f64>,
-    /// Angles of incidence in degrees [0–89.99], or 'diffuse'
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::incidence)]
-    angle: Vec<Incidence>,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500]
-    #[arg(long, value_name = "NM", value_parser = parse::wavelengths)]
-    wavelengths: Option<Wavelengths>,
-    /// Fractions of the pore volume filled with water [0–1]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number)]
-    water_saturation: Vec<f64>,
-    /// Temperatures in °C [-60–0]
     #[arg(
-        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, allow_negative_numbers = true
+        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
+        help = format!(
+            "Mean grain sizes in µm, each for the range mean ± {MEAN_SIZE_HALF_RANGE_UM} [{}]",
+            limits::ends(&MEAN_SIZE_RANGE.inclusive())
+        )
+    )]
+    grain_size: Vec<f64>,
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, help = described(&FACETNESS))]
+    facetness: Vec<f64>,
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, help = described(&DENSITY))]
+    density: Vec<f64>,
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
+        help = format!("{}, two or more", described(&THICKNESS))
+    )]
+    thickness: Vec<f64>,
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::incidence,
+        help = format!("{}, or 'diffuse'", described(&ANGLE))
+    )]
+    angle: Vec<Incidence>,
+    #[arg(
+        long, value_name = "NM", value_parser = parse::wavelengths,
+        help = format!("Wavelengths in nm: FIRST:LAST:STEP or a list [{}]", limits::snow_wavelengths())
+    )]
+    wavelengths: Option<Wavelengths>,
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number,
+        help = described(&WATER_SATURATION)
+    )]
+    water_saturation: Vec<f64>,
+    #[arg(
+        long, value_name = "LIST", value_delimiter = ',', value_parser = parse::number, allow_negative_numbers = true,
+        help = described(&TEMPERATURE)
     )]
     temperature: Vec<f64>,
-    /// Mass fractions of an impurity in ng/g, as black-carbon=0:10:100; repeatable
-    #[arg(long, value_name = "NAME=LIST", value_parser = parse::impurity_axis)]
+    #[arg(
+        long, value_name = "NAME=LIST", value_parser = parse::impurity_axis,
+        help = format!("{}, as black-carbon=0:10:100; repeatable", described(&MASS_FRACTION))
+    )]
     impurity: Vec<ImpurityAxis>,
 }
 

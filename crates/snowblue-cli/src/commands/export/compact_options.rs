@@ -5,8 +5,7 @@ use snowblue_color::Observer;
 use snowblue_database::compact::{CompactSnow, GREATEST_THICKNESS_RANGE};
 use snowblue_figures::format_number;
 
-use crate::options::parse;
-use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions};
+use crate::options::{LightOptions, OrdinatesArguments, SampleCount, SnowOptions, limits, parse};
 use crate::output::Failure;
 
 /// Snow, light and the range of thickness.
@@ -18,9 +17,12 @@ pub(super) struct CompactOptions {
     light: LightOptions,
     #[command(flatten)]
     ordinates: OrdinatesArguments,
-    /// Greatest thickness in cm [0.1–1000]; thicker snow is extrapolated by its decay there
     #[arg(
-        long, value_name = "CM", default_value = "100", value_parser = greatest_thickness, help_heading = "Slab"
+        long, value_name = "CM", default_value = "100", value_parser = greatest_thickness, help_heading = "Slab",
+        help = format!(
+            "Greatest thickness in cm [{}]; thicker snow is extrapolated by its decay there",
+            limits::ends(&GREATEST_THICKNESS_RANGE.inclusive())
+        )
     )]
     max_thickness: f64,
 }

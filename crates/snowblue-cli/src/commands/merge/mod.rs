@@ -12,7 +12,7 @@ use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::film::exposure::Exposure;
 
-use crate::options::{Compression, FilmMemory, GivenOptions, Idle, parse};
+use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{
     Failure, IDLE_EXPOSURE, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
     print_message,
@@ -49,8 +49,10 @@ pub(crate) struct Merge {
     /// Keep the sums of samples in a merged .exr, for further merging and render --resume
     #[arg(long)]
     keep_sums: bool,
-    /// Exposure of a PNG in stops [-100–100], or 'auto' [default: that of the parts]
-    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
+        help = format!("Exposure of a PNG in stops [{}], or 'auto' [default: that of the parts]", limits::stops())
+    )]
     exposure: Option<Exposure>,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]

@@ -17,11 +17,12 @@ use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::with_needed;
+use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
 use snowblue_render::scene::{IntegratorKind, PathMode};
 use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
 use crate::input::SCENES;
-use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, parse};
+use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
     Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
     output_path, print, print_message,
@@ -91,18 +92,28 @@ pub(crate) struct Render {
     /// viewing ray, as in the paper)
     #[arg(long, value_name = "MODE", value_parser = parse_path_mode)]
     path: Option<PathMode>,
-    /// Width in pixels [1–16384], instead of the scene's
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=16_384))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(SIDE_PIXELS),
+        help = format!("Width in pixels [{}], instead of the scene's", limits::ends(&SIDE_PIXELS))
+    )]
     width: Option<u32>,
-    /// Height in pixels [1–16384], instead of the scene's
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=16_384))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(SIDE_PIXELS),
+        help = format!("Height in pixels [{}], instead of the scene's", limits::ends(&SIDE_PIXELS))
+    )]
     height: Option<u32>,
-    /// Samples per pixel [1–16777216], instead of the scene's
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(1..=1 << 24))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(SAMPLES_PER_PIXEL),
+        help = format!("Samples per pixel [{}], instead of the scene's", limits::ends(&SAMPLES_PER_PIXEL))
+    )]
     spp: Option<u32>,
-    /// Standard error of a pixel relative to its luminance [0.0001–1] below which it gets no further samples, instead
-    /// of the scene's; --spp is then the greatest number
-    #[arg(long, value_name = "FRACTION", value_parser = parse::number_of(0.0001..=1.0))]
+    #[arg(
+        long, value_name = "FRACTION", value_parser = parse::number_of(NOISE_TARGET_RANGE.inclusive()),
+        help = format!(
+            "Standard error of a pixel relative to its luminance [{}] below which it gets no further samples, instead \
+             of the scene's; --spp is then the greatest number", limits::ends(&NOISE_TARGET_RANGE.inclusive())
+        )
+    )]
     noise_target: Option<f64>,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
     #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
@@ -110,17 +121,25 @@ pub(crate) struct Render {
     /// Only columns X0 to X1-1 and rows Y0 to Y1-1, from the upper left: a part for 'snowblue merge'
     #[arg(long, value_name = "X0:X1,Y0:Y1", value_parser = parse::window)]
     crop: Option<Window>,
-    /// Greatest number of bounces [0–10000], instead of the scene's; 0 is direct light only
-    #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=10_000))]
+    #[arg(
+        long, value_name = "N", value_parser = parse::whole_number_of(BOUNCES),
+        help = format!(
+            "Greatest number of bounces [{}], instead of the scene's; 0 is direct light only", limits::ends(&BOUNCES)
+        )
+    )]
     max_bounces: Option<u32>,
     /// Seed of random numbers [0–4294967295], instead of the scene's
     #[arg(long, value_name = "N", value_parser = parse::whole_number::<u32>(0..=u32::MAX.into()))]
     seed: Option<u32>,
     #[command(flatten)]
     light_field: LightFieldOptions,
-    /// Exposure of a PNG in stops [-100–100], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a
-    /// lamp or the sun
-    #[arg(long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
+        help = format!(
+            "Exposure of a PNG in stops [{}], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a \
+             lamp or the sun", limits::stops()
+        )
+    )]
     exposure: Option<Exposure>,
     /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of
     /// sun and sky on level ground

@@ -8,10 +8,10 @@ use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::optics::Substance;
 use snowblue_transport::range::WavelengthRange;
 use snowblue_transport::slab::Slab;
-use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
+use snowblue_transport::stack::{GROUND_ALBEDO, Layer, Stack, StackRadiometry};
 
 use crate::input::SettingsFile;
-use crate::options::parse;
+use crate::options::{limits, parse};
 use crate::output::Failure;
 
 /// Layers, ground and depths.
@@ -26,10 +26,15 @@ pub(super) struct StackOptions {
         "impurity", "temperature", "ice", "thickness",
     ])]
     layers: Option<PathBuf>,
-    /// Albedo of the ground under the snow [0–1; default: 0, no ground]. On a ground that reflects, transmittance is
-    /// the downward flux at the ground over the incident flux; it may exceed 1, since light is reflected to and fro.
-    /// absorptance is that of the snow: 1 − reflectance − (1 − ALBEDO) transmittance
-    #[arg(long, value_name = "ALBEDO", value_parser = parse::number)]
+    #[arg(
+        long, value_name = "ALBEDO", value_parser = parse::number,
+        help = format!(
+            "{} [{}; default: {}, no ground]. On a ground that reflects, transmittance is the downward flux at the \
+             ground over the incident flux; it may exceed 1, since light is reflected to and fro. absorptance is that \
+             of the snow: 1 − reflectance − (1 − ALBEDO) transmittance",
+            GROUND_ALBEDO.describe(), limits::ends(&GROUND_ALBEDO.range.inclusive()), GROUND_ALBEDO.default
+        )
+    )]
     ground_albedo: Option<f64>,
     /// Print downward and upward fluxes at these depths in cm, separated by commas, instead of those of the whole slab
     #[arg(long, value_name = "CM", value_delimiter = ',', value_parser = parse::number)]

@@ -16,7 +16,7 @@ use snowblue_transport::stack::{Stack, StackRadiometry};
 use snowblue_transport::sunlight::{BandWeights, Broadband};
 
 use crate::options::parse::{self, Wavelengths};
-use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions};
+use crate::options::{GivenOptions, Idle, OrdinatesArguments, SlabOptions, SnowOptions, limits};
 use crate::output::{Failure, Outcome, OutputOptions, Progress, check_extension, print_message, write_file};
 use broadband::{ALL_BANDS, Bands};
 use layers::{PROFILE_COLUMNS, Pack, StackOptions, profile_rows};
@@ -48,9 +48,14 @@ pub(crate) struct Spectrum {
     slab: SlabOptions,
     #[command(flatten)]
     stack: StackOptions,
-    /// Wavelengths in nm: FIRST:LAST:STEP or a list [300–2500; default: 400:700:10, or every 10 nm of the bands]. They
-    /// share rays through single grains, so that a value changes with the list, within its standard error
-    #[arg(long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab")]
+    #[arg(
+        long, value_name = "NM", value_parser = parse::wavelengths, help_heading = "Slab",
+        help = format!(
+            "Wavelengths in nm: FIRST:LAST:STEP or a list [{}; default: 400:700:10, or every 10 nm of the bands]. They \
+             share rays through single grains, so that a value changes with the list, within its standard error",
+            limits::snow_wavelengths()
+        )
+    )]
     wavelengths: Option<Wavelengths>,
     /// Averages over bands of sunlight (ASTM G173-03) instead of wavelengths: all, or some of solar, visible,
     /// near-infrared and par, separated by commas

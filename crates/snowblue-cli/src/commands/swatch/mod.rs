@@ -18,7 +18,7 @@ use snowblue_transport::slab::Incidence;
 use crate::options::parse::{self, GrainSizeArgument};
 use crate::options::{
     ColorOptions, GivenOptions, Idle, LightOptions, OrdinatesArguments, SampleCount, SlabOptions, SnowOptions,
-    describe_distribution, describe_measure, describe_range,
+    describe_distribution, describe_measure, describe_range, limits,
 };
 use crate::output::{Failure, Outcome, check_extension, color_row, output_path, write_file};
 use axis::{Axis, Parameter, Setting, Subject, axis};
@@ -66,8 +66,12 @@ pub(crate) struct Swatch {
     /// Colour of the reflected light instead of the transmitted light
     #[arg(long, help_heading = "Light")]
     reflected: bool,
-    /// Exposure in stops [-100–100], where 0 shows the unattenuated light as white, or 'auto'
-    #[arg(long, value_name = "STOPS", default_value = "auto", value_parser = parse::exposure, help_heading = "Light")]
+    #[arg(
+        long, value_name = "STOPS", default_value = "auto", value_parser = parse::exposure, help_heading = "Light",
+        help = format!(
+            "Exposure in stops [{}], where 0 shows the unattenuated light as white, or 'auto'", limits::stops()
+        )
+    )]
     exposure: Exposure,
     /// Height of a swatch in pixels [16–2048]; long labels make it wider than high
     #[arg(

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
+
+from snowblue import _native
 
 PRESETS = {
     "FRESH": ("Fresh powder", "New snow. The finest and lightest of the table", 100.0, 200.0),
@@ -14,11 +18,27 @@ PRESETS = {
 """Label, description, grain size in µm and density in kg/m³ of each kind of snow. Sizes have the specific surface area,
 and densities are those, of the snow types fresh, rounded, wind-packed and melt forms, or else the nearest of the table;
 old settled snow is the default of the package."""
-PRESET_FACETNESS = 0.3
-GRAIN_SIZE_UM = (100.0, 500.0)
-FACETNESS = (0.1, 0.9)
-DENSITY_KG_M3 = (200.0, 400.0)
-"""Ranges of the embedded table."""
+PARAMETERS = _native.parameters()
+PRESET_FACETNESS = PARAMETERS["facetness"]["default"]
+
+
+def _number(key: str, margin: float = 0.0) -> Any:
+    """The property of a parameter, whose range ends by a margin earlier."""
+    parameter = PARAMETERS[key]
+    unit = f" ({parameter['unit']})" if parameter["unit"] else ""
+    return bpy.props.FloatProperty(
+        name=f"{parameter['title'].title()}{unit}",
+        description=f"{parameter['text']}. {parameter['effect'].removesuffix('.')}",
+        min=parameter["least"] + margin,
+        max=parameter["greatest"] - margin,
+        default=parameter["default"],
+    )
+
+
+def _half_range_um() -> float:
+    """Half of the range of sizes that a mean grain size stands for."""
+    least, greatest = _native.resolved({})["grain_size_um"]
+    return (greatest - least) / 2
 
 
 def _take_preset(settings: SnowSettings, context: bpy.types.Context) -> None:
@@ -40,27 +60,9 @@ class SnowSettings(bpy.types.PropertyGroup):
         default="OLD",
         update=_take_preset,
     )
-    grain_size_um: bpy.props.FloatProperty(
-        name="Grain Size (µm)",
-        description="Greatest extension of the grains. Coarse grains transmit more light",
-        min=GRAIN_SIZE_UM[0],
-        max=GRAIN_SIZE_UM[1],
-        default=400.0,
-    )
-    facetness: bpy.props.FloatProperty(
-        name="Facetness",
-        description="How flat the faces of the grains are, from round to crystals",
-        min=FACETNESS[0],
-        max=FACETNESS[1],
-        default=PRESET_FACETNESS,
-    )
-    density_kg_m3: bpy.props.FloatProperty(
-        name="Density (kg/m³)",
-        description="Mass of the snow in a cubic metre. Light snow transmits more light",
-        min=DENSITY_KG_M3[0],
-        max=DENSITY_KG_M3[1],
-        default=300.0,
-    )
+    grain_size_um: _number("grain_size_um", _half_range_um())
+    facetness: _number("facetness")
+    density_kg_m3: _number("density_kg_m3")
     body: bpy.props.StringProperty(
         name="Body",
         description="Objects with the same word are one solid of snow, such as the blocks of an igloo",

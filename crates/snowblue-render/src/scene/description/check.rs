@@ -1,8 +1,12 @@
 //! The ranges of all values, and the one pass that checks them.
 
+use std::ops::RangeInclusive;
+
 use glam::Vec3A;
+use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_sky::TURBIDITY_RANGE;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
-use snowblue_transport::{TransportError, short_number};
+use snowblue_transport::{ParameterRange, TransportError, short_number};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
@@ -27,8 +31,20 @@ use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
 /// Greatest coordinate of anything in a scene, in m.
 pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
-/// Greatest exposure, in stops.
-pub const GREATEST_STOPS: f64 = 100.0;
+/// Standard error of a pixel relative to its luminance.
+pub const NOISE_TARGET_RANGE: ParameterRange =
+    ParameterRange { quantity: "noise target", least: 1e-4, greatest: 1.0, unit: "" };
+/// Size of the cells of the light field at the surface of snow, in mm.
+pub const FIELD_STEP_RANGE: ParameterRange =
+    ParameterRange { quantity: "step of the light field", least: 0.01, greatest: 1000.0, unit: "mm" };
+/// Greatest memory of the light field of a body of snow, in MiB.
+pub const FIELD_MEMORY_MIB: RangeInclusive<u32> = 16..=1 << 20;
+/// Pixels along a side of a film.
+pub const SIDE_PIXELS: RangeInclusive<u32> = 1..=16_384;
+/// Samples of a pixel.
+pub const SAMPLES_PER_PIXEL: RangeInclusive<u32> = 1..=1 << 24;
+/// Surfaces on a path after the first.
+pub const BOUNCES: RangeInclusive<u32> = 0..=10_000;
 
 const COORDINATE: Range = Range::new(-GREATEST_COORDINATE_M, GREATEST_COORDINATE_M, "m");
 /// A component of a direction of any length.
@@ -53,34 +69,28 @@ const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
 const GREATEST_POWER: f64 = 1e12;
 const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
 const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
-const TURBIDITY: Range = Range::new(1.0, 10.0, "");
+const TURBIDITY: Range = Range::new(TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
 const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
 /// The wavelengths of the tables of ice.
 const WAVELENGTH: Range = Range::new(300.0, 2500.0, "nm");
-const NOISE_TARGET: Range = Range::new(1e-4, 1.0, "");
+const NOISE_TARGET: Range = Range::of(NOISE_TARGET_RANGE);
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
-const FIELD_MEMORY: Range = Range::new(16.0, 1_048_576.0, "MiB");
-const FIELD_STEP: Range = Range::new(0.01, 1000.0, "mm");
-/// Most pixels along a side.
-const GREATEST_SIDE: u32 = 16_384;
-/// Most samples of a pixel.
-const GREATEST_SAMPLES: u32 = 1 << 24;
-/// Most surfaces on a path after the first.
-const GREATEST_BOUNCES: u32 = 10_000;
+const FIELD_STEP: Range = Range::of(FIELD_STEP_RANGE);
 
 type Checked = Result<(), DescriptionError>;
 
-/// The least and the greatest value of a quantity, and its unit.
+/// The range of a value that its key names.
 #[derive(Clone, Copy)]
-struct Range {
-    least: f64,
-    greatest: f64,
-    unit: &'static str,
-}
+struct Range(ParameterRange);
 
 impl Range {
     const fn new(least: f64, greatest: f64, unit: &'static str) -> Self {
-        Self { least, greatest, unit }
+        Self(ParameterRange { quantity: "", least, greatest, unit })
+    }
+
+    /// That of a parameter.
+    const fn of(parameter: ParameterRange) -> Self {
+        Self(parameter)
     }
 
     /// Powers in a unit.
@@ -90,10 +100,10 @@ impl Range {
 
     /// Whether a value lies in the range.
     fn check(&self, path: &KeyPath, value: f64) -> Checked {
-        let Self { least, greatest, unit } = self;
-        if (*least..=*greatest).contains(&value) {
+        if self.0.contains(value) {
             return Ok(());
         }
+        let ParameterRange { least, greatest, unit, .. } = self.0;
         let space = if unit.is_empty() { "" } else { " " };
         let value = short_number(value);
         Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
@@ -106,11 +116,11 @@ impl Range {
 }
 
 /// Whether a whole number lies in a range.
-fn check_count(path: &KeyPath, value: u32, least: u32, greatest: u32) -> Checked {
-    if (least..=greatest).contains(&value) {
+fn check_count(path: &KeyPath, value: u32, range: &RangeInclusive<u32>) -> Checked {
+    if range.contains(&value) {
         return Ok(());
     }
-    Err(path.error(format!("is {value}, but must lie in {least}–{greatest}")))
+    Err(path.error(format!("is {value}, but must lie in {}–{}", range.start(), range.end())))
 }
 
 impl SceneDescription {
@@ -157,8 +167,8 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
 }
 
 fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
-    check_count(&path.key("width"), film.width, 1, GREATEST_SIDE)?;
-    check_count(&path.key("height"), film.height, 1, GREATEST_SIDE)?;
+    check_count(&path.key("width"), film.width, &SIDE_PIXELS)?;
+    check_count(&path.key("height"), film.height, &SIDE_PIXELS)?;
     if let Some(FalseColor { red_nm, green_nm, blue_nm }) = film.false_color {
         let path = path.key("false_color");
         for (key, wavelength_nm) in [("red_nm", red_nm), ("green_nm", green_nm), ("blue_nm", blue_nm)] {
@@ -172,18 +182,19 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
 }
 
 fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked {
-    check_count(&path.key("samples_per_pixel"), integrator.samples_per_pixel, 1, GREATEST_SAMPLES)?;
+    check_count(&path.key("samples_per_pixel"), integrator.samples_per_pixel, &SAMPLES_PER_PIXEL)?;
     if let Some(target) = integrator.noise_target {
         NOISE_TARGET.check(&path.key("noise_target"), target)?;
     }
     if let Some(reflectance) = integrator.pcasnow.reflectance {
         FRACTION.check(&path.key("pcasnow").key("reflectance"), reflectance)?;
     }
-    check_count(&path.key("max_bounces"), integrator.max_bounces, 0, GREATEST_BOUNCES)
+    check_count(&path.key("max_bounces"), integrator.max_bounces, &BOUNCES)
 }
 
 fn check_light_field(path: &KeyPath, light_field: &LightFieldSettings) -> Checked {
-    FIELD_MEMORY.check(&path.key("memory_mib"), f64::from(light_field.memory_mib))?;
+    let [least, greatest] = [FIELD_MEMORY_MIB.start(), FIELD_MEMORY_MIB.end()].map(|end| f64::from(*end));
+    Range::new(least, greatest, "MiB").check(&path.key("memory_mib"), light_field.memory_mib.into())?;
     match light_field.step_mm {
         None => Ok(()),
         Some(step_mm) => FIELD_STEP.check(&path.key("step_mm"), step_mm),
@@ -470,7 +481,7 @@ fn check_snowpack(path: &KeyPath, snowpack: &SnowpackDescription) -> Checked {
     }
     let path = path.key("depth");
     match &snowpack.depth {
-        DepthDescription::Uniform(depth) => Range::new(1e-3, SNOW_DEPTH.greatest, "m").check(&path, *depth),
+        DepthDescription::Uniform(depth) => Range::new(1e-3, SNOW_DEPTH.0.greatest, "m").check(&path, *depth),
         DepthDescription::Attribute { .. } if !is_mesh => {
             Err(path.error("is an attribute, but the ground is no mesh and has none"))
         }
@@ -513,7 +524,7 @@ fn check_imprint(path: &KeyPath, imprint: &ImprintDescription) -> Checked {
 fn check_igloo(path: &KeyPath, igloo: &IglooDescription) -> Checked {
     Range::new(0.5, 10.0, "m").check(&path.key("inner_radius"), igloo.inner_radius)?;
     Range::new(0.02, 0.5 * igloo.inner_radius, "m").check(&path.key("wall"), igloo.wall)?;
-    check_count(&path.key("courses"), igloo.courses, 2, 20)?;
+    check_count(&path.key("courses"), igloo.courses, &(2..=20))?;
     Range::new(0.1, igloo.inner_radius, "m").check(&path.key("block_width"), igloo.block_width)?;
     if let Some(depth) = igloo.seam_depth {
         // The relief must not break through a seam.
@@ -524,10 +535,10 @@ fn check_igloo(path: &KeyPath, igloo: &IglooDescription) -> Checked {
 
 fn check_carved(path: &KeyPath, carved: &CarvedDescription) -> Checked {
     CARVED_SIZE.check(&path.key("cell"), carved.cell)?;
-    Range::new(0.0, CARVED_REACH.greatest, "m").check(&path.key("rounding"), carved.rounding)?;
+    Range::new(0.0, CARVED_REACH.0.greatest, "m").check(&path.key("rounding"), carved.rounding)?;
     if carved.relief > 0.0 {
         // Shorter unevenness would fall between the vertices.
-        let length = Range::new(2.0 * carved.cell, CARVED_REACH.greatest, "m");
+        let length = Range::new(2.0 * carved.cell, CARVED_REACH.0.greatest, "m");
         length.check(&path.key("relief_length"), carved.relief_length)?;
     }
     // Higher unevenness would come apart.

@@ -20,7 +20,7 @@ pub use carved::{
     CapsuleDescription, CarvedDescription, CylinderDescription, HalfSpaceDescription, SolidBoxDescription,
     SolidDescription, SolidEllipsoidDescription,
 };
-pub use check::GREATEST_STOPS;
+pub use check::{BOUNCES, FIELD_MEMORY_MIB, FIELD_STEP_RANGE, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
 pub use key_path::{DescriptionError, KeyPath, Step};
 pub use landscape::{
     CropDescription, DepthDescription, FootDescription, FootprintDescription, GridSettings, GroundSource,

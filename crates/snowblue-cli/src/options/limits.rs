@@ -1,0 +1,33 @@
+//! Limits in help texts: those of the crates that check the values.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_transport::sample::SnowSample;
+use snowblue_transport::{Parameter, WavelengthRange};
+
+/// What a parameter is, with its unit, and its limits.
+pub(crate) fn described(parameter: &Parameter) -> String {
+    format!("{} [{}]", parameter.describe(), ends(&parameter.range.inclusive()))
+}
+
+/// The ends of a range.
+pub(crate) fn ends<T: Display>(range: &RangeInclusive<T>) -> String {
+    format!("{}–{}", range.start(), range.end())
+}
+
+/// The first and the last wavelength of a range, in nm.
+pub(crate) fn wavelengths(WavelengthRange { first_nm, last_nm }: WavelengthRange) -> String {
+    ends(&(first_nm..=last_nm))
+}
+
+/// The wavelengths of dry, clean snow, in nm.
+pub(crate) fn snow_wavelengths() -> String {
+    wavelengths(SnowSample::default().wavelength_range())
+}
+
+/// Stops of an exposure.
+pub(crate) fn stops() -> String {
+    ends(&(-GREATEST_STOPS..=GREATEST_STOPS))
+}
