@@ -12,10 +12,9 @@
 //! ```
 //!
 //! A [`SceneDescription`] is plain data; [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
-//! [`Scene`] of it, which knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`] computes
-//! what a method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the picture.
-//! [`scene::integrator`] names the methods. An integrator that was prepared always renders. [`swatch`] draws sheets of
-//! labelled colours, with the texture of snow on request.
+//! [`Scene`] of it, which knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`]
+//! computes what a method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the
+//! picture. [`scene::integrator`] names the methods. An integrator that was prepared always renders.
 //!
 //! A picture has the same bits on any number of threads. Geometry is single precision, in metres. Where a sign decides
 //! what is inside (the edges of triangles), arithmetic is exact, so that depths hold from every direction and through
@@ -59,8 +58,6 @@ pub mod integrators;
 pub mod render;
 
 pub mod bake;
-
-pub mod swatch;
 
 pub use error::RenderError;
 pub use film::Film;

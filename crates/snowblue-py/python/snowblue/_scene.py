@@ -86,9 +86,9 @@ class Scene:
     def with_(self, **tables: Any) -> Scene:
         """The scene with other tables: keywords of :class:`Scene`, of which None removes a table.
 
-        Its files, and meshes of arrays by their names, are those of this scene. A scene and those made from it keep what
-        was built for the last picture of any of them; the next picture computes only what differs: where lights differ,
-        their light in the snow, and where only the camera or the film differ, nothing of the snow.
+        Its files, and meshes of arrays by their names, are those of this scene. A scene and those made from it keep
+        what was built for the last picture of any of them; the next picture computes only what differs: where lights
+        differ, their light in the snow, and where only the camera or the film differ, nothing of the snow.
 
         Examples
         --------

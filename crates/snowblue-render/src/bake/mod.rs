@@ -187,8 +187,8 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
     LinearRgb::from_xyz(sensor.xyz(flux))
 }
 
-/// Bakes the light field of an integrator. `progress` is called with the number of solutions that are done and of all: one
-/// for all lights, and one for each lamp.
+/// Bakes the light field of an integrator. `progress` is called with the number of solutions that are done and of all:
+/// one for all lights, and one for each lamp.
 ///
 /// # Errors
 ///

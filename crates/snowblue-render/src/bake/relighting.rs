@@ -54,8 +54,8 @@ pub struct LitSurface {
 }
 
 impl Relighting {
-    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most `step_m`, or of twice the cells of
-    /// the light field.
+    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most `step_m`, or of
+    /// twice the cells of the light field.
     ///
     /// # Errors
     ///

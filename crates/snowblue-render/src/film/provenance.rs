@@ -27,8 +27,8 @@ impl Provenance {
         Self::new(&scene.description, integrator.table_hash(), &scene.file_hashes())
     }
 
-    /// What a scene would be built from that names the same files and reads the same table as this one, without building
-    /// it.
+    /// What a scene would be built from that names the same files and reads the same table as this one, without
+    /// building it.
     pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn SceneFiles) -> Self {
         let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
         let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));

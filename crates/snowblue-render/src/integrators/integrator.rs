@@ -58,8 +58,8 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a point
-    /// or a sphere lies inside snow, or the scene's table cannot be read.
+    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a
+    /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (Vec::new(), None);
         let method = match Kept::of(preparation.earlier, scene) {

@@ -16,8 +16,8 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
-//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that it
-//! goes.
+//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that
+//! it goes.
 //!
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.

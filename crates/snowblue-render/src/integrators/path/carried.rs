@@ -94,8 +94,8 @@ impl LightTables {
         }
     }
 
-    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False colours have none: they show single
-    /// wavelengths, of which sums over several would be too coarse.
+    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False
+    /// colours have none: they show single wavelengths, of which sums over several would be too coarse.
     pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
         if !scene.sensor.is_standard_observer() {
             return Self::none(scene);

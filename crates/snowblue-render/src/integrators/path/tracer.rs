@@ -7,8 +7,8 @@
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
-//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and later ones by
-//! their mean radiance.
+//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and
+//! later ones by their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](crate::scene::light)).
