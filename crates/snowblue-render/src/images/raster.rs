@@ -86,7 +86,7 @@ impl RasterImage {
 
     /// Blends a colour over a pixel with a coverage of 0–1. Blends encoded values instead of linear light, so that dark
     /// letters on a light background keep the weight of their design. Ignores pixels outside the image.
-    pub(crate) fn blend(&mut self, x: i32, y: i32, colour: Srgb8, coverage: f32) {
+    pub fn blend(&mut self, x: i32, y: i32, colour: Srgb8, coverage: f32) {
         let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
         if x < self.width && y < self.height {
             let pixel = &mut self.pixels[y as usize * self.width as usize + x as usize];
