@@ -73,6 +73,9 @@ class Table:
     def look_up(
         self, samples: list[dict[str, Any]], thickness_cm: list[float], angle_deg: list[float]
     ) -> dict[str, NDArray[np.float32]]: ...
+    def curves(
+        self, snow: dict[str, Any], thickness_cm: list[float], angle_deg: list[float]
+    ) -> dict[str, NDArray[np.float32]]: ...
     def fidelity(self, space: str, components: int, illuminant: str) -> list[dict[str, Any]]: ...
 
 class Scene:
