@@ -15,7 +15,7 @@ use snowblue_database::lookup::PcaSnow;
 use snowblue_database::pca::Decomposition;
 use snowblue_database::table::Attribute;
 use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity, Space, TableSample};
-use snowblue_transport::range::ParameterRange;
+use snowblue_transport::ParameterRange;
 use snowblue_transport::slab::Incidence;
 
 use crate::arguments::{Angle, Ordinates, Snow};

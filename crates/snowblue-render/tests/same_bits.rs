@@ -12,7 +12,7 @@ use snow::{SNOW, analytic_table, computed_table, load, pcasnow, prepared, scene}
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::images::raster::{ImageSize, PixelPosition};
+use snowblue_render::raster::{ImageSize, PixelPosition};
 use snowblue_render::render::{
     self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
 };

@@ -2,8 +2,8 @@
 
 use serde_json::json;
 use snowblue_color::Illuminant;
+use snowblue_transport::ParameterRange;
 use snowblue_transport::optics::Substance;
-use snowblue_transport::range::ParameterRange;
 use snowblue_transport::sample::{
     DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SURFACE_AREA_RANGE,
     SnowSample, SnowType, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use js_sys::Date;
 use snowblue_color::LinearRgb;
 use snowblue_render::bake::{BakedObject, LitSurface, Relighting};
-use snowblue_render::files::{FilesInMemory, SceneFiles};
+use snowblue_render::files::{FileSource, FilesInMemory};
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
@@ -49,7 +49,7 @@ pub struct Picture {
 /// Finds meshes as Wavefront OBJ, the simplest format.
 struct ObjFiles<'m>(&'m Files);
 
-impl SceneFiles for ObjFiles<'_> {
+impl FileSource for ObjFiles<'_> {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
         self.0.0.read(name)
     }

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use ab_glyph::{Font as _, FontRef, PxScale, ScaleFont as _, point};
 use snowblue_color::Srgb8;
 
-use snowblue_render::images::raster::RasterImage;
+use snowblue_render::raster::RasterImage;
 
 /// Size, weight and colour of text.
 #[derive(Debug, Clone, Copy)]

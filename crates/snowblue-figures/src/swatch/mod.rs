@@ -5,10 +5,10 @@ pub mod snow_texture;
 
 use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_render::raster::{ImageSize, PixelPosition, RasterImage};
 
 use crate::swatch::lettering::{Lettering, TextOrigin};
 use crate::swatch::snow_texture::SnowTexture;
-use snowblue_render::images::raster::{ImageSize, PixelPosition, RasterImage};
 
 const PAPER: Srgb8 = Srgb8 { r: 255, g: 255, b: 255 };
 const INK: Srgb8 = Srgb8 { r: 31, g: 41, b: 51 };

@@ -28,19 +28,19 @@ mod tests;
 use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
+use snowblue_base::ParameterRange;
 use snowblue_color::LinearRgb;
 use snowblue_transport::ordinates::HalfSpace;
-use snowblue_transport::range::ParameterRange;
 
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
-use crate::geometry::ray::narrow;
 use crate::integrators::Integrator;
 use crate::light_field::LightField;
 use crate::scene::Scene;
 use crate::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
+use snowblue_geometry::ray::narrow;
 use subdivision::subdivide;
 use surface_mesh::SurfaceMesh;
 use vertices::Vertices;

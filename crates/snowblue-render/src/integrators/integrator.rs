@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use snowblue_database::CompressedTable;
+use snowblue_geometry::ray::Ray;
 
 use crate::error::RenderError;
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::Ray;
 use crate::integrators::first_hit::FirstHits;
 use crate::integrators::path::tracer::PathTracer;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;

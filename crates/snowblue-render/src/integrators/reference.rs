@@ -26,10 +26,10 @@
 
 use std::sync::Arc;
 
+use snowblue_geometry::ray::{Ray, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, narrow, off_surface};
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};

@@ -27,10 +27,10 @@ use std::iter::{Cycle, Skip};
 use std::slice::Iter;
 use std::sync::Arc;
 
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};

@@ -9,10 +9,10 @@ use std::ops::{AddAssign, Mul};
 use std::sync::Arc;
 
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
+use snowblue_geometry::ray::narrow;
 
 use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::narrow;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};

@@ -19,11 +19,11 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;

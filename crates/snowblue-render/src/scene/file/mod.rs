@@ -95,12 +95,12 @@ use serde::{Deserialize, Deserializer};
 use toml::de::DeTable;
 
 use crate::error::RenderError;
-use crate::files::FilesIn;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 
 use message::{Mistake, span_of};
 use reader::read_description;
+use snowblue_base::files::{FileError, FilesIn};
 
 pub(crate) use message::line_of;
 
@@ -121,7 +121,8 @@ impl SceneFile {
     /// When it cannot be read, a key is unknown or missing, or a value is out of range. The message names the file and
     /// the line.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
-        let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        let bytes =
+            std::fs::read(path).map_err(|source| RenderError::File(FileError::Read { path: path.into(), source }))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let line = 1 + text.iter().filter(|byte| **byte == b'\n').count();
