@@ -25,9 +25,6 @@ use crate::work::{failure, input, run};
 const TALLY_RANGE: ParameterRange =
     ParameterRange { quantity: "number of tally rays", least: 1024.0, greatest: 1_048_576.0, unit: "" };
 
-/// Rays through grains for curves that are solved: 0.2 % in the transmittance of 15 cm.
-const SOLVED_RAYS: u32 = 1 << 18;
-
 /// A table of curves, full or compressed.
 #[pyclass(frozen, module = "snowblue._native")]
 pub(crate) struct Table(Arc<AnyTable>);
@@ -227,7 +224,7 @@ impl Table {
     }
 
     /// Curves of any snow in the same order: from the table if that holds the snow, else solved for.
-    fn curves<'py>(
+    fn read_or_solve<'py>(
         &self,
         py: Python<'py>,
         snow: Snow,
@@ -236,13 +233,8 @@ impl Table {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (table, sample) = (self.compressed()?, snow.sample()?);
         let axes = table.axes.clone();
-        let snow = run(py, None, move |_| {
-            let has_other_ice = fill::ice_from_metadata(&table.metadata).is_ok_and(|ice| ice != sample.ice);
-            let held = TableSample::of(&sample).filter(|_| !has_other_ice);
-            match held.and_then(|held| PcaSnow::new(&table, &held).ok()) {
-                Some(snow) => Ok(vec![snow]),
-                None => PcaSnow::solve(&[sample], &table.axes.wavelengths_nm, SOLVED_RAYS).map_err(input),
-            }
+        let (snow, _) = run(py, None, move |_| {
+            PcaSnow::read_or_solve(Some(&table), &[sample], &table.axes.wavelengths_nm).map_err(input)
         })?;
         looked_up(py, &axes, &snow, &thickness_cm, &angle_deg)
     }

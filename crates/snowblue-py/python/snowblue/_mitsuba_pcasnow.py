@@ -51,7 +51,7 @@ class Curves:
         self.last_deg = float(database.axes["angle"][-1])
         self.angles = int(np.ceil(self.last_deg)) + 1
         angles_deg = np.linspace(0.0, self.last_deg, self.angles)
-        curves = database._table.curves(snow, [*within, *ends_cm], angles_deg.tolist())
+        curves = database._table.read_or_solve(snow, [*within, *ends_cm], angles_deg.tolist())
         known = {name: values.reshape(len(within) + 2, self.angles, -1) for name, values in curves.items()}
         logs = _visible(np.log(np.maximum(known["transmittance"], LEAST)), database)
         reflectance = _visible(known["reflectance"], database)
