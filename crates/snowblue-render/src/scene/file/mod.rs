@@ -81,8 +81,8 @@
 //! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
 //! Carved snow is the union of the solids that it adds without those that it removes. Snow objects of one `body` are
 //! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
-//! [`snow`](crate::scene::material::snow) what a mask does, [`layer_file`](snowblue_transport::layer_file) what a file of
-//! layers is.
+//! [`snow`](crate::scene::material::snow) what a mask does, [`layer_file`](snowblue_transport::layer_file) what a file
+//! of layers is.
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.
