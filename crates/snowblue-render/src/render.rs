@@ -119,20 +119,20 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
 }
 
 /// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool,
-/// until all are done or `control.stop` returns true. The accumulator's coverage then says which are missing, and
-/// another call continues.
+/// until all are done or `control.stop` returns true. Another call continues.
 ///
 /// # Panics
 ///
-/// If the block reaches beyond the accumulator's window.
+/// If the block reaches beyond the accumulator's window, or begins with another sample than the accumulator.
 pub fn render_missing(
     scene: &Scene,
     target: &SampleBlock,
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
-    let missing = accumulator.coverage().missing_from(target);
-    let samples = missing.iter().map(SampleBlock::count).sum();
+    accumulator.begin_at(target.samples.start);
+    let missing = accumulator.missing_by_row(target);
+    let samples = missing.iter().flatten().map(SampleBlock::count).sum();
     let done = AtomicU64::new(0);
     let progress = |row: Progress| {
         let samples_done = done.fetch_add(row.samples_done, Ordering::Relaxed) + row.samples_done;
@@ -147,11 +147,12 @@ pub fn render_missing(
     };
     let per_pass = samples_per_pixel_and_pass(scene, target);
     let mut statistics = Statistics::default();
-    let mut start = missing.iter().map(|block| block.samples.start).min().unwrap_or(target.samples.end);
+    let first_missing = missing.iter().flatten().map(|block| block.samples.start).min();
+    let mut start = first_missing.unwrap_or(target.samples.end);
     while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
-        let pass = SampleBlock { samples: start..end, ..target.clone() };
-        let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
+        let samples = target.samples.start..end.min(target.samples.end);
+        let blocks = accumulator.missing_by_row(&SampleBlock { samples, ..target.clone() });
         statistics =
             statistics.plus(render_pass(RowRenderer { scene, tables: &tables }, &blocks, accumulator, control));
         start = end;
@@ -182,27 +183,22 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
     }
 }
 
-/// Adds the samples of some blocks, row by row, and records which were done.
+/// Adds the samples of some blocks of each row, and records which were done.
 fn render_pass(
     renderer: RowRenderer,
-    blocks: &[SampleBlock],
+    blocks: &[Vec<SampleBlock>],
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
     let aovs = accumulator.aovs();
     let finished: Vec<(Vec<SampleBlock>, Statistics)> = accumulator
         .par_rows_mut()
-        .map(|row| {
-            let here = |block: &&SampleBlock| block.rows.contains(&row.number);
-            let here: Vec<SampleBlock> = blocks
-                .iter()
-                .filter(here)
-                .map(|block| SampleBlock { rows: row.number..row.number + 1, ..block.clone() })
-                .collect();
-            if here.is_empty() || (control.stop)() {
+        .zip(blocks)
+        .map(|(row, blocks)| {
+            if blocks.is_empty() || (control.stop)() {
                 return (Vec::new(), Statistics::default());
             }
-            let (done, statistics) = renderer.render(here, row, aovs, control.stop);
+            let (done, statistics) = renderer.render(blocks.clone(), row, aovs, control.stop);
             let count = done.iter().map(SampleBlock::count).sum();
             (control.progress)(Progress { samples_done: count, samples: count });
             (done, statistics)
@@ -210,7 +206,7 @@ fn render_pass(
         .collect();
     let mut sum = Statistics::default();
     for (done, statistics) in finished {
-        done.into_iter().for_each(|block| accumulator.record(block));
+        done.iter().for_each(|block| accumulator.record(block));
         sum = sum.plus(statistics);
     }
     sum
@@ -250,7 +246,7 @@ impl RowRenderer<'_> {
                 end = column + 1;
                 if let Some(target) = self.scene.integrator.noise_target {
                     let count = row.counts[(column - row.first_column) as usize];
-                    if repeat_if_done(sums, aovs, [count, range_length(&block.samples).into()], target) {
+                    if repeat_if_done(sums, aovs, [count.into(), range_length(&block.samples).into()], target) {
                         continue;
                     }
                 }

@@ -4,8 +4,8 @@
 //! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
-//! exposure of a PNG. The data window and the display window give the position of a part in the image.
+//! `sums.X.3`) and one for the number of samples (`sums.samples`). Its attributes hold the first sample, the
+//! [`Provenance`], the AOVs, the wavelengths and the exposure of a PNG. The data window and the display window give the position of a part in the image.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -26,23 +26,24 @@ use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _
 use snowblue_database::file::write_atomically;
 
 use crate::error::RenderError;
-use crate::film::accumulator::{FilmAccumulator, PixelSums};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
 use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::provenance::Provenance;
-use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
 use crate::images::exr_size::check_header_expansion;
 use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
-const COVERAGE: &str = "snowblueSamples";
+const FIRST_SAMPLE: &str = "snowblueFirstSample";
 const AOVS: &str = "snowblueAovs";
 const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
+/// The channel of the number of samples.
+const SAMPLE_COUNT: &str = "sums.samples";
 
 /// Channels of 32 bits for a sum.
 const WORDS: usize = 4;
@@ -92,11 +93,11 @@ pub fn write(
         encoding.compression = Compression::RLE;
         let wavelengths: Vec<String> = accumulator.wavelengths_nm().iter().map(f64::to_string).collect();
         insert(PROVENANCE, &provenance.to_string());
-        insert(COVERAGE, &accumulator.coverage().to_string());
+        insert(FIRST_SAMPLE, &accumulator.first_sample().to_string());
         insert(AOVS, &aovs.to_string());
         insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &exposure.to_string());
-        channels.extend(sum_words(aovs));
+        channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
     let mut image = Image::from_layer(Layer::new(exr_size(window.size()), attributes, encoding, channels));
@@ -150,13 +151,16 @@ enum Content {
         offset: usize,
         word: usize,
     },
+    /// The number of samples.
+    SampleCount,
 }
 
-/// The words of all sums.
-fn sum_words(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
-    aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
+/// The words of all sums, and the number of samples.
+fn sum_channels(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
+    let words = aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
         (0..WORDS).map(move |word| (word_channel_name(&name, word), Content::Word { offset, word }))
-    })
+    });
+    words.chain([(SAMPLE_COUNT.to_owned(), Content::SampleCount)])
 }
 
 /// The channels of a file, of which each block of lines is computed when it is written.
@@ -210,6 +214,7 @@ impl ChannelsWriter for &FilmChannels<'_> {
                     Content::Word { offset, word } => {
                         bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
                     }
+                    Content::SampleCount => bytes.extend(pixels.iter().flat_map(|pixel| pixel.count().to_ne_bytes())),
                 }
             }
         }
@@ -236,8 +241,8 @@ pub struct ResumableImage {
     pub provenance: Provenance,
     /// Exposure of a PNG.
     pub exposure: Exposure,
-    /// The samples in the sums.
-    pub coverage: Coverage,
+    /// The first sample of each pixel.
+    pub first_sample: u32,
     /// The values that are summed beside colours.
     pub aovs: Aovs,
     /// Size of the whole image.
@@ -273,8 +278,7 @@ impl ResumableImage {
         let length =
             std::fs::metadata(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
-        let pixel_bytes = image.aovs.sum_count() * size_of::<i128>();
-        check_header_expansion(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
+        check_header_expansion(header, pixel_bytes(image.aovs), length).map_err(|reason| invalid(&reason))?;
         Ok(image)
     }
 
@@ -300,9 +304,7 @@ impl ResumableImage {
             return Err(damaged("windows"));
         };
         let (image_size, window) = (ImageSize { width, height }, Window { columns, rows });
-        let coverage: Coverage = parsed(header, COVERAGE)?;
-        let is_within = |block: &SampleBlock| window.contains(&block.window());
-        if !Window::of_image(image_size).contains(&window) || !coverage.blocks().iter().all(is_within) {
+        if !Window::of_image(image_size).contains(&window) {
             return Err(damaged("windows"));
         }
         let wavelengths: String = parsed(header, WAVELENGTHS)?;
@@ -312,7 +314,7 @@ impl ResumableImage {
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
             exposure: parsed(header, EXPOSURE)?,
-            coverage,
+            first_sample: parsed(header, FIRST_SAMPLE)?,
             aovs: parsed(header, AOVS)?,
             image_size,
             window,
@@ -342,35 +344,42 @@ impl ResumableImage {
         let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;
         let header = reader.headers().first().filter(|header| self.is_of(header));
         let header = header.ok_or_else(|| invalid("the file has changed".to_owned()))?;
-        // The words of each channel of the file.
-        let mut words: Vec<Option<Content>> = vec![None; header.channels.list.len()];
-        for (name, word) in sum_words(self.aovs) {
-            let is_word =
+        // What each channel of the file holds of the sums.
+        let mut contents: Vec<Option<Content>> = vec![None; header.channels.list.len()];
+        for (name, content) in sum_channels(self.aovs) {
+            let is_named =
                 |channel: &ChannelDescription| channel.name == *name && channel.sample_type == SampleType::U32;
-            let place = header.channels.list.iter().position(is_word);
+            let place = header.channels.list.iter().position(is_named);
             let place = place.ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
-            words[place] = Some(word);
+            contents[place] = Some(content);
         }
         let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
+        accumulator.begin_at(self.first_sample);
         let rows = self.window.rows.start;
         reader
             .filter_chunks(false, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
             .and_then(|chunks| {
                 chunks.decompress_parallel(false, |meta, block| {
                     for line in block.lines(&meta.headers[0].channels) {
-                        if let Some(Content::Word { offset, word }) = words[line.location.channel] {
-                            let values = line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>()?;
-                            let Vec2(first, row) = line.location.position;
-                            let row = rows + u32::try_from(row).unwrap_or(u32::MAX);
-                            let bits = values.into_iter().map(|bits| (u128::from(bits) << (32 * word)).cast_signed());
-                            accumulator.fill_bits(row, first, offset, bits);
+                        let (Vec2(first, row), content) = (line.location.position, contents[line.location.channel]);
+                        let row = rows + u32::try_from(row).unwrap_or(u32::MAX);
+                        let values = || line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>();
+                        match content {
+                            None | Some(Content::Mean(_)) => {}
+                            Some(Content::SampleCount) => accumulator.fill_counts(row, first, values()?.into_iter()),
+                            Some(Content::Word { offset, word }) => {
+                                let bits = |bits: u32| (u128::from(bits) << (32 * word)).cast_signed();
+                                accumulator.fill_bits(row, first, offset, values()?.into_iter().map(bits));
+                            }
                         }
                     }
                     Ok(())
                 })
             })
             .map_err(unreadable)?;
-        self.coverage.blocks().iter().for_each(|block| accumulator.record(block.clone()));
+        if self.first_sample.checked_add(accumulator.samples_per_pixel().most).is_none() {
+            return Err(invalid("the numbers of samples are damaged".to_owned()));
+        }
         Ok(accumulator)
     }
 }
