@@ -131,8 +131,7 @@ pub fn render_missing(
     control: RenderControl,
 ) -> Statistics {
     accumulator.begin_at(target.samples.start);
-    let missing = accumulator.missing_by_row(target);
-    let samples = missing.iter().flatten().map(SampleBlock::count).sum();
+    let samples = accumulator.missing_count(target);
     let done = AtomicU64::new(0);
     let progress = |row: Progress| {
         let samples_done = done.fetch_add(row.samples_done, Ordering::Relaxed) + row.samples_done;
@@ -147,14 +146,12 @@ pub fn render_missing(
     };
     let per_pass = samples_per_pixel_and_pass(scene, target);
     let mut statistics = Statistics::default();
-    let first_missing = missing.iter().flatten().map(|block| block.samples.start).min();
-    let mut start = first_missing.unwrap_or(target.samples.end);
+    let fewest = accumulator.counts_of(target).min();
+    let mut start = fewest.map_or(target.samples.end, |count| target.samples.start.saturating_add(count));
     while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
-        let samples = target.samples.start..end.min(target.samples.end);
-        let blocks = accumulator.missing_by_row(&SampleBlock { samples, ..target.clone() });
-        statistics =
-            statistics.plus(render_pass(RowRenderer { scene, tables: &tables }, &blocks, accumulator, control));
+        let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
+        statistics = statistics.plus(render_pass(RowRenderer { scene, tables: &tables }, &pass, accumulator, control));
         start = end;
     }
     statistics
@@ -183,33 +180,24 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
     }
 }
 
-/// Adds the samples of some blocks of each row, and records which were done.
+/// Adds the samples of a block that are missing, row by row.
 fn render_pass(
     renderer: RowRenderer,
-    blocks: &[Vec<SampleBlock>],
+    pass: &SampleBlock,
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
     let aovs = accumulator.aovs();
-    let finished: Vec<(Vec<SampleBlock>, Statistics)> = accumulator
-        .par_rows_mut()
-        .zip(blocks)
-        .map(|(row, blocks)| {
-            if blocks.is_empty() || (control.stop)() {
-                return (Vec::new(), Statistics::default());
-            }
-            let (done, statistics) = renderer.render(blocks.clone(), row, aovs, control.stop);
-            let count = done.iter().map(SampleBlock::count).sum();
-            (control.progress)(Progress { samples_done: count, samples: count });
-            (done, statistics)
-        })
-        .collect();
-    let mut sum = Statistics::default();
-    for (done, statistics) in finished {
-        done.iter().for_each(|block| accumulator.record(block));
-        sum = sum.plus(statistics);
-    }
-    sum
+    let rows = accumulator.par_rows_mut(pass).map(|row| {
+        let has_all = row.counts.iter().all(|count| *count >= range_length(&pass.samples));
+        if has_all || (control.stop)() {
+            return Statistics::default();
+        }
+        let (samples_done, statistics) = renderer.render(row, pass, aovs, control.stop);
+        (control.progress)(Progress { samples_done, samples: samples_done });
+        statistics
+    });
+    rows.reduce(Statistics::default, Statistics::plus)
 }
 
 /// Renders rows of an image.
@@ -220,55 +208,50 @@ struct RowRenderer<'scene> {
 }
 
 impl RowRenderer<'_> {
-    /// Adds the samples of some blocks to a row, and returns which were done before `stop` returned true. A pixel that
-    /// has begun is finished.
-    fn render(
-        &self,
-        blocks: Vec<SampleBlock>,
-        row: Row,
-        aovs: Aovs,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> (Vec<SampleBlock>, Statistics) {
+    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and returns their number. A
+    /// pixel that has begun is finished.
+    fn render(&self, row: Row, pass: &SampleBlock, aovs: Aovs, stop: &(dyn Fn() -> bool + Sync)) -> (u64, Statistics) {
         let mut integrator = Integrator::new(self.scene, self.tables);
         // Its queries are not part of the light transport and do not count.
         let mut first_hits = aovs.need_first_hit().then(|| SceneQueries::new(&self.scene.objects));
         let mut accumulator = PixelAccumulator::new(aovs);
-        let sum_count = aovs.sum_count();
-        let mut done = Vec::with_capacity(blocks.len());
-        for block in blocks {
-            let pattern = PixelPattern::new(self.scene.integrator.seed, block.samples.clone());
-            let start = (block.columns.start - row.first_column) as usize * sum_count;
-            let mut end = block.columns.start;
-            for (column, sums) in block.columns.clone().zip(row.sums[start..].chunks_exact_mut(sum_count)) {
-                if stop() {
-                    break;
-                }
-                end = column + 1;
-                if let Some(target) = self.scene.integrator.noise_target {
-                    let count = row.counts[(column - row.first_column) as usize];
-                    if repeat_if_done(sums, aovs, [count.into(), range_length(&block.samples).into()], target) {
-                        continue;
-                    }
-                }
-                let pixel = Pixel::new(self.scene, &pattern, column, row.number);
-                for sample in block.samples.clone() {
-                    let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                    if aovs.spectrum {
-                        accumulator.add_radiance(&self.scene.sensor, &integrator.radiance(&ray, &mut sampler));
-                    } else {
-                        accumulator.add_sample(integrator.response(self.scene, &ray, &mut sampler));
-                    }
-                    if let Some(queries) = &mut first_hits {
-                        add_first_hit(self.scene, queries, &ray, &mut accumulator, aovs);
-                    }
-                }
-                accumulator.flush(sums);
+        let mut pattern = PixelPattern::new(self.scene.integrator.seed, 0..0);
+        let mut samples_done = 0;
+        let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
+        for (column, (sums, count)) in pass.columns.clone().zip(pixels) {
+            let samples = pass.samples.start + *count..pass.samples.end;
+            if samples.is_empty() {
+                continue;
             }
-            if end > block.columns.start {
-                done.push(SampleBlock { columns: block.columns.start..end, ..block });
+            if stop() {
+                break;
             }
+            let before = u64::from(*count);
+            *count += range_length(&samples);
+            samples_done += u64::from(range_length(&samples));
+            if let Some(target) = self.scene.integrator.noise_target
+                && repeat_if_done(sums, aovs, [before, range_length(&samples).into()], target)
+            {
+                continue;
+            }
+            if pattern.samples != samples {
+                pattern = PixelPattern::new(self.scene.integrator.seed, samples.clone());
+            }
+            let pixel = Pixel::new(self.scene, &pattern, column, row.number);
+            for sample in samples {
+                let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
+                if aovs.spectrum {
+                    accumulator.add_radiance(&self.scene.sensor, &integrator.radiance(&ray, &mut sampler));
+                } else {
+                    accumulator.add_sample(integrator.response(self.scene, &ray, &mut sampler));
+                }
+                if let Some(queries) = &mut first_hits {
+                    add_first_hit(self.scene, queries, &ray, &mut accumulator, aovs);
+                }
+            }
+            accumulator.flush(sums);
         }
-        (done, Statistics { unusable_samples: accumulator.unusable_samples, ..integrator.statistics() })
+        (samples_done, Statistics { unusable_samples: accumulator.unusable_samples, ..integrator.statistics() })
     }
 }
 

@@ -10,8 +10,8 @@
 //! Sums of squares, for variances, are multiples of 2⁻⁷⁶ ≈ 10⁻²³ and saturate at 2⁵¹ ≈ 2·10¹⁵. The variance is then
 //! infinite.
 //!
-//! The samples of a pixel are one range. It begins with the same sample for all pixels; after an interrupt, and in tiles
-//! of different samples, it ends with different ones.
+//! The samples of a pixel are one range. It begins with the same sample for all pixels; after an interrupt, and in
+//! tiles of different samples, it ends with different ones.
 
 use std::ops::Range;
 
@@ -120,9 +120,9 @@ impl FilmAccumulator {
         &self.wavelengths_nm
     }
 
-    /// The first sample of each pixel.
-    pub fn first_sample(&self) -> u32 {
-        self.first_sample
+    /// The samples of the pixel that has most.
+    pub fn samples(&self) -> Range<u32> {
+        self.first_sample..self.first_sample + self.samples_per_pixel().most
     }
 
     /// Whether no pixel has a sample.
@@ -154,25 +154,15 @@ impl FilmAccumulator {
     ///
     /// If the block reaches beyond the window.
     pub fn missing_count(&self, target: &SampleBlock) -> u64 {
-        self.missing_by_row(target).iter().flatten().map(SampleBlock::count).sum()
+        let samples = range_length(&target.samples);
+        self.counts_of(target).map(|count| u64::from(samples.saturating_sub(count))).sum()
     }
 
-    /// The same samples as blocks, for each row of the window.
-    pub(crate) fn missing_by_row(&self, target: &SampleBlock) -> Vec<Vec<SampleBlock>> {
+    /// The number of samples of each pixel of a block.
+    pub(crate) fn counts_of(&self, target: &SampleBlock) -> impl Iterator<Item = u32> {
         assert!(self.window.contains(&target.window()), "the window contains that of the block");
-        let mut missing = vec![Vec::<SampleBlock>::new(); self.window.size().height as usize];
-        for row in target.rows.clone() {
-            let blocks = &mut missing[(row - self.window.rows.start) as usize];
-            for (column, count) in target.columns.clone().zip(&self.counts[self.index(target.columns.start, row)..]) {
-                let samples = target.samples.start.saturating_add(*count)..target.samples.end;
-                match blocks.last_mut().filter(|last| last.samples == samples) {
-                    Some(last) => last.columns.end = column + 1,
-                    None => blocks.push(SampleBlock { columns: column..column + 1, rows: row..row + 1, samples }),
-                }
-            }
-            blocks.retain(|block| !block.samples.is_empty());
-        }
-        missing
+        let width = range_length(&target.columns) as usize;
+        target.rows.clone().flat_map(move |row| &self.counts[self.index(target.columns.start, row)..][..width]).copied()
     }
 
     /// The number of a pixel of the window, row by row.
@@ -243,21 +233,19 @@ impl FilmAccumulator {
         self.first_sample = sample;
     }
 
-    /// The rows of the window. Samples that are added to their sums must be [recorded](Self::record).
-    pub(crate) fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = Row<'_>> {
-        let (row_length, Self { window, counts, sums, .. }) = (self.row_length(), self);
-        let counts = counts.par_chunks(window.size().width as usize);
-        let rows = sums.par_chunks_mut(row_length).zip(counts).zip(window.rows.clone());
-        rows.map(|((sums, counts), number)| Row { number, first_column: window.columns.start, sums, counts })
-    }
-
-    /// Records that the sums include the samples of a block, which follow those of each pixel.
-    pub(crate) fn record(&mut self, block: &SampleBlock) {
-        for row in block.rows.clone() {
-            let first = self.index(block.columns.start, row);
-            let counts = &mut self.counts[first..][..range_length(&block.columns) as usize];
-            counts.iter_mut().for_each(|count| *count += range_length(&block.samples));
-        }
+    /// The rows of a block, which lies within the window. Who adds samples to their sums counts them.
+    pub(crate) fn par_rows_mut(&mut self, target: &SampleBlock) -> impl IndexedParallelIterator<Item = Row<'_>> {
+        let [first_column, first_row] = [(&target.columns, &self.window.columns), (&target.rows, &self.window.rows)]
+            .map(|(part, all)| (part.start - all.start) as usize);
+        let (width, height) = (range_length(&target.columns) as usize, target.rows.len());
+        let (row_length, sum_count) = (self.row_length(), self.aovs.sum_count());
+        let counts = self.counts.par_chunks_mut(self.window.size().width as usize);
+        let rows = self.sums.par_chunks_mut(row_length).zip(counts).skip(first_row).take(height);
+        rows.zip(target.rows.clone()).map(move |((sums, counts), number)| Row {
+            number,
+            sums: &mut sums[first_column * sum_count..][..width * sum_count],
+            counts: &mut counts[first_column..][..width],
+        })
     }
 
     /// The pixels of a row of the window.
@@ -277,7 +265,7 @@ impl FilmAccumulator {
     }
 
     /// Sets the number of samples of some pixels of a row of the window, counted from its left.
-    pub(crate) fn fill_counts(&mut self, row: u32, first: usize, numbers: impl Iterator<Item = u32>) {
+    pub(crate) fn fill_counts(&mut self, row: u32, first: usize, numbers: Vec<u32>) {
         let start = self.index(self.window.columns.start, row) + first;
         self.counts[start..].iter_mut().zip(numbers).for_each(|(count, number)| *count = number);
     }
@@ -297,15 +285,13 @@ impl FilmAccumulator {
     }
 }
 
-/// A row of the window.
+/// A row of a block.
 pub(crate) struct Row<'sums> {
     pub(crate) number: u32,
-    /// Column of its first pixel.
-    pub(crate) first_column: u32,
     /// The sums of all its pixels.
     pub(crate) sums: &'sums mut [i128],
     /// The number of samples in the sums of each pixel.
-    pub(crate) counts: &'sums [u32],
+    pub(crate) counts: &'sums mut [u32],
 }
 
 /// The sums of a pixel.

@@ -4,12 +4,14 @@
 //! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`) and one for the number of samples (`sums.samples`). Its attributes hold the first sample, the
-//! [`Provenance`], the AOVs, the wavelengths and the exposure of a PNG. The data window and the display window give the position of a part in the image.
+//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths and the exposure
+//! of a PNG. One more channel (`sums.missing`) has the number of samples that a pixel lacks at the end of the range. The
+//! data window and the display window give the position of a part in the image.
 
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -32,18 +34,18 @@ use crate::film::channels::{Mean, means};
 use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::provenance::Provenance;
-use crate::film::window::Window;
+use crate::film::window::{Window, range_length};
 use crate::images::exr_size::check_header_expansion;
 use crate::images::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
-const FIRST_SAMPLE: &str = "snowblueFirstSample";
+const SAMPLE_RANGE: &str = "snowblueSamples";
 const AOVS: &str = "snowblueAovs";
 const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
-/// The channel of the number of samples.
-const SAMPLE_COUNT: &str = "sums.samples";
+/// The channel of missing samples.
+const MISSING: &str = "sums.missing";
 
 /// Channels of 32 bits for a sum.
 const WORDS: usize = 4;
@@ -93,7 +95,8 @@ pub fn write(
         encoding.compression = Compression::RLE;
         let wavelengths: Vec<String> = accumulator.wavelengths_nm().iter().map(f64::to_string).collect();
         insert(PROVENANCE, &provenance.to_string());
-        insert(FIRST_SAMPLE, &accumulator.first_sample().to_string());
+        let Range { start, end } = accumulator.samples();
+        insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
         insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &exposure.to_string());
@@ -151,16 +154,16 @@ enum Content {
         offset: usize,
         word: usize,
     },
-    /// The number of samples.
-    SampleCount,
+    /// The number of samples that a pixel lacks at the end of the range.
+    Missing,
 }
 
-/// The words of all sums, and the number of samples.
+/// The words of all sums, and the missing samples.
 fn sum_channels(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
     let words = aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
         (0..WORDS).map(move |word| (word_channel_name(&name, word), Content::Word { offset, word }))
     });
-    words.chain([(SAMPLE_COUNT.to_owned(), Content::SampleCount)])
+    words.chain([(MISSING.to_owned(), Content::Missing)])
 }
 
 /// The channels of a file, of which each block of lines is computed when it is written.
@@ -204,6 +207,7 @@ impl<'a> WritableChannels<'a> for FilmChannels<'a> {
 impl ChannelsWriter for &FilmChannels<'_> {
     fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(block.pixel_size.area() * header.channels.bytes_per_pixel);
+        let most = range_length(&self.accumulator.samples());
         let lines = self.accumulator.window().rows.clone().skip(block.pixel_position.y());
         for row in lines.take(block.pixel_size.height()) {
             let pixels = self.accumulator.row(row).skip(block.pixel_position.x()).take(block.pixel_size.width());
@@ -214,7 +218,9 @@ impl ChannelsWriter for &FilmChannels<'_> {
                     Content::Word { offset, word } => {
                         bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
                     }
-                    Content::SampleCount => bytes.extend(pixels.iter().flat_map(|pixel| pixel.count().to_ne_bytes())),
+                    Content::Missing => {
+                        bytes.extend(pixels.iter().flat_map(|pixel| (most - pixel.count()).to_ne_bytes()));
+                    }
                 }
             }
         }
@@ -241,8 +247,8 @@ pub struct ResumableImage {
     pub provenance: Provenance,
     /// Exposure of a PNG.
     pub exposure: Exposure,
-    /// The first sample of each pixel.
-    pub first_sample: u32,
+    /// The samples of the pixel that has most.
+    pub samples: Range<u32>,
     /// The values that are summed beside colours.
     pub aovs: Aovs,
     /// Size of the whole image.
@@ -307,6 +313,8 @@ impl ResumableImage {
         if !Window::of_image(image_size).contains(&window) {
             return Err(damaged("windows"));
         }
+        let samples: String = parsed(header, SAMPLE_RANGE)?;
+        let samples = samples.split_once(':').and_then(|(start, end)| Some(start.parse().ok()?..end.parse().ok()?));
         let wavelengths: String = parsed(header, WAVELENGTHS)?;
         let wavelengths: Result<Vec<f64>, _> = wavelengths.split_whitespace().map(str::parse).collect();
         Ok(Self {
@@ -314,7 +322,7 @@ impl ResumableImage {
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
             exposure: parsed(header, EXPOSURE)?,
-            first_sample: parsed(header, FIRST_SAMPLE)?,
+            samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: parsed(header, AOVS)?,
             image_size,
             window,
@@ -354,7 +362,8 @@ impl ResumableImage {
             contents[place] = Some(content);
         }
         let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
-        accumulator.begin_at(self.first_sample);
+        accumulator.begin_at(self.samples.start);
+        let most = range_length(&self.samples);
         let rows = self.window.rows.start;
         reader
             .filter_chunks(false, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
@@ -366,7 +375,12 @@ impl ResumableImage {
                         let values = || line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>();
                         match content {
                             None | Some(Content::Mean(_)) => {}
-                            Some(Content::SampleCount) => accumulator.fill_counts(row, first, values()?.into_iter()),
+                            Some(Content::Missing) => {
+                                let count = |missing: u32| most.checked_sub(missing);
+                                let counts: Option<Vec<u32>> = values()?.into_iter().map(count).collect();
+                                let error = || exr::error::Error::Invalid("more samples are missing than all".into());
+                                accumulator.fill_counts(row, first, counts.ok_or_else(error)?);
+                            }
                             Some(Content::Word { offset, word }) => {
                                 let bits = |bits: u32| (u128::from(bits) << (32 * word)).cast_signed();
                                 accumulator.fill_bits(row, first, offset, values()?.into_iter().map(bits));
@@ -377,9 +391,6 @@ impl ResumableImage {
                 })
             })
             .map_err(unreadable)?;
-        if self.first_sample.checked_add(accumulator.samples_per_pixel().most).is_none() {
-            return Err(invalid("the numbers of samples are damaged".to_owned()));
-        }
         Ok(accumulator)
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn merge_pictures(
     memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
     let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
     let mut ordered: Vec<(&PathBuf, &ResumableImage)> = paths.iter().zip(&parts).collect();
-    ordered.sort_by_key(|(_, part)| part.first_sample);
+    ordered.sort_by_key(|(_, part)| part.samples.start);
     for (path, part) in ordered {
         let added = sums.add(&part.read_sums().map_err(Failure::input)?);
         added.map_err(|error| Failure::Input(format!("{}: {error} of the other parts", path.display())))?;

@@ -71,9 +71,9 @@ impl RenderJob<'_> {
             return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }
         let first = self.target.samples.start;
-        if part.first_sample != first {
+        if part.samples.start != first {
             let what =
-                format!("it begins with sample {}, not {first}: render another part, and merge", part.first_sample);
+                format!("it begins with sample {}, not {first}: render another part, and merge", part.samples.start);
             return Err(differs(&what));
         }
         // Samples of other pixels move to a larger film.
