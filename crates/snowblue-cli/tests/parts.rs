@@ -141,7 +141,7 @@ fn parts_merge_to_the_whole_picture() {
     assert!(bright != decoded(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
     folder.merge(&parts, "merged.exr", &["--keep-sums"]);
     assert!(bright == decoded(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
-    folder.render("dark.exr", &["--spp-range", "10:12", "--exposure", "-5"]);
+    folder.render("dark.exr", &["--spp-range", "3:5", "--exposure", "-5"]);
     folder.merge(&["a.exr", "dark.exr"], "merged.exr", &[]);
     let expected = ["exposure", "-1.2", "a.exr", "-5", "dark.exr", "--exposure"];
     folder.assert_merge_refused(&["a.exr", "dark.exr"], "merged.png", &expected);
@@ -152,6 +152,7 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
     let folder = Folder::without_field();
     folder.render("a.exr", &["--spp-range", "0:4"]);
     folder.render("b.exr", &["--spp-range", "3:6"]);
+    folder.render("late.exr", &["--spp-range", "5:6"]);
     folder.render("seed.exr", &["--spp-range", "4:6", "--seed", "7"]);
     folder.render("view.exr", &["--spp-range", "4:6", "--path", "view"]);
     folder.render("size.exr", &["--spp-range", "4:6", "--width", "22"]);
@@ -166,7 +167,8 @@ fn parts_of_different_pictures_are_refused_in_one_line() {
     snowblue_data::embedded().write(Path::new(&folder.path("table.nc"))).unwrap();
     std::fs::write(folder.path("empty.exr"), "").unwrap();
     let refusals = [
-        (["a.exr", "b.exr"], &["a.exr", "b.exr", "sample 3", "pixel 0,0"][..]),
+        (["b.exr", "a.exr"], &["b.exr: the samples 3:6 of pixel 0,0 do not follow 0:4 of the other parts"][..]),
+        (["a.exr", "late.exr"], &["late.exr: the samples 5:6 of pixel 0,0 do not follow 0:4"]),
         (["a.exr", "seed.exr"], &["seed", "1", "7"]),
         (["a.exr", "view.exr"], &["path", "view"]),
         (["a.exr", "size.exr"], &["width", "21", "22"]),
@@ -211,6 +213,12 @@ fn a_picture_is_resumed_to_more_samples() {
     let before = folder.bytes("grown.exr");
     let other_seed = ["--spp", "20", "--resume", "--seed", "3"];
     folder.assert_render_refused("grown.exr", &other_seed, &["grown.exr", "resumed", "seed", "1", "3"]);
+    let later = ["--spp-range", "11:20", "--resume"];
+    folder.assert_render_refused(
+        "grown.exr",
+        &later,
+        &["grown.exr", "resumed", "begins with sample 0, not 11", "merge"],
+    );
     assert!(folder.bytes("grown.exr") == before, "nothing was written");
     // First a crop, then the rest.
     folder.render("detail.exr", &["--spp", "11", "--crop", "3:9,4:8", "--resume"]);

@@ -148,20 +148,19 @@ pub fn all_samples(scene: &Scene) -> SampleBlock {
 }
 
 /// Adds those samples of a block that the accumulator does not have yet, on the threads of the current rayon pool,
-/// until all are done or `control.stop` returns true. The accumulator's coverage then says which are missing, and
-/// another call continues.
+/// until all are done or `control.stop` returns true. Another call continues.
 ///
 /// # Panics
 ///
-/// If the block reaches beyond the accumulator's window.
+/// If the block reaches beyond the accumulator's window, or begins with another sample than the accumulator.
 pub fn render_missing(
     integrator: &Integrator,
     target: &SampleBlock,
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
-    let missing = accumulator.coverage().missing_from(target);
-    let samples = missing.iter().map(SampleBlock::count).sum();
+    accumulator.begin_at(target.samples.start);
+    let samples = accumulator.missing_count(target);
     let done = AtomicU64::new(0);
     let progress = |row: Progress| {
         let samples_done = done.fetch_add(row.samples_done, Ordering::Relaxed) + row.samples_done;
@@ -170,12 +169,12 @@ pub fn render_missing(
     let control = RenderControl { progress: &progress, ..control };
     let per_pass = samples_per_pixel_and_pass(integrator.scene(), target);
     let mut statistics = Statistics::default();
-    let mut start = missing.iter().map(|block| block.samples.start).min().unwrap_or(target.samples.end);
+    let fewest = accumulator.counts_of(target).min();
+    let mut start = fewest.map_or(target.samples.end, |count| target.samples.start.saturating_add(count));
     while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
-        let pass = SampleBlock { samples: start..end, ..target.clone() };
-        let blocks: Vec<SampleBlock> = missing.iter().filter_map(|block| block.intersection(&pass)).collect();
-        statistics = statistics.plus(render_pass(RowRenderer { integrator }, &blocks, accumulator, control));
+        let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
+        statistics = statistics.plus(render_pass(RowRenderer { integrator }, &pass, accumulator, control));
         start = end;
     }
     statistics
@@ -204,38 +203,24 @@ fn pass_end(start: u32, per_pass: u32) -> u32 {
     }
 }
 
-/// Adds the samples of some blocks, row by row, and records which were done.
+/// Adds the samples of a block that are missing, row by row.
 fn render_pass(
     renderer: RowRenderer,
-    blocks: &[SampleBlock],
+    pass: &SampleBlock,
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
     let aovs = accumulator.aovs();
-    let finished: Vec<(Vec<SampleBlock>, Statistics)> = accumulator
-        .par_rows_mut()
-        .map(|row| {
-            let here = |block: &&SampleBlock| block.rows.contains(&row.number);
-            let here: Vec<SampleBlock> = blocks
-                .iter()
-                .filter(here)
-                .map(|block| SampleBlock { rows: row.number..row.number + 1, ..block.clone() })
-                .collect();
-            if here.is_empty() || (control.stop)() {
-                return (Vec::new(), Statistics::default());
-            }
-            let (done, statistics) = renderer.render(here, row, aovs, control.stop);
-            let count = done.iter().map(SampleBlock::count).sum();
-            (control.progress)(Progress { samples_done: count, samples: count });
-            (done, statistics)
-        })
-        .collect();
-    let mut sum = Statistics::default();
-    for (done, statistics) in finished {
-        done.into_iter().for_each(|block| accumulator.record(block));
-        sum = sum.plus(statistics);
-    }
-    sum
+    let rows = accumulator.par_rows_mut(pass).map(|row| {
+        let has_all = row.counts.iter().all(|count| *count >= range_length(&pass.samples));
+        if has_all || (control.stop)() {
+            return Statistics::default();
+        }
+        let (samples_done, statistics) = renderer.render(row, pass, aovs, control.stop);
+        (control.progress)(Progress { samples_done, samples: samples_done });
+        statistics
+    });
+    rows.reduce(Statistics::default, Statistics::plus)
 }
 
 /// Renders rows of an image.
@@ -245,55 +230,50 @@ struct RowRenderer<'a> {
 }
 
 impl RowRenderer<'_> {
-    /// Adds the samples of some blocks to a row, and returns which were done before `stop` returned true. A pixel that
-    /// has begun is finished.
-    fn render(
-        &self,
-        blocks: Vec<SampleBlock>,
-        row: Row,
-        aovs: Aovs,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> (Vec<SampleBlock>, Statistics) {
+    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and returns their number. A
+    /// pixel that has begun is finished.
+    fn render(&self, row: Row, pass: &SampleBlock, aovs: Aovs, stop: &(dyn Fn() -> bool + Sync)) -> (u64, Statistics) {
         let scene = self.integrator.scene();
         let mut tracer = self.integrator.tracer(!aovs.spectrum);
         let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
         let mut accumulator = PixelAccumulator::new(aovs);
-        let sum_count = aovs.sum_count();
-        let mut done = Vec::with_capacity(blocks.len());
-        for block in blocks {
-            let pattern = PixelPattern::new(scene.integrator.seed, block.samples.clone());
-            let start = (block.columns.start - row.first_column) as usize * sum_count;
-            let mut end = block.columns.start;
-            for (column, sums) in block.columns.clone().zip(row.sums[start..].chunks_exact_mut(sum_count)) {
-                if stop() {
-                    break;
-                }
-                end = column + 1;
-                if let Some(target) = scene.integrator.noise_target {
-                    let count = row.counts[(column - row.first_column) as usize];
-                    if repeat_if_done(sums, aovs, [count, range_length(&block.samples).into()], target) {
-                        continue;
-                    }
-                }
-                let pixel = Pixel::new(scene, &pattern, column, row.number);
-                for sample in block.samples.clone() {
-                    let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                    if aovs.spectrum {
-                        accumulator.add_radiance(&scene.sensor, &tracer.radiance(&ray, &mut sampler));
-                    } else {
-                        accumulator.add_sample(tracer.response(scene, &ray, &mut sampler));
-                    }
-                    if let Some(first_hits) = &mut first_hits {
-                        first_hits.add(&ray, &mut accumulator, aovs);
-                    }
-                }
-                accumulator.flush(sums);
+        let mut pattern = PixelPattern::new(scene.integrator.seed, 0..0);
+        let mut samples_done = 0;
+        let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
+        for (column, (sums, count)) in pass.columns.clone().zip(pixels) {
+            let samples = pass.samples.start + *count..pass.samples.end;
+            if samples.is_empty() {
+                continue;
             }
-            if end > block.columns.start {
-                done.push(SampleBlock { columns: block.columns.start..end, ..block });
+            if stop() {
+                break;
             }
+            let before = u64::from(*count);
+            *count += range_length(&samples);
+            samples_done += u64::from(range_length(&samples));
+            if let Some(target) = scene.integrator.noise_target
+                && repeat_if_done(sums, aovs, [before, range_length(&samples).into()], target)
+            {
+                continue;
+            }
+            if pattern.samples != samples {
+                pattern = PixelPattern::new(scene.integrator.seed, samples.clone());
+            }
+            let pixel = Pixel::new(scene, &pattern, column, row.number);
+            for sample in samples {
+                let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
+                if aovs.spectrum {
+                    accumulator.add_radiance(&scene.sensor, &tracer.radiance(&ray, &mut sampler));
+                } else {
+                    accumulator.add_sample(tracer.response(scene, &ray, &mut sampler));
+                }
+                if let Some(first_hits) = &mut first_hits {
+                    first_hits.add(&ray, &mut accumulator, aovs);
+                }
+            }
+            accumulator.flush(sums);
         }
-        (done, Statistics { unusable_samples: accumulator.unusable_samples, ..tracer.statistics() })
+        (samples_done, Statistics { unusable_samples: accumulator.unusable_samples, ..tracer.statistics() })
     }
 }
 

@@ -71,7 +71,8 @@ impl Sampler {
 #[derive(Debug)]
 pub(crate) struct PixelPattern {
     seed: u32,
-    first: u32,
+    /// The samples that have a position.
+    pub(crate) samples: Range<u32>,
     /// Binary digits of each sample's position: from left to right, and downwards.
     digits: Vec<[u32; 2]>,
 }
@@ -79,13 +80,12 @@ pub(crate) struct PixelPattern {
 impl PixelPattern {
     /// The positions of some samples.
     pub(crate) fn new(seed: u32, samples: Range<u32>) -> Self {
-        let first = samples.start;
-        let digits = samples.map(|sample| {
+        let digits = samples.clone().map(|sample| {
             let scramble = mixed(mixed(seed ^ PATTERN_SALT).wrapping_add(sample / SEQUENCE_LENGTH));
             let [across, down, ..] = sample_4d(sample % SEQUENCE_LENGTH, 0, scramble);
             [across, down].map(digits)
         });
-        Self { seed, first, digits: digits.collect() }
+        Self { seed, digits: digits.collect(), samples }
     }
 
     /// Digital shift of the pixel with number `pixel`.
@@ -97,7 +97,7 @@ impl PixelPattern {
     /// Position of a sample in a pixel with the digital shift `shift`, in [0, 1)²: from left to right, and downwards.
     #[inline]
     pub(crate) fn position(&self, shift: [u32; 2], sample: u32) -> [f32; 2] {
-        let [across, down] = self.digits[(sample - self.first) as usize];
+        let [across, down] = self.digits[(sample - self.samples.start) as usize];
         [across ^ shift[0], down ^ shift[1]].map(|digits| digits as f32 * UNIT)
     }
 }

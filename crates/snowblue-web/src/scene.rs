@@ -15,7 +15,7 @@ use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource};
 use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
-use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, SceneDescription};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, SceneDescription};
 use wasm_bindgen::prelude::*;
 
 use crate::snow::text;
@@ -337,7 +337,7 @@ impl Picture {
     #[must_use]
     pub fn samples(&self) -> u32 {
         let all = all_samples(self.scene());
-        let missing: u64 = self.sums.coverage().missing_from(&all).iter().map(SampleBlock::count).sum();
+        let missing = self.sums.missing_count(&all);
         let pixels = u64::from(self.width()) * u64::from(self.height());
         u32::try_from((all.count() - missing) / pixels.max(1)).unwrap_or(u32::MAX)
     }

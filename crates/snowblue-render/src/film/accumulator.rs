@@ -9,6 +9,11 @@
 //!
 //! Sums of squares, for variances, are multiples of 2⁻⁷⁶ ≈ 10⁻²³ and saturate at 2⁵¹ ≈ 2·10¹⁵. The variance is then
 //! infinite.
+//!
+//! The samples of a pixel are one range. It begins with the same sample for all pixels; after an interrupt, and in
+//! tiles of different samples, it ends with different ones.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Xyz};
@@ -16,7 +21,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
-use crate::film::sample_block::{Coverage, SampleBlock};
+use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::raster::{ImageSize, PixelPosition};
 use crate::spectrum::SAMPLES;
@@ -33,24 +38,46 @@ pub struct FilmAccumulator {
     window: Window,
     aovs: Aovs,
     wavelengths_nm: [f64; SAMPLES],
-    coverage: Coverage,
+    /// The first sample of each pixel.
+    first_sample: u32,
+    /// The number of samples of each pixel, row by row.
+    counts: Vec<u32>,
     /// The sums of each pixel, in the layout of [`Aovs`], row by row.
     sums: Vec<i128>,
 }
 
+/// Memory of a pixel, in bytes.
+pub(crate) fn pixel_bytes(aovs: Aovs) -> usize {
+    aovs.sum_count() * size_of::<i128>() + size_of::<u32>()
+}
+
 /// Memory of the sums of a window, in bytes.
 pub fn memory_bytes(window: &Window, aovs: Aovs) -> u64 {
-    let bytes_per_pixel = aovs.sum_count() * size_of::<i128>();
-    window.size().pixel_count() as u64 * bytes_per_pixel as u64
+    window.size().pixel_count() as u64 * pixel_bytes(aovs) as u64
+}
+
+/// Samples of a pixel that leave a gap to those that are there, or are there already. Both ranges are half-open.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the samples {}:{} of pixel {},{} do not follow {}:{}",
+    added.start, added.end, pixel.x, pixel.y, present.start, present.end
+)]
+pub struct SamplesDoNotFollow {
+    /// The pixel.
+    pub pixel: PixelPosition,
+    /// Its samples before.
+    pub present: Range<u32>,
+    /// Those to add.
+    pub added: Range<u32>,
 }
 
 /// The range of the number of samples per pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleCounts {
     /// Samples of the pixel that has fewest.
-    pub fewest: u64,
+    pub fewest: u32,
     /// Samples of the pixel that has most.
-    pub most: u64,
+    pub most: u32,
 }
 
 impl FilmAccumulator {
@@ -67,7 +94,8 @@ impl FilmAccumulator {
             window: window.clone(),
             aovs,
             wavelengths_nm: *wavelengths_nm,
-            coverage: Coverage::default(),
+            first_sample: 0,
+            counts: vec![0; window.size().pixel_count()],
             sums: vec![0; window.size().pixel_count() * aovs.sum_count()],
         }
     }
@@ -92,28 +120,55 @@ impl FilmAccumulator {
         &self.wavelengths_nm
     }
 
-    /// The samples that the sums include.
-    pub fn coverage(&self) -> &Coverage {
-        &self.coverage
+    /// The samples of the pixel that has most.
+    pub fn samples(&self) -> Range<u32> {
+        self.first_sample..self.first_sample + self.samples_per_pixel().most
+    }
+
+    /// Whether no pixel has a sample.
+    pub fn is_empty(&self) -> bool {
+        self.counts.iter().all(|count| *count == 0)
     }
 
     /// Fewest and most samples of a pixel of the window.
     pub fn samples_per_pixel(&self) -> SampleCounts {
-        let none = SampleCounts { fewest: u64::MAX, most: 0 };
-        let counts = self.window.rows.clone().flat_map(|row| self.sample_counts(row));
-        counts.fold(none, |range, count| SampleCounts { fewest: range.fewest.min(count), most: range.most.max(count) })
+        let [fewest, most] = [self.counts.iter().min(), self.counts.iter().max()];
+        SampleCounts { fewest: fewest.copied().unwrap_or(0), most: most.copied().unwrap_or(0) }
     }
 
     /// The first pixel of the window, row by row, that has no sample.
     pub fn first_empty_pixel(&self) -> Option<PixelPosition> {
-        let is_empty = |row: u32| self.sample_counts(row).iter().position(|count| *count == 0);
-        let (row, index) = self.window.rows.clone().find_map(|row| Some((row, is_empty(row)?)))?;
-        Some(PixelPosition { x: self.window.columns.start + u32::try_from(index).ok()?, y: row })
+        self.pixels().find(|(_, count)| *count == 0).map(|(pixel, _)| pixel)
     }
 
-    /// Number of samples of each pixel of a row of the window.
-    fn sample_counts(&self, row: u32) -> Vec<u64> {
-        sample_counts(&self.coverage, &self.window, row)
+    /// The pixels of the window, row by row, with their numbers of samples.
+    fn pixels(&self) -> impl Iterator<Item = (PixelPosition, u32)> {
+        let Window { columns, rows } = &self.window;
+        let positions = rows.clone().flat_map(|y| columns.clone().map(move |x| PixelPosition { x, y }));
+        positions.zip(self.counts.iter().copied())
+    }
+
+    /// The number of samples of a block that the sums lack. It begins with their first sample, if they have any.
+    ///
+    /// # Panics
+    ///
+    /// If the block reaches beyond the window.
+    pub fn missing_count(&self, target: &SampleBlock) -> u64 {
+        let samples = range_length(&target.samples);
+        self.counts_of(target).map(|count| u64::from(samples.saturating_sub(count))).sum()
+    }
+
+    /// The number of samples of each pixel of a block.
+    pub(crate) fn counts_of(&self, target: &SampleBlock) -> impl Iterator<Item = u32> {
+        assert!(self.window.contains(&target.window()), "the window contains that of the block");
+        let width = range_length(&target.columns) as usize;
+        target.rows.clone().flat_map(move |row| &self.counts[self.index(target.columns.start, row)..][..width]).copied()
+    }
+
+    /// The number of a pixel of the window, row by row.
+    fn index(&self, x: u32, y: u32) -> usize {
+        let Window { columns, rows } = &self.window;
+        (y - rows.start) as usize * range_length(columns) as usize + (x - columns.start) as usize
     }
 
     /// The same sums in a window that contains `other` too.
@@ -124,28 +179,43 @@ impl FilmAccumulator {
         }
         let window = self.window.enclosing(other);
         let mut extended = Self::new(self.image_size, &window, self.aovs, &self.wavelengths_nm);
-        extended.add(&self);
+        extended.add_all(&self);
         extended
     }
 
-    /// Adds the samples of another part of the same image.
+    /// Adds the samples of another part of the same image, which follow those of each pixel.
+    ///
+    /// # Errors
+    ///
+    /// When the samples of a pixel do not follow those that are there. Nothing is added then.
     ///
     /// # Panics
     ///
-    /// When the parts differ in image size or AOVs, share a sample, or the other window is not contained in this one.
-    pub fn add(&mut self, other: &Self) {
+    /// When the parts differ in image size or AOVs, or the other window is not contained in this one.
+    pub fn add(&mut self, other: &Self) -> Result<(), SamplesDoNotFollow> {
         assert!(self.image_size == other.image_size && self.aovs == other.aovs, "the parts are of one image");
-        assert_eq!(self.coverage.first_overlap(&other.coverage), None, "no sample counts twice");
         assert!(self.window.contains(&other.window), "the window contains that of the part");
-        let (row_length, other_row_length) = (self.row_length(), other.row_length());
-        let first_row = (other.window.rows.start - self.window.rows.start) as usize;
-        let first_sum = (other.window.columns.start - self.window.columns.start) as usize * self.aovs.sum_count();
-        let rows = self.sums.chunks_exact_mut(row_length).skip(first_row);
-        for (row, other_row) in rows.zip(other.sums.chunks_exact(other_row_length)) {
-            let sums = row[first_sum..].iter_mut();
-            sums.zip(other_row).for_each(|(sum, term)| *sum = sum.saturating_add(*term));
+        let range = |first: u32, count: u32| first..first + count;
+        let first = if self.is_empty() { other.first_sample } else { self.first_sample };
+        for (pixel, count) in other.pixels().filter(|(_, count)| *count > 0) {
+            let present = range(first, self.counts[self.index(pixel.x, pixel.y)]);
+            if present.end != other.first_sample {
+                return Err(SamplesDoNotFollow { pixel, present, added: range(other.first_sample, count) });
+            }
         }
-        other.coverage.blocks().iter().for_each(|block| self.coverage.add(block.clone()));
+        self.add_all(other);
+        Ok(())
+    }
+
+    /// Adds samples that follow those of each pixel.
+    fn add_all(&mut self, other: &Self) {
+        self.begin_at(if self.is_empty() { other.first_sample } else { self.first_sample });
+        for ((pixel, count), sums) in other.pixels().zip(other.sums.chunks_exact(self.aovs.sum_count())) {
+            let index = self.index(pixel.x, pixel.y);
+            self.counts[index] += count;
+            let own = self.sums[index * sums.len()..].iter_mut();
+            own.zip(sums).for_each(|(sum, term)| *sum = sum.saturating_add(*term));
+        }
     }
 
     /// Number of sums of a row of pixels.
@@ -153,28 +223,37 @@ impl FilmAccumulator {
         self.aovs.sum_count() * self.window.size().width as usize
     }
 
-    /// The rows of the window. Samples that are added to their sums must be [recorded](Self::record).
-    pub(crate) fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = Row<'_>> {
-        let (row_length, Self { window, coverage, sums, .. }) = (self.row_length(), self);
-        let rows = sums.par_chunks_mut(row_length).zip(window.rows.clone());
-        rows.map(|(sums, number)| Row {
-            number,
-            first_column: window.columns.start,
-            sums,
-            counts: sample_counts(coverage, window, number),
-        })
+    /// Sets the first sample of all pixels.
+    ///
+    /// # Panics
+    ///
+    /// When there are samples that begin with another.
+    pub(crate) fn begin_at(&mut self, sample: u32) {
+        assert!(self.first_sample == sample || self.is_empty(), "the samples of all pixels begin with the same one");
+        self.first_sample = sample;
     }
 
-    /// Records that the sums include the samples of a block.
-    pub(crate) fn record(&mut self, block: SampleBlock) {
-        self.coverage.add(block);
+    /// The rows of a block, which lies within the window. Who adds samples to their sums counts them.
+    pub(crate) fn par_rows_mut(&mut self, target: &SampleBlock) -> impl IndexedParallelIterator<Item = Row<'_>> {
+        let [first_column, first_row] = [(&target.columns, &self.window.columns), (&target.rows, &self.window.rows)]
+            .map(|(part, all)| (part.start - all.start) as usize);
+        let (width, height) = (range_length(&target.columns) as usize, target.rows.len());
+        let (row_length, sum_count) = (self.row_length(), self.aovs.sum_count());
+        let counts = self.counts.par_chunks_mut(self.window.size().width as usize);
+        let rows = self.sums.par_chunks_mut(row_length).zip(counts).skip(first_row).take(height);
+        rows.zip(target.rows.clone()).map(move |((sums, counts), number)| Row {
+            number,
+            sums: &mut sums[first_column * sum_count..][..width * sum_count],
+            counts: &mut counts[first_column..][..width],
+        })
     }
 
     /// The pixels of a row of the window.
     pub(crate) fn row(&self, row: u32) -> impl Iterator<Item = PixelSums<'_>> {
         let start = (row - self.window.rows.start) as usize * self.row_length();
         let pixels = self.sums[start..][..self.row_length()].chunks_exact(self.aovs.sum_count());
-        pixels.zip(self.sample_counts(row)).map(|(sums, count)| PixelSums { aovs: self.aovs, sums, count })
+        let counts = &self.counts[self.index(self.window.columns.start, row)..];
+        pixels.zip(counts).map(|(sums, count)| PixelSums { aovs: self.aovs, sums, count: *count })
     }
 
     /// Fills bits of the sum at an offset of the layout, for some pixels of a row of the window, counted from its left.
@@ -183,6 +262,12 @@ impl FilmAccumulator {
         let sums = self.sums.chunks_exact_mut(length).skip((row - self.window.rows.start) as usize).take(1);
         let sums = sums.flatten().skip(first * sum_count);
         sums.skip(offset).step_by(sum_count).zip(bits).for_each(|(sum, bits)| *sum |= bits);
+    }
+
+    /// Sets the number of samples of some pixels of a row of the window, counted from its left.
+    pub(crate) fn fill_counts(&mut self, row: u32, first: usize, numbers: Vec<u32>) {
+        let start = self.index(self.window.columns.start, row) + first;
+        self.counts[start..].iter_mut().zip(numbers).for_each(|(count, number)| *count = number);
     }
 
     /// The image of the window: the mean of each pixel's samples. Pixels without samples are black.
@@ -200,26 +285,13 @@ impl FilmAccumulator {
     }
 }
 
-/// A row of the window.
+/// A row of a block.
 pub(crate) struct Row<'sums> {
     pub(crate) number: u32,
-    /// Column of its first pixel.
-    pub(crate) first_column: u32,
     /// The sums of all its pixels.
     pub(crate) sums: &'sums mut [i128],
     /// The number of samples in the sums of each pixel.
-    pub(crate) counts: Vec<u64>,
-}
-
-/// Number of samples of each pixel of a row of a window.
-fn sample_counts(coverage: &Coverage, window: &Window, row: u32) -> Vec<u64> {
-    let mut counts = vec![0; window.size().width as usize];
-    for SampleBlock { columns, samples, .. } in coverage.blocks().iter().filter(|block| block.rows.contains(&row)) {
-        let [first, end] = [columns.start, columns.end].map(|column| (column - window.columns.start) as usize);
-        let count = u64::from(range_length(samples));
-        counts[first..end].iter_mut().for_each(|sum| *sum += count);
-    }
-    counts
+    pub(crate) counts: &'sums mut [u32],
 }
 
 /// The sums of a pixel.
@@ -228,10 +300,15 @@ pub(crate) struct PixelSums<'a> {
     aovs: Aovs,
     sums: &'a [i128],
     /// Number of samples.
-    count: u64,
+    count: u32,
 }
 
 impl PixelSums<'_> {
+    /// Number of samples.
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
     /// The sum at an offset of the layout.
     pub(crate) fn at(&self, offset: usize) -> i128 {
         self.sums[offset]
@@ -239,12 +316,12 @@ impl PixelSums<'_> {
 
     /// Mean colour; black without samples.
     pub(crate) fn mean_xyz(&self) -> Xyz {
-        mean_xyz(self.sums, self.count)
+        mean_xyz(self.sums, self.count.into())
     }
 
     /// Mean radiance at a wavelength, as a band density in W m⁻² sr⁻¹.
     pub(crate) fn radiance(&self, wavelength: usize) -> f32 {
-        narrow(mean(self.sums[SPECTRUM_OFFSET + wavelength], self.count))
+        narrow(mean(self.sums[SPECTRUM_OFFSET + wavelength], self.count.into()))
     }
 
     /// Mean of one value of an AOV over the samples that have it; 0 if none has, or the layout does not have the AOV.
@@ -259,7 +336,7 @@ impl PixelSums<'_> {
         let unknown = [f32::INFINITY; 3];
         let Some(offset) = self.aovs.squares_offset().filter(|_| self.count > 1) else { return unknown };
         let squares = &self.sums[offset..offset + 3];
-        let estimate = Estimate::new(self.sums, squares, self.count);
+        let estimate = Estimate::new(self.sums, squares, self.count.into());
         [0, 1, 2].map(|k| if squares[k] < i128::MAX { narrow(estimate.variance[k]) } else { f32::INFINITY })
     }
 }

@@ -4,12 +4,14 @@
 //! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the samples in the sums, the [`Provenance`], the AOVs, the wavelengths and the
-//! exposure of a PNG. The data window and the display window give the position of a part in the image.
+//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths and the exposure
+//! of a PNG. One more channel (`sums.missing`) has the number of samples that a pixel lacks at the end of the range. The
+//! data window and the display window give the position of a part in the image.
 
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -28,22 +30,23 @@ use snowblue_base::files::FileError;
 use snowblue_geometry::images::exr_size::check_header_expansion;
 
 use crate::error::RenderError;
-use crate::film::accumulator::{FilmAccumulator, PixelSums};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
 use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::provenance::Provenance;
-use crate::film::sample_block::{Coverage, SampleBlock};
-use crate::film::window::Window;
+use crate::film::window::{Window, range_length};
 use crate::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
-const COVERAGE: &str = "snowblueSamples";
+const SAMPLE_RANGE: &str = "snowblueSamples";
 const AOVS: &str = "snowblueAovs";
 const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
+/// The channel of missing samples.
+const MISSING: &str = "sums.missing";
 
 /// Channels of 32 bits for a sum.
 const WORDS: usize = 4;
@@ -93,11 +96,12 @@ pub fn write(
         encoding.compression = Compression::RLE;
         let wavelengths: Vec<String> = accumulator.wavelengths_nm().iter().map(f64::to_string).collect();
         insert(PROVENANCE, &provenance.to_string());
-        insert(COVERAGE, &accumulator.coverage().to_string());
+        let Range { start, end } = accumulator.samples();
+        insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
         insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &exposure.to_string());
-        channels.extend(sum_words(aovs));
+        channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
     let mut image = Image::from_layer(Layer::new(exr_size(window.size()), attributes, encoding, channels));
@@ -151,13 +155,16 @@ enum Content {
         offset: usize,
         word: usize,
     },
+    /// The number of samples that a pixel lacks at the end of the range.
+    Missing,
 }
 
-/// The words of all sums.
-fn sum_words(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
-    aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
+/// The words of all sums, and the missing samples.
+fn sum_channels(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
+    let words = aovs.sum_names().into_iter().enumerate().flat_map(move |(offset, name)| {
         (0..WORDS).map(move |word| (word_channel_name(&name, word), Content::Word { offset, word }))
-    })
+    });
+    words.chain([(MISSING.to_owned(), Content::Missing)])
 }
 
 /// The channels of a file, of which each block of lines is computed when it is written.
@@ -201,6 +208,7 @@ impl<'a> WritableChannels<'a> for FilmChannels<'a> {
 impl ChannelsWriter for &FilmChannels<'_> {
     fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(block.pixel_size.area() * header.channels.bytes_per_pixel);
+        let most = range_length(&self.accumulator.samples());
         let lines = self.accumulator.window().rows.clone().skip(block.pixel_position.y());
         for row in lines.take(block.pixel_size.height()) {
             let pixels = self.accumulator.row(row).skip(block.pixel_position.x()).take(block.pixel_size.width());
@@ -210,6 +218,9 @@ impl ChannelsWriter for &FilmChannels<'_> {
                     Content::Mean(mean) => bytes.extend(pixels.iter().flat_map(|pixel| mean.of(pixel).to_ne_bytes())),
                     Content::Word { offset, word } => {
                         bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
+                    }
+                    Content::Missing => {
+                        bytes.extend(pixels.iter().flat_map(|pixel| (most - pixel.count()).to_ne_bytes()));
                     }
                 }
             }
@@ -237,8 +248,8 @@ pub struct ResumableImage {
     pub provenance: Provenance,
     /// Exposure of a PNG.
     pub exposure: Exposure,
-    /// The samples in the sums.
-    pub coverage: Coverage,
+    /// The samples of the pixel that has most.
+    pub samples: Range<u32>,
     /// The values that are summed beside colours.
     pub aovs: Aovs,
     /// Size of the whole image.
@@ -276,8 +287,7 @@ impl ResumableImage {
             .map_err(|source| RenderError::File(FileError::Read { path: path.into(), source }))?
             .len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
-        let pixel_bytes = image.aovs.sum_count() * size_of::<i128>();
-        check_header_expansion(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
+        check_header_expansion(header, pixel_bytes(image.aovs), length).map_err(|reason| invalid(&reason))?;
         Ok(image)
     }
 
@@ -303,11 +313,11 @@ impl ResumableImage {
             return Err(damaged("windows"));
         };
         let (image_size, window) = (ImageSize { width, height }, Window { columns, rows });
-        let coverage: Coverage = parsed(header, COVERAGE)?;
-        let is_within = |block: &SampleBlock| window.contains(&block.window());
-        if !Window::of_image(image_size).contains(&window) || !coverage.blocks().iter().all(is_within) {
+        if !Window::of_image(image_size).contains(&window) {
             return Err(damaged("windows"));
         }
+        let samples: String = parsed(header, SAMPLE_RANGE)?;
+        let samples = samples.split_once(':').and_then(|(start, end)| Some(start.parse().ok()?..end.parse().ok()?));
         let wavelengths: String = parsed(header, WAVELENGTHS)?;
         let wavelengths: Result<Vec<f64>, _> = wavelengths.split_whitespace().map(str::parse).collect();
         Ok(Self {
@@ -315,7 +325,7 @@ impl ResumableImage {
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
             exposure: parsed(header, EXPOSURE)?,
-            coverage,
+            samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: parsed(header, AOVS)?,
             image_size,
             window,
@@ -345,35 +355,45 @@ impl ResumableImage {
         let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;
         let header = reader.headers().first().filter(|header| self.is_of(header));
         let header = header.ok_or_else(|| invalid("the file has changed".to_owned()))?;
-        // The words of each channel of the file.
-        let mut words: Vec<Option<Content>> = vec![None; header.channels.list.len()];
-        for (name, word) in sum_words(self.aovs) {
-            let is_word =
+        // What each channel of the file holds of the sums.
+        let mut contents: Vec<Option<Content>> = vec![None; header.channels.list.len()];
+        for (name, content) in sum_channels(self.aovs) {
+            let is_named =
                 |channel: &ChannelDescription| channel.name == *name && channel.sample_type == SampleType::U32;
-            let place = header.channels.list.iter().position(is_word);
+            let place = header.channels.list.iter().position(is_named);
             let place = place.ok_or_else(|| invalid(format!("the channel {name} is missing")))?;
-            words[place] = Some(word);
+            contents[place] = Some(content);
         }
         let mut accumulator = FilmAccumulator::new(self.image_size, &self.window, self.aovs, &self.wavelengths_nm);
+        accumulator.begin_at(self.samples.start);
+        let most = range_length(&self.samples);
         let rows = self.window.rows.start;
         reader
             .filter_chunks(false, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
             .and_then(|chunks| {
                 chunks.decompress_parallel(false, |meta, block| {
                     for line in block.lines(&meta.headers[0].channels) {
-                        if let Some(Content::Word { offset, word }) = words[line.location.channel] {
-                            let values = line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>()?;
-                            let Vec2(first, row) = line.location.position;
-                            let row = rows + u32::try_from(row).unwrap_or(u32::MAX);
-                            let bits = values.into_iter().map(|bits| (u128::from(bits) << (32 * word)).cast_signed());
-                            accumulator.fill_bits(row, first, offset, bits);
+                        let (Vec2(first, row), content) = (line.location.position, contents[line.location.channel]);
+                        let row = rows + u32::try_from(row).unwrap_or(u32::MAX);
+                        let values = || line.read_samples::<u32>().collect::<Result<Vec<u32>, _>>();
+                        match content {
+                            None | Some(Content::Mean(_)) => {}
+                            Some(Content::Missing) => {
+                                let count = |missing: u32| most.checked_sub(missing);
+                                let counts: Option<Vec<u32>> = values()?.into_iter().map(count).collect();
+                                let error = || exr::error::Error::Invalid("more samples are missing than all".into());
+                                accumulator.fill_counts(row, first, counts.ok_or_else(error)?);
+                            }
+                            Some(Content::Word { offset, word }) => {
+                                let bits = |bits: u32| (u128::from(bits) << (32 * word)).cast_signed();
+                                accumulator.fill_bits(row, first, offset, values()?.into_iter().map(bits));
+                            }
                         }
                     }
                     Ok(())
                 })
             })
             .map_err(unreadable)?;
-        self.coverage.blocks().iter().for_each(|block| accumulator.record(block.clone()));
         Ok(accumulator)
     }
 }

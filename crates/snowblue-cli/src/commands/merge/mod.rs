@@ -27,7 +27,8 @@ const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 #[command(
     allow_negative_numbers = true,
     after_help = "The result is identical to that of a single run, to the last bit. The parts of a picture must have \
-one scene, seed and table. They can be ranges of samples, tiles, or both, in any order; no sample may be in two parts.
+one scene, seed and table. They can be ranges of samples, tiles, or both, in any order; the samples of a pixel \
+must make one range.
 
 Examples:
   snowblue render scene.toml --spp-range 0:50 -o part1.exr    (and 50:100, elsewhere)

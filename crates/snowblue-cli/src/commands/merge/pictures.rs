@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::film::sample_block::Coverage;
 use snowblue_render::raster::{ImageSize, PixelPosition};
 
 use crate::options::FilmMemory;
@@ -13,7 +12,7 @@ use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TA
 
 /// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
 ///
-/// All headers are checked before the first pixel is read.
+/// All headers are checked before the first pixel is read, and whether samples follow each other as they are added.
 pub(super) fn merge_pictures(
     paths: &[PathBuf],
     file: &PictureFile,
@@ -33,8 +32,11 @@ pub(super) fn merge_pictures(
     let largest = parts.iter().map(|part| &part.window).max_by_key(|window| window.size().pixel_count());
     memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
     let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
-    for part in &parts {
-        sums.add(&part.read_sums().map_err(Failure::input)?);
+    let mut ordered: Vec<(&PathBuf, &ResumableImage)> = paths.iter().zip(&parts).collect();
+    ordered.sort_by_key(|(_, part)| part.samples.start);
+    for (path, part) in ordered {
+        let added = sums.add(&part.read_sums().map_err(Failure::input)?);
+        added.map_err(|error| Failure::Input(format!("{}: {error} of the other parts", path.display())))?;
     }
     if let Some(PixelPosition { x, y }) = sums.first_empty_pixel() {
         return Err(Failure::Input(format!("no part has a sample of pixel {x},{y}: the tiles leave a gap")));
@@ -75,26 +77,17 @@ fn common_exposure(paths: &[PathBuf], parts: &[ResumableImage]) -> Result<Exposu
     }
 }
 
-/// Checks that the parts belong to one picture, have no common sample, and cover what a file can describe.
+/// Checks that the parts belong to one picture.
 fn check(paths: &[PathBuf], parts: &[ResumableImage]) -> Outcome {
-    for (number, (path, part)) in paths.iter().zip(parts).enumerate() {
-        let names = |other: usize| format!("{} and {}", paths[other].display(), path.display());
+    for (path, part) in paths.iter().zip(parts) {
+        let names = format!("{} and {}", paths[0].display(), path.display());
         if let Some(difference) = parts[0].provenance.difference(&part.provenance) {
-            return Err(Failure::Input(format!("{} are of different pictures: {difference}", names(0))));
+            return Err(Failure::Input(format!("{names} are of different pictures: {difference}")));
         }
         if (part.aovs, part.image_size) != (parts[0].aovs, parts[0].image_size) {
             let (one, other) = (parts[0].aovs, part.aovs);
-            return Err(Failure::Input(format!("{} have different AOVs: {one}, and {other}", names(0))));
-        }
-        for (other, before) in parts[..number].iter().enumerate() {
-            if let Some(twice) = before.coverage.first_overlap(&part.coverage) {
-                let (x, y, sample) = (twice.columns.start, twice.rows.start, twice.samples.start);
-                return Err(Failure::Input(format!("{} both have sample {sample} of pixel {x},{y}", names(other))));
-            }
+            return Err(Failure::Input(format!("{names} have different AOVs: {one}, and {other}")));
         }
     }
-    match Coverage::union(parts.iter().map(|part| &part.coverage)) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(Failure::Input(format!("the parts cannot be merged at once: {error}"))),
-    }
+    Ok(())
 }

@@ -51,7 +51,7 @@ impl RenderJob<'_> {
         let bar = Progress::new("samples", self.quiet);
         let statistics = self.render(&mut sums, &bar)?;
         bar.finish();
-        if sums.coverage().blocks().is_empty() {
+        if sums.is_empty() {
             return Err(Failure::Interrupted("interrupted before the first sample; nothing is written".to_owned()));
         }
         self.write(&sums)?;
@@ -74,6 +74,12 @@ impl RenderJob<'_> {
         if part.aovs != aovs {
             return Err(differs(&format!("its AOVs are {}, not {aovs}", part.aovs)));
         }
+        let first = self.target.samples.start;
+        if part.samples.start != first {
+            let what =
+                format!("it begins with sample {}, not {first}: render another part, and merge", part.samples.start);
+            return Err(differs(&what));
+        }
         // Samples of other pixels move to a larger film.
         let window = part.window.enclosing(&self.target.window());
         let both = [&window, &part.window];
@@ -88,7 +94,7 @@ impl RenderJob<'_> {
         let mut next_checkpoint = self.checkpoint.map(|every| Instant::now() + every);
         let mut first = true;
         loop {
-            let missing: u64 = sums.coverage().missing_from(&self.target).iter().map(SampleBlock::count).sum();
+            let missing = sums.missing_count(&self.target);
             if missing == 0 || interrupt::is_requested() {
                 return Ok(statistics);
             }
@@ -133,7 +139,7 @@ impl RenderJob<'_> {
     }
 
     fn is_finished(&self, sums: &FilmAccumulator) -> bool {
-        sums.coverage().missing_from(&self.target).is_empty()
+        sums.missing_count(&self.target) == 0
     }
 
     fn print_statistics(&self, statistics: &Statistics) {
