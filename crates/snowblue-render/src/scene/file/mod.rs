@@ -7,8 +7,8 @@
 //!                          # false_color = { red_nm, green_nm, blue_nm }
 //! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "hybrid" |
 //!                          # "diffusion" | "pcasnow" | "reference"
-//! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface,
-//!                          #   else as its snow needs)
+//! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface)
+//!                          #   or nodes (of a body, about), else as its snow needs
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
