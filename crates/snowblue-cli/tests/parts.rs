@@ -1,16 +1,15 @@
-//! Pictures in parts, interrupted and resumed: identical to a single run to the last bit; parts of others are refused.
+//! Pictures in parts and resumed: identical to a single run to the last bit; parts of others are refused.
+//! `scripts/test-faults` interrupts and kills them.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod shell;
 
 use std::io::Read as _;
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::sync::mpsc;
 
-use shell::{assert_names, assert_refused, decoded, shipped_scene, stdout};
+use shell::{assert_refused, decoded, shipped_scene, stdout};
 
 /// Kinds of packets of the viewer's protocol: CreateImage and UpdateImageV3.
 const CREATE_IMAGE: u8 = 4;
@@ -217,108 +216,6 @@ fn a_picture_is_resumed_to_more_samples() {
     folder.render("detail.exr", &["--spp", "11", "--crop", "3:9,4:8", "--resume"]);
     folder.render("detail.exr", &["--spp", "11", "--resume"]);
     assert!(pixels(&folder.path("detail.exr")) == whole);
-}
-
-/// How a rendering ended after a signal.
-#[cfg(unix)]
-struct Ended {
-    code: Option<i32>,
-    message: String,
-}
-
-/// What the test waits for after it starts a rendering.
-#[cfg(unix)]
-enum Event {
-    /// A checkpoint is written. The connection of the viewer stays open.
-    Checkpoint(TcpStream),
-    /// The rendering closed its stderr.
-    Exit,
-}
-
-/// Starts a rendering that no machine finishes, sends a signal after its first checkpoint, and waits for its end.
-///
-/// The preview tells when the checkpoint is written: each update precedes a checkpoint, so the second update follows
-/// the first checkpoint.
-#[cfg(unix)]
-fn interrupted(folder: &Folder, output: &str, signal: &str, threads: &str) -> Ended {
-    let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = viewer.local_addr().unwrap().to_string();
-    let more = ["--spp", MOST_SAMPLES, "--checkpoint", "0.01", "--tev", &address, "--threads", threads];
-    let mut child = Command::new(env!("CARGO_BIN_EXE_snowblue"))
-        .args(folder.rendering(output, &more))
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let (sender, events) = mpsc::channel();
-    let (checkpoint, exit) = (sender.clone(), sender);
-    let mut stderr = child.stderr.take().unwrap();
-    let message = std::thread::spawn(move || {
-        let mut message = String::new();
-        stderr.read_to_string(&mut message).unwrap();
-        // The receiver is gone once it has seen a checkpoint.
-        drop(exit.send(Event::Exit));
-        message
-    });
-    std::thread::spawn(move || {
-        let (mut stream, _) = viewer.accept().unwrap();
-        let mut updates = 0;
-        while updates < 2
-            && let Ok(kind) = read_packet(&mut stream)
-        {
-            updates += u32::from(kind == UPDATE_IMAGE);
-        }
-        if updates == 2 {
-            drop(checkpoint.send(Event::Checkpoint(stream)));
-        }
-    });
-    let Ok(Event::Checkpoint(_stream)) = events.recv() else {
-        child.kill().unwrap();
-        panic!("the rendering ended before its first checkpoint: {}", message.join().unwrap());
-    };
-    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
-    Ended { code: child.wait().unwrap().code(), message: message.join().unwrap() }
-}
-
-/// Reads a packet of the viewer's protocol, which starts with its length, and returns its kind.
-#[cfg(unix)]
-fn read_packet(stream: &mut TcpStream) -> std::io::Result<u8> {
-    let mut length = [0; 4];
-    stream.read_exact(&mut length)?;
-    let mut rest = vec![0; u32::from_le_bytes(length) as usize - length.len()];
-    stream.read_exact(&mut rest)?;
-    Ok(rest[0])
-}
-
-#[cfg(unix)]
-const MOST_SAMPLES: &str = "16777216";
-
-#[cfg(unix)]
-#[test]
-fn an_interrupt_leaves_a_picture_that_can_be_resumed() {
-    let folder = Folder::without_field();
-    for signal in ["-INT", "-TERM"] {
-        let Ended { code, message } = interrupted(&folder, "stopped.exr", signal, "1");
-        assert_eq!(code, Some(130), "{message}");
-        assert_names(&message, &["interrupted", "stopped.exr", MOST_SAMPLES, "--resume"]);
-        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-        assert_eq!(folder.names(), 2, "the scene and the picture");
-        std::fs::remove_file(folder.path("stopped.exr")).unwrap();
-    }
-    // A killed process cannot write anything, but its last checkpoint can be resumed.
-    assert_eq!(interrupted(&folder, "killed.exr", "-KILL", "1").code, None);
-    folder.render("killed.exr", &["--spp", "1", "--resume"]);
-    // Pixels can have different numbers of samples.
-    let Ended { message, .. } = interrupted(&folder, "stopped.exr", "-INT", "2");
-    let (samples, _) = message.split_once(" of ").unwrap();
-    let most: u32 = samples.rsplit_once([' ', '–']).unwrap().1.parse().unwrap();
-    let beyond = (most + 50).to_string();
-    folder.render("whole.exr", &["--spp", &beyond, "--keep-sums"]);
-    folder.render("stopped.exr", &["--spp", &beyond, "--resume"]);
-    assert!(pixels(&folder.path("stopped.exr")) == pixels(&folder.path("whole.exr")), "{message}");
-    let Ended { code, message } = interrupted(&folder, "stopped.png", "-INT", "1");
-    assert_eq!(code, Some(130), "{message}");
-    assert_names(&message, &["stopped.png", "PNG", "resumed"]);
 }
 
 #[test]

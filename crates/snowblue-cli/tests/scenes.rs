@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use shell::{assert_names, assert_refused, shipped_scene, stderr, stdout};
 use snowblue_render::SceneFile;
-use snowblue_render::mesh_tools::inspection::inspect;
+use snowblue_render::inspection::inspect;
 use snowblue_render::render::render;
 use snowblue_render::scene::description::SceneDescription;
 

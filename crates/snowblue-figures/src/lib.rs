@@ -1,4 +1,5 @@
-//! Charts of light through snow, and the figures and tables of the PCASnow paper, recomputed.
+//! Charts of light through snow, sheets of labelled colours, and the figures and tables of the PCASnow paper,
+//! recomputed.
 //!
 //! ```text
 //! table ─► plot: charts of spectra, of BSDFs and of compression errors, as SVG
@@ -14,6 +15,8 @@ pub mod error;
 pub mod table;
 
 pub mod plot;
+
+pub mod swatch;
 
 pub mod figure;
 mod scenes;

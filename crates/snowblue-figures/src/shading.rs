@@ -1,9 +1,11 @@
 //! Colours of the light behind snow: wavelengths, observers, exposures and textured swatches.
 
 use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_render::RenderError;
 use snowblue_render::film::image_file;
-use snowblue_render::images::raster::ImageSize;
-use snowblue_render::{RenderError, swatch};
+use snowblue_render::raster::ImageSize;
+
+use crate::swatch;
 
 /// Evenly spaced wavelengths, in nm.
 pub(crate) fn wavelengths_nm(first: u32, last: u32, step: usize) -> Vec<f64> {

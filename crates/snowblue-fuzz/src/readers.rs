@@ -2,15 +2,13 @@
 
 use std::io::Write as _;
 
-use glam::DAffine3;
 use snowblue_database::PcaSnow;
 use snowblue_database::axes_file;
 use snowblue_database::file::AnyTable;
+use snowblue_geometry::mesh_files::read_mesh_from;
 use snowblue_render::SceneFile;
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::film::resumable_file::ResumableImage;
-use snowblue_render::mesh_files::gltf::GltfFile;
-use snowblue_render::mesh_files::read_mesh_from;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::optics::IceTable;
 
@@ -43,11 +41,6 @@ pub fn exr_sums(bytes: &[u8]) -> bool {
 pub fn gltf(bytes: &[u8]) -> bool {
     let files = FilesInMemory::from([("file.glb", bytes)]);
     let is_mesh = read_mesh_from(&files, "file.glb", None).is_ok();
-    if let Ok(file) = GltfFile::read(&files, "file.glb")
-        && let Ok(nodes) = file.nodes(DAffine3::IDENTITY)
-    {
-        drop((file.view(&nodes), file.lights(&nodes)));
-    }
     build(&format!("gltf = \"file.glb\"\n{CAMERA}{LIGHT}"), "file.glb", bytes) && is_mesh
 }
 

@@ -9,8 +9,8 @@ use snowblue_color::exposure::{AutoExposure, GREATEST_STOPS, factor};
 use snowblue_color::{Illuminant, Lab, LinearRgb, Srgb8};
 use snowblue_database::Interval;
 use snowblue_database::matching::{self, Given, Match, Problem, Target};
+use snowblue_figures::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_render::film::image_file::write_raster_png;
-use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 
 use crate::arguments::{Angle, Light, Ordinates, Snow};
 use crate::work::{failure, input, run};

@@ -15,10 +15,10 @@ use snowblue_database::lookup::PcaSnow;
 use snowblue_database::pca::Decomposition;
 use snowblue_database::table::Attribute;
 use snowblue_database::{Axes, CompressedTable, Property, PropertyAxis, Quantity, Space, TableSample};
-use snowblue_transport::range::ParameterRange;
+use snowblue_transport::ParameterRange;
 use snowblue_transport::slab::Incidence;
 
-use crate::arguments::{Angle, Ordinates};
+use crate::arguments::{Angle, Ordinates, Snow};
 use crate::work::{failure, input, run};
 
 /// Rays of the tally of a table.
@@ -216,32 +216,27 @@ impl Table {
         let AnyTable::Compressed(table) = &*self.0 else {
             return Err(input(format!("look-ups need a compressed table, but it is {}", self.0.kind())));
         };
-        let axes = &table.axes;
-        let greatest = |values: &[f64]| values.last().copied().unwrap_or_default();
-        let thicknesses =
-            ParameterRange { quantity: "thickness", least: 0.0, greatest: greatest(&axes.thicknesses_cm), unit: "cm" };
-        let mut values: [Vec<f32>; 2] = Default::default();
-        for sample in samples {
-            let snow = PcaSnow::new(table, &sample.sample()?).map_err(input)?;
-            let angles =
-                ParameterRange { quantity: "angle", least: 0.0, greatest: snow.last_angle_deg().into(), unit: "°" };
-            let mut spectrum = vec![0.0; axes.wavelengths_nm.len()];
-            for thickness_cm in &thickness_cm {
-                thicknesses.check((*thickness_cm).into()).map_err(input)?;
-                for angle_deg in &angle_deg {
-                    angles.check((*angle_deg).into()).map_err(input)?;
-                    snow.transmittance(*thickness_cm, *angle_deg, &mut spectrum);
-                    values[0].extend_from_slice(&spectrum);
-                    snow.reflectance(*thickness_cm, *angle_deg, &mut spectrum);
-                    values[1].extend_from_slice(&spectrum);
-                }
-            }
-        }
-        let dict = PyDict::new(py);
-        for (quantity, values) in Quantity::ALL.into_iter().zip(values) {
-            dict.set_item(quantity.name(), PyArray1::from_vec(py, values))?;
-        }
-        Ok(dict)
+        let snow: Vec<PcaSnow> = samples
+            .iter()
+            .map(|sample| PcaSnow::new(table, &sample.sample()?).map_err(input))
+            .collect::<PyResult<_>>()?;
+        looked_up(py, &table.axes, &snow, &thickness_cm, &angle_deg)
+    }
+
+    /// Curves of any snow in the same order: from the table if that holds the snow, else solved for.
+    fn read_or_solve<'py>(
+        &self,
+        py: Python<'py>,
+        snow: Snow,
+        thickness_cm: Vec<f32>,
+        angle_deg: Vec<f32>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (table, sample) = (self.compressed()?, snow.sample()?);
+        let axes = table.axes.clone();
+        let (snow, _) = run(py, None, move |_| {
+            PcaSnow::read_or_solve(Some(&table), &[sample], &table.axes.wavelengths_nm).map_err(input)
+        })?;
+        looked_up(py, &axes, &snow, &thickness_cm, &angle_deg)
     }
 
     /// The errors of one to `components` principal components: a row for each quantity and number.
@@ -309,6 +304,40 @@ impl Table {
             other => Err(input(format!("rendering needs a compressed table, but it is {}", other.kind()))),
         }
     }
+}
+
+/// Curves of each snow within the axes of a table.
+fn looked_up<'py>(
+    py: Python<'py>,
+    axes: &Axes,
+    snow: &[PcaSnow],
+    thickness_cm: &[f32],
+    angle_deg: &[f32],
+) -> PyResult<Bound<'py, PyDict>> {
+    let greatest = |values: &[f64]| values.last().copied().unwrap_or_default();
+    let thicknesses =
+        ParameterRange { quantity: "thickness", least: 0.0, greatest: greatest(&axes.thicknesses_cm), unit: "cm" };
+    let mut values: [Vec<f32>; 2] = Default::default();
+    let mut spectrum = vec![0.0; axes.wavelengths_nm.len()];
+    for snow in snow {
+        let angles =
+            ParameterRange { quantity: "angle", least: 0.0, greatest: snow.last_angle_deg().into(), unit: "°" };
+        for thickness_cm in thickness_cm {
+            thicknesses.check((*thickness_cm).into()).map_err(input)?;
+            for angle_deg in angle_deg {
+                angles.check((*angle_deg).into()).map_err(input)?;
+                snow.transmittance(*thickness_cm, *angle_deg, &mut spectrum);
+                values[0].extend_from_slice(&spectrum);
+                snow.reflectance(*thickness_cm, *angle_deg, &mut spectrum);
+                values[1].extend_from_slice(&spectrum);
+            }
+        }
+    }
+    let dict = PyDict::new(py);
+    for (quantity, values) in Quantity::ALL.into_iter().zip(values) {
+        dict.set_item(quantity.name(), PyArray1::from_vec(py, values))?;
+    }
+    Ok(dict)
 }
 
 fn full(table: &AnyTable) -> PyResult<&snowblue_database::Table> {

@@ -12,7 +12,7 @@ use snowblue_database::CompressedTable;
 use snowblue_render::bake::{
     BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, bake, write_glb, write_ply,
 };
-use snowblue_render::files::{FilesIn, SceneFiles};
+use snowblue_render::files::{FileSource, FilesIn};
 use snowblue_render::film::channels::channels;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::{to_raster, write_png};
@@ -61,7 +61,7 @@ struct Built {
     provenance: Provenance,
 }
 
-impl SceneFiles for GivenFiles {
+impl FileSource for GivenFiles {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
         self.in_memory.get(name).map_or_else(|| self.folder.read(name), |bytes| Ok(bytes.clone()))
     }

@@ -15,7 +15,7 @@ from snowblue._renderers import BAND_WIDTH_NM  # noqa: E402
 
 SIZE = 48
 CAMERA = dict(position=[0.5, -0.7, 0.35], look_at=[0, 0, 0.1], vertical_fov_deg=22)
-SNOW = {"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
+SNOW = {"snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -45,12 +45,12 @@ def daylight():
     ).render(integrator="pcasnow", samples_per_pixel=1).rgb.values[0, 0]
 
 
-def ours(objects, light, bounces=0, samples=256, integrator="diffusion", **snow):
+def ours(objects, light, bounces=0, samples=256, integrator="diffusion", **pcasnow):
     """Our picture and its standard errors, in units in which white light of D65 is 1."""
     key = "light" if "type" in light else "sky" if "sun" in light else "environment"
     made = snowblue.Scene(
-        camera=CAMERA, film={"width": SIZE, "height": SIZE}, integrator={"max_bounces": bounces},
-        material={"snow": {**SNOW["snow"], **snow}, "floor": {"type": "diffuse", "reflectance": 0.5}},
+        camera=CAMERA, film={"width": SIZE, "height": SIZE}, integrator={"max_bounces": bounces, "pcasnow": pcasnow},
+        material={**SNOW, "floor": {"type": "diffuse", "reflectance": 0.5}},
         object=objects, **{key: [light] if key == "light" else light})
     picture = made.render(integrator=integrator, samples_per_pixel=samples, aovs=["variance"])
     white = daylight()

@@ -10,7 +10,7 @@ import pytest
 import snowblue
 
 CAMERA = {"position": [0.6, -0.9, 0.5], "look_at": [0, 0, 0.1], "vertical_fov_deg": 30}
-SNOW = {"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
+SNOW = {"snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}}
 LAMP = {"type": "point", "position": [-0.3, 0.8, 0.4], "illuminant": "D65", "radiant_intensity_w_sr": 10}
 FILM = {"width": 24, "height": 18, "exposure": -1.0}
 
@@ -61,6 +61,17 @@ def test_pictures_have_their_aovs_and_a_display(tmp_path):
     assert picture.y[0] > picture.y[-1], "the first row is the upper one"
     assert (tmp_path / "block.png").read_bytes().startswith(b"\x89PNG")
     picture.display.plot.imshow()
+
+
+def test_snow_beyond_the_table_is_rendered_and_its_curves_are_solved_for():
+    wet = {"snow": {"type": "snow", "snow": "melt-forms", "water_saturation": 0.1,
+                    "impurities_ng_g": {"black-carbon": 50}}}
+    scene = block().with_(material=wet)
+    few = {"samples_per_pixel": 1, "width": 8, "height": 6}
+    solved, field = (scene.render(integrator=integrator, **few) for integrator in ("pcasnow", "diffusion"))
+    assert solved.attrs["notes"].startswith("material.snow: its curves are solved for") and field.attrs["notes"] == ""
+    assert block().render(integrator="pcasnow", **few).attrs["notes"] == ""
+    assert solved.rgb.max() > 0 and field.rgb.max() > 0
 
 
 def test_baked_snow_conserves_light_and_lamps_add_up():

@@ -21,7 +21,7 @@ SIZE = 48
 OBLIQUE = dict(position=[0.5, -0.7, 0.35], look_at=[0, 0, 0.1], vertical_fov_deg=22)
 AHEAD = dict(position=[0.0, -0.9, 0.1], look_at=[0, 0, 0.1], vertical_fov_deg=18)
 """Sees the front face only. The others get light at a grazing angle from what is behind, and reflect it forwards."""
-SNOW = {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}
+SNOW = {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}
 BOX = {"shape": "box", "size": [0.2, 0.1, 0.2], "position": [0, 0, 0.1], "material": "snow"}
 BEHIND, FRONT = (0.0, 0.6, 0.1), (0.3, -0.8, 0.4)
 DARK = 0.01
@@ -386,9 +386,9 @@ def test_a_scene_that_is_not_shown_is_baked(scene):
 def test_presets_set_numbers(scene):
     settings = block().snowblue
     settings.preset = "FRESH"
-    assert (settings.grain_size_um, settings.density_kg_m3) == (100, 200)
+    assert (settings.grain_size_um, settings.density_kg_m3) == (93, 80)
     settings.preset, settings.density_kg_m3 = "CUSTOM", 1000
-    # The range of the table.
+    # Denser than ice is no snow.
     assert settings.density_kg_m3 == 900
 
 

@@ -72,7 +72,7 @@ def test_the_shader_shows_what_pcasnow_does(render, white, tmp_path, unit_m):
             "film": {"width": 64, "height": 64},
             "integrator": {"max_bounces": 0},
             "material": {
-                "snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300},
+                "snow": {"type": "snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300},
                 "floor": {"type": "diffuse", "reflectance": 0.0},
             },
             "light": [light],

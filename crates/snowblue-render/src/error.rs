@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use snowblue_base::files::FileError;
 use snowblue_database::DatabaseError;
 
 use crate::scene::description::key_path::DescriptionError;
@@ -9,14 +10,9 @@ use crate::scene::description::key_path::DescriptionError;
 /// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// A scene or mesh file cannot be opened or read.
-    #[error("cannot read {}: {source}", path.display())]
-    ReadFile {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    /// A file of a scene cannot be read or used.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A scene is not valid TOML, has an unknown or missing key, or a value is out of range.
     #[error("{}:{line}: {reason}", path.display())]
     Scene {
@@ -45,32 +41,6 @@ pub enum RenderError {
         /// Its line, counted from 1.
         line: usize,
         /// The quantity, its value and its range.
-        reason: String,
-    },
-    /// An image of a sky, a texture or a part to merge cannot be used.
-    #[error("{}: {reason}", path.display())]
-    ReadImage {
-        /// The image file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A mesh file is not valid.
-    #[error("{}: {reason}", path.display())]
-    Mesh {
-        /// The mesh file.
-        path: PathBuf,
-        /// What is wrong, and where if that is known.
-        reason: String,
-    },
-    /// A line of a mesh file is not valid.
-    #[error("{}:{line}: {reason}", path.display())]
-    MeshLine {
-        /// The mesh file.
-        path: PathBuf,
-        /// Its line, counted from 1.
-        line: usize,
-        /// What is wrong.
         reason: String,
     },
     /// A value of a description breaks a rule.

@@ -12,14 +12,11 @@
 //! ```
 //!
 //! A [`SceneDescription`] is plain data; [`SceneFile`] reads it from TOML, and [`SceneDescription::build`] makes a
-//! [`Scene`] of it, which knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`] computes
-//! what a method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the picture.
-//! [`scene::integrator`] names the methods. An integrator that was prepared always renders. [`swatch`] draws sheets of
-//! labelled colours, with the texture of snow on request.
+//! [`Scene`] of it, which knows what snow is made of and nothing of how it is rendered. [`Integrator::prepare`]
+//! computes what a method needs: curves of slabs, random walks, the light field. [`render()`] does both and makes the
+//! picture. [`scene::integrator`] names the methods. An integrator that was prepared always renders.
 //!
-//! A picture has the same bits on any number of threads. Geometry is single precision, in metres. Where a sign decides
-//! what is inside (the edges of triangles), arithmetic is exact, so that depths hold from every direction and through
-//! every edge.
+//! A picture has the same bits on any number of threads.
 //!
 //! **Simplifications.** In PCASnow light enters the snow at one point and leaves it at another on a straight line, with
 //! the curves of a slab, and leaves equally in all directions. Faces are flat for depths, shadows and the offsets of
@@ -28,25 +25,11 @@
 //! **Out of scope.** Building tables (`snowblue-database`); options and progress bars (the command).
 
 pub mod error;
-pub mod files;
-pub(crate) mod hash;
 pub(crate) mod notation;
 pub mod sampling;
 pub mod spectrum;
 
-pub mod geometry;
-
-pub(crate) mod bvh;
-
-pub mod images;
-
-pub(crate) mod height_files;
-
-pub mod mesh_files;
-
-pub mod shapes;
-
-pub mod mesh_tools;
+pub mod raster;
 
 pub mod film;
 
@@ -58,9 +41,9 @@ pub mod integrators;
 
 pub mod render;
 
-pub mod bake;
+pub mod inspection;
 
-pub mod swatch;
+pub mod bake;
 
 pub use error::RenderError;
 pub use film::Film;
@@ -74,3 +57,4 @@ pub use render::{Progress, Rendering, render};
 pub use scene::Scene;
 pub use scene::description::SceneDescription;
 pub use scene::file::SceneFile;
+pub use snowblue_base::files;

@@ -26,6 +26,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use snowblue_geometry::ray::Ray;
 
 use crate::error::RenderError;
 use crate::film::Film;
@@ -37,9 +38,8 @@ use crate::film::noise::repeat_if_done;
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
-use crate::geometry::ray::Ray;
-use crate::images::raster::PixelPosition;
 use crate::integrators::Integrator;
+use crate::raster::PixelPosition;
 use crate::sampling::{PixelPattern, PixelSampler, Sampler};
 use crate::scene::description::SceneDescription;
 use crate::scene::queries::Statistics;

@@ -1,5 +1,5 @@
-//! A scene that is built after another, and an integrator that is prepared after another, have the same pictures, to the
-//! last bit, as those that are made alone. The light field is solved for only where it differs.
+//! A scene that is built after another, and an integrator that is prepared after another, have the same pictures, to
+//! the last bit, as those that are made alone. The light field is solved for only where it differs.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 

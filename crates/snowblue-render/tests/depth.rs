@@ -11,8 +11,8 @@ use snow::{
     SNOW, analytic_table, directions, extinction_per_cm, integrator, pcasnow, point_light, prepared, radiance, scene,
     with_light_at,
 };
-use snowblue_render::geometry::ray::Ray;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_geometry::ray::Ray;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;

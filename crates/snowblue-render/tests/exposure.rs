@@ -7,7 +7,7 @@ mod snow;
 use snow::{SNOW, analytic_table, prepared};
 use snowblue_color::Xyz;
 use snowblue_render::film::exposure::Exposure;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::{Aovs, Film, Integrator, Rendering};

@@ -14,7 +14,7 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;

@@ -6,8 +6,8 @@ mod snow;
 
 use glam::Vec3A;
 use snow::{SNOW, prepared, radiance, scene, scene_by};
-use snowblue_render::geometry::ray::{Crossing, Ray};
-use snowblue_render::mesh_tools::inspection::{Inspection, inspect};
+use snowblue_geometry::ray::{Crossing, Ray};
+use snowblue_render::inspection::{Inspection, inspect};
 use snowblue_render::scene::Scene;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
 use snowblue_transport::sample::SnowSample;

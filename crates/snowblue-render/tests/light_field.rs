@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::Vec3A;
 use snow::{SNOW, estimate, point_light, prepared, radiance, scene_by};
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
 use snowblue_render::{Film, Integrator};

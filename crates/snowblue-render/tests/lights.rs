@@ -12,7 +12,7 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::scene::light::Panorama;
 use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};

@@ -7,12 +7,11 @@ mod snow;
 use std::fmt::Write;
 use std::path::Path;
 
-use glam::{DAffine3, Vec2, Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 use snow::{SNOW, directions};
-use snowblue_render::geometry::ray::Ray;
-use snowblue_render::geometry::triangle_mesh::TriangleMesh;
-use snowblue_render::mesh_files::gltf::{GltfFile, LightKind, Y_UP_TO_Z_UP};
-use snowblue_render::mesh_files::read_mesh_file;
+use snowblue_geometry::mesh_files::read_mesh_file;
+use snowblue_geometry::ray::Ray;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::scene::Scene;
 
 /// An irregular octahedron with texture coordinates, oriented outwards.
@@ -237,18 +236,6 @@ fn a_gltf_scene_has_its_meshes_camera_and_materials() {
     assert_eq!(plain.materials().len(), 1);
     let none = folder.load(&format!("gltf = \"gone.glb\"\n{light}")).unwrap_err();
     assert!(none.contains("scene.toml:1: ") && none.contains("gone.glb"), "{none}");
-}
-
-#[test]
-fn lights_are_transformed_like_meshes() {
-    let folder = Folder::new();
-    let file = GltfFile::open(&folder.path().join("stone.glb")).unwrap();
-    let lights = file.lights(&file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP)).unwrap());
-    assert_eq!(lights.len(), 1);
-    assert_eq!(lights[0].name, "lamp");
-    assert_eq!(lights[0].kind, LightKind::Point { intensity_cd: 30.0 });
-    assert!((lights[0].position - Vec3A::new(0.0, 0.0, 3.0)).length() < 1e-6);
-    assert!((lights[0].colour.g - 0.5).abs() < 1e-6);
 }
 
 #[test]

@@ -18,7 +18,7 @@ use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 

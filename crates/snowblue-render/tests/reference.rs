@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use glam::Vec3A;
 use snow::{Estimate, SNOW, estimate, prepared, radiance, scene_by};
 use snowblue_render::Integrator;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;

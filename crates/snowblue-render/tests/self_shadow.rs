@@ -7,7 +7,7 @@ mod snow;
 
 use glam::Vec3A;
 use snow::{directions, scene};
-use snowblue_render::geometry::ray::{Ray, off_surface};
+use snowblue_geometry::ray::{Ray, off_surface};
 use snowblue_render::sampling::cosine_direction;
 
 /// A PLY file of the cube from −1 to 1.

@@ -13,7 +13,7 @@ use snow::{
     with_light_at,
 };
 use snowblue_database::PcaSnow;
-use snowblue_render::images::raster::ImageSize;
+use snowblue_render::raster::ImageSize;
 use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 

@@ -7,8 +7,8 @@ mod snow;
 
 use glam::{DVec3, Vec3A};
 use snow::{SNOW, analytic_table, directions, integrator, pcasnow, prepared, radiance, scene};
-use snowblue_render::geometry::ray::{Crossing, Ray};
-use snowblue_render::images::raster::ImageSize;
+use snowblue_geometry::ray::{Crossing, Ray};
+use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 

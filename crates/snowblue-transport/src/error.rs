@@ -1,37 +1,13 @@
 //! Errors of the engines and of their input.
 
+use snowblue_base::RangeError;
+
 /// Why an input is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TransportError {
-    /// A quantity lies outside the range in which the model holds.
-    #[error(
-        "{quantity} is {}{unit}, but must lie in {least}–{greatest}{unit}",
-        short_number(*.value), unit = suffix(.unit)
-    )]
-    OutOfRange {
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// Value given.
-        value: f64,
-        /// Least value allowed.
-        least: f64,
-        /// Greatest value allowed.
-        greatest: f64,
-        /// Unit of the values; empty for a ratio.
-        unit: &'static str,
-    },
-    /// The ends of an interval are in the wrong order.
-    #[error("{quantity} has the range {first}:{last}{unit}, whose ends are in the wrong order", unit = suffix(.unit))]
-    Reversed {
-        /// Name of the quantity.
-        quantity: &'static str,
-        /// First end given.
-        first: f64,
-        /// Last end given.
-        last: f64,
-        /// Unit of the ends; empty for a ratio.
-        unit: &'static str,
-    },
+    /// A quantity lies outside the range in which the model holds, or the ends of an interval are in the wrong order.
+    #[error(transparent)]
+    Range(#[from] RangeError),
     /// A mean grain size whose range leaves the model's range.
     #[error(
         "mean grain size is {mean_um} µm, but its range of ± {half_range_um} µm must lie in {}–{} µm: give a mean of \
@@ -142,26 +118,4 @@ pub(crate) fn find_by_name<T: Copy>(
         name: name.to_owned(),
         known: all.iter().map(|one| name_of(*one)).collect::<Vec<_>>().join(", "),
     })
-}
-
-/// A number in digits, or with an exponent where there would be more than fifteen of them.
-#[must_use]
-pub fn short_number(value: f64) -> String {
-    if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
-}
-
-/// A unit as it follows a number: `10 µm`, `45°`, `0.5`.
-fn suffix(unit: &str) -> String {
-    if unit.is_empty() || unit == "°" { unit.to_owned() } else { format!(" {unit}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_numbers_have_an_exponent() {
-        let shown = [1200.0, -0.25, 123_456_789_012_345.0, 1e99, -1e15, f64::NAN].map(short_number);
-        assert_eq!(shown, ["1200", "-0.25", "123456789012345", "1e99", "-1e15", "NaN"]);
-    }
 }

@@ -31,7 +31,6 @@
 //! **Out of scope.** Radiance inside the snow (only fluxes are computed), and colour (`snowblue-color`).
 
 mod error;
-pub mod parameter;
 pub mod range;
 
 pub mod quadrature;
@@ -60,14 +59,14 @@ pub mod measured;
 pub mod simplification;
 pub mod sunlight;
 
-pub use error::{TransportError, short_number};
+pub use error::TransportError;
 pub use medium::{
     Demand, GrainOptics, GrainTallies, HenyeyGreenstein, Medium, Microstructure, PhaseFunction, PhasePlan, Population,
     Scattering, TallyPlan,
 };
 pub use optics::{Ice, IceTable, Impurities, Substance};
-pub use parameter::Parameter;
-pub use range::{ParameterRange, WavelengthRange};
+pub use range::WavelengthRange;
 pub use sample::{GrainSize, SizeMeasure, SnowSample, SnowType, TruncatedNormal};
 pub use slab::{Estimate, Incidence, Radiometry, Slab};
+pub use snowblue_base::{Parameter, ParameterRange, RangeError, short_number};
 pub use stack::{DepthFluxes, Layer, Stack, StackRadiometry};

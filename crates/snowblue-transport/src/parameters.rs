@@ -1,6 +1,7 @@
 //! All parameters of snow and of the light on it.
 
-use crate::parameter::Parameter;
+use snowblue_base::Parameter;
+
 use crate::sample::{
     DENSITY, FACETNESS, GRAIN_SIZE, MASS_FRACTION, SPHERICITY, SURFACE_AREA, TEMPERATURE, WATER_SATURATION,
 };

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
+use snowblue_base::{Parameter, ParameterRange};
+
 use crate::TransportError;
-use crate::parameter::Parameter;
-use crate::range::ParameterRange;
 use crate::sample::{PAPER, SnowSample};
 
 /// Thickness of a slab or layer, in cm.
@@ -138,7 +138,7 @@ pub(crate) fn check_incidences(incidences: &[Incidence]) -> Result<(), Transport
         return Err(TransportError::Missing { quantity: "angle" });
     }
     incidences.iter().try_for_each(|incidence| match incidence {
-        Incidence::Beam { angle_deg } => ANGLE_RANGE.check(*angle_deg),
+        Incidence::Beam { angle_deg } => Ok(ANGLE_RANGE.check(*angle_deg)?),
         Incidence::Diffuse => Ok(()),
     })
 }

@@ -1,8 +1,8 @@
 //! Layers of different snow on a ground under light, and their fluxes above, below and at any depth.
 
+use snowblue_base::{Parameter, ParameterRange};
+
 use crate::TransportError;
-use crate::parameter::Parameter;
-use crate::range::ParameterRange;
 use crate::sample::SnowSample;
 use crate::slab::{Estimate, Incidence, Radiometry, THICKNESS_RANGE, check_incidences, check_wavelengths};
 
@@ -159,7 +159,7 @@ impl Layer {
     /// Reports the first quantity that lies outside its range.
     pub fn check(&self) -> Result<(), TransportError> {
         self.sample.check()?;
-        THICKNESS_RANGE.check(self.thickness_cm)
+        Ok(THICKNESS_RANGE.check(self.thickness_cm)?)
     }
 }
 

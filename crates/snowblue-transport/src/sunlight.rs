@@ -172,7 +172,7 @@ impl Broadband {
 /// ```
 ///
 /// # Errors
-/// [`TransportError::OutOfRange`] outside 300–2500 nm.
+/// [`TransportError::Range`] outside 300–2500 nm.
 pub fn spectral_irradiance(wavelength_nm: f64) -> Result<f64, TransportError> {
     G173.wavelength_range().check("wavelength", wavelength_nm)?;
     Ok(spectral_irradiance_w_m2_nm(wavelength_nm))

@@ -4,10 +4,10 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use snowblue_transport::ParameterRange;
 use snowblue_transport::monte_carlo::{self, MonteCarloOptions};
 use snowblue_transport::optics::{IceTable, Impurities, Substance};
 use snowblue_transport::ordinates::{self, OrdinatesOptions, Streams};
-use snowblue_transport::range::ParameterRange;
 use snowblue_transport::sample::{
     DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, GrainSize, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SizeMeasure,
     SnowSample, TEMPERATURE_RANGE, TruncatedNormal, WATER_SATURATION_RANGE,

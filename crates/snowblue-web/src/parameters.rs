@@ -5,11 +5,10 @@ use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::shader::display_glsl;
 use snowblue_color::{Illuminant, LinearRgb, Observer};
 use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
-use snowblue_transport::Parameter;
 use snowblue_transport::optics::Substance;
 use snowblue_transport::parameters::PARAMETERS;
-use snowblue_transport::range::ParameterRange;
 use snowblue_transport::sample::{SnowSample, SnowType, TruncatedNormal};
+use snowblue_transport::{Parameter, ParameterRange};
 use wasm_bindgen::prelude::*;
 
 /// Part of the light of one wavelength that is shown, so that most of them lie within sRGB.

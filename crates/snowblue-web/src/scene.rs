@@ -6,14 +6,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use js_sys::Date;
 use snowblue_color::LinearRgb;
+use snowblue_geometry::mesh_files::obj_text;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::bake::{
     BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, bake, glb_bytes,
 };
-use snowblue_render::files::{FilesInMemory, SceneFiles};
+use snowblue_render::files::{FileSource, FilesInMemory};
 use snowblue_render::film::image_file::to_raster;
 use snowblue_render::film::provenance::Provenance;
-use snowblue_render::geometry::triangle_mesh::TriangleMesh;
-use snowblue_render::mesh_files::obj_text;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource};

@@ -7,11 +7,11 @@ use std::error::Error;
 use std::io::Write as _;
 use std::path::Path;
 
-use snowblue_database::file::write_atomically;
-use snowblue_render::geometry::triangle_mesh::TriangleMesh;
-use snowblue_render::mesh_files::read_mesh_file;
-use snowblue_render::mesh_tools::repair::repair;
-use snowblue_render::mesh_tools::topology::Topology;
+use snowblue_base::atomic_file::write_atomically;
+use snowblue_geometry::mesh_files::read_mesh_file;
+use snowblue_geometry::repair::repair;
+use snowblue_geometry::topology::Topology;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 /// Returns what was done.
 pub(crate) fn run(input: &Path, output: &Path) -> Result<String, Box<dyn Error>> {

@@ -9,12 +9,12 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use glam::Vec3A;
-use snowblue_render::geometry::bounds::Bounds;
-use snowblue_render::geometry::instance::Instance;
-use snowblue_render::geometry::mesh_bvh::MeshBvh;
-use snowblue_render::geometry::ray::{Crossing, Ray};
-use snowblue_render::geometry::transform::Transform;
-use snowblue_render::mesh_files::read_mesh_file;
+use snowblue_geometry::bounds::Bounds;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::mesh_files::read_mesh_file;
+use snowblue_geometry::ray::{Crossing, Ray};
+use snowblue_geometry::transform::Transform;
 
 /// Most lines along a side of a grid.
 const MAX_LINES: u16 = 10_000;

@@ -4,7 +4,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use snowblue_database::file::{STANDARD_OUTPUT, check_writable, is_stream, write_atomically};
+use snowblue_base::atomic_file::{STANDARD_OUTPUT, check_writable, is_stream, write_atomically};
 
 use super::failure::{Failure, Outcome};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
-use snowblue_database::file::STANDARD_OUTPUT;
+use snowblue_base::atomic_file::STANDARD_OUTPUT;
 use snowblue_figures::{Cell, DataTable};
 
 use super::failure::{Failure, Outcome};

@@ -14,11 +14,11 @@
 mod chebyshev;
 mod shader;
 
+use snowblue_base::{ParameterRange, RangeError};
 use snowblue_color::{Colorimeter, Xyz};
 use snowblue_transport::TransportError;
 use snowblue_transport::medium::{Demand, GrainTallies, Population, TallyPlan};
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_without_errors};
-use snowblue_transport::range::ParameterRange;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Radiometry, Slab};
 
@@ -45,7 +45,10 @@ const DEGREES: [[usize; 2]; 6] = [[16, 8], [20, 10], [24, 12], [28, 12], [32, 12
 /// Why the colours of a sample have no fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CompactError {
-    /// A parameter of the sample or the thickness is out of range.
+    /// The thickness is out of range.
+    #[error(transparent)]
+    Thickness(#[from] RangeError),
+    /// A parameter of the sample is out of range.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The snow is too dark for logarithms.

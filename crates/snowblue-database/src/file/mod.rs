@@ -6,15 +6,13 @@
 //! `shard`.
 //!
 //! [`read`] reads a file and [`AnyTable::from_bytes`] its bytes; [`Table::write`](crate::Table::write) and its like
-//! write one, atomically ([`write_atomically`]).
+//! write one, atomically ([`write_atomically`](snowblue_base::atomic_file::write_atomically)).
 
-mod atomic;
 mod header;
 mod names;
 mod reader;
 mod writer;
 
-pub use atomic::{STANDARD_OUTPUT, check_writable, is_stream, partial_path, write_atomically};
 pub use reader::{AnyTable, read};
 
 pub(crate) use writer::write_bytes;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use netcdf3::error::WriteError;
 use netcdf3::{DataSet, FileWriter, Version};
+use snowblue_base::atomic_file::write_atomically;
 
-use super::atomic::write_atomically;
 use super::names::{
     ARITHMETIC, COMPONENT, CONVENTIONS, ERROR_SUFFIX, GRAIN, SAMPLE, SHARD, SHARD_DIMENSIONS, SINGULAR_VALUE, SPACE,
 };

@@ -39,7 +39,7 @@ LEAST = 1e-30
 class Curves:
     """Transmittance and reflectance of one snow over depth and angle."""
 
-    def __init__(self, database: Database, parameters: dict[str, float]) -> None:
+    def __init__(self, database: Database, snow: dict[str, Any]) -> None:
         last_cm = float(database.axes["thickness"][-1])
         first = np.log2(OFFSET_CM)
         cells = int(np.ceil((np.log2(last_cm + OFFSET_CM) - first + BEYOND_OCTAVES) * CELLS_PER_OCTAVE))
@@ -51,9 +51,10 @@ class Curves:
         self.last_deg = float(database.axes["angle"][-1])
         self.angles = int(np.ceil(self.last_deg)) + 1
         angles_deg = np.linspace(0.0, self.last_deg, self.angles)
-        known = database.look_up(thickness_cm=[*within, *ends_cm], angle_deg=angles_deg, **parameters)
-        logs = _visible(np.log(np.maximum(known.transmittance.values, LEAST)), database)
-        reflectance = _visible(known.reflectance.values, database)
+        curves = database._table.read_or_solve(snow, [*within, *ends_cm], angles_deg.tolist())
+        known = {name: values.reshape(len(within) + 2, self.angles, -1) for name, values in curves.items()}
+        logs = _visible(np.log(np.maximum(known["transmittance"], LEAST)), database)
+        reflectance = _visible(known["reflectance"], database)
         slope = np.minimum((logs[-1] - logs[-2]) / (ends_cm[1] - ends_cm[0]), 0.0)
         beyond_cm = depths_cm[len(within) :, None, None]
         logs = np.concatenate([logs[:-2], logs[-1] + slope * (beyond_cm - last_cm)])
@@ -121,7 +122,7 @@ class PCASnow:
         if path_mode not in PATH_MODES:
             raise ValueError(f"path_mode is '{path_mode}', but must be one of {', '.join(PATH_MODES)}")
         self.unit_m, self.path_mode, self.database = unit_m, path_mode, database
-        self.curves: dict[tuple[float, ...], Curves] = {}
+        self.curves: dict[str, Curves] = {}
         self.meshes = ""
         self.snow: list[Any] = []
 
@@ -146,10 +147,10 @@ class PCASnow:
             solid = names.index(bodies[number])
             triangles = len(arrays[number][1])
             shape.add_attribute(SOLID, 1, np.full(triangles, solid, dtype=np.float32))
-            key = tuple(shape.bsdf().parameters.values())
+            key = shape.bsdf().material_name
             if key not in self.curves:
                 try:
-                    self.curves[key] = Curves(self.database, shape.bsdf().parameters)
+                    self.curves[key] = Curves(self.database, shape.bsdf().material)
                 except ValueError as error:
                     raise ValueError(f"shape '{shape.id()}': {error}") from None
             shape.bsdf().pcasnow = shape.emitter().pcasnow = self
@@ -181,7 +182,7 @@ class PCASnow:
         self.solid_of = indices(np.repeat(solids, counts).astype(np.uint32))
 
     def _curves(self, bsdf: Any) -> Curves:
-        return self.curves[tuple(bsdf.parameters.values())]
+        return self.curves[bsdf.material_name]
 
     def reflectance(self, bsdf: Any, si: Any, cosine: Any, active: Any) -> Any:
         """The reflectance of snow for light at a cosine of incidence."""

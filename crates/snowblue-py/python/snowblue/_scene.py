@@ -36,7 +36,7 @@ class Scene:
     >>> scene = snowblue.Scene(
     ...     camera={"position": [1, -1, 0.6], "look_at": [0, 0, 0.15], "vertical_fov_deg": 30},
     ...     film={"width": 32, "height": 24, "exposure": -1.0},
-    ...     material={"snow": {"type": "pca_snow", "grain_size_um": 400, "facetness": 0.3, "density_kg_m3": 300}},
+    ...     material={"snow": {"type": "snow", "grain_size_um": 400, "density_kg_m3": 300}},
     ...     light=[{"type": "point", "position": [-0.5, 1, 0.5], "illuminant": "D65", "radiant_intensity_w_sr": 10}],
     ...     object=[{"shape": "box", "size": [0.3, 0.1, 0.3], "position": [0, 0, 0.15], "material": "snow"}],
     ... )
@@ -86,9 +86,9 @@ class Scene:
     def with_(self, **tables: Any) -> Scene:
         """The scene with other tables: keywords of :class:`Scene`, of which None removes a table.
 
-        Its files, and meshes of arrays by their names, are those of this scene. A scene and those made from it keep what
-        was built for the last picture of any of them; the next picture computes only what differs: where lights differ,
-        their light in the snow, and where only the camera or the film differ, nothing of the snow.
+        Its files, and meshes of arrays by their names, are those of this scene. A scene and those made from it keep
+        what was built for the last picture of any of them; the next picture computes only what differs: where lights
+        differ, their light in the snow, and where only the camera or the film differ, nothing of the snow.
 
         Examples
         --------
@@ -146,7 +146,8 @@ class Scene:
         aovs : sequence
             Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter.
         database : Database, optional
-            A compressed table of snow instead of the embedded one.
+            A compressed table of curves for pcasnow instead of that of the scene, or else the embedded one. The curves
+            of snow that it does not hold are solved for.
         output : path, optional
             A .png or .exr file to write too.
         progress : bool or callable, optional
@@ -157,7 +158,7 @@ class Scene:
             `rgb`: linear sRGB, where luminance 1 is that of 1 W/(m² sr) of equal-energy light over 400 to 700 nm;
             `display`: 8-bit sRGB at the exposure, for `picture.display.plot.imshow()`; and the AOVs. The pixel at the
             upper left is the first; y grows upwards. The attribute `solved_light_fields` counts the solutions for light
-            in snow that were not kept of an earlier picture.
+            in snow that were not kept of an earlier picture, and `notes` says which curves pcasnow solved for.
         """
         changed = self._changed(
             film={"width": width, "height": height, "exposure": exposure},
@@ -171,7 +172,8 @@ class Scene:
         )
         target = _target(output)
         with reporting(progress, "samples") as report:
-            rendered = changed.render(_table(database), ",".join(["rgb", *aovs]), target, report)
+            table = None if database is None else database._table
+            rendered = changed.render(table, ",".join(["rgb", *aovs]), target, report)
         return _picture(rendered)
 
     def bake(
@@ -180,7 +182,6 @@ class Scene:
         step_mm: float | None = None,
         spectrum: bool = False,
         max_bounces: int | None = None,
-        database: Database | None = None,
         output: str | PathLike[str] | None = None,
         progress: Progress = None,
     ) -> Bake:
@@ -196,7 +197,6 @@ class Scene:
         spectrum : bool
             31 wavelengths in W/(m² nm) instead of linear sRGB in W/m².
         max_bounces : int, optional
-        database : Database, optional
         output : path, optional
             A .glb or .ply file to write too.
         progress : bool or callable, optional
@@ -209,7 +209,7 @@ class Scene:
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
         with reporting(progress, "solutions") as report:
             content = {"spectrum": spectrum, "is_total": False, "reflection": False}
-            of_all, *objects = changed.bake(_table(database), step_mm, content, target, report)
+            of_all, *objects = changed.bake(step_mm, content, target, report)
         return Bake([_baked(one, of_all["lamps"]) for one in objects], of_all["lamps"], of_all["provenance"])
 
     def _changed(self, **tables: Mapping[str, Any]) -> _native.Scene:
@@ -269,16 +269,13 @@ def _target(output: str | PathLike[str] | None) -> str | None:
     return None if output is None else fspath(output)
 
 
-def _table(database: Database | None) -> _native.Table:
-    return (database or Database.embedded())._table
-
-
 def _picture(rendered: dict[str, Any]) -> xr.Dataset:
     import xarray as xr
 
     width, height = rendered.pop("width"), rendered.pop("height")
     display, wavelengths_nm = rendered.pop("display"), rendered.pop("wavelengths")
     made = {name: rendered.pop(name) for name in ("exposure_stops", "provenance", "solved_light_fields")}
+    made["notes"] = "\n".join(rendered.pop("notes"))
     groups: dict[str, list[str]] = {}
     for name in rendered:
         group = "rgb" if name in ("R", "G", "B") else "spectrum" if name.startswith("S0.") else name.split(".")[0]

@@ -12,13 +12,13 @@
 
 Importing this module registers three plug-ins:
 
-- the BSDF `snow_surface`: what the surface of snow reflects. Its parameters are `grain_size_um` (400), `facetness`
-  (0.3), `density_kg_m3` (300) and `body`: shapes of snow with the same word there are one solid;
+- the BSDF `snow_surface`: what the surface of snow reflects. Its parameters are those of :class:`snowblue.Snow` that
+  are one number or word, such as `grain_size_um` (400), `density_kg_m3` (300) or `snow`; those of impurities in ng/g,
+  such as `black_carbon_ng_g` (0); and `body`: shapes of snow with the same word there are one solid;
 - the emitter `snow_light`, on the same shape: the light that comes out of the snow. Its parameter `of` has no meaning,
   but must differ between the shapes of a dictionary, since `mitsuba.load_dict` makes one plug-in of equal ones;
 - the integrator `snow`: it computes the light of all snow, and renders with another integrator, `path` by default or
-  the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, `database` the file of a
-  compressed table instead of the embedded one, and `method` one of these:
+  the one nested in it. Its parameter `unit_m` (1) is the length of a unit of the scene, and `method` one of these:
 
   - `light_field` (the default) solves for the light inside the snow before it renders. The surface reflects by the
     reflection function R0 of deep snow, and the light from inside is K(mu) J / pi, where J is the net flux through the
@@ -29,7 +29,8 @@ Importing this module registers three plug-ins:
   - `pcasnow` traces one straight path through the snow for each hit. The light from inside is T(d, theta) E / pi, where
     d is the length of the path in the snow, E the irradiance of a lamp where it leaves the snow, and theta the angle of
     incidence there. The surface reflects R(d, theta) E / pi. `path_mode` is `brightest` (the default), `normal`,
-    `light` or `view`. It is lit by all emitters.
+    `light` or `view`, and `database` the file of a compressed table of curves instead of the embedded one. The curves
+    of snow that the table does not hold are solved for, in about a second. It is lit by all emitters.
 
 Snow must be a closed mesh.
 """
@@ -39,7 +40,6 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
-from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -47,7 +47,7 @@ import mitsuba as mi
 import numpy as np
 
 from snowblue import _native
-from snowblue._arguments import VISIBLE_NM, number, whole
+from snowblue._arguments import SNOW, VISIBLE_NM, WORDS, number, whole
 from snowblue._database import Database
 from snowblue._mitsuba_pcasnow import PATH_MODES, PCASnow
 from snowblue._renderers import BAND_WIDTH_NM, _bands, _csv, _rgb
@@ -57,11 +57,18 @@ COMPONENTS = 6
 SAMPLING_WEIGHT = 1e-6
 UNSUPPORTED = ("mono", "polarized", "scalar_spectral", "cuda")
 """Parts of the names of variants that have no snow."""
-METHOD_PARAMETERS = {"light_field": ("step_mm", "field_step_mm", "gather_depth"), "pcasnow": ("path_mode",)}
+METHOD_PARAMETERS = {
+    "light_field": ("step_mm", "field_step_mm", "gather_depth"),
+    "pcasnow": ("path_mode", "database"),
+}
 """The methods, and the parameters that only one of them has."""
 SKY_FILE, SKY_HEIGHT = "sky.exr", 256
 """The image of an envmap: greater ones are reduced to this height."""
-SNOW_PARAMETERS = {"grain_size_um": 400.0, "facetness": 0.3, "density_kg_m3": 300.0}
+IMPURITIES = {
+    f"{name.replace('-', '_')}_ng_g": name
+    for name in ("black-carbon", "brown-carbon", "saharan-dust", "colorado-dust", "snow-algae")
+}
+"""The names of impurities by those of their parameters."""
 
 
 def _register() -> None:
@@ -90,7 +97,8 @@ def _bsdf_class() -> type:
 
         def __init__(self, props: mi.Properties) -> None:
             mi.BSDF.__init__(self, props)
-            self.parameters = {name: number(name, props.get(name, value)) for name, value in SNOW_PARAMETERS.items()}
+            self.material = _snow_of(props)
+            self.material_name = json.dumps(self.material, sort_keys=True)
             self.body = props.get("body", "")
             self.reflection = None
             # Set while the integrator renders by PCASnow.
@@ -159,7 +167,7 @@ def _bsdf_class() -> type:
             pass
 
         def to_string(self) -> str:
-            return f"SnowSurface[{', '.join(f'{name} = {value:g}' for name, value in self.parameters.items())}]"
+            return f"SnowSurface[{', '.join(f'{name} = {value}' for name, value in self.material.items())}]"
 
     return SnowSurface
 
@@ -272,6 +280,13 @@ def _integrator_class() -> type:
     return SnowIntegrator
 
 
+def _snow_of(props: mi.Properties) -> dict[str, Any]:
+    """The snow that the parameters of a surface describe."""
+    snow = {name: props[name] if name in WORDS else number(name, props[name]) for name in SNOW if name in props}
+    impurities = {name: number(key, props[key]) for key, name in IMPURITIES.items() if key in props}
+    return {**snow, "impurities_ng_g": impurities} if impurities else snow
+
+
 def _method(props: mi.Properties) -> _Field | PCASnow:
     """The method that the parameters of the integrator choose."""
     method = props.get("method", "light_field")
@@ -287,16 +302,12 @@ def _method(props: mi.Properties) -> _Field | PCASnow:
             lengths[name] = number(name, props[name])
             if not 0 < lengths[name] < np.inf:
                 raise ValueError(f"{name} is {lengths[name]}, but must be finite and above 0")
-    database, table = Database.embedded(), ""
-    if "database" in props:
-        database = Database.open(props["database"])
-        table = hashlib.sha256(Path(props["database"]).read_bytes()).hexdigest()
+    if method == "light_field":
+        return _Field(**lengths, gather_depth=whole("gather_depth", props.get("gather_depth", 8)))
+    database = Database.open(props["database"]) if "database" in props else Database.embedded()
     if database.components is None:
         raise ValueError(f"database is {database.kind}, but must be a compressed table")
-    if method == "pcasnow":
-        return PCASnow(lengths["unit_m"], props.get("path_mode", PATH_MODES[0]), database)
-    depth = whole("gather_depth", props.get("gather_depth", 8))
-    return _Field(**lengths, gather_depth=depth, database=database, table=table)
+    return PCASnow(lengths["unit_m"], props.get("path_mode", PATH_MODES[0]), database)
 
 
 def _snow(scene: Any) -> list[Any]:
@@ -326,12 +337,9 @@ class _Field:
         step_mm: float | None,
         field_step_mm: float | None,
         gather_depth: int,
-        database: Database,
-        table: str,
     ) -> None:
-        self.table = table
         self.unit_m, self.step_mm, self.field_step_mm = unit_m, step_mm, field_step_mm
-        self.gather_depth, self.database = gather_depth, database
+        self.gather_depth = gather_depth
 
     def release(self) -> None:
         """Does nothing: the snow keeps its light for the next rendering."""
@@ -341,8 +349,8 @@ class _Field:
         parameters = mi.traverse(scene)
         document, files = self._description(scene, snow, lamps)
         text = _json(document)
-        # Other integrators may have other tables and steps.
-        digest = hashlib.sha256(f"{text} {self.step_mm} {self.table}".encode())
+        # Other integrators may have other steps.
+        digest = hashlib.sha256(f"{text} {self.step_mm}".encode())
         for name in sorted(files):
             digest.update(files[name])
         if all(shape.emitter().solved == digest.hexdigest() for shape in snow):
@@ -377,8 +385,8 @@ class _Field:
                 continue
             bsdf = shape.bsdf()
             if _is_snow(bsdf):
-                one["material"] = json.dumps(bsdf.parameters, sort_keys=True)
-                materials[one["material"]] = {"type": "pca_snow", **bsdf.parameters}
+                one["material"] = bsdf.material_name
+                materials[one["material"]] = {"type": "snow", **bsdf.material}
                 one |= {"body": bsdf.body} if bsdf.body else {}
             else:
                 one["material"] = f"bsdf of shape {number}"
@@ -489,7 +497,7 @@ class _Field:
         content = {"spectrum": True, "is_total": True, "reflection": True}
         try:
             scene = _native.Scene.from_json(text, files, ".")
-            return scene.bake(self.database._table, self.step_mm, content, None, None)[1:]
+            return scene.bake(self.step_mm, content, None, None)[1:]
         except ValueError as error:
             reason = str(error)
             for number, shape in enumerate(snow):

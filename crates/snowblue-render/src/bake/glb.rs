@@ -8,15 +8,15 @@ use std::path::Path;
 
 use glam::Vec3;
 use serde_json::{Map, Value, json};
+use snowblue_base::atomic_file::write_atomically;
 use snowblue_color::LinearRgb;
-use snowblue_database::file::write_atomically;
+use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
+use snowblue_geometry::ray::narrow;
 
 use crate::bake::metadata::{attributes, generator, of_file, of_snow};
 use crate::bake::{BakedObject, BakedScene};
 use crate::error::RenderError;
 use crate::film::provenance::Provenance;
-use crate::geometry::ray::narrow;
-use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;

@@ -7,10 +7,10 @@ use std::f64::consts::FRAC_1_PI;
 
 use snowblue_color::LinearRgb;
 use snowblue_color::exposure::AutoExposure;
+use snowblue_geometry::ray::SurfacePoint;
 
 use super::Surface;
 use super::relighting::{LitSnow, LitSurface, Relighting};
-use crate::geometry::ray::SurfacePoint;
 
 /// Lamps outside: the places near them may clip, so that the light through the snow is bright enough.
 const OUTSIDE: AutoExposure = AutoExposure { fraction: 0.9, level: 2.8 };

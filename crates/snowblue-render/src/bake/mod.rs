@@ -29,19 +29,19 @@ mod tests;
 use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
+use snowblue_base::ParameterRange;
 use snowblue_color::LinearRgb;
 use snowblue_transport::ordinates::HalfSpace;
-use snowblue_transport::range::ParameterRange;
 
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
-use crate::geometry::ray::narrow;
 use crate::integrators::Integrator;
 use crate::light_field::{BodyField, LightField};
 use crate::scene::Scene;
 use crate::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
+use snowblue_geometry::ray::narrow;
 use subdivision::subdivide;
 use surface_mesh::SurfaceMesh;
 use vertices::Vertices;
@@ -189,8 +189,8 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
     LinearRgb::from_xyz(sensor.xyz(flux))
 }
 
-/// Bakes the light field of an integrator. `progress` is called with the number of solutions that are done and of all: one
-/// for all lights, and one for each lamp.
+/// Bakes the light field of an integrator. `progress` is called with the number of solutions that are done and of all:
+/// one for all lights, and one for each lamp.
 ///
 /// # Errors
 ///

@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use snowblue_database::file::write_atomically;
+use snowblue_base::atomic_file::write_atomically;
 
 use crate::bake::metadata::{attributes, of_file, of_snow};
 use crate::bake::{BakedObject, BakedScene, Channels};

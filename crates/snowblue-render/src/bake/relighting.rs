@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 use rayon::prelude::*;
+use snowblue_base::files::FileSource;
 use snowblue_color::LinearRgb;
+use snowblue_geometry::ray::SurfacePoint;
 
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::error::RenderError;
-use crate::files::SceneFiles;
-use crate::geometry::ray::SurfacePoint;
 use crate::integrators::Integrator;
 use crate::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
 use crate::sampling::Sampler;
@@ -94,7 +94,7 @@ impl Relighting {
     /// # Errors
     ///
     /// As those of [`SceneDescription::build`].
-    pub fn sky(&self, sky: SkyDescription, files: &dyn SceneFiles) -> Result<Vec<Arc<Light>>, RenderError> {
+    pub fn sky(&self, sky: SkyDescription, files: &dyn FileSource) -> Result<Vec<Arc<Light>>, RenderError> {
         let (lights, environment) = (Vec::new(), None);
         let description = SceneDescription { lights, environment, sky: Some(sky), ..self.scene.description.clone() };
         description.lights_over(&self.scene.materials, files)

@@ -2,13 +2,13 @@
 
 use glam::{DVec3, Vec3, Vec3A};
 
-use crate::geometry::coincident::merged;
-use crate::geometry::cuboid::Cuboid;
-use crate::geometry::ellipsoid::Ellipsoid;
-use crate::geometry::instance::Instance;
-use crate::geometry::ray::Ray;
-use crate::geometry::shape::Shape;
-use crate::geometry::vertex_normals::face_normal;
+use snowblue_geometry::coincident::merged;
+use snowblue_geometry::cuboid::Cuboid;
+use snowblue_geometry::ellipsoid::Ellipsoid;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::ray::Ray;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::vertex_normals::face_normal;
 
 /// Edges of an ellipsoid are at most as long as this fraction of its greatest extent.
 const ROUNDEST: f32 = 0.1;

@@ -5,10 +5,10 @@
 //! by less than the crease angle. At a sharper edge the faces have vertices of their own.
 
 use glam::{Vec3, Vec3A};
+use snowblue_geometry::grouped::Grouped;
+use snowblue_geometry::vertex_normals::CREASE_DEG;
 
 use crate::bake::surface_mesh::{Facet, SurfaceMesh};
-use crate::geometry::grouped::Grouped;
-use crate::geometry::vertex_normals::CREASE_DEG;
 
 /// How far a point of the surface is moved from its vertex towards the middle of the faces around it, as a fraction of
 /// the distance. The field ends at edges, and rounding must not move the point beyond.

@@ -12,13 +12,13 @@
 
 use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Xyz};
+use snowblue_geometry::ray::narrow;
 
 use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::{Window, range_length};
-use crate::geometry::ray::narrow;
-use crate::images::raster::{ImageSize, PixelPosition};
+use crate::raster::{ImageSize, PixelPosition};
 use crate::spectrum::SAMPLES;
 
 /// Units of a sum in 1.

@@ -5,10 +5,10 @@
 //! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
 
 use snowblue_color::LinearRgb;
+use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
-use crate::geometry::ray::narrow;
 use crate::spectrum::SAMPLES;
 
 /// A channel of an image.

@@ -10,8 +10,8 @@ use snowblue_color::exposure::{AutoExposure, factor};
 
 use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
-use crate::images::raster::ImageSize;
 use crate::notation::{Notations, text};
+use crate::raster::ImageSize;
 
 /// Size and exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

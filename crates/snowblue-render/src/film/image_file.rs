@@ -5,14 +5,14 @@ use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
 use rayon::prelude::*;
+use snowblue_base::atomic_file::write_atomically;
 use snowblue_color::{LinearRgb, Srgb8, Xyz};
-use snowblue_database::file::write_atomically;
+use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::exposure::Exposure;
-use crate::geometry::ray::narrow;
-use crate::images::raster::{ImageSize, RasterImage};
+use crate::raster::{ImageSize, RasterImage};
 
 /// Texts that are stored with an image: pairs of keyword and text, such as the program and the seed.
 pub type Metadata<'a> = [(&'a str, &'a str)];

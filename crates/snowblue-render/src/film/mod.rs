@@ -22,7 +22,7 @@ pub mod window;
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::exposure::Exposure;
-use crate::images::raster::ImageSize;
+use crate::raster::ImageSize;
 
 /// A finished image, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]

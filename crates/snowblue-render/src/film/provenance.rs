@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::files::SceneFiles;
+use snowblue_base::files::FileSource;
+use snowblue_base::hash::Fnv1a;
+
 use crate::film::exposure::FilmSettings;
 use crate::film::white_balance::WhiteBalance;
-use crate::hash::Fnv1a;
 use crate::integrators::Integrator;
 use crate::scene::description::SceneDescription;
 use crate::scene::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings};
@@ -27,9 +28,9 @@ impl Provenance {
         Self::new(&scene.description, integrator.table_hash(), &scene.file_hashes())
     }
 
-    /// What a scene would be built from that names the same files and reads the same table as this one, without building
-    /// it.
-    pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn SceneFiles) -> Self {
+    /// What a scene would be built from that names the same files and reads the same table as this one, without
+    /// building it.
+    pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn FileSource) -> Self {
         let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
         let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
         let hashes = names.iter().filter_map(|name| Some((name.as_str(), hash(name)?))).collect();
@@ -116,7 +117,7 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
     let mut description = scene.clone();
     (description.film, description.integrator) = (FilmSettings::default(), IntegratorSettings::default());
     description.light_field = LightFieldSettings::default();
-    let mut hash = Fnv1a::new();
+    let mut hash = Fnv1a::default();
     hash.add(description.to_toml().as_bytes());
     for (name, content) in files {
         hash.add(name.as_bytes());
@@ -128,8 +129,8 @@ fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::FilesInMemory;
     use crate::scene::file::SceneFile;
+    use snowblue_base::files::FilesInMemory;
 
     #[test]
     fn scenes_differ_with_their_values_and_with_the_files_that_they_name() {

@@ -23,7 +23,9 @@ use exr::meta::attribute::{
 };
 use exr::meta::header::Header;
 use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _};
-use snowblue_database::file::write_atomically;
+use snowblue_base::atomic_file::write_atomically;
+use snowblue_base::files::FileError;
+use snowblue_geometry::images::exr_size::check_header_expansion;
 
 use crate::error::RenderError;
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
@@ -34,8 +36,7 @@ use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_te
 use crate::film::provenance::Provenance;
 use crate::film::sample_block::{Coverage, SampleBlock};
 use crate::film::window::Window;
-use crate::images::exr_size::check_header_expansion;
-use crate::images::raster::ImageSize;
+use crate::raster::ImageSize;
 use crate::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
@@ -255,10 +256,11 @@ impl ResumableImage {
     ///
     /// When the file cannot be read, or has no sums that this version can read.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
-        let invalid = |reason: &str| RenderError::ReadImage { path: path.into(), reason: reason.to_owned() };
+        let invalid =
+            |reason: &str| RenderError::File(FileError::Content { path: path.into(), reason: reason.to_owned() });
         let meta = MetaData::read_from_file(path, false).map_err(|error| match error {
             exr::error::Error::Io(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
-                RenderError::ReadFile { path: path.into(), source }
+                RenderError::File(FileError::Read { path: path.into(), source })
             }
             error => invalid(&format!("not a readable EXR file: {error}")),
         })?;
@@ -270,8 +272,9 @@ impl ResumableImage {
             return Err(invalid("another version of snowblue wrote the image; this one cannot resume or merge it"));
         }
         let image = Self::from_header(path, header).map_err(|reason| invalid(&reason))?;
-        let length =
-            std::fs::metadata(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?.len();
+        let length = std::fs::metadata(path)
+            .map_err(|source| RenderError::File(FileError::Read { path: path.into(), source }))?
+            .len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         let pixel_bytes = image.aovs.sum_count() * size_of::<i128>();
         check_header_expansion(header, pixel_bytes, length).map_err(|reason| invalid(&reason))?;
@@ -336,7 +339,7 @@ impl ResumableImage {
     ///
     /// When the file cannot be read, or has changed since it was opened.
     pub fn read_sums(&self) -> Result<FilmAccumulator, RenderError> {
-        let invalid = |reason: String| RenderError::ReadImage { path: self.path.clone(), reason };
+        let invalid = |reason: String| RenderError::File(FileError::Content { path: self.path.clone(), reason });
         let unreadable = |error: exr::error::Error| invalid(format!("not a readable EXR file: {error}"));
         let file = File::open(&self.path).map_err(|error| unreadable(error.into()))?;
         let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;

@@ -10,8 +10,8 @@ use std::ops::{Add, AddAssign, Mul};
 use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_geometry::ray::narrow;
 
-use crate::geometry::ray::narrow;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 

@@ -3,11 +3,11 @@
 //! It is found separately from the path of light, so that pictures without such channels take no time for them.
 
 use snowblue_color::LinearRgb;
+use snowblue_geometry::chord::{ChordEnd, Exit, Line};
+use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
-use crate::geometry::chord::{ChordEnd, Exit, Line};
-use crate::geometry::ray::{Ray, narrow};
 use crate::integrators::prepared::{Method, Prepared};
 use crate::scene::Scene;
 use crate::scene::light::SHADOW_EPSILON;

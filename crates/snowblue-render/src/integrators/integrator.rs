@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use snowblue_database::CompressedTable;
+use snowblue_geometry::ray::Ray;
 
 use crate::error::RenderError;
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::Ray;
 use crate::integrators::first_hit::FirstHits;
 use crate::integrators::path::tracer::PathTracer;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
@@ -58,8 +58,8 @@ impl Integrator {
     ///
     /// # Errors
     ///
-    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a point
-    /// or a sphere lies inside snow, or the scene's table cannot be read.
+    /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a
+    /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (Vec::new(), None);
         let method = match Kept::of(preparation.earlier, scene) {

@@ -1,7 +1,7 @@
 //! Volumetric path tracer, the ground truth: light is scattered from grain to grain in snow of any shape.
 //!
-//! A path is a [`SnowWalk`]. The refractive index does not change where it enters snow. There it continues from grain to
-//! grain ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
+//! A path is a [`SnowWalk`]. The refractive index does not change where it enters snow. There it continues from grain
+//! to grain ([`Volume`]) until it leaves. At each scattering every light without extent contributes:
 //!
 //! L += β(λ) P(cos Θ; λ) e^{−κd} V I(λ)/r²,   β(λ) = e^{−γ(λ)ℓ},
 //!
@@ -17,19 +17,19 @@
 //! All wavelengths share a path except for the refractive index of ice: a sample is one path for each of a few indices,
 //! with the same random numbers, and wavelengths are interpolated between them.
 //!
-//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn by the
-//! greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions, with the grains
-//! of the snow there.
+//! Snow of layers, or that varies by a mask, is traced by delta tracking (Woodcock et al. 1965): flights are drawn by
+//! the greatest extinction coefficient κ_max of the body, and a share κ/κ_max of their ends are collisions, with the
+//! grains of the snow there.
 //!
 //! Simplified: a solid in contact with snow has no air between; where two bodies of snow overlap, light is in the one
 //! that it entered.
 
 use std::sync::Arc;
 
+use snowblue_geometry::ray::{Ray, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, narrow, off_surface};
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};

@@ -11,8 +11,8 @@
 //! surface is flat. (Habel, Christensen & Jarosz 2013, *Photon beam diffusion*, take single scattering apart likewise.)
 
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 
-use crate::geometry::ray::{Ray, SurfacePoint, narrow};
 use crate::integrators::surroundings::{Flight, SnowBodies, Surroundings};
 use crate::light_field::{LightField, SnowAt};
 use crate::scene::Scene;

@@ -8,12 +8,12 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::VolumeNode;
 use snowblue_transport::rng::Stream;
 
 use super::russian_roulette::survival_probability;
 use super::surroundings::{Medium, Surroundings};
-use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::sampling::cosine_direction;
 use crate::scene::light::LightSample;
 use crate::scene::objects::SurfaceInteraction;

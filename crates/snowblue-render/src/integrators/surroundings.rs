@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glam::Vec3A;
+use snowblue_geometry::body::{TOUCH_DISTANCE_M, pair_up};
+use snowblue_geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume};
 use snowblue_transport::rng::Stream;
 
 use super::snow_volumes::{SnowVolumes, attenuation};
-use crate::geometry::body::{TOUCH_DISTANCE_M, pair_up};
-use crate::geometry::ray::{Crossing, Ray, ShapeHit, narrow, off_surface};
 use crate::scene::Scene;
 use crate::scene::light::LightOrigin;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_field::{Fluence, MOST_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
+use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
 use super::snowpack::{KindOptics, Snowpack};
-use crate::geometry::ray::SurfacePoint;
 use crate::sampling::Sampler;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::Spectrum;

@@ -9,11 +9,11 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use arrayvec::ArrayVec;
 use glam::Vec3A;
+use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x8;
 
 use super::body_field::BodyField;
 use super::surface_light::surface_point;
-use crate::geometry::ray::SurfacePoint;
 use crate::sampling::cosine_direction;
 
 /// Most patches.

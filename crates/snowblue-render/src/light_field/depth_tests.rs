@@ -2,6 +2,7 @@
 //! frozen waterfalls, and icebergs"), and the energy of a day.
 
 use glam::Vec3A;
+use snowblue_base::files::FilesInMemory;
 use snowblue_color::{Colorimeter, DominantWavelength, Illuminant, Observer};
 use snowblue_sky::{ClearSky, WAVELENGTHS_NM};
 use snowblue_transport::layer_file::LayerFile;
@@ -9,7 +10,6 @@ use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::{Layer, Stack, StackRadiometry};
 
-use crate::files::FilesInMemory;
 use crate::integrators::{Integrator, Preparation};
 use crate::scene::Scene;
 use crate::scene::file::SceneFile;

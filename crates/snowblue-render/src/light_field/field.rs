@@ -2,6 +2,7 @@
 
 use glam::Vec3A;
 use snowblue_field::{SpectralNodes, Survey};
+use snowblue_geometry::ray::SurfacePoint;
 
 use super::body_field::{BodyField, LitFluence};
 use super::bright_snow::BrightSnow;
@@ -9,7 +10,6 @@ use super::field_scene::FieldScene;
 use super::illumination::{LampInSnow, illuminations};
 use super::lit_bodies::{PreparedBody, solve};
 use super::solid::Solid;
-use crate::geometry::ray::SurfacePoint;
 use crate::scene::objects::Objects;
 
 /// Most bodies of snow. Each has a grid, and is lit by all others.

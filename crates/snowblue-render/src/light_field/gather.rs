@@ -10,9 +10,9 @@
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use snowblue_field::{MOST_GROUPS, SnowBody, SpectralNodes, SurfaceElement};
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 use wide::f32x4;
 
-use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::light_field::solid::Solid;
 use crate::light_field::surface_light::{ELEMENTS_PER_TASK, LitPoint, push, surface_point, visit_lights};
 use crate::sampling::{Sampler, cosine_direction};

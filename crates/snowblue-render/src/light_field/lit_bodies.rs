@@ -7,6 +7,7 @@ use snowblue_field::{
     CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SnowBody, SolveOptions, SpectralNodes, SurfaceValues,
     Survey, VolumeSource, fit_sizes, solve_fixed_point,
 };
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 use wide::f32x4;
 
 use super::body_field::LitFluence;
@@ -16,7 +17,6 @@ use super::illumination::{Illumination, LampInSnow};
 use super::snowpack::Snowpack;
 use super::solid::Solid;
 use super::surface_light::{EnteringLight, NOISE, entering_light};
-use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::scene::integrator::LightFieldSettings;
 use crate::spectrum::Spectrum;
 

@@ -35,6 +35,4 @@ pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
 pub(crate) use of_scene::{SnowOfMaterials, snowpacks};
 pub(crate) use snowpack::{KindOptics, Snowpack};
-#[cfg(test)]
-pub(crate) use solid::Solid;
 pub(crate) use surface_light::{LitPoint, visit_lights};

@@ -9,10 +9,10 @@
 use arrayvec::ArrayVec;
 use glam::Vec3A;
 use snowblue_field::MOST_GROUPS;
+use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
 use super::body_field::{BodyField, LitFluence, MOST_NODES};
-use crate::geometry::ray::SurfacePoint;
 use crate::spectrum::Spectrum;
 
 /// Values at the spectral nodes, in groups.

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
+use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::end_depth::{EndDepth, WalkEndsByDepth};
-use crate::geometry::ray::{SurfacePoint, narrow};
 use crate::scene::material::snow::SnowKinds;
 use crate::scene::objects::Objects;
 use crate::spectrum::{SAMPLES, Spectrum};

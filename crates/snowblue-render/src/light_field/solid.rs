@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use glam::{DVec3, Vec3, Vec3A};
 use snowblue_field::{AxisCrossing, Body};
+use snowblue_geometry::bounds::Bounds;
+use snowblue_geometry::ray::{Crossing, Ray};
 
-use crate::geometry::bounds::Bounds;
-use crate::geometry::ray::{Crossing, Ray};
 use crate::scene::objects::Objects;
 
 /// A body of snow.

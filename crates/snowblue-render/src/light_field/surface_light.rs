@@ -3,9 +3,9 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement};
+use snowblue_geometry::ray::SurfacePoint;
 use wide::f32x4;
 
-use crate::geometry::ray::SurfacePoint;
 use crate::light_field::snowpack::Snowpack;
 use crate::light_field::solid::Solid;
 use crate::sampling::Sampler;

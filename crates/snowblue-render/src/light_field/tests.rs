@@ -1,15 +1,15 @@
 //! Light in the layers of snow, and the parts of it that other programs move lamps with.
 
 use glam::{DVec3, Vec3A};
+use snowblue_base::files::FilesInMemory;
 use snowblue_field::CellBox;
+use snowblue_geometry::ray::SurfacePoint;
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};
 use snowblue_transport::slab::Incidence;
 use snowblue_transport::stack::Stack;
 
 use crate::bake::{BakeOptions, Relighting, bake};
-use crate::files::FilesInMemory;
-use crate::geometry::ray::SurfacePoint;
 use crate::integrators::Integrator;
 use crate::scene::description::LayersTop;
 use crate::scene::file::SceneFile;

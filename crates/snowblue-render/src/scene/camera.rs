@@ -2,7 +2,7 @@
 
 use glam::Vec3A;
 
-use crate::geometry::ray::Ray;
+use snowblue_geometry::ray::Ray;
 
 /// A pinhole camera: all distances are in focus.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use snowblue_field::GRAIN_RAYS;
 
-use crate::geometry::chord::Exit;
+use snowblue_geometry::chord::Exit;
 
 /// How the radiance of snow is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

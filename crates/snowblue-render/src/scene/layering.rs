@@ -4,10 +4,10 @@ use std::cell::RefCell;
 
 use glam::{DVec3, Vec3A};
 use snowblue_field::CellBox;
+use snowblue_geometry::body::pair_up;
+use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
 use snowblue_transport::stack::Layer;
 
-use crate::geometry::body::pair_up;
-use crate::geometry::ray::{Crossing, Ray, SurfacePoint, narrow};
 use crate::scene::description::LayersTop;
 use crate::scene::objects::Objects;
 

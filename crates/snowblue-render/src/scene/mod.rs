@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
-use crate::images::raster::ImageSize;
+use crate::raster::ImageSize;
 use crate::scene::camera::{PinholeCamera, View};
 use crate::scene::description::{CameraDescription, KeyPath, SceneDescription};
 use crate::scene::light::Light;

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3A};
+use snowblue_geometry::body::{pair_up, unite};
+use snowblue_geometry::bounds::{Bounds, Interval};
+use snowblue_geometry::bvh::bvh8::{Bvh8, BvhRay};
+use snowblue_geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::texture_coordinates::TextureCoordinates;
 
-use crate::bvh::bvh8::{Bvh8, BvhRay};
-use crate::geometry::body::{pair_up, unite};
-use crate::geometry::bounds::{Bounds, Interval};
-use crate::geometry::ray::{Crossing, MeshLocation, Ray, ShapeHit, SurfacePoint};
-use crate::geometry::shape::Shape;
-use crate::geometry::texture_coordinates::TextureCoordinates;
 use crate::scene::undisturbed::UndisturbedSurface;
 
 /// Up to this number objects are tested one by one; more get a hierarchy.
@@ -437,18 +437,44 @@ fn bodies(objects: &[Object]) -> (Vec<usize>, Vec<Vec<usize>>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cuboid::Cuboid;
-    use crate::geometry::instance::Instance;
-    use crate::geometry::mesh_bvh::MeshBvh;
-    use crate::geometry::mesh_bvh::tests::{directions, sphere};
-    use crate::geometry::plane::Plane;
-    use crate::geometry::transform::Transform;
-    use crate::geometry::triangle_mesh::TriangleMesh;
-    use crate::geometry::vertex_normals::VertexNormals;
-    use crate::shapes::igloo::Igloo;
     use glam::{DAffine3, DVec3, Mat3A, Vec3};
+    use snowblue_geometry::cuboid::Cuboid;
+    use snowblue_geometry::instance::Instance;
+    use snowblue_geometry::mesh_bvh::MeshBvh;
+    use snowblue_geometry::plane::Plane;
+    use snowblue_geometry::transform::Transform;
+    use snowblue_geometry::triangle_mesh::TriangleMesh;
+    use snowblue_geometry::vertex_normals::VertexNormals;
+    use snowblue_shapes::igloo::Igloo;
     use std::f64::consts::TAU;
     use std::sync::Arc;
+
+    /// A unit sphere of 8 · `steps`² triangles, subdivided from an octahedron.
+    fn sphere(steps: usize) -> Vec<[Vec3; 3]> {
+        let mut triangles = Vec::new();
+        for octant in 0..8 {
+            let sign = Vec3::from_array([1, 2, 4].map(|bit| if octant & bit == 0 { 1.0 } else { -1.0 }));
+            let point = |i: usize, j: usize| (Vec3::new(i as f32, j as f32, (steps - i - j) as f32) * sign).normalize();
+            for i in 0..steps {
+                for j in 0..steps - i {
+                    triangles.push([point(i, j), point(i + 1, j), point(i, j + 1)]);
+                    if i + j + 1 < steps {
+                        triangles.push([point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
+                    }
+                }
+            }
+        }
+        triangles
+    }
+
+    fn directions(count: usize) -> impl Iterator<Item = Vec3A> {
+        (0..count).map(move |k| {
+            let z = 1.0 - 2.0 * (k as f32 + 0.5) / count as f32;
+            let turn = 2.399_963 * k as f32;
+            let radius = (1.0 - z * z).sqrt();
+            Vec3A::new(radius * turn.cos(), radius * turn.sin(), z)
+        })
+    }
 
     fn object(shape: Shape, material: usize) -> Object {
         Object { name: String::new(), shape, material, body: None, undisturbed: None }

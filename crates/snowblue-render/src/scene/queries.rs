@@ -1,9 +1,9 @@
 //! Ray queries to the objects of a scene, counted. Each thread has its own.
 
 use glam::Vec3A;
+use snowblue_geometry::chord::{Chord, Exit, Line, chord, parts};
+use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
-use crate::geometry::chord::{Chord, Exit, Line, chord, parts};
-use crate::geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 use crate::scene::objects::{Objects, Side, SurfaceInteraction, set_object};
 
 /// Counts of the queries of a rendering.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2};
 
-use crate::geometry::ray::narrow;
-use crate::shapes::terrain::Terrain;
+use snowblue_geometry::ray::narrow;
+use snowblue_shapes::terrain::Terrain;
 
 /// The surface of an object before anything was pressed into it.
 #[derive(Debug)]

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use snowblue_base::files::NamedFile;
+
 use crate::error::RenderError;
-use crate::files::NamedFile;
 use crate::spectrum::SAMPLES;
 
 #[derive(Debug, Clone, Copy)]

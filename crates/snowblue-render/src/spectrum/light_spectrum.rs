@@ -2,11 +2,11 @@
 
 use std::sync::LazyLock;
 
+use snowblue_base::files::{FileSource, NamedFile};
 use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer};
+use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles};
-use crate::geometry::ray::narrow;
 use crate::spectrum::file::SpectrumFile;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
@@ -58,7 +58,7 @@ impl LightSpectrum {
     /// When the file cannot be read, a row is not two numbers, a value does not lie in 0–10³⁰, the wavelengths do not
     /// increase or do not cover 400–700 nm, or all values there are below 10⁻³⁰. The message names the file and the
     /// line.
-    pub fn read(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+    pub fn read(files: &dyn FileSource, name: &str) -> Result<Self, RenderError> {
         let file = SpectrumFile::parse(&NamedFile::read(files, name)?, Self::GREATEST_VALUE)?;
         let power = file.resample(&wavelengths_nm())?;
         let greatest = power.iter().copied().fold(0.0, f64::max);
@@ -112,7 +112,7 @@ fn luminance_of(power: &[f64; SAMPLES]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::FilesInMemory;
+    use snowblue_base::files::FilesInMemory;
     use snowblue_color::Xyz;
 
     fn xyz(spectrum: &Spectrum) -> Xyz {

@@ -6,8 +6,8 @@
 //! nm, within 1 % of sRGB's.
 
 use snowblue_color::{Illuminant, LinearRgb};
+use snowblue_geometry::ray::narrow;
 
-use crate::geometry::ray::narrow;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
 

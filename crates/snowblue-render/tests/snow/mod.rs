@@ -9,7 +9,7 @@ use std::path::Path;
 use glam::Vec3A;
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
-use snowblue_render::images::raster::PixelPosition;
+use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::camera::View;
 use snowblue_render::scene::description::{LightSource, SceneDescription};

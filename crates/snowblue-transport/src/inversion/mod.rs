@@ -119,7 +119,7 @@ impl Finding {
     /// `snow` with this surface area and black carbon.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] for a surface area outside 1.4–300 m²/kg.
+    /// [`TransportError::Range`] for a surface area outside 1.4–300 m²/kg.
     pub fn in_snow(&self, snow: &SnowSample) -> Result<SnowSample, TransportError> {
         let grain_size = GrainSize::from_specific_surface_area(self.surface_area_m2_kg, snow.temperature_c)?;
         let impurities = snow.impurities.with(Substance::BlackCarbon, self.black_carbon_ng_g);

@@ -15,13 +15,13 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
+use snowblue_base::{ParameterRange, RangeError};
 
 use super::options::{RayProgress, check_rays, cos_incidence};
 use super::rays::{estimate, trace_in_order};
 use super::walk::{Absorption, Paths, Scatterers};
 use crate::TransportError;
 use crate::medium::{Constituents, hit_size_m};
-use crate::range::ParameterRange;
 use crate::rng::Stream;
 use crate::slab::{Estimate, Incidence, Slab};
 
@@ -151,7 +151,7 @@ impl PatchGrid {
         PI / self.count() as f64
     }
 
-    fn check(self) -> Result<(), TransportError> {
+    fn check(self) -> Result<(), RangeError> {
         RING_RANGE.check(self.rings as f64)?;
         SECTOR_RANGE.check(self.sectors as f64)
     }

@@ -1,7 +1,7 @@
 //! Options of the Monte Carlo engine.
 
-use crate::TransportError;
-use crate::range::ParameterRange;
+use snowblue_base::{ParameterRange, RangeError};
+
 use crate::rng::Stream;
 use crate::slab::Incidence;
 
@@ -38,7 +38,7 @@ impl Default for MonteCarloOptions {
     }
 }
 
-pub(super) fn check_rays(rays: u64) -> Result<(), TransportError> {
+pub(super) fn check_rays(rays: u64) -> Result<(), RangeError> {
     RAY_RANGE.check(rays as f64)
 }
 

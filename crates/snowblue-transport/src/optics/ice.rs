@@ -114,9 +114,9 @@ impl Ice {
     /// Checks that the table and the model cover `wavelength_nm`.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] if they do not.
+    /// [`TransportError::Range`] if they do not.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
-        self.wavelength_range().check("wavelength", wavelength_nm)
+        Ok(self.wavelength_range().check("wavelength", wavelength_nm)?)
     }
 
     /// Real part n of the refractive index, linear between the rows of Warren & Brandt 2008.

@@ -12,9 +12,11 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
+use snowblue_base::{ParameterRange, RangeError};
+
 use super::spectral_table::SpectralTable;
 use crate::error::{TransportError, find_by_name};
-use crate::range::{ParameterRange, WavelengthRange};
+use crate::range::WavelengthRange;
 
 /// Mass fraction of an impurity, in ng/g: up to a hundredth of the snow.
 pub const MASS_FRACTION_RANGE: ParameterRange =
@@ -166,16 +168,16 @@ impl Impurities {
     /// Checks the mass fractions.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] for one outside 0–10⁷ ng/g.
-    pub(crate) fn check(&self) -> Result<(), TransportError> {
+    /// [`RangeError::OutOfRange`] for one outside 0–10⁷ ng/g.
+    pub(crate) fn check(&self) -> Result<(), RangeError> {
         self.0.iter().try_for_each(|mass_fraction_ng_g| MASS_FRACTION_RANGE.check(*mass_fraction_ng_g))
     }
 
     /// Checks that the table covers `wavelength_nm`, unless the snow is clean.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] outside 305–1495 nm.
-    pub(crate) fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
+    /// [`RangeError::OutOfRange`] outside 305–1495 nm.
+    pub(crate) fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), RangeError> {
         if self.is_none() {
             return Ok(());
         }

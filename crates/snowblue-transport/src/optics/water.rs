@@ -22,9 +22,9 @@ static INDEX: LazyLock<SpectralTable> =
 /// Checks that both tables cover `wavelength_nm`: 300–1400 nm.
 ///
 /// # Errors
-/// [`TransportError::OutOfRange`] if they do not.
+/// [`TransportError::Range`] if they do not.
 pub fn check_wavelength(wavelength_nm: f64) -> Result<(), TransportError> {
-    WAVELENGTH_RANGE.check("wavelength in wet snow", wavelength_nm)
+    Ok(WAVELENGTH_RANGE.check("wavelength in wet snow", wavelength_nm)?)
 }
 
 /// Refractive index of water, linear between the rows.

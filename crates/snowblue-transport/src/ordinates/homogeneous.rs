@@ -16,6 +16,7 @@
 //! diag k t)⁻¹ sech²(k τ/2) b: a product of positive quantities, accurate however small.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use snowblue_base::ParameterRange;
 
 use super::delta_m::Scaled;
 use super::eigen::{Modes, legendre_basis};
@@ -26,7 +27,6 @@ use super::streams::check_streams;
 use crate::TransportError;
 use crate::medium::Scattering;
 use crate::quadrature::{Quadrature, legendre_polynomials};
-use crate::range::ParameterRange;
 use crate::slab::Incidence;
 
 /// Fluxes over the incident flux on a horizontal plane.
@@ -100,7 +100,7 @@ impl HomogeneousMedium {
     /// With too few ordinates for a narrow peak that is not forward, the discrete medium would create light.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
+    /// [`TransportError::Range`], [`TransportError::Streams`] or [`TransportError::Unresolved`].
     pub fn check(medium: &Scattering, streams: usize) -> Result<(), TransportError> {
         check_streams(streams)?;
         let within = |quantity, least, greatest| ParameterRange { quantity, least, greatest, unit: "" };

@@ -3,13 +3,14 @@
 //! Grain size is measured in several ways, facetness and sphericity are rarely known well, and two published tables of
 //! ice disagree in the blue. Each alternative changes one of these and keeps the rest.
 
+use snowblue_base::ParameterRange;
+
 use super::grain_size::GrainSize;
 use super::ranges::{FACETNESS_RANGE, SPHERICITY_RANGE};
 use super::snow_sample::SnowSample;
 use super::truncated_normal::TruncatedNormal;
 use crate::grain::SizeMeasure;
 use crate::optics::ice::IceTable;
-use crate::range::ParameterRange;
 
 /// Uncertainty of the facetness.
 const FACETNESS_UNCERTAINTY: f64 = 0.2;

@@ -1,10 +1,11 @@
 //! Grain sizes of a snow sample.
 
+use snowblue_base::{ParameterRange, RangeError};
+
 use super::ranges::{GRAIN_SIZE_RANGE, SURFACE_AREA_RANGE};
 use crate::TransportError;
 use crate::grain::SizeMeasure;
 use crate::optics::ice;
-use crate::range::ParameterRange;
 
 /// Half-width of the range that a mean grain size represents, in µm (the paper's Table S1: 200–300 for 250).
 pub const MEAN_SIZE_HALF_RANGE_UM: f64 = 50.0;
@@ -48,7 +49,7 @@ impl GrainSize {
     /// Grains of one optical diameter with a given specific surface area SSA = S/(V ρ_ice), in m²/kg.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] for an area outside 1.4–300 m²/kg.
+    /// [`TransportError::Range`] for an area outside 1.4–300 m²/kg.
     pub fn from_specific_surface_area(area_m2_kg: f64, temperature_c: f64) -> Result<Self, TransportError> {
         SURFACE_AREA_RANGE.check(area_m2_kg)?;
         let diameter_um = 6e6 / (ice::density_kg_m3(temperature_c) * area_m2_kg);
@@ -89,7 +90,7 @@ impl GrainSize {
         (a + b) * (a * a + b * b) / 4.0
     }
 
-    pub(super) fn check(&self) -> Result<(), TransportError> {
+    pub(super) fn check(&self) -> Result<(), RangeError> {
         GRAIN_SIZE_RANGE.check_interval(self.min_um, self.max_um)
     }
 }

@@ -1,8 +1,8 @@
 //! The parameters of a snow sample and their ranges. Every face checks against these.
 
 pub use crate::optics::impurity::MASS_FRACTION_RANGE;
-use crate::parameter::Parameter;
-use crate::range::ParameterRange;
+use snowblue_base::Parameter;
+use snowblue_base::ParameterRange;
 
 /// The paper of PCASnow.
 pub(crate) const PAPER: &str = "Varsa & Baranoski 2024, doi:10.1109/MCG.2023.3307517";

@@ -79,7 +79,7 @@ impl SnowSample {
         DENSITY_RANGE.check(self.density_kg_m3)?;
         WATER_SATURATION_RANGE.check(self.water_saturation)?;
         self.impurities.check()?;
-        TEMPERATURE_RANGE.check(self.temperature_c)
+        Ok(TEMPERATURE_RANGE.check(self.temperature_c)?)
     }
 
     /// The wavelengths that the tables of ice and of the water and impurities in the sample cover.
@@ -98,13 +98,13 @@ impl SnowSample {
     /// Checks that the tables of ice and of the water and impurities in the sample cover `wavelength_nm`.
     ///
     /// # Errors
-    /// [`TransportError::OutOfRange`] if a table does not cover it.
+    /// [`TransportError::Range`] if a table does not cover it.
     pub fn check_wavelength(&self, wavelength_nm: f64) -> Result<(), TransportError> {
         Ice::new(self.ice).check_wavelength(wavelength_nm)?;
         if self.water_saturation > 0.0 {
             water::check_wavelength(wavelength_nm)?;
         }
-        self.impurities.check_wavelength(wavelength_nm)
+        Ok(self.impurities.check_wavelength(wavelength_nm)?)
     }
 }
 

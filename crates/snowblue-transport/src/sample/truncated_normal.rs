@@ -1,9 +1,10 @@
 //! Truncated normal distributions, for the sphericity and the facetness of grains.
 
+use snowblue_base::{ParameterRange, RangeError};
+
 use super::ranges::FACETNESS_RANGE;
 use crate::TransportError;
 use crate::quadrature::Quadrature;
-use crate::range::ParameterRange;
 
 /// Standard deviation of the facetness that a mean represents (the paper's Table S1).
 pub const MEAN_FACETNESS_DEVIATION: f64 = 0.075;
@@ -111,7 +112,7 @@ impl TruncatedNormal {
         (-0.5 * ((x - self.mean) / self.standard_deviation).powi(2)).exp()
     }
 
-    pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), TransportError> {
+    pub(super) fn check(&self, range: &ParameterRange, deviations: &ParameterRange) -> Result<(), RangeError> {
         range.check(self.mean)?;
         range.check_interval(self.min, self.max)?;
         ParameterRange { least: self.min, greatest: self.max, ..*range }.check(self.mean)?;

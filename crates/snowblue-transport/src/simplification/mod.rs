@@ -1,12 +1,12 @@
 //! Results of simpler models of snow: each changes one property of the model and keeps the rest.
 
 use rayon::prelude::*;
+use snowblue_base::ParameterRange;
 
 use crate::TransportError;
 use crate::medium::{Demand, GrainTallies, HenyeyGreenstein, Medium, Population, Scattering};
 use crate::optics::ice::Ice;
 use crate::ordinates::{OrdinatesOptions, Peak, Streams};
-use crate::range::ParameterRange;
 use crate::sample::{GrainSize, SizeMeasure, SnowSample, TruncatedNormal, WATER_SATURATION_RANGE};
 use crate::slab::{Incidence, Slab};
 

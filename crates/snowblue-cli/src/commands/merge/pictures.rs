@@ -6,7 +6,7 @@ use snowblue_render::FilmAccumulator;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::film::sample_block::Coverage;
-use snowblue_render::images::raster::{ImageSize, PixelPosition};
+use snowblue_render::raster::{ImageSize, PixelPosition};
 
 use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};

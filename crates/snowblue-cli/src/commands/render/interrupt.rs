@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use snowblue_database::file::partial_path;
+use snowblue_base::atomic_file::partial_path;
 
 use crate::output::{Failure, INTERRUPTED, Outcome};
 

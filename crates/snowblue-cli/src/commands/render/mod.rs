@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use snowblue_base::atomic_file::is_stream;
 use snowblue_database::CompressedTable;
-use snowblue_database::file::is_stream;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::white_balance::WhiteBalance;

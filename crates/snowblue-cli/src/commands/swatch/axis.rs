@@ -2,7 +2,7 @@
 
 use snowblue_color::Illuminant;
 use snowblue_figures::format_number;
-use snowblue_render::swatch::SheetAxis;
+use snowblue_figures::swatch::SheetAxis;
 use snowblue_transport::sample::{SnowSample, TruncatedNormal};
 use snowblue_transport::slab::Incidence;
 

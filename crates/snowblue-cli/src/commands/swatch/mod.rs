@@ -7,11 +7,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use snowblue_color::exposure;
+use snowblue_figures::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_figures::{Cell, DataTable, Metadata, format_number};
 use snowblue_render::FalseColor;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::write_raster_png;
-use snowblue_render::swatch::{SheetAxis, SwatchSheet, automatic_exposure};
 use snowblue_transport::sample::SizeMeasure;
 use snowblue_transport::slab::Incidence;
 

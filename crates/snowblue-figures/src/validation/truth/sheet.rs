@@ -4,8 +4,9 @@ use snowblue_color::{LinearRgb, Srgb8};
 use snowblue_render::RenderError;
 use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
-use snowblue_render::images::raster::{PixelPosition, RasterImage};
-use snowblue_render::swatch::lettering::{Lettering, TextOrigin};
+use snowblue_render::raster::{PixelPosition, RasterImage};
+
+use crate::swatch::lettering::{Lettering, TextOrigin};
 
 use super::comparison::Reference;
 use super::image::{SIDE, TimedImage, cell_of, cells, film};

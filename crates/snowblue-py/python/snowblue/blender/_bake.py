@@ -16,7 +16,7 @@ from mathutils import Matrix
 from snowblue import _native
 from snowblue._arguments import VISIBLE_NM
 from snowblue._renderers import _csv, _rgb
-from snowblue._scene import BakedObject, _baked, _json, _ply, _table
+from snowblue._scene import BakedObject, _baked, _json, _ply
 from snowblue.blender._lamps import WHITE_FILE, Lamp, lamp_of
 from snowblue.blender._material import SKY, attribute_of, fill_material
 from snowblue.blender._meshes import WITH_FACES, diffuse_of, world_mesh
@@ -270,7 +270,7 @@ def _bake_one(document: dict[str, Any], made: _Scene, step_mm: float | None, spe
     content = {"spectrum": spectrum, "is_total": True, "reflection": False}
     try:
         scene = _native.Scene.from_json(_json(document), made.files, ".")
-        return [_baked(one, []) for one in scene.bake(_table(None), step_mm, content, None, None)[1:]]
+        return [_baked(one, []) for one in scene.bake(step_mm, content, None, None)[1:]]
     except ValueError as error:
         reason = str(error)
         for number, name in enumerate(made.names):

@@ -9,15 +9,15 @@ import bpy
 from snowblue import _native
 
 PRESETS = {
-    "FRESH": ("Fresh powder", "New snow. The finest and lightest of the table", 100.0, 200.0),
+    "FRESH": ("Fresh powder", "New snow, fine and light", 93.0, 80.0),
     "SETTLED": ("Settled snow", "Rounded grains, some days old", 350.0, 250.0),
     "OLD": ("Old settled snow", "Rounded grains, some weeks old", 400.0, 300.0),
     "WIND": ("Wind-packed snow", "Dense snow of broken, rounded grains", 440.0, 380.0),
-    "SPRING": ("Coarse spring snow", "Melt forms. The coarsest and densest of the table", 500.0, 400.0),
+    "SPRING": ("Coarse spring snow", "Melt forms, coarse and dense", 2950.0, 450.0),
 }
 """Label, description, grain size in µm and density in kg/m³ of each kind of snow. Sizes have the specific surface area,
-and densities are those, of the snow types fresh, rounded, wind-packed and melt forms, or else the nearest of the table;
-old settled snow is the default of the package."""
+and densities are those, of the snow types fresh, rounded, wind-packed and melt forms; old settled snow is the default
+of the package."""
 PARAMETERS = _native.parameters()
 PRESET_FACETNESS = PARAMETERS["facetness"]["default"]
 
@@ -93,5 +93,5 @@ def material_of(thing: bpy.types.Object) -> dict[str, object]:
     """The material of a scene for the snow of an object."""
     settings = thing.snowblue
     names = ("grain_size_um", "facetness", "density_kg_m3")
-    # Blender keeps 32-bit numbers, which lie outside the table by rounding.
-    return {"type": "pca_snow", **{name: round(getattr(settings, name), 5) for name in names}}
+    # Blender keeps 32-bit numbers, which may lie outside a range by rounding.
+    return {"type": "snow", **{name: round(getattr(settings, name), 5) for name in names}}

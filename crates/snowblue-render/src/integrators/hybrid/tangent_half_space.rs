@@ -18,7 +18,8 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use crate::geometry::ray::{Ray, SurfacePoint, narrow};
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
+
 use crate::light_field::{EndDepth, KindOptics, LightWeights, NearLight};
 use crate::scene::light::IncidentLight;
 use crate::spectrum::Spectrum;

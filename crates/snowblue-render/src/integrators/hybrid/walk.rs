@@ -16,8 +16,8 @@
 //!
 //! has the mean of the walk in the body, and little noise.
 //!
-//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that it
-//! goes.
+//! In snow of layers, or that varies by a mask, a walk has the snow of the place where it enters, for the few mm that
+//! it goes.
 //!
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
@@ -27,10 +27,10 @@ use std::iter::{Cycle, Skip};
 use std::slice::Iter;
 use std::sync::Arc;
 
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
-use crate::geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};

@@ -9,10 +9,10 @@ use std::ops::{AddAssign, Mul};
 use std::sync::Arc;
 
 use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
+use snowblue_geometry::ray::narrow;
 
 use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::narrow;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};
@@ -94,8 +94,8 @@ impl LightTables {
         }
     }
 
-    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False colours have none: they show single
-    /// wavelengths, of which sums over several would be too coarse.
+    /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False
+    /// colours have none: they show single wavelengths, of which sums over several would be too coarse.
     pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
         if !scene.sensor.is_standard_observer() {
             return Self::none(scene);

@@ -7,8 +7,8 @@
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
-//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and later ones by
-//! their mean radiance.
+//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and
+//! later ones by their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](crate::scene::light)).
@@ -19,11 +19,11 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
 use crate::film::sensor::SensorSample;
-use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;

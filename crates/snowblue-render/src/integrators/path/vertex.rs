@@ -3,8 +3,8 @@
 use std::f32::consts::PI;
 
 use glam::Vec3A;
+use snowblue_geometry::ray::SurfacePoint;
 
-use crate::geometry::ray::SurfacePoint;
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use crate::light_field::SnowAt;
 use crate::scene::objects::SurfaceInteraction;

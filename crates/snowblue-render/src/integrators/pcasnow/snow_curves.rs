@@ -5,17 +5,12 @@
 
 use std::sync::Arc;
 
-use snowblue_database::fill::ice_from_metadata;
 use snowblue_database::lookup::SnowMix;
-use snowblue_database::{CompressedTable, DatabaseError, PcaSnow, TableSample};
-use snowblue_transport::SnowSample;
+use snowblue_database::{CompressedTable, DatabaseError, PcaSnow};
 
 use crate::scene::material::snow::SnowKinds;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
-
-/// Rays through grains for curves that are solved: 0.2 % in the transmittance of 15 cm.
-const SOLVED_RAYS: u32 = 1 << 18;
 
 /// The curves of a material's snow.
 #[derive(Debug)]
@@ -36,11 +31,7 @@ impl SnowCurves {
         wavelengths_nm: &[f64; SAMPLES],
         table: Option<&CompressedTable>,
     ) -> Result<(Self, Option<String>), DatabaseError> {
-        let of_table = |sample: &SnowSample| look_up(table, sample, wavelengths_nm);
-        let (curves, reason) = match kinds.samples.iter().map(of_table).collect() {
-            Ok(curves) => (curves, None),
-            Err(reason) => (PcaSnow::solve(&kinds.samples, wavelengths_nm, SOLVED_RAYS)?, Some(reason)),
-        };
+        let (curves, reason) = PcaSnow::read_or_solve(table, &kinds.samples, wavelengths_nm)?;
         Ok((Self { kinds: Arc::clone(kinds), curves }, reason))
     }
 
@@ -58,24 +49,4 @@ impl SnowCurves {
         let mix = self.kinds.at_surface(objects, surface);
         SnowMix::new(&self.curves[mix.first], &self.curves[mix.second], mix.share)
     }
-}
-
-/// The curves of a sample from a table, or why it does not have them.
-fn look_up(
-    table: Option<&CompressedTable>,
-    sample: &SnowSample,
-    wavelengths_nm: &[f64; SAMPLES],
-) -> Result<PcaSnow, String> {
-    let table = table.ok_or("there is no table")?;
-    let own = &table.axes.wavelengths_nm;
-    let is_same = |(one, other): (&f64, &f64)| (one - other).abs() < 1e-6;
-    if own.len() != SAMPLES || !own.iter().zip(wavelengths_nm).all(is_same) {
-        return Err("the table has other wavelengths than the picture".to_owned());
-    }
-    // A table of measurements or of another model may name no ice.
-    if ice_from_metadata(&table.metadata).is_ok_and(|ice| ice != sample.ice) {
-        return Err("the table was made with other constants of ice".to_owned());
-    }
-    let sample = TableSample::of(sample).ok_or("its grains have other sizes or shapes than those of the table")?;
-    PcaSnow::new(table, &sample).map_err(|error| error.to_string())
 }

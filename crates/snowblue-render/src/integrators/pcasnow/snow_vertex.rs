@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_database::lookup::SnowMix;
+use snowblue_geometry::chord::{Chord, Line};
+use snowblue_geometry::ray::narrow;
 
 use super::snow_curves::SnowCurves;
-use crate::geometry::chord::{Chord, Line};
-use crate::geometry::ray::narrow;
 use crate::scene::objects::SurfaceInteraction;
 use crate::scene::queries::SceneQueries;
 use crate::scene::{PathMode, PcaSnowSettings};

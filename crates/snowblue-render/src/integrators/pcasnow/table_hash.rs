@@ -2,11 +2,11 @@
 
 use snowblue_database::{CompressedTable, Space};
 
-use crate::hash::Fnv1a;
+use snowblue_base::hash::Fnv1a;
 
 /// The hash of a table of curves.
 pub(in crate::integrators) fn table_hash(table: &CompressedTable) -> u64 {
-    let mut hash = Fnv1a::new();
+    let mut hash = Fnv1a::default();
     let axes = &table.axes;
     let mut add_axis = |name: &str, values: &[f64]| {
         hash.add(name.as_bytes());

@@ -34,9 +34,10 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use snowblue_geometry::chord::{Chord, ChordEnd, Exit};
+use snowblue_geometry::ray::SurfacePoint;
+
 use super::snow_vertex::{SnowVertex, depth_cm};
-use crate::geometry::chord::{Chord, ChordEnd, Exit};
-use crate::geometry::ray::SurfacePoint;
 use crate::integrators::path::carried::{Carried, LightTables, Source};
 use crate::sampling::Sampler;
 use crate::scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};

@@ -1,12 +1,12 @@
 //! Carved snow: its solids and its mesh.
 
 use glam::DVec3;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_shapes::carved::{Carved, CarvedError, Solid};
 
-use crate::geometry::triangle_mesh::TriangleMesh;
 use crate::scene::build::landscape::check_shapes;
 use crate::scene::build::placing::rotation;
 use crate::scene::description::{CarvedDescription, DescriptionError, KeyPath, SolidDescription};
-use crate::shapes::carved::{Carved, CarvedError, Solid};
 
 /// The mesh of carved snow, or what is wrong with its cells or its solids.
 pub(super) fn carved_mesh(path: &KeyPath, description: &CarvedDescription) -> Result<TriangleMesh, DescriptionError> {

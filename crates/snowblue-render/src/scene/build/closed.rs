@@ -1,8 +1,8 @@
 //! Whether meshes of snow are closed. Integrators that solve for the light inside snow need it: through a hole, a line
 //! enters and never leaves, and nothing says what is inside.
 
-use crate::geometry::triangle_mesh::TriangleMesh;
-use crate::mesh_tools::topology::Topology;
+use snowblue_geometry::topology::Topology;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 /// Most triangles of an edge. Each that coincides with another makes every line through it longer to follow.
 const MOST_OF_AN_EDGE: usize = 100;

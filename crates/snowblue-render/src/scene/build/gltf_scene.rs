@@ -9,16 +9,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::DAffine3;
+use snowblue_base::files::{FileError, check_formats, check_total};
 use snowblue_color::LinearRgb;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::shape::Shape;
 
 use crate::error::RenderError;
-use crate::files::{check_formats, check_total};
-use crate::geometry::instance::Instance;
-use crate::geometry::mesh_bvh::MeshBvh;
-use crate::geometry::ray::narrow;
-use crate::geometry::shape::Shape;
-use crate::mesh_files::gltf::{GltfFile, GltfMaterial, LightKind, PunctualLight, Y_UP_TO_Z_UP};
 use crate::scene::build::closed::check_closed;
+use crate::scene::build::gltf_lights::{LightKind, PunctualLight, punctual_lights, view};
+use crate::scene::build::gltf_material::{GltfMaterial, base_colour_texture, gltf_material};
 use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{check_reach, placement};
 use crate::scene::build::sources::Sources;
@@ -55,7 +57,8 @@ pub(super) fn read_gltf(
 ) -> Result<GltfScene, RenderError> {
     check_formats(&sources.files.display_name(name))?;
     let file = GltfFile::read(sources.files, name).map_err(|error| sources.named(path, name, error))?;
-    let wrong = |reason: String| RenderError::Mesh { path: sources.files.display_name(name), reason };
+    let wrong =
+        |reason: String| RenderError::File(FileError::Content { path: sources.files.display_name(name), reason });
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
@@ -87,9 +90,9 @@ pub(super) fn read_gltf(
         }
     }
     let daylight = !sources.is_false_color;
-    let lights = file.lights(&nodes);
+    let lights = punctual_lights(&nodes);
     let lights = lights.iter().map(|light| convert(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
-    Ok(GltfScene { objects, view: file.view(&nodes), lights })
+    Ok(GltfScene { objects, view: view(&nodes), lights })
 }
 
 /// The number of a material, its mesh about its own middle, and the map that puts that back.
@@ -122,7 +125,7 @@ impl Palette<'_> {
             return Ok(index);
         }
         // A glTF's default material is white.
-        let material = number.and_then(|number| self.file.material(number));
+        let material = number.and_then(|number| gltf_material(self.file, number));
         let name = material.as_ref().and_then(|material| material.name.clone());
         let own = name.as_ref().and_then(|name| materials[..self.own].iter().position(|other| other.name == *name));
         let index = match own {
@@ -142,7 +145,7 @@ impl Palette<'_> {
     }
 
     fn diffuse(&mut self, material: &GltfMaterial) -> Result<Diffuse, RenderError> {
-        let paint = self.file.base_colour_texture(material, self.sources.files)?;
+        let paint = base_colour_texture(self.file, material, self.sources.files)?;
         self.texture_bytes += paint.as_ref().map_or(0.0, Texture::bytes);
         // Any number of materials may have the same image.
         check_total("its textures", self.texture_bytes).map_err(|reason| self.file.wrong(reason))?;

@@ -3,12 +3,17 @@
 use std::sync::Arc;
 
 use glam::DVec2;
+use snowblue_geometry::mesh_files::read_mesh_from;
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_shapes::drift::{Mound, drift, drift_heights};
+use snowblue_shapes::height_field::Heights;
+use snowblue_shapes::height_files::{Georeference, HeightGrid, Window};
+use snowblue_shapes::imprint::{Foot, Imprint, ImprintKind, Sole, Wall};
+use snowblue_shapes::snow_on_mesh::snow_on_mesh;
+use snowblue_shapes::terrain::{Depth, DepthImage, Filling, SnowCover, Terrain};
 
 use crate::error::RenderError;
-use crate::geometry::ray::narrow;
-use crate::geometry::triangle_mesh::TriangleMesh;
-use crate::height_files::{Georeference, HeightGrid, Window};
-use crate::mesh_files::read_mesh_from;
 use crate::scene::build::placing::upright;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
@@ -17,11 +22,6 @@ use crate::scene::description::{
     GroundSource, HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, KeyPath,
     SnowpackDescription, UpAxis,
 };
-use crate::shapes::drift::{Mound, drift, drift_heights};
-use crate::shapes::height_field::Heights;
-use crate::shapes::imprint::{Foot, Imprint, ImprintKind, Sole, Wall};
-use crate::shapes::snow_on_mesh::snow_on_mesh;
-use crate::shapes::terrain::{Depth, DepthImage, Filling, SnowCover, Terrain};
 
 /// Default tolerance of the triangles of a map, in distances between two heights.
 const TOLERANCE_OF_CELL: f64 = 0.05;

@@ -1,7 +1,9 @@
 //! Lights.
 
+use snowblue_base::files::FileError;
+use snowblue_geometry::ray::narrow;
+
 use crate::error::RenderError;
-use crate::geometry::ray::narrow;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
 use crate::scene::description::{EnvironmentDescription, KeyPath, LampDescription, LightDescription, LightSource};
@@ -68,8 +70,9 @@ pub(super) fn build_environment(
             let panorama = Panorama::read_exr(sources.files, &sky.image)
                 .map_err(|error| sources.named(&path.key("image"), &sky.image, error))?;
             let image = SkyImage::new(&panorama, narrow(sky.scale), narrow(sky.rotation_deg), !sources.is_false_color);
-            let image = image
-                .map_err(|reason| RenderError::ReadImage { path: sources.files.display_name(&sky.image), reason })?;
+            let image = image.map_err(|reason| {
+                RenderError::File(FileError::Content { path: sources.files.display_name(&sky.image), reason })
+            })?;
             Ok(Light::Image(Box::new(image), sky.visible))
         }
     }

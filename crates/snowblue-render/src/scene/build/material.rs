@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use snowblue_geometry::ray::narrow;
+
 use crate::error::RenderError;
-use crate::geometry::ray::narrow;
-use crate::images::png_image::PngImage;
 use crate::scene::build::snow::build_snow;
 use crate::scene::build::sources::Sources;
-use crate::scene::build::texture::build_texture;
+use crate::scene::build::texture::{build_texture, linear_rgb};
 use crate::scene::description::{DiffuseDescription, KeyPath, MaterialDescription};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
@@ -46,7 +46,7 @@ fn build_diffuse(path: &KeyPath, diffuse: &DiffuseDescription, sources: &Sources
             Ok(Diffuse::Uniform(Spectrum(spectrum.map(narrow))))
         }
         DiffuseDescription::Texture(texture) => {
-            Ok(sources.textured(build_texture(path, texture, sources, PngImage::linear_rgb)?))
+            Ok(sources.textured(build_texture(path, texture, sources, linear_rgb)?))
         }
     }
 }

@@ -3,6 +3,8 @@
 mod carved;
 pub(crate) mod changes;
 mod closed;
+mod gltf_lights;
+mod gltf_material;
 mod gltf_scene;
 mod landscape;
 mod light;
@@ -19,7 +21,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::error::RenderError;
-use crate::files::SceneFiles;
 use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
@@ -37,6 +38,7 @@ use gltf_scene::{GltfScene, read_gltf};
 use material::build_materials;
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
+use snowblue_base::files::FileSource;
 use sources::Sources;
 
 /// What there is in a scene without its described lights.
@@ -59,13 +61,13 @@ impl SceneDescription {
     ///
     /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
     /// description, or the file.
-    pub fn build(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+    pub fn build(&self, files: &dyn FileSource) -> Result<Scene, RenderError> {
         self.check()?;
         self.build_checked(files)
     }
 
     /// Builds the scene of a description that was checked.
-    pub(crate) fn build_checked(&self, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+    pub(crate) fn build_checked(&self, files: &dyn FileSource) -> Result<Scene, RenderError> {
         self.build_with(None, None, files)
     }
 
@@ -75,7 +77,7 @@ impl SceneDescription {
     /// # Errors
     ///
     /// As those of [`build`](Self::build).
-    pub fn build_after(&self, earlier: &Scene, files: &dyn SceneFiles) -> Result<Scene, RenderError> {
+    pub fn build_after(&self, earlier: &Scene, files: &dyn FileSource) -> Result<Scene, RenderError> {
         let changes = Changes::new(&earlier.description, self);
         self.check()?;
         if changes.solids {
@@ -98,7 +100,7 @@ impl SceneDescription {
         &self,
         solids: Option<Solids>,
         lights: Option<DescribedLights>,
-        files: &dyn SceneFiles,
+        files: &dyn FileSource,
     ) -> Result<Scene, RenderError> {
         let solids = solids.map_or_else(|| self.solids(files), Ok)?;
         let (mut lights, light_files) = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
@@ -156,7 +158,7 @@ impl SceneDescription {
     }
 
     /// Builds all that is no described light.
-    fn solids(&self, files: &dyn SceneFiles) -> Result<Solids, RenderError> {
+    fn solids(&self, files: &dyn FileSource) -> Result<Solids, RenderError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files, self.film.false_color);
         let mut materials = build_materials(&self.materials, &sources)?;
@@ -186,7 +188,7 @@ impl SceneDescription {
 
     /// Builds the lights of the description for materials that were built, with hashes of the files that were read for
     /// them.
-    fn described_lights(&self, materials: &[Material], files: &dyn SceneFiles) -> Result<DescribedLights, RenderError> {
+    fn described_lights(&self, materials: &[Material], files: &dyn FileSource) -> Result<DescribedLights, RenderError> {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files, self.film.false_color);
         let mut lights = Vec::with_capacity(self.lights.len() + 1);
@@ -204,7 +206,7 @@ impl SceneDescription {
     pub(crate) fn lights_over(
         &self,
         materials: &[Material],
-        files: &dyn SceneFiles,
+        files: &dyn FileSource,
     ) -> Result<Vec<Arc<Light>>, RenderError> {
         self.check()?;
         Ok(self.described_lights(materials, files)?.0)

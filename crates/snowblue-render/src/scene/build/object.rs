@@ -5,16 +5,17 @@ use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use snowblue_geometry::cuboid::Cuboid;
+use snowblue_geometry::ellipsoid::Ellipsoid;
+use snowblue_geometry::instance::Instance;
+use snowblue_geometry::mesh_bvh::MeshBvh;
+use snowblue_geometry::mesh_files::read_mesh_from;
+use snowblue_geometry::plane::Plane;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_shapes::igloo::Igloo;
 
 use crate::error::RenderError;
-use crate::geometry::cuboid::Cuboid;
-use crate::geometry::ellipsoid::Ellipsoid;
-use crate::geometry::instance::Instance;
-use crate::geometry::mesh_bvh::MeshBvh;
-use crate::geometry::plane::Plane;
-use crate::geometry::shape::Shape;
-use crate::geometry::triangle_mesh::TriangleMesh;
-use crate::mesh_files::read_mesh_from;
 use crate::scene::build::carved::carved_mesh;
 use crate::scene::build::closed::check_closed;
 use crate::scene::build::landscape::{self, Land, check_shapes};
@@ -28,7 +29,6 @@ use crate::scene::description::{
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::objects::Object;
 use crate::scene::undisturbed::UndisturbedSurface;
-use crate::shapes::igloo::Igloo;
 
 /// A mesh of a file about its own middle.
 struct FileMesh {

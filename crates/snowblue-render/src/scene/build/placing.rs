@@ -1,11 +1,11 @@
 //! Places of objects in the scene.
 
 use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
+use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
+use snowblue_geometry::mesh_files::is_y_up;
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::transform::Transform;
 
-use crate::geometry::ray::narrow;
-use crate::geometry::transform::Transform;
-use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
-use crate::mesh_files::is_y_up;
 use crate::scene::description::check::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
 use crate::scene::description::{ObjectSettings, Scale, UpAxis};

@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 
-use crate::files::SceneFiles;
-use crate::hash::Fnv1a;
+use snowblue_base::files::FileSource;
+use snowblue_base::hash::Fnv1a;
 
 /// Files with a record of what was read.
 pub(super) struct RecordedFiles<'files> {
-    files: &'files dyn SceneFiles,
+    files: &'files dyn FileSource,
     hashes: RefCell<BTreeMap<String, u64>>,
 }
 
 impl<'files> RecordedFiles<'files> {
     /// Nothing is read yet.
-    pub(super) fn new(files: &'files dyn SceneFiles) -> Self {
+    pub(super) fn new(files: &'files dyn FileSource) -> Self {
         Self { files, hashes: RefCell::default() }
     }
 
@@ -26,7 +26,7 @@ impl<'files> RecordedFiles<'files> {
     }
 }
 
-impl SceneFiles for RecordedFiles<'_> {
+impl FileSource for RecordedFiles<'_> {
     fn read(&self, name: &str) -> io::Result<Vec<u8>> {
         let bytes = self.files.read(name)?;
         self.hashes.borrow_mut().insert(name.to_owned(), Fnv1a::of(&bytes));

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 
 use glam::{DVec3, Vec3A};
+use snowblue_base::files::{FileSource, NamedFile};
 use snowblue_field::SnowOptics;
+use snowblue_geometry::ray::narrow;
 use snowblue_sky::{
     ClearSky, Coefficients, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position,
 };
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles};
-use crate::geometry::ray::narrow;
 use crate::scene::build::light::spectrum;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::{
@@ -52,7 +52,7 @@ pub(super) fn build_sky(
 }
 
 /// Reads the coefficients of the clear sky among the files of the scene.
-fn read_coefficients(path: &KeyPath, files: &dyn SceneFiles) -> Result<Coefficients, RenderError> {
+fn read_coefficients(path: &KeyPath, files: &dyn FileSource) -> Result<Coefficients, RenderError> {
     let [sky, sun] = Coefficients::FILES.map(|name| NamedFile::read(files, name));
     let coefficients = Coefficients::parse(&sky?.text(), &sun?.text());
     coefficients.map_err(|error| path.error(format!("is clear, but its coefficients cannot be used: {error}")).into())
@@ -148,7 +148,7 @@ fn snow_albedo(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::FilesIn;
+    use snowblue_base::files::FilesIn;
 
     #[test]
     fn coefficients_that_are_files_are_those_that_are_embedded() {

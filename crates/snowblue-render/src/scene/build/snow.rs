@@ -1,13 +1,13 @@
 //! Snow.
 
+use snowblue_base::files::check_formats;
+use snowblue_geometry::images::png_image::PngImage;
+use snowblue_geometry::ray::narrow;
 use snowblue_transport::SnowSample;
 use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::sample::SnowKeys;
 
 use crate::error::RenderError;
-use crate::files::check_formats;
-use crate::geometry::ray::narrow;
-use crate::images::png_image::PngImage;
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
 use crate::scene::description::{

@@ -2,8 +2,9 @@
 
 use std::io;
 
+use snowblue_base::files::{FileError, FileSource, NamedFile};
+
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles};
 use crate::film::sensor::FalseColor;
 use crate::scene::description::KeyPath;
 use crate::scene::material::diffuse::Diffuse;
@@ -13,7 +14,7 @@ use crate::spectrum::{SAMPLES, wavelengths_nm};
 
 /// The files, the wavelengths and the colours.
 pub(super) struct Sources<'scene> {
-    pub(super) files: &'scene dyn SceneFiles,
+    pub(super) files: &'scene dyn FileSource,
     /// The wavelengths of the picture.
     pub(super) wavelengths_nm: [f64; SAMPLES],
     /// In false colour lights are white, whatever their spectrum.
@@ -23,7 +24,7 @@ pub(super) struct Sources<'scene> {
 
 impl<'scene> Sources<'scene> {
     /// For the wavelengths of the observer, or those of a false colour.
-    pub(super) fn new(files: &'scene dyn SceneFiles, false_color: Option<FalseColor>) -> Self {
+    pub(super) fn new(files: &'scene dyn FileSource, false_color: Option<FalseColor>) -> Self {
         let is_false_color = false_color.is_some();
         Self {
             files,
@@ -49,9 +50,9 @@ impl<'scene> Sources<'scene> {
     }
 
     /// An error about the file that a key names: where the file does not exist, that of the key.
-    pub(super) fn named(&self, path: &KeyPath, name: &str, error: RenderError) -> RenderError {
-        match error {
-            RenderError::ReadFile { path: file, source }
+    pub(super) fn named(&self, path: &KeyPath, name: &str, error: impl Into<RenderError>) -> RenderError {
+        match error.into() {
+            RenderError::File(FileError::Read { path: file, source })
                 if source.kind() == io::ErrorKind::NotFound && file == self.files.display_name(name) =>
             {
                 path.error(format!("is \"{name}\", but {} does not exist", file.display())).into()

@@ -2,9 +2,9 @@
 
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
+use snowblue_geometry::ray::narrow;
 
 use super::value::{numbers, point};
-use crate::geometry::ray::narrow;
 use crate::scene::camera::View;
 
 /// A pinhole camera.

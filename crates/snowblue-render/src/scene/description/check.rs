@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use glam::Vec3A;
+use snowblue_base::RangeError;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_sky::TURBIDITY_RANGE;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
@@ -267,8 +268,7 @@ fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, Description
 fn rest_of_sentence(error: &TransportError) -> String {
     let sentence = error.to_string();
     let quantity = match error {
-        TransportError::OutOfRange { quantity, .. }
-        | TransportError::Reversed { quantity, .. }
+        TransportError::Range(RangeError::OutOfRange { quantity, .. } | RangeError::Reversed { quantity, .. })
         | TransportError::Count { quantity, .. }
         | TransportError::Combination { quantity, .. } => *quantity,
         TransportError::MeanSize { .. } => "mean grain size",

@@ -1,9 +1,9 @@
 //! Landscapes as data: surfaces of heights, snow on them, and prints in the snow.
 
 use serde::{Deserialize, Serialize};
+use snowblue_base::files::extension;
 
 use super::value::{UpAxis, numbers, some_numbers};
-use crate::files::extension;
 
 /// A solid under a surface of heights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

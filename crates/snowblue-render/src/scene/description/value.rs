@@ -3,8 +3,8 @@
 use glam::Vec3A;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_geometry::ray::narrow;
 
-use crate::geometry::ray::narrow;
 use crate::notation::Notations;
 
 /// A stretch: one factor, or one for each axis.

@@ -7,19 +7,21 @@
 //!                          # false_color = { red_nm, green_nm, blue_nm }
 //! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "hybrid" |
 //!                          # "diffusion" | "pcasnow" | "reference"
+//! [integrator.pcasnow]     # path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
+//!                          #   emission = "transmitted" | "relative", reflectance (else that of the curves),
+//!                          #   table = "FILE.nc" (else the embedded one)
 //! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface)
 //!                          #   or nodes (of a body, about), else as its snow needs
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
 //!                          #   texture = "FILE.png" (encoded sRGB), texture_scale_m = 1
-//!                          # type = "pca_snow": grain_size_um, facetness, density_kg_m3,
-//!                          #   where the table has axes of them: water_saturation = 0, temperature_c = -5,
-//!                          #   impurities_ng_g = { black-carbon = 0, … }; each one value, or two with
-//!                          #   mask = { texture = "FILE.png", texture_scale_m = 1 } or
-//!                          #   mask = { attribute = "NAME", range = [0, 1] },
-//!                          #   path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
-//!                          #   emission = "transmitted" | "relative", reflectance (else the table's); or
+//!                          # type = "snow": what it is made of (`snowblue_transport::sample::SnowKeys`):
+//!                          #   snow = "fresh" | … (a kind), grain_size_um = 400 or [LEAST, GREATEST], size_measure,
+//!                          #   ssa_m2_kg, facetness = 0.3, sphericity, density_kg_m3 = 300, water_saturation = 0,
+//!                          #   impurities_ng_g = { black-carbon = 0, … }, temperature_c = -5, ice; or two of these,
+//!                          #   between = [{ … }, { … }], and mask = { texture = "FILE.png", texture_scale_m = 1 } or
+//!                          #   mask = { attribute = "NAME", range = [0, 1] }; or
 //!                          #   layers = "FILE.toml" (as `spectrum --layers`), layers_top = "surface" or a height z
 //! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
 //!                          # type = "point": position, radiant_intensity_w_sr
@@ -79,8 +81,8 @@
 //! drift is snow of a depth below z = 0, with mounds above it. An igloo is one object for each block, all of one body.
 //! Carved snow is the union of the solids that it adds without those that it removes. Snow objects of one `body` are
 //! one solid. [`texture`](crate::scene::material::texture) says where an image lies on a shape,
-//! [`snow_curves`](crate::scene::material::snow_curves) what a mask does. Layers of snow, of a
-//! [`layer_file`](snowblue_transport::layer_file), are for the integrators diffusion and hybrid.
+//! [`snow`](crate::scene::material::snow) what a mask does, [`layer_file`](snowblue_transport::layer_file) what a file of
+//! layers is.
 //!
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.
@@ -95,12 +97,12 @@ use serde::{Deserialize, Deserializer};
 use toml::de::DeTable;
 
 use crate::error::RenderError;
-use crate::files::FilesIn;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 
 use message::{Mistake, span_of};
 use reader::read_description;
+use snowblue_base::files::{FileError, FilesIn};
 
 pub(crate) use message::line_of;
 
@@ -121,7 +123,8 @@ impl SceneFile {
     /// When it cannot be read, a key is unknown or missing, or a value is out of range. The message names the file and
     /// the line.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
-        let bytes = std::fs::read(path).map_err(|source| RenderError::ReadFile { path: path.into(), source })?;
+        let bytes =
+            std::fs::read(path).map_err(|source| RenderError::File(FileError::Read { path: path.into(), source }))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let line = 1 + text.iter().filter(|byte| **byte == b'\n').count();

@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::Vec3A;
 
-use crate::geometry::ray::narrow;
+use snowblue_geometry::ray::narrow;
 
 /// Cumulative sums of brightness over all directions.
 #[derive(Debug)]

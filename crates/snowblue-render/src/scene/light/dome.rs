@@ -1,9 +1,9 @@
 //! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
 
 use glam::Vec3A;
+use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
-use crate::geometry::ray::narrow;
 use crate::scene::light::direction_table::{DirectionTable, longitude_rad};
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};

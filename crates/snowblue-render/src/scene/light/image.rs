@@ -8,12 +8,12 @@ use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3A;
+use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats};
 use snowblue_color::LinearRgb;
+use snowblue_geometry::images::exr_size::check_exr_size;
+use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
-use crate::files::{NamedFile, SceneFiles, check_formats};
-use crate::geometry::ray::narrow;
-use crate::images::exr_size::check_exr_size;
 use crate::scene::light::direction_table::{DirectionTable, whole};
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
@@ -50,10 +50,10 @@ impl Panorama {
     /// # Errors
     ///
     /// When there is no such file, or it holds neither red, green and blue nor luminance alone.
-    pub fn read_exr(files: &dyn SceneFiles, name: &str) -> Result<Self, RenderError> {
+    pub fn read_exr(files: &dyn FileSource, name: &str) -> Result<Self, RenderError> {
         let NamedFile { path, bytes } = NamedFile::read(files, name)?;
         check_formats(&path)?;
-        let wrong = |reason: String| RenderError::ReadImage { path: path.clone(), reason };
+        let wrong = |reason: String| RenderError::File(FileError::Content { path: path.clone(), reason });
         // A colour of double precision, and its colour, brightness and share of the light in single precision.
         check_exr_size(&bytes, |_| size_of::<LinearRgb>() + 5 * size_of::<f32>()).map_err(wrong)?;
         let unreadable = |error: exr::error::Error| wrong(format!("not a readable EXR file: {error}"));

@@ -26,8 +26,8 @@ use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
 
-use crate::geometry::ray::{Ray, SurfacePoint};
 use crate::sampling::{Sampler, cosine_direction, uniform_hemisphere_direction};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;

@@ -9,9 +9,9 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3A};
+use snowblue_geometry::ray::{Ray, narrow};
 
 use super::EmitterPoint;
-use crate::geometry::ray::{Ray, narrow};
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;

@@ -3,8 +3,8 @@
 use std::f32::consts::PI;
 
 use glam::Vec3A;
+use snowblue_geometry::ray::SurfacePoint;
 
-use crate::geometry::ray::SurfacePoint;
 use crate::scene::objects::Side;
 use crate::scene::queries::SceneQueries;
 

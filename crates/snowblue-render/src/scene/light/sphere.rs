@@ -8,9 +8,9 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3A;
+use snowblue_geometry::ray::Ray;
 
 use super::EmitterPoint;
-use crate::geometry::ray::Ray;
 
 /// A sphere that emits outwards with the same radiance in all directions.
 #[derive(Debug, Clone, Copy)]

@@ -3,9 +3,9 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3A;
+use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 
-use crate::geometry::ray::narrow;
 use crate::scene::light::dome::Resampling;
 use crate::spectrum::Spectrum;
 

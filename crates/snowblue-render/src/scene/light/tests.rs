@@ -5,12 +5,12 @@
 use std::f64::consts::{PI, TAU};
 
 use snowblue_color::LinearRgb;
+use snowblue_geometry::ray::{Ray, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
 
 use super::dome::Resampling;
 use super::*;
-use crate::geometry::ray::{Ray, narrow};
 use crate::sampling::Sampler;
 
 /// Probability that any of these tests fails by chance is about this, for each test function.

@@ -1,6 +1,7 @@
 //! Masks: a number from 0 to 1 at each point of a surface.
 
-use crate::geometry::shape::Shape;
+use snowblue_geometry::shape::Shape;
+
 use crate::scene::material::texture::Texture;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 

@@ -5,7 +5,7 @@ pub mod mask;
 pub mod snow;
 pub mod texture;
 
-use crate::geometry::shape::Shape;
+use snowblue_geometry::shape::Shape;
 
 use diffuse::Diffuse;
 use snow::Snow;

@@ -6,12 +6,12 @@
 
 use glam::Vec3A;
 use snowblue_field::CellBox;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::shape::Shape;
 use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
-use crate::geometry::ray::{SurfacePoint, narrow};
-use crate::geometry::shape::Shape;
 use crate::scene::layering::Layering;
 use crate::scene::material::mask::Mask;
 use crate::scene::objects::{Objects, SurfaceInteraction};

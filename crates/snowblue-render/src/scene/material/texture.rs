@@ -10,9 +10,9 @@
 //! coordinates are in object space. Interpolation is bilinear and periodic.
 
 use glam::Vec2;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::texture_coordinates::TextureCoordinates;
 
-use crate::geometry::shape::Shape;
-use crate::geometry::texture_coordinates::TextureCoordinates;
 use crate::scene::objects::{Objects, SurfaceInteraction};
 
 /// An image that repeats.

@@ -1,0 +1,16 @@
+#![doc = include_str!("../README.md")]
+//!
+//! **Simplified.** A file is read as a whole. The hash is no protection against forgery.
+//!
+//! **Out of scope.** The formats of files, and any physics.
+
+pub mod range;
+
+pub mod parameter;
+
+pub mod atomic_file;
+pub mod files;
+pub mod hash;
+
+pub use parameter::Parameter;
+pub use range::{ParameterRange, RangeError, short_number};

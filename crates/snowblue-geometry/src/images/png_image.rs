@@ -1,0 +1,137 @@
+//! PNG files as input: textures, masks and height fields.
+
+use std::io::Cursor;
+
+use png::{BitDepth, ColorType, Transformations};
+
+use snowblue_base::files::{FileError, NamedFile, check_formats, check_memory};
+
+/// An image with the values of its file, scaled to 0–1, without alpha.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PngImage {
+    /// Pixels from left to right.
+    pub width: usize,
+    /// Pixels from top to bottom.
+    pub height: usize,
+    /// Values of a pixel: 1 in a grey image, else 3.
+    pub channels: usize,
+    /// Values, row by row from the top.
+    pub values: Vec<f32>,
+}
+
+impl PngImage {
+    /// Decodes a PNG file.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`read`](Self::read), and in a build without the feature `formats`.
+    pub fn decode(file: &NamedFile) -> Result<Self, FileError> {
+        check_formats(&file.path)?;
+        let image = Self::read(&file.bytes);
+        image.map_err(|reason| FileError::Content { path: file.path.clone(), reason })
+    }
+
+    /// Decodes a PNG of any colour type. Palettes become colours.
+    ///
+    /// # Errors
+    ///
+    /// When it is malformed, or takes more memory than a file of its length may.
+    pub fn read(png: &[u8]) -> Result<Self, String> {
+        let malformed = |error: png::DecodingError| format!("not a readable PNG file: {error}");
+        let mut decoder = png::Decoder::new(Cursor::new(png));
+        decoder.set_transformations(Transformations::EXPAND);
+        let mut reader = decoder.read_info().map_err(malformed)?;
+        let (width, height) = reader.info().size();
+        let (color, depth) = reader.output_color_type();
+        let (stored, channels) = match color {
+            ColorType::Grayscale => (1, 1),
+            ColorType::GrayscaleAlpha => (2, 1),
+            ColorType::Rgb | ColorType::Indexed => (3, 3),
+            ColorType::Rgba => (4, 3),
+        };
+        // As decoded, as values, and as the colours that are made of them.
+        let sample_bytes = if depth == BitDepth::Sixteen { 2 } else { 1 };
+        let pixel_bytes = stored * sample_bytes + channels * size_of::<f32>() + size_of::<[f32; 3]>();
+        let pixels = f64::from(width) * f64::from(height);
+        check_memory(&format!("{width} × {height} pixels"), pixels * pixel_bytes as f64, png.len())?;
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("the image is too large")?];
+        let frame = reader.next_frame(&mut bytes).map_err(malformed)?;
+        bytes.truncate(frame.buffer_size());
+        let mut values = Vec::with_capacity(width as usize * height as usize * channels);
+        for pixel in bytes.chunks_exact(stored * sample_bytes) {
+            let (pairs, _) = pixel.as_chunks::<2>();
+            match depth {
+                BitDepth::Sixteen => {
+                    values.extend(pairs[..channels].iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / 65_535.0));
+                }
+                _ => values.extend(pixel[..channels].iter().map(|&byte| f32::from(byte) / 255.0)),
+            }
+        }
+        Ok(Self { width: frame.width as usize, height: frame.height as usize, channels, values })
+    }
+
+    /// Red, green and blue of each pixel, as the file encodes them. Grey images have three equal channels.
+    pub fn encoded_rgb(&self) -> Vec<[f32; 3]> {
+        let last = self.channels - 1;
+        self.values.chunks_exact(self.channels).map(|pixel| [0, last.min(1), last].map(|at| pixel[at])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(color: ColorType, depth: BitDepth, palette: Option<&'static [u8]>, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if let Some(palette) = palette {
+            encoder.set_palette(palette);
+        }
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn reads_every_colour_type_and_bit_depth() {
+        let shade = 0x80 as f32 / 255.0;
+        for (file, channels, expected) in [
+            (png(ColorType::Grayscale, BitDepth::Eight, None, &[0, 0x80]), 1, vec![0.0, shade]),
+            (png(ColorType::Grayscale, BitDepth::One, None, &[0b0100_0000]), 1, vec![0.0, 1.0]),
+            (png(ColorType::GrayscaleAlpha, BitDepth::Eight, None, &[0x80, 7, 255, 9]), 1, vec![shade, 1.0]),
+            (
+                png(ColorType::Rgba, BitDepth::Eight, None, &[255, 0, 0x80, 1, 0, 0, 0, 1]),
+                3,
+                vec![1.0, 0.0, shade, 0.0, 0.0, 0.0],
+            ),
+            (
+                png(ColorType::Indexed, BitDepth::One, Some(&[0, 0, 255, 255, 0, 0]), &[0b1000_0000]),
+                3,
+                vec![1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            ),
+        ] {
+            let image = PngImage::read(&file).unwrap();
+            assert_eq!((image.width, image.height, image.channels), (2, 1, channels));
+            assert_eq!(image.values, expected);
+        }
+        let deep = PngImage::read(&png(ColorType::Grayscale, BitDepth::Sixteen, None, &[0, 1, 0xff, 0xff])).unwrap();
+        assert_eq!(deep.values, [1.0 / 65_535.0, 1.0]);
+    }
+
+    #[test]
+    fn a_header_of_too_many_pixels_is_refused() {
+        let mut wide = Vec::new();
+        let mut encoder = png::Encoder::new(&mut wide, 1 << 24, 1 << 24);
+        encoder.set_color(ColorType::Grayscale);
+        encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[]).unwrap();
+        let message = PngImage::read(&wide).unwrap_err();
+        assert!(message.contains("16777216 × 16777216 pixels take 4563402752 MiB of memory"), "{message}");
+    }
+
+    #[test]
+    fn grey_images_have_three_equal_channels() {
+        let image = PngImage::read(&png(ColorType::Grayscale, BitDepth::Eight, None, &[188, 255])).unwrap();
+        assert_eq!(image.encoded_rgb(), [[188.0 / 255.0; 3], [1.0; 3]]);
+    }
+}

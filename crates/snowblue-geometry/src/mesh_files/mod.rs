@@ -1,0 +1,77 @@
+//! Mesh files: PLY, Wavefront OBJ, glTF 2.0 and GLB, chosen by file extension.
+
+pub mod gltf;
+mod obj;
+mod ply;
+
+use std::path::Path;
+
+use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_formats, extension};
+
+use crate::mesh_files::gltf::GltfFile;
+use crate::triangle_mesh::TriangleMesh;
+
+pub use obj::obj_text;
+
+/// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
+///
+/// `part` selects a part by name: an object or group of an OBJ file, or a node or mesh of a glTF with its descendants.
+/// PLY files have no parts.
+///
+/// # Errors
+///
+/// When the extension is unknown, or the file cannot be read, is truncated or malformed, has no faces or no such part,
+/// has a vertex that is not finite, or a face with an index out of range.
+pub fn read_mesh_file(path: &Path, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    read_mesh_from(&FilesIn::beside(path), &name, part)
+}
+
+/// Reads a mesh file from a source of files; otherwise as [`read_mesh_file`].
+///
+/// # Errors
+///
+/// As those of [`read_mesh_file`].
+pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) -> Result<TriangleMesh, FileError> {
+    let path = files.display_name(name);
+    let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
+    let mesh = match extension(&path).as_str() {
+        "ply" if part.is_some() => return Err(wrong("a PLY file has no parts: omit `part`".into())),
+        "ply" => {
+            check_formats(&path)?;
+            ply::read(&NamedFile::read(files, name)?)?
+        }
+        "obj" => obj::read(&NamedFile::read(files, name)?, part)?,
+        "gltf" | "glb" => {
+            check_formats(&path)?;
+            GltfFile::read(files, name)?.mesh(part)?
+        }
+        other => return Err(wrong(format!("the extension is \"{other}\", but must be ply, obj, gltf or glb"))),
+    };
+    check(&mesh).map_err(wrong)?;
+    Ok(mesh)
+}
+
+/// Whether the format of a mesh file defines y as up, as glTF does.
+pub fn is_y_up(path: &Path) -> bool {
+    matches!(extension(path).as_str(), "gltf" | "glb")
+}
+
+/// Checks that there are faces, positions are finite and indices are in range.
+fn check(mesh: &TriangleMesh) -> Result<(), String> {
+    if mesh.indices.is_empty() {
+        return Err("the mesh has no faces, but must have at least one".into());
+    }
+    for (number, position) in mesh.positions.iter().enumerate() {
+        if let Some(value) = position.to_array().into_iter().find(|value| !value.is_finite()) {
+            return Err(format!("a coordinate of vertex {number} is {value}, but must be finite"));
+        }
+    }
+    let count = mesh.positions.len();
+    for (number, vertices) in mesh.indices.iter().enumerate() {
+        if let Some(index) = vertices.iter().find(|&&index| index as usize >= count) {
+            return Err(format!("triangle {number} refers to vertex {index}, but there are {count} (0 is the first)"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,305 @@
+//! PLY files (Turk 1994, "The PLY polygon file format"), ASCII or binary.
+//!
+//! Reads vertex positions `x y z`, normals `nx ny nz`, texture coordinates (`u v`, `s t` or `texture_u texture_v`), all
+//! scalar vertex properties but positions as attributes, and `vertex_indices` (or `vertex_index`) of faces. Faces with
+//! more than three corners become triangle fans. Other elements and properties are ignored.
+
+use std::io::{Cursor, Seek};
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
+use snowblue_base::files::{FileError, NamedFile};
+
+use crate::ray::narrow;
+use crate::triangle_mesh::TriangleMesh;
+use crate::vertex_normals::VertexNormals;
+
+const POSITION: [&str; 3] = ["x", "y", "z"];
+
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+
+/// Common names of texture coordinates.
+const TEXTURE_COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+
+/// A vertex: its position, and its attributes in the order of the header.
+#[derive(Default)]
+struct Vertex {
+    position: [f32; 3],
+    attributes: Vec<f32>,
+}
+
+#[derive(Default)]
+struct Face(Vec<i64>);
+
+/// An element that is not used.
+struct Ignored;
+
+impl PropertyAccess for Ignored {
+    fn new() -> Self {
+        Self
+    }
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let value = match property {
+            Property::Float(value) => value,
+            Property::Double(value) => narrow(value),
+            Property::Int(value) => narrow(f64::from(value)),
+            Property::UInt(value) => narrow(f64::from(value)),
+            Property::Short(value) => f32::from(value),
+            Property::UShort(value) => f32::from(value),
+            Property::Char(value) => f32::from(value),
+            Property::UChar(value) => f32::from(value),
+            _ => return PropertyAccessResult::Ignored,
+        };
+        match POSITION.iter().position(|axis| *axis == name) {
+            Some(axis) => self.position[axis] = value,
+            None => self.attributes.push(value),
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !is_index_list(name) {
+            return PropertyAccessResult::Ignored;
+        }
+        self.0 = match property {
+            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+fn is_index_list(name: &str) -> bool {
+    name == "vertex_indices" || name == "vertex_index"
+}
+
+/// Reads a PLY file, in the file's own unit.
+pub(super) fn read(file: &NamedFile) -> Result<TriangleMesh, FileError> {
+    let path = &file.path;
+    let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
+    let mut reader = Reader::new(Cursor::new(file.bytes.as_slice()));
+    let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(|error| malformed(path, &error, None))?;
+    let (mut vertices, mut faces, mut names) = (Vec::new(), Vec::new(), Vec::new());
+    for element in header.elements.values() {
+        if element.properties.is_empty() {
+            return Err(wrong(format!("element {} has no properties", element.name)));
+        }
+        let read = match element.name.as_str() {
+            "vertex" => {
+                names = attribute_names(element).map_err(wrong)?;
+                payload(&mut reader, element, &header).map(|read| vertices = read)
+            }
+            "face" => payload(&mut reader, element, &header).map(|read| faces = read),
+            _ => payload::<Ignored>(&mut reader, element, &header).map(drop),
+        };
+        if let Err(error) = read {
+            // Binary files have no lines, so the message gives the byte.
+            let byte = reader.get_mut().stream_position().ok().filter(|_| header.encoding != Encoding::Ascii);
+            return Err(malformed(path, &error, byte));
+        }
+    }
+    mesh(&vertices, &faces, &names).map_err(wrong)
+}
+
+fn payload<T: PropertyAccess>(
+    reader: &mut Reader<Cursor<&[u8]>>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<T>, ParseError> {
+    Parser::<T>::new().read_payload_for_element(reader, element, header)
+}
+
+fn malformed(path: &Path, error: &ParseError, byte: Option<u64>) -> FileError {
+    let path = path.into();
+    let message = one_line(&error.to_string());
+    let message = error.line().and_then(|line| message.strip_prefix(&format!("Line {line}: "))).unwrap_or(&message);
+    let reason = format!("not a readable PLY file: {message}");
+    match (byte, error.line()) {
+        (Some(byte), _) => FileError::Content { path, reason: format!("{reason} (near byte {byte})") },
+        (None, Some(line)) => FileError::Line { path, line, reason },
+        (None, None) => FileError::Content { path, reason },
+    }
+}
+
+/// The names of the scalar vertex properties other than the position, in file order.
+fn attribute_names(element: &ElementDef) -> Result<Vec<String>, String> {
+    let scalars: Vec<&String> = element
+        .properties
+        .iter()
+        .filter(|(_, property)| matches!(property.data_type, PropertyType::Scalar(_)))
+        .map(|(name, _)| name)
+        .collect();
+    match POSITION.iter().find(|axis| !scalars.iter().any(|name| name == *axis)) {
+        Some(axis) => Err(format!("vertices have no coordinate `{axis}`")),
+        None => Ok(scalars.into_iter().filter(|name| !POSITION.contains(&name.as_str())).cloned().collect()),
+    }
+}
+
+fn mesh(vertices: &[Vertex], faces: &[Face], names: &[String]) -> Result<TriangleMesh, String> {
+    let mut mesh = TriangleMesh {
+        positions: vertices.iter().map(|vertex| Vec3::from_array(vertex.position)).collect(),
+        indices: Vec::with_capacity(faces.len()),
+        ..TriangleMesh::default()
+    };
+    for (number, face) in faces.iter().enumerate() {
+        if face.0.len() < 3 {
+            return Err(format!("face {number} has {} corners, but must have at least 3", face.0.len()));
+        }
+        let corner = |index: i64| {
+            u32::try_from(index).ok().filter(|&index| (index as usize) < vertices.len()).ok_or_else(|| {
+                format!("face {number} refers to vertex {index}, but there are {} (0 is the first)", vertices.len())
+            })
+        };
+        for pair in face.0[1..].windows(2) {
+            mesh.indices.push([corner(face.0[0])?, corner(pair[0])?, corner(pair[1])?]);
+        }
+    }
+    let values = |column: usize| vertices.iter().map(move |vertex| vertex.attributes[column]);
+    let column = |name: &str| names.iter().position(|other| other == name);
+    for [u, v] in TEXTURE_COORDINATES {
+        if let (Some(u), Some(v)) = (column(u), column(v)) {
+            mesh.uv = values(u).zip(values(v)).map(|(u, v)| Vec2::new(u, v)).collect();
+        }
+    }
+    if let [Some(x), Some(y), Some(z)] = NORMAL.map(column) {
+        let normal = |vertex: &Vertex| Vec3::from_array([x, y, z].map(|column| vertex.attributes[column]));
+        mesh.normals = VertexNormals::new(vertices.iter().map(normal));
+    }
+    for (index, name) in names.iter().enumerate() {
+        mesh.attributes.insert(name.clone(), values(index).collect());
+    }
+    Ok(mesh)
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TriangleMesh, Vec2, Vec3};
+    use crate::mesh_files::read_mesh_from;
+    use snowblue_base::files::FilesInMemory;
+    use std::fmt::Write;
+
+    const HEADER: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+
+    fn read(content: &[u8]) -> Result<TriangleMesh, String> {
+        let files = FilesInMemory::from([("mesh.ply", content)]);
+        read_mesh_from(&files, "mesh.ply", None).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn polygons_become_fans() {
+        let triangles = read(format!("{HEADER}{VERTICES}4 0 1 2 3\n3 0 1 2\n").as_bytes()).unwrap();
+        assert_eq!(triangles.indices.len(), 3);
+        assert_eq!(triangles.corners(1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+    }
+
+    #[test]
+    fn reads_binary_files_with_other_properties() {
+        let mut content = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\n\
+            property double y\nproperty uchar red\nproperty double z\nelement face 1\nproperty uchar flags\n\
+            property list uchar uint vertex_index\nend_header\n"
+            .to_vec();
+        for [x, y, z] in [[0.0f64, 0.0, 0.5], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]] {
+            content.extend(x.to_le_bytes().into_iter().chain(y.to_le_bytes()));
+            content.push(255);
+            content.extend(z.to_le_bytes());
+        }
+        content.extend([7, 3]);
+        content.extend([0u32, 1, 2].into_iter().flat_map(u32::to_le_bytes));
+        let triangles = read(&content).unwrap();
+        assert_eq!(triangles.corners(0), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.5)));
+        assert_eq!(triangles.attributes["red"], [255.0; 3]);
+        assert!(triangles.uv.is_empty());
+        // Every truncated file is refused.
+        for length in 0..content.len() {
+            assert!(read(&content[..length]).is_err(), "truncated to {length} bytes");
+        }
+        let cut = read(&content[..content.len() - 2]).unwrap_err();
+        assert!(cut.contains("near byte "), "{cut}");
+    }
+
+    #[test]
+    fn reads_texture_coordinates_by_their_common_names() {
+        let header = HEADER.replace(
+            "property float z\n",
+            "property float z\nproperty float s\nproperty uchar wet\nproperty float t\n",
+        );
+        let vertices = "0 0 0 0.1 1 0.2\n1 0 0 0.3 2 0.4\n1 1 0 0.5 3 0.6\n0 1 0 0.7 4 0.8\n";
+        let triangles = read(format!("{header}{vertices}4 0 1 2 3\n3 0 1 2\n").as_bytes()).unwrap();
+        assert_eq!(triangles.uv[2], Vec2::new(0.5, 0.6));
+        assert_eq!(triangles.attributes["wet"], [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn reads_normals_of_any_length() {
+        let normals = "property float z\nproperty float nx\nproperty float ny\nproperty double nz\n";
+        let header = HEADER.replace("property float z\n", normals);
+        let vertices = "0 0 0 0 0 2\n1 0 0 0 0 2\n1 1 0 1 0 1\n0 1 0 0 0 0\n";
+        let triangles = read(format!("{header}{vertices}3 0 1 2\n3 0 2 3\n").as_bytes()).unwrap();
+        let at_corner = |corner: usize| {
+            let weights = std::array::from_fn(|k| if k == corner { 1.0 } else { 0.0 });
+            triangles.normals.at(0, triangles.indices[0], weights).unwrap()
+        };
+        assert_eq!(at_corner(1), Vec3::Z);
+        assert!(at_corner(2).abs_diff_eq(Vec3::new(0.5, 0.0, 0.5).normalize(), 1e-6));
+        assert_eq!(triangles.normals.at(1, triangles.indices[1], [0.2, 0.3, 0.5]), None, "a vertex without a normal");
+        let smooth = triangles.clone().smooth();
+        assert_eq!(smooth, triangles, "the file's own normals stay");
+        assert!(triangles.flat().normals.is_empty());
+    }
+
+    #[test]
+    fn errors_are_one_line_and_name_the_file() {
+        let face = "3 0 1 2\n";
+        let mut no_faces = HEADER.replace("element face 2\nproperty list uchar int vertex_indices\n", "");
+        write!(no_faces, "{VERTICES}").unwrap();
+        let cases = [
+            (String::new(), "not a readable PLY"),
+            ("solid stl\n".into(), "not a readable PLY"),
+            (format!("{HEADER}{VERTICES}{face}"), "not a readable PLY"),
+            (format!("{HEADER}0 0 0\n1 0 oops\n1 1 0\n0 1 0\n{face}{face}"), "mesh.ply:11: not a readable PLY"),
+            (format!("{HEADER}0 0 0\n"), "not a readable PLY"),
+            (no_faces, "no faces"),
+            (format!("{HEADER}0 0 0\n1 1e99 0\n1 1 0\n0 1 0\n{face}{face}"), "vertex 1 is inf"),
+            (format!("{HEADER}{VERTICES}{face}3 0 1 4\n"), "face 1 refers to vertex 4"),
+            (format!("{HEADER}{VERTICES}{face}3 0 1 -1\n"), "face 1 refers to vertex -1"),
+            (format!("{HEADER}{VERTICES}{face}2 0 1\n"), "face 1 has 2 corners"),
+            (HEADER.replace(" z", " w") + VERTICES + face + face, "no coordinate `z`"),
+            (HEADER.replace("vertex 4", "vertex 4000000000000000000") + VERTICES, "not a readable PLY"),
+            (
+                HEADER.replace("element face", "element junk 400000000000\nelement face") + VERTICES,
+                "element junk has no properties",
+            ),
+        ];
+        for (content, expected) in cases {
+            let message = read(content.as_bytes()).unwrap_err();
+            assert!(message.contains(expected) && message.contains("mesh.ply"), "{message}");
+            assert!(!message.contains('\n'), "{message}");
+        }
+    }
+}

@@ -1,5 +1,0 @@
-//! Mesh checks and repair.
-
-pub mod inspection;
-pub mod repair;
-pub mod topology;

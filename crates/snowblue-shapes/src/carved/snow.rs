@@ -1,0 +1,78 @@
+//! The distance to the surface of carved snow.
+//!
+//! It is the smooth minimum of the distances of what is heaped up, then the smooth maximum of that and the negative
+//! distance of what is taken away, minus the height of the relief. The solid is where it is negative.
+
+use glam::DVec3;
+
+use super::solid::{Solid, smooth_min_m};
+use crate::relief::{GREATEST_RELIEF, relief_above};
+
+/// The finest relief, in cells.
+const FINEST_RELIEF: f64 = 2.0;
+
+/// Parameters of carved snow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carved {
+    /// Length of the mesh's cells, in m.
+    pub cell_m: f64,
+    /// Where joints of solids begin to be rounded, as a distance from the edge, in m.
+    pub rounding_m: f64,
+    /// Height of the relief, in m.
+    pub relief_m: f64,
+    /// Scale of the coarsest relief, in m.
+    pub relief_length_m: f64,
+    /// Seed of the relief.
+    pub seed: u32,
+    /// What is heaped up. Half-spaces have no end and must not be among them.
+    pub add: Vec<Solid>,
+    /// What is taken away.
+    pub remove: Vec<Solid>,
+}
+
+impl Carved {
+    /// A box around it.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        let joined =
+            |[low, high]: [DVec3; 2], [other_low, other_high]: [DVec3; 2]| [low.min(other_low), high.max(other_high)];
+        let bounds = self.add.iter().filter_map(Solid::bounds).reduce(joined);
+        let [low, high] = bounds.unwrap_or([DVec3::ZERO; 2]);
+        let joint_m = if self.add.len() > 1 { self.rounding_m } else { 0.0 };
+        let margin_m = joint_m + self.greatest_relief_m();
+        [low - margin_m, high + margin_m]
+    }
+
+    /// Signed distance to the surface without relief, in m. It differs between two points by no more than they are
+    /// apart.
+    pub(super) fn smooth_distance_m(&self, point: DVec3) -> f64 {
+        let union_m = |solids: &[Solid]| {
+            let distances = solids.iter().map(|solid| solid.distance_m(point));
+            distances.fold(f64::INFINITY, |all_m, one_m| smooth_min_m(all_m, one_m, self.rounding_m))
+        };
+        -smooth_min_m(-union_m(&self.add), union_m(&self.remove), self.rounding_m)
+    }
+
+    /// Signed distance to the surface, in m.
+    pub(super) fn distance_m(&self, point: DVec3) -> f64 {
+        let smooth_m = self.smooth_distance_m(point);
+        if self.relief_m > 0.0 {
+            let finest_m = FINEST_RELIEF * self.cell_m;
+            smooth_m - self.relief_m * relief_above(point, self.relief_length_m, finest_m, self.seed)
+        } else {
+            smooth_m
+        }
+    }
+
+    /// Greatest height or depth of the relief, in m.
+    pub(super) fn greatest_relief_m(&self) -> f64 {
+        GREATEST_RELIEF * self.relief_m
+    }
+
+    /// Gradient of the distance, by central differences over some cells.
+    pub(super) fn gradient(&self, point: DVec3, reach: f64) -> DVec3 {
+        let reach_m = reach * self.cell_m;
+        DVec3::from_array(DVec3::AXES.map(|axis| {
+            (self.distance_m(point + reach_m * axis) - self.distance_m(point - reach_m * axis)) / (2.0 * reach_m)
+        }))
+    }
+}
