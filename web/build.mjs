@@ -65,8 +65,11 @@ const values = {
     illuminants: JSON.parse(native.illuminants()),
     kinds: JSON.parse(native.kinds()),
     impurities: JSON.parse(native.impurities()),
-    ranges: JSON.parse(native.ranges()),
+    parameters: JSON.parse(native.parameters()),
+    spreads: JSON.parse(native.spreads()),
+    wavelengthColors: JSON.parse(native.wavelength_colors()),
   },
+  "virtual:display-shader": native.display_shader(),
 };
 const { defaultState, fineRequest } = await evaluate("src/request.ts", values);
 values["virtual:first-answer"] = JSON.parse(native.spectrum(JSON.stringify(fineRequest(defaultState()))));

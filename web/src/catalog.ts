@@ -1,7 +1,7 @@
-/** Names, ranges and defaults of all parameters, as the engine states them. */
+/** Names, limits, texts and defaults of all parameters, as the engine states them. */
 
 import catalog from "virtual:catalog";
-import type { Range } from "./native";
+import type { Parameter } from "./native";
 
 export interface Kind {
   name: string;
@@ -12,6 +12,7 @@ export interface Kind {
 
 export interface Impurity {
   name: string;
+  text: string;
   source: string;
 }
 
@@ -20,10 +21,16 @@ export interface Catalog {
   illuminants: string[];
   kinds: Kind[];
   impurities: Impurity[];
-  ranges: Record<RangeKey, Range>;
+  parameters: Record<ParameterKey, Parameter>;
+  spreads: Record<SpreadKey, { half_width: number; deviation: number }>;
+  /** Colours of 400, 410, … 700 nm. */
+  wavelengthColors: string[];
 }
 
-export type RangeKey =
+/** Keys whose values are distributions. */
+export type SpreadKey = "grain_size_um" | "facetness" | "sphericity";
+
+export type ParameterKey =
   | "grain_size_um"
   | "ssa_m2_kg"
   | "facetness"
@@ -34,6 +41,9 @@ export type RangeKey =
   | "impurities_ng_g"
   | "thickness_cm"
   | "angle_deg"
-  | "ground_albedo";
+  | "ground_albedo"
+  | "exposure"
+  | "elevation_deg"
+  | "turbidity";
 
-export const { version, illuminants, kinds, impurities, ranges } = catalog;
+export const { version, illuminants, kinds, impurities, parameters, spreads, wavelengthColors } = catalog;

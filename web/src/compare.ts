@@ -1,15 +1,16 @@
 /** Up to four samples pinned beside the current one. */
 
+import { delta_e } from "native:spectrum";
 import type { Curve } from "./chart/draw";
 import { describe } from "./describe";
 import { byId, el, say } from "./dom";
 import { icon } from "./icons/icons";
-import type { SpectrumAnswer } from "./native";
+import type { Color, SpectrumAnswer } from "./native";
 import { figure, short } from "./numbers";
 import { keyOf, type Asked, type Spectra } from "./spectra";
 import { MOST_PINNED, sampleOf, type Sample, type State } from "./state";
 import type { Store } from "./store";
-import { difference, labText } from "./swatch";
+import { labText } from "./swatch";
 
 /** Wavelengths of the figures, in nm. */
 const SHOWN_NM = [450, 550, 650];
@@ -18,15 +19,17 @@ const HEADS = ["Sample", "Transmitted", "Lab", "ΔE*ab", ...SHOWN_NM.map((nm) =>
 export class Compare {
   readonly #store: Store;
   readonly #spectra: Spectra;
+  readonly #ready: Promise<unknown>;
   readonly #changed: () => void;
   readonly #pin = byId("pin") as HTMLButtonElement;
   readonly #answers = new Map<string, SpectrumAnswer>();
   #current: SpectrumAnswer | undefined;
 
-  /** `changed` is called when a pinned sample is ready or gone. */
-  constructor(store: Store, spectra: Spectra, changed: () => void) {
+  /** `ready` when the module `spectrum` is; `changed` is called when a pinned sample is ready or gone. */
+  constructor(store: Store, spectra: Spectra, ready: Promise<unknown>, changed: () => void) {
     this.#store = store;
     this.#spectra = spectra;
+    this.#ready = ready;
     this.#changed = changed;
     this.#pin.addEventListener("click", () => store.update((state) => state.pinned.push(sampleOf(state))));
   }
@@ -53,6 +56,7 @@ export class Compare {
 
   async #compute(asked: Asked): Promise<void> {
     try {
+      await this.#ready;
       this.#answers.set(keyOf(asked), await this.#spectra.fine(asked));
       this.#show();
       this.#changed();
@@ -122,4 +126,9 @@ function cells(
     el("td", {}, current === undefined ? "–" : short(difference(transmitted, current.transmitted), 2)),
     ...SHOWN_NM.map((nm) => el("td", {}, figure(answer.transmittance[answer.wavelengths_nm.indexOf(nm)]!, 3))),
   ];
+}
+
+/** ΔE*ab. */
+function difference(one: Color, other: Color): number {
+  return delta_e(JSON.stringify([one.lab, other.lab]));
 }

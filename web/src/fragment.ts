@@ -3,7 +3,7 @@
  * their defaults. Numbers of a range are separated by `~`; a pinned sample is a fragment in itself.
  */
 
-import { illuminants, impurities, ranges } from "./catalog";
+import { illuminants, impurities, parameters } from "./catalog";
 import { outside } from "./numbers";
 import { defaultState } from "./request";
 import { amounts, entries } from "./snow";
@@ -12,7 +12,7 @@ import {
   type Camera, type IceTable, type Lamp, type Layer, type Sample, type Sky, type State, type Vector,
 } from "./state";
 import { defaults } from "./view/shapes";
-import * as skies from "./view/sky";
+import { AZIMUTH as SUN_AZIMUTH } from "./view/sky";
 
 const ICE_TABLES: readonly IceTable[] = ["warren2008", "picard2016"];
 const SIZE_MEASURES: readonly NonNullable<Layer["size_measure"]>[] = [
@@ -24,7 +24,6 @@ const LAYER_NUMBERS = {
   thickness_cm: [1], grain_size_um: [1, 2], ssa_m2_kg: [1], facetness: [1, 4], sphericity: [1, 4],
   density_kg_m3: [1], water_saturation: [1], temperature_c: [1],
 } as const;
-const STOPS = { least: -100, greatest: 100, default: 0, unit: "stops" };
 const METRES = { least: -100, greatest: 100, default: 0, unit: "m" };
 const STRENGTH = { least: 0, greatest: 1e6, default: 10, unit: "W/sr" };
 const DISTANCE = { least: 0.01, greatest: 100, default: 1, unit: "m" };
@@ -61,7 +60,7 @@ export function encodeSample(sample: Sample): string {
 /** The state of a fragment without its `#`. Throws an `Error` with one sentence if it has none. */
 export function decode(fragment: string): State {
   const state = defaultState();
-  const given = parameters(fragment);
+  const given = pairsOf(fragment);
   const lamps = given.getAll("lamp");
   const pins = given.getAll("pin");
   decodeSample(given, state, ["exposure", "shape", "method", "view_exposure", "lamp", "sky", "camera", "pin"]);
@@ -84,7 +83,7 @@ export function decode(fragment: string): State {
     };
   }
   atMost("pinned samples", pins.length, MOST_PINNED);
-  state.pinned = pins.map((pin) => decodeSample(parameters(pin), defaultState(), []));
+  state.pinned = pins.map((pin) => decodeSample(pairsOf(pin), defaultState(), []));
   return state;
 }
 
@@ -117,11 +116,11 @@ function decodeSample(given: URLSearchParams, into: State, others: string[]): Sa
   }
   const ground = given.get("ground_albedo");
   if (ground !== null) {
-    into.ground_albedo = inside("ground albedo", number("ground_albedo", ground), ranges.ground_albedo);
+    into.ground_albedo = inside("ground albedo", number("ground_albedo", ground), parameters.ground_albedo);
   }
   const angle = given.get("angle_deg");
   if (angle === "diffuse") into.angle_deg = angle;
-  else if (angle !== null) into.angle_deg = inside("angle", number("angle_deg", angle), ranges.angle_deg);
+  else if (angle !== null) into.angle_deg = inside("angle", number("angle_deg", angle), parameters.angle_deg);
   into.illuminant = word("illuminant", given.get("illuminant") ?? into.illuminant, illuminants);
   into.observer = word("observer", given.get("observer") ?? into.observer, OBSERVERS);
   return into;
@@ -132,7 +131,7 @@ function layerText(layer: Layer): string {
 }
 
 function layer(text: string): Layer {
-  const made: Layer = { thickness_cm: ranges.thickness_cm.default };
+  const made: Layer = { thickness_cm: parameters.thickness_cm.default };
   for (const entry of text.split(",")) {
     const at = entry.indexOf(":");
     const [key, value] = [entry.slice(0, at), entry.slice(at + 1)];
@@ -142,10 +141,10 @@ function layer(text: string): Layer {
       const name = key as keyof typeof LAYER_NUMBERS;
       const values = numbers(key, value.split("~"), LAYER_NUMBERS[name]);
       // The deviation of a distribution, its last number, has no range here; the engine checks it.
-      for (const one of values.slice(0, 3)) inside(quantityOf(key), one, ranges[name]);
+      for (const one of values.slice(0, 3)) inside(parameters[name].quantity, one, parameters[name]);
       Object.assign(made, { [key]: values.length === 1 ? values[0] : values });
     } else if (impurities.some(({ name }) => name === key)) {
-      const amount = inside(key, number(key, value), ranges.impurities_ng_g);
+      const amount = inside(key, number(key, value), parameters.impurities_ng_g);
       made.impurities_ng_g = { ...made.impurities_ng_g, [key]: amount };
     } else {
       throw new Error(`'${key}' is not known of a layer`);
@@ -155,11 +154,6 @@ function layer(text: string): Layer {
     throw new Error("a layer has a grain size or a specific surface area, not both");
   }
   return made;
-}
-
-/** What a key states, without its unit. */
-function quantityOf(key: string): string {
-  return key.replace(/_(cm|um|m2_kg|kg_m3|c)$/, "").replaceAll("_", " ");
 }
 
 function lampText({ position, illuminant, radiant_intensity_w_sr }: Lamp): string {
@@ -181,15 +175,15 @@ function sky(text: string): Sky {
   const [type, ...rest] = text.split(",");
   if (type === "overcast") {
     const [elevation] = numbers("sky", rest, [1]);
-    return { type, elevation_deg: inside("sun elevation", elevation!, skies.ELEVATION) };
+    return { type, elevation_deg: inside("sun elevation", elevation!, parameters.elevation_deg) };
   }
   if (type !== "clear") throw new Error(`'${type}' is not known for sky`);
   const [elevation, azimuth, turbidity] = numbers("sky", rest, [3]);
   return {
     type,
-    elevation_deg: inside("sun elevation", elevation!, skies.ELEVATION),
-    azimuth_deg: inside("sun azimuth", azimuth!, skies.AZIMUTH),
-    turbidity: inside("turbidity", turbidity!, skies.TURBIDITY),
+    elevation_deg: inside("sun elevation", elevation!, parameters.elevation_deg),
+    azimuth_deg: inside("sun azimuth", azimuth!, SUN_AZIMUTH),
+    turbidity: inside("turbidity", turbidity!, parameters.turbidity),
   };
 }
 
@@ -198,10 +192,10 @@ function cameraText({ azimuth_deg, elevation_deg, distance_m }: Camera): string 
 }
 
 function exposure(text: string | null): number | "auto" {
-  return text === null || text === "auto" ? "auto" : inside("exposure", number("exposure", text), STOPS);
+  return text === null || text === "auto" ? "auto" : inside("exposure", number("exposure", text), parameters.exposure);
 }
 
-function parameters(fragment: string): URLSearchParams {
+function pairsOf(fragment: string): URLSearchParams {
   return new URLSearchParams(fragment.replaceAll("+", "%2B"));
 }
 

@@ -1,5 +1,6 @@
 /** The page: state, engine and views put together. */
 
+import init from "native:spectrum";
 import { version } from "./catalog";
 import { Chart } from "./chart/chart";
 import type { Curve } from "./chart/draw";
@@ -29,10 +30,14 @@ const ADDRESS_MS = 250;
 
 buildTheme();
 const store = new Store(stateOfAddress());
-const spectra = new Spectra(compiled("spectrum_bg.wasm"), show, wait);
+const native = compiled("spectrum_bg.wasm");
+const spectra = new Spectra(native, show, wait);
 const chart = new Chart();
 const swatches = new Swatches(store);
-const compare = new Compare(store, spectra, drawCurves);
+const ready = native.then((module) => init({ module_or_path: module }));
+// Where the page needs the module, it says that it is missing.
+ready.catch(() => undefined);
+const compare = new Compare(store, spectra, ready, drawCurves);
 const host = new ViewHost(store);
 let current: Curve | undefined;
 

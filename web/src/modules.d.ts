@@ -6,6 +6,7 @@ declare module "native:spectrum" {
   const init: Native["default"];
   export default init;
   export const spectrum: Native["spectrum"];
+  export const delta_e: Native["delta_e"];
 }
 
 /** `wasm/scene.js`; its wasm file lies beside every script of the page. */
@@ -16,12 +17,19 @@ declare module "native:scene" {
   export const Files: Native["Files"];
   export const LightField: Native["LightField"];
   export const Picture: Native["Picture"];
+  export const bake_glb: Native["bake_glb"];
 }
 
 /** What the module `spectrum` says of its parameters, read when the page is built. */
 declare module "virtual:catalog" {
   const catalog: import("./catalog").Catalog;
   export default catalog;
+}
+
+/** What `display_shader` of the module `spectrum` gives. */
+declare module "virtual:display-shader" {
+  const shader: string;
+  export default shader;
 }
 
 /** The spectrum of the default sample, computed when the page is built. */

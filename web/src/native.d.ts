@@ -56,8 +56,9 @@ export interface SpectrumAnswer {
   /** By 31 wavelengths. */
   transmitted: Color;
   reflected: Color;
-  /** By three wavelengths. */
+  /** By three wavelengths, and its difference ΔE*ab. */
   transmitted_3: Color;
+  transmitted_3_delta_e: number;
 }
 
 /** A range of a parameter and its default. */
@@ -66,6 +67,16 @@ export interface Range {
   greatest: number;
   default: number;
   unit: string;
+}
+
+/** What a parameter is, and what it does to the light. */
+export interface Parameter extends Range {
+  title: string;
+  /** As in the messages of the command. */
+  quantity: string;
+  text: string;
+  effect: string;
+  source: string;
 }
 
 /** The module `spectrum`. All functions throw an `Error` with one clear line for bad input. */
@@ -78,10 +89,21 @@ export interface SpectrumModule {
   illuminants(): string;
   /** JSON: `{ name: string, ssa_m2_kg: number, density_kg_m3: number, source: string }[]`. */
   kinds(): string;
-  /** JSON: `{ name: string, source: string }[]`. */
+  /** JSON: `{ name: string, text: string, source: string }[]`. */
   impurities(): string;
-  /** JSON: `Record<string, Range>` by the keys of `Snow`, and `thickness_cm`, `angle_deg`, `ground_albedo`. */
-  ranges(): string;
+  /**
+   * JSON: `Record<string, Parameter>` by the keys of `Snow`, and `thickness_cm`, `angle_deg`, `ground_albedo`,
+   * `exposure` and the sky's `elevation_deg` and `turbidity`.
+   */
+  parameters(): string;
+  /** JSON: `Record<string, { half_width: number, deviation: number }>` of the default snow, by keys of `Snow`. */
+  spreads(): string;
+  /** JSON: colours of 400, 410, … 700 nm as `#rrggbb`. */
+  wavelength_colors(): string;
+  /** GLSL of `vec3 display(vec3 colour)`, from linear sRGB to what a display gets. */
+  display_shader(): string;
+  /** ΔE*ab of the JSON `[[L, a, b], [L, a, b]]`. */
+  delta_e(colors: string): number;
 }
 
 /**
@@ -95,23 +117,27 @@ export interface SceneModule {
     scene: string,
     files: Files,
     grain_rays: number | undefined,
-    edge_mm: number | undefined,
+    cells_per_edge: number | undefined,
   ) => LightField;
   Picture: new (scene: string, files: Files) => Picture;
+  /** The GLB of `snowblue bake`. */
+  bake_glb(scene: string, files: Files): Uint8Array<ArrayBuffer>;
 }
 
 /** Files that a scene names. */
 export interface Files {
-  /** Three coordinates for each vertex; three vertices for each triangle, counter-clockwise from outside. */
+  /** As OBJ: three coordinates for each vertex; three vertices for each triangle, counter-clockwise from outside. */
   add_mesh(name: string, positions: Float32Array, triangles: Uint32Array): void;
   add(name: string, content: Uint8Array): void;
+  content(name: string): Uint8Array<ArrayBuffer>;
   free(): void;
 }
 
 /**
- * The light of one lamp, the sun or a sky at a time in all snow of a scene. `light_field.step_mm` of the scene is the
- * size of the cells at the surface, `grain_rays` the number of rays through grains for the optics of the snow, and
- * `edge_mm` the greatest distance of vertices, by default two cells. A surface of snow sends out
+ * The light of lamps, the sun and a sky in all snow of a scene, each solved for on its own and kept at a place.
+ * `light_field.nodes` of the scene is about the number of unknowns, `grain_rays` the number of rays through grains for
+ * the optics of the snow, and `cells_per_edge` the greatest distance of vertices, by default two cells. A surface of
+ * snow sends out
  *
  *     L = R0(mu, mu0, phi) V F + (H + K(mu) J) / pi,
  *
@@ -133,24 +159,26 @@ export interface LightField {
    */
   reflection_table(n: number): Float32Array;
   /** Solves for a lamp, JSON of a table `[[light]]`, without any other. */
-  light(lamp: string): void;
+  light(place: number, lamp: string): void;
   /**
    * Solves for the sun of a sky or the sky without its sun, JSON of a table `[sky]`. A clear sky needs the files of its
    * coefficients.
    */
-  light_sky(sky: string, is_sun: boolean, files: Files): void;
+  light_sky(place: number, sky: string, is_sun: boolean, files: Files): void;
+  /** The exposure of a view from any side, under the lights at the first places times some factors. */
+  exposure_stops(factors: Float64Array): number | undefined;
   /**
    * Radiance of the last sky from each direction (3 values each) as linear sRGB, in W/(m² sr) as renderings have it.
    */
   sky_radiance(directions: Float32Array): Float32Array;
-  /** J at each vertex as linear sRGB (3 values), in W/m² as renderings weight them, of the last light. */
-  flux(object: number): Float32Array;
-  /** H, the same. */
+  /**
+   * J at each vertex as linear sRGB, in W/m² as renderings weight them, of the last light, and V, 0 to 1; 1 for a sky.
+   */
+  flux_and_visibility(object: number): Float32Array;
+  /** H at each vertex (3 values), the same. */
   diffuse_irradiance(object: number): Float32Array;
   /** V F of a sky at each vertex, the same; empty for a lamp and the sun. */
   sky_irradiance(object: number): Float32Array;
-  /** V at each vertex, 0 to 1; 1 for a sky. */
-  visibility(object: number): Float32Array;
   /** Linear sRGB of the radiant intensity of a lamp, or of the irradiance of a surface that faces the sun. */
   strength_rgb(): Float32Array;
   free(): void;
@@ -166,7 +194,5 @@ export interface Picture {
   add(milliseconds: number): number;
   /** Pixels for the display, RGBA, 8 bits. */
   display(): Uint8ClampedArray;
-  /** Exposure of the display in stops. */
-  exposure_stops(): number;
   free(): void;
 }

@@ -1,6 +1,6 @@
 /** What the page computes: the default state, and requests to the engine. */
 
-import { ranges } from "./catalog";
+import { parameters } from "./catalog";
 import type { SpectrumRequest } from "./native";
 import { impurity, plain } from "./snow";
 import { sampleOf, type Sample, type State } from "./state";
@@ -13,9 +13,9 @@ export const FINE_RAYS = 262_144;
 
 export function defaultState(): State {
   return {
-    layers: [{ thickness_cm: ranges.thickness_cm.default }],
-    ground_albedo: ranges.ground_albedo.default,
-    angle_deg: ranges.angle_deg.default,
+    layers: [{ thickness_cm: parameters.thickness_cm.default }],
+    ground_albedo: parameters.ground_albedo.default,
+    angle_deg: parameters.angle_deg.default,
     illuminant: "D65",
     observer: "1931",
     swatch_exposure: "auto",

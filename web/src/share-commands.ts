@@ -1,6 +1,6 @@
 /** The command lines and the Python calls that give the figures of a sample. */
 
-import { ranges } from "./catalog";
+import { parameters } from "./catalog";
 import { exact, toml } from "./toml";
 import { amounts, entries, plain } from "./snow";
 import type { Layer, State } from "./state";
@@ -68,9 +68,9 @@ export function pythonCall(sample: Asked): string {
 function snowOptions(layer: Layer): string[] {
   const options: string[] = [];
   if (layer.ssa_m2_kg !== undefined) options.push(`--ssa ${exact(layer.ssa_m2_kg)}`);
-  else options.push(`--grain-size ${joined(layer.grain_size_um ?? ranges.grain_size_um.default)}`);
+  else options.push(`--grain-size ${joined(layer.grain_size_um ?? parameters.grain_size_um.default)}`);
   if (layer.size_measure !== undefined) options.push(`--size-measure ${layer.size_measure}`);
-  options.push(`--facetness ${joined(layer.facetness ?? ranges.facetness.default)}`);
+  options.push(`--facetness ${joined(layer.facetness ?? parameters.facetness.default)}`);
   if (layer.sphericity !== undefined) options.push(`--sphericity ${joined(layer.sphericity)}`);
   options.push(`--density ${exact(plain(layer, "density_kg_m3"))}`);
   if (layer.water_saturation !== undefined) options.push(`--water-saturation ${exact(layer.water_saturation)}`);
@@ -83,8 +83,8 @@ function snowOptions(layer: Layer): string[] {
 
 /** The keys of a layer, those of size, facetness and density always among them. */
 function keysOf(layer: Layer): [string, unknown][] {
-  const size = layer.ssa_m2_kg === undefined ? { grain_size_um: ranges.grain_size_um.default } : {};
-  const usual = { ...size, facetness: ranges.facetness.default, density_kg_m3: ranges.density_kg_m3.default };
+  const size = layer.ssa_m2_kg === undefined ? { grain_size_um: parameters.grain_size_um.default } : {};
+  const usual = { ...size, facetness: parameters.facetness.default, density_kg_m3: parameters.density_kg_m3.default };
   const keys: [string, unknown][] = entries({ ...usual, ...layer });
   const present = amounts(layer);
   return present.length === 0 ? keys : [...keys, ["impurities_ng_g", Object.fromEntries(present)]];

@@ -1,6 +1,6 @@
 /** The values of a layer as the controls show them, and what they mean as keys of a layer. */
 
-import { impurities, ranges, type RangeKey } from "./catalog";
+import { impurities, parameters, spreads, type ParameterKey, type SpreadKey } from "./catalog";
 import type { Layer } from "./state";
 
 /** A distribution about a mean within mean ± half-width, cut at the ends of its range. */
@@ -11,30 +11,26 @@ export interface Spread {
   deviation: number;
 }
 
-export const SPREADS = ["grain_size_um", "facetness", "sphericity"] as const;
-export type SpreadKey = (typeof SPREADS)[number];
-
-/** The spreads that a plain mean has, and those of the default sphericity (the paper's Table S1). */
-export const DEFAULT_SPREADS: Record<SpreadKey, Omit<Spread, "mean">> = {
-  grain_size_um: { half_width: 50, deviation: 0 },
-  facetness: { half_width: 0.1, deviation: 0.075 },
-  sphericity: { half_width: 0.1, deviation: 0.1 },
-};
+/** The spread that a plain mean has, or that of the default sphericity. */
+function defaultSpread(key: SpreadKey): Omit<Spread, "mean"> {
+  const { half_width, deviation } = spreads[key];
+  return { half_width: tidy(half_width), deviation };
+}
 
 export function spread(layer: Layer, key: SpreadKey): Spread {
-  const value = layer[key] ?? ranges[key].default;
+  const value = layer[key] ?? parameters[key].default;
   if (typeof value === "number") {
     return key === "sphericity" && layer[key] !== undefined
-      ? { mean: value, half_width: 0, deviation: DEFAULT_SPREADS[key].deviation }
-      : { mean: value, ...DEFAULT_SPREADS[key] };
+      ? { mean: value, half_width: 0, deviation: defaultSpread(key).deviation }
+      : { mean: value, ...defaultSpread(key) };
   }
   const [least, greatest, mean = (least! + greatest!) / 2, deviation = 0] = value;
   return { mean, half_width: tidy(Math.max(greatest! - mean, mean - least!)), deviation };
 }
 
 export function setSpread(layer: Layer, key: SpreadKey, { mean, half_width, deviation }: Spread): void {
-  const { least, greatest, default: usual } = ranges[key];
-  const plain = DEFAULT_SPREADS[key];
+  const { least, greatest, default: usual } = parameters[key];
+  const plain = defaultSpread(key);
   const isPlain = half_width === plain.half_width && deviation === plain.deviation;
   if (isPlain && mean === usual) {
     delete layer[key];
@@ -51,14 +47,14 @@ export function setSpread(layer: Layer, key: SpreadKey, { mean, half_width, devi
 }
 
 /** Keys of a layer that are single numbers with a default. */
-export type PlainKey = Extract<RangeKey, "density_kg_m3" | "water_saturation" | "temperature_c">;
+export type PlainKey = Extract<ParameterKey, "density_kg_m3" | "water_saturation" | "temperature_c">;
 
 export function plain(layer: Layer, key: PlainKey): number {
-  return layer[key] ?? ranges[key].default;
+  return layer[key] ?? parameters[key].default;
 }
 
 export function setPlain(layer: Layer, key: PlainKey, value: number): void {
-  if (value === ranges[key].default) delete layer[key];
+  if (value === parameters[key].default) delete layer[key];
   else layer[key] = value;
 }
 

@@ -5,18 +5,10 @@ import type { Color, SpectrumAnswer } from "./native";
 import { decimal, short } from "./numbers";
 import { Radio } from "./panel/choice";
 import { NumberField } from "./panel/number-field";
+import { control } from "./panel/parameters";
 import type { Store } from "./store";
 
-const EXPOSURE = {
-  label: "Exposure in stops",
-  quantity: "exposure",
-  range: { least: -100, greatest: 100, default: 0, unit: "stops" },
-  slider: [-2, 20],
-  scale: "linear",
-  step: 0.5,
-  sentence: "Each stop doubles the light of the swatches before they are shown; Lab and XYZ have no exposure.",
-  source: "snowblue color --exposure",
-} as const;
+const EXPOSURE = control("exposure", { slider: [-2, 20], scale: "linear", step: 0.5 });
 
 class Tile {
   readonly element: HTMLElement;
@@ -64,19 +56,13 @@ export class Swatches {
     });
   }
 
-  set({ transmitted, transmitted_3, reflected }: SpectrumAnswer): void {
+  set({ transmitted, transmitted_3, transmitted_3_delta_e, reflected }: SpectrumAnswer): void {
     this.#transmitted.set(transmitted, "By 31 wavelengths, 400–700 nm.");
-    const apart = short(difference(transmitted, transmitted_3), 2);
-    this.#three.set(transmitted_3, `455, 551, 608 nm: ΔE*ab ${apart} from 31.`);
+    this.#three.set(transmitted_3, `455, 551, 608 nm: ΔE*ab ${short(transmitted_3_delta_e, 2)} from 31.`);
     this.#reflected.set(reflected);
   }
 }
 
 export function labText([l, a, b]: Color["lab"]): string {
   return `${decimal(l, 1)}, ${decimal(a, 1)}, ${decimal(b, 1)}`;
-}
-
-/** ΔE*ab (CIE 1976). */
-export function difference(one: Color, other: Color): number {
-  return Math.hypot(...one.lab.map((value, index) => value - other.lab[index]!));
 }

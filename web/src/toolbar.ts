@@ -5,11 +5,12 @@ import { icon } from "./icons/icons";
 import { Radio, Select } from "./panel/choice";
 import { illuminantOptions } from "./panel/light";
 import { NumberField } from "./panel/number-field";
+import { control, type Control } from "./panel/parameters";
 import { MOST_LAMPS, type Lamp, type Method, type Shape, type Sky, type State } from "./state";
 import type { Store } from "./store";
 import type { ViewHost } from "./view-host";
 import { defaults } from "./view/shapes";
-import * as skies from "./view/sky";
+import { AZIMUTH as SUN_AZIMUTH } from "./view/sky";
 
 const SHAPES: { value: Exclude<Shape, "own">; label: string }[] = [
   { value: "block", label: "Block" },
@@ -34,28 +35,24 @@ const STRENGTH = {
   sentence: "Radiant intensity of the lamp, over 400–700 nm, equal in all directions.",
   source: "snowblue, chapter Rendering",
 } as const;
-const SKY_SOURCE = "Hosek & Wilkie 2012, doi:10.1145/2185520.2185591";
-const ELEVATION = {
-  label: "Sun elevation", quantity: "sun elevation", range: skies.ELEVATION, scale: "linear", step: 1,
-  sentence: "The sun's height above the horizon; a low sun is redder and weaker. Behind clouds it sets their strength.",
-  source: SKY_SOURCE,
-} as const;
-const AZIMUTH = {
-  label: "Sun azimuth", quantity: "sun azimuth", range: skies.AZIMUTH, scale: "linear", step: 5,
+const ELEVATION = control("elevation_deg", { scale: "linear", step: 1 });
+const AZIMUTH: Control = {
+  label: "Sun azimuth", quantity: "sun azimuth", range: SUN_AZIMUTH, scale: "linear", step: 5,
   sentence:
     "From north by way of east. North is away from the camera at its start: at 0° the sun stands behind the snow.",
-  source: SKY_SOURCE,
-} as const;
-const TURBIDITY = {
-  label: "Turbidity", quantity: "turbidity", range: skies.TURBIDITY, scale: "linear", step: 0.5,
-  sentence: "Haze: 2 in very clear alpine air, 3 on a clear day, 6 on a moist one. Haze makes the sky whiter.",
-  source: SKY_SOURCE,
-} as const;
-const EXPOSURE = {
-  label: "Stops", quantity: "exposure", range: { least: -100, greatest: 100, default: 0, unit: "stops" },
-  slider: [-10, 10], scale: "linear", step: 0.5,
-  sentence: "Each stop doubles the light of the picture.", source: "snowblue, chapter Rendering",
-} as const;
+  source: ELEVATION.source,
+};
+const TURBIDITY = control("turbidity", { scale: "linear", step: 0.5 });
+const EXPOSURE: Control = {
+  ...control("exposure", { slider: [-10, 10], scale: "linear", step: 0.5 }), label: "Stops",
+};
+
+function defaultSky(type: Sky["type"]): Sky {
+  const elevation_deg = ELEVATION.range.default;
+  return type === "overcast"
+    ? { type, elevation_deg }
+    : { type, elevation_deg, azimuth_deg: AZIMUTH.range.default, turbidity: TURBIDITY.range.default };
+}
 
 export function buildToolbar(store: Store, host: ViewHost): void {
   byId("toolbar").append(
@@ -117,7 +114,7 @@ function settings(store: Store): HTMLElement {
   const light = new Radio<"lamps" | Sky["type"]>(
     { label: "Light" },
     LIGHTS,
-    (value) => store.update(({ view }) => (view.sky = value === "lamps" ? undefined : skies.defaultSky(value))),
+    (value) => store.update(({ view }) => (view.sky = value === "lamps" ? undefined : defaultSky(value))),
   );
   const lamps = el("div", { class: "lamps" });
   const sky = new SkyFields(store);

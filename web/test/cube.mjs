@@ -18,12 +18,18 @@ export function openPly() {
   return ply(TRIANGLES.slice(1));
 }
 
-function ply(triangles) {
+/** Triangles that share no vertices, inside out. */
+export function soupPly() {
+  const corners = TRIANGLES.flatMap(([a, b, c]) => [c, b, a]).map((corner) => CORNERS[corner]);
+  return ply(TRIANGLES.map((_, number) => [3 * number, 3 * number + 1, 3 * number + 2]), corners);
+}
+
+function ply(triangles, corners = CORNERS) {
   return [
     "ply", "format ascii 1.0",
-    `element vertex ${CORNERS.length}`, ...["x", "y", "z"].map((axis) => `property float ${axis}`),
+    `element vertex ${corners.length}`, ...["x", "y", "z"].map((axis) => `property float ${axis}`),
     `element face ${triangles.length}`, "property list uchar int vertex_indices", "end_header",
-    ...CORNERS.map((corner) => corner.join(" ")), ...triangles.map((triangle) => `3 ${triangle.join(" ")}`), "",
+    ...corners.map((corner) => corner.join(" ")), ...triangles.map((triangle) => `3 ${triangle.join(" ")}`), "",
   ].join("\n");
 }
 

@@ -120,7 +120,7 @@ pageTest("controls, light and lamps by keyboard", {}, async (page, t) => {
   await t.test("an explanation opens and closes", async () => {
     const button = page.getByRole("button", { name: "About Density" });
     await press(button, "Enter");
-    await page.getByText("The mass of dry snow in a cubic metre").waitFor();
+    await page.getByText("Density of the dry snow. Denser snow").waitFor();
     assert.equal(await button.getAttribute("aria-expanded"), "true");
     await press(button, "Space");
     assert.equal(await button.getAttribute("aria-expanded"), "false");

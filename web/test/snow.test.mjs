@@ -29,6 +29,8 @@ const RELATIVE = 1e-2;
  */
 const RELATIVE_AT_STEPS = 0.05;
 const DARK_SIDE = [0, -0.14, 0.2];
+/** Of 255: light that differs by RELATIVE differs by one level at most, and both are rounded. */
+const LEVELS = 2;
 
 /**
  * Under a sky: what reaches a vertex of the sky is a sum of two times 64 samples, the same at all vertices of a face,
@@ -87,6 +89,31 @@ async function bothUnderSky(page, places) {
   });
 }
 
+/** Colours of both at some places, as PNG files have them. */
+async function bothColors(page, places) {
+  const toml = String((await saved(page, "Scene TOML"))["scene.toml"]);
+  const [size, camera] = [await viewSize(page), cameraOf(toml)];
+  const at = places.map((place) => camera(place, size).map(Math.floor));
+  const film = ["--width", String(size[0]), "--height", String(size[1]), "--spp", "4"];
+  const picture = await inFolder({ "scene.toml": toml }, async (run, read) => {
+    await run("render", "scene.toml", "--integrator", "diffusion", ...film, "-o", "scene.png");
+    return read("scene.png");
+  });
+  const [here, there] = [(await saved(page, "3-D PNG"))["snow-view.png"], picture];
+  const [shown, expected] = [await colors(page, here, at), await colors(page, there, at)];
+  return shown.map((color, place) => ({ here: color, there: expected[place] }));
+}
+
+/** Red, green and blue of a PNG at some places. */
+function colors(page, png, places) {
+  return page.evaluate(async ([bytes, places]) => {
+    const bitmap = await createImageBitmap(new Blob([Uint8Array.from(bytes)]));
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    context.drawImage(bitmap, 0, 0);
+    return places.map(([x, y]) => [...context.getImageData(x, y, 1, 1).data.subarray(0, 3)]);
+  }, [[...png], places]);
+}
+
 function assertNear({ here, there }, relative) {
   const brightest = Math.max(...there);
   assert.ok(brightest > 0, "the command has no light there");
@@ -112,6 +139,15 @@ pageTest("snow in 3-D", {}, async (page, t) => {
 
   await t.test("the block has the light of snowblue render", async () => {
     for (const lights of await both(page, ON_BLOCK)) assertNear(lights, RELATIVE);
+  });
+
+  await t.test("the block has the colours of snowblue render", async () => {
+    const found = await bothColors(page, ON_BLOCK);
+    for (const { here, there } of found) {
+      const apart = Math.max(...here.map((value, channel) => Math.abs(value - there[channel])));
+      assert.ok(apart <= LEVELS, `the colour is ${here}, but the command has ${there}`);
+    }
+    assert.ok(found.some(({ there }) => there.every((value) => value < 255)), "all places are white");
   });
 
   await t.test("a lamp twice as strong gives twice the light without a new solution", async () => {

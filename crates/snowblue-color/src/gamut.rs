@@ -24,19 +24,19 @@ use crate::oklab::{ROOTS_TO_LAB, XYZ_TO_CONES};
 use crate::rgb::{LinearRgb, RgbSpace, rgb_to_xyz};
 
 /// Luminances of the primaries, which sum to 1.
-const PRIMARY_LUMINANCES: Vector = rgb_to_xyz(RgbSpace::Srgb)[1];
+pub(crate) const PRIMARY_LUMINANCES: Vector = rgb_to_xyz(RgbSpace::Srgb)[1];
 /// From the luminances of the red, green and blue components of a colour to cone responses.
 const COMPONENTS_TO_CONES: Matrix = transpose(CONE_SLOPES);
 /// Derivatives of the cone responses by the luminance of the red component (first row), of green and of blue.
-const CONE_SLOPES: Matrix = cone_slopes();
+pub(crate) const CONE_SLOPES: Matrix = cone_slopes();
 
 /// Weight of a hue shift relative to an equal loss of chroma. A larger weight preserves hue better, but separates
 /// neighbours more: 2 shifts the hue of deep snow by 9° and separates lights by a factor of 3, 10 shifts it by 1° and
 /// separates by 30.
-const HUE_WEIGHT: f64 = 4.0;
+pub(crate) const HUE_WEIGHT: f64 = 4.0;
 
 /// Number of Gauss–Newton steps. A third step changes the chroma of light through snow by less than 1 %.
-const STEPS: usize = 2;
+pub(crate) const STEPS: usize = 2;
 
 impl LinearRgb {
     /// The nearest colour without negative channels, with the same luminance and nearly the same hue.

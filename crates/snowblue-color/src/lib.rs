@@ -55,6 +55,8 @@ pub mod oklab;
 
 pub mod gamut;
 
+pub mod shader;
+
 pub mod exposure;
 
 pub use adaptation::ChromaticAdaptation;

@@ -5,7 +5,7 @@
 //! (SMPTE RP 177:1993).
 
 use std::fmt;
-use std::ops::Mul;
+use std::ops::{AddAssign, Mul};
 
 use crate::matrix::{self, Matrix, Vector, inverse, multiply, product};
 use crate::transfer;
@@ -152,6 +152,13 @@ impl Mul<f64> for LinearRgb {
 
     fn mul(self, factor: f64) -> LinearRgb {
         LinearRgb { r: self.r * factor, g: self.g * factor, b: self.b * factor }
+    }
+}
+
+/// Adds light.
+impl AddAssign for LinearRgb {
+    fn add_assign(&mut self, other: LinearRgb) {
+        (self.r, self.g, self.b) = (self.r + other.r, self.g + other.g, self.b + other.b);
     }
 }
 

@@ -119,6 +119,35 @@ impl Survey {
     pub fn choose_step_m(&self, transport_length_m: f64, groups: usize, memory_mib: u64) -> Result<f64, FieldError> {
         let usual = bisect(|step_m| self.nodes(step_m) <= USUAL_NODES);
         let wanted = usual.clamp(FINEST_LENGTHS * transport_length_m, COARSE_LENGTHS * transport_length_m);
+        self.at_least(wanted, transport_length_m, groups, memory_mib)
+    }
+
+    /// Size of the cells at the surface, in m, for about some number of nodes, in cells as coarse as the snow allows;
+    /// otherwise as [`choose_step_m`](Self::choose_step_m).
+    ///
+    /// # Errors
+    ///
+    /// If the cells that fit into the memory are too coarse.
+    pub fn step_of_nodes_m(
+        &self,
+        nodes: u32,
+        transport_length_m: f64,
+        groups: usize,
+        memory_mib: u64,
+    ) -> Result<f64, FieldError> {
+        let wanted = bisect(|step_m| self.nodes(step_m) <= f64::from(nodes));
+        let wanted = wanted.clamp(FINEST_LENGTHS * transport_length_m, COARSEST_LENGTHS * transport_length_m);
+        self.at_least(wanted, transport_length_m, groups, memory_mib)
+    }
+
+    /// The size of cells that is wanted, or the smallest that fits into the memory.
+    fn at_least(
+        &self,
+        wanted: f64,
+        transport_length_m: f64,
+        groups: usize,
+        memory_mib: u64,
+    ) -> Result<f64, FieldError> {
         let smallest = self.smallest_step_m(groups, memory_mib);
         let allowed = COARSEST_LENGTHS * transport_length_m;
         if smallest > allowed {
@@ -320,6 +349,20 @@ mod tests {
         let small = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.15, 0.6));
         let step_m = Survey::new(&small).unwrap().choose_step_m(0.002, 2, 1024).unwrap();
         assert!(step_m > 0.005 && step_m < 0.02, "{step_m}");
+    }
+
+    #[test]
+    fn a_grid_has_about_the_nodes_that_are_wanted_unless_its_snow_needs_more() {
+        let body = Ball { centre: DVec3::ZERO, radius: 0.19 };
+        let survey = Survey::new(&body).unwrap();
+        for nodes in [5000, 40_000] {
+            let step_m = survey.step_of_nodes_m(nodes, 0.002, 2, 1024).unwrap();
+            let count = Grid::new(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }).free_count as f64;
+            let ratio = count / f64::from(nodes);
+            assert!(ratio > 0.6 && ratio < 1.7, "{nodes} {count}");
+        }
+        let fine = survey.step_of_nodes_m(5000, 2e-4, 2, 1024).unwrap();
+        assert!((fine - 50.0 * 2e-4).abs() < 1e-12, "{fine}");
     }
 
     #[test]

@@ -206,7 +206,14 @@ fn mistakes_in_the_light_field_are_named_with_file_line_value_and_range() {
             "[film]",
             "[light_field]\nstep = 1\n[film]",
             5,
-            "unknown key `step` in light_field; known are memory_mib, step_mm",
+            "unknown key `step` in light_field; known are memory_mib, step_mm, nodes",
+        ),
+        ("[film]", "[light_field]\nnodes = 10\n[film]", 5, "light_field.nodes is 10, but must lie in 100–100000000"),
+        (
+            "[film]",
+            "[light_field]\nstep_mm = 5\nnodes = 1000\n[film]",
+            6,
+            "light_field.nodes has no effect, since `step_mm` sets the cells",
         ),
     ]);
 }

@@ -1,16 +1,59 @@
-//! What the controls of the page offer: names, ranges and defaults.
+//! What the controls of the page offer: names, limits, texts and defaults.
 
-use serde_json::json;
-use snowblue_color::Illuminant;
-use snowblue_transport::ParameterRange;
+use serde_json::{Map, Value, json};
+use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::shader::display_glsl;
+use snowblue_color::{Illuminant, LinearRgb, Observer};
+use snowblue_sky::{ELEVATION_RANGE_DEG, TURBIDITY_RANGE};
 use snowblue_transport::optics::Substance;
-use snowblue_transport::sample::{
-    DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, SPHERICITY_RANGE, SURFACE_AREA_RANGE,
-    SnowSample, SnowType, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
-};
-use snowblue_transport::slab::{ANGLE_RANGE, THICKNESS_RANGE};
-use snowblue_transport::stack::GROUND_ALBEDO_RANGE;
+use snowblue_transport::parameters::PARAMETERS;
+use snowblue_transport::sample::{SnowSample, SnowType, TruncatedNormal};
+use snowblue_transport::{Parameter, ParameterRange};
 use wasm_bindgen::prelude::*;
+
+/// Part of the light of one wavelength that is shown, so that most of them lie within sRGB.
+const SHOWN_PART: f64 = 0.5;
+const SKY_SOURCE: &str = "Hosek & Wilkie 2012, doi:10.1145/2185520.2185591";
+/// What only the page has controls for.
+const OF_PAGE: [Parameter; 3] = [
+    Parameter {
+        key: "exposure",
+        title: "Exposure in stops",
+        range: ParameterRange { quantity: "exposure", least: -GREATEST_STOPS, greatest: GREATEST_STOPS, unit: "stops" },
+        default: 0.0,
+        text: "Factor of the light before it is shown, as a power of two",
+        effect: "Each stop doubles the light.",
+        source: "snowblue, chapter Rendering",
+    },
+    Parameter {
+        key: "elevation_deg",
+        title: "Sun elevation",
+        range: ParameterRange {
+            quantity: "sun elevation",
+            least: ELEVATION_RANGE_DEG.0,
+            greatest: ELEVATION_RANGE_DEG.1,
+            unit: "°",
+        },
+        default: 18.0,
+        text: "Height of the sun above the horizon",
+        effect: "A low sun is redder and weaker. Behind clouds it sets their strength.",
+        source: SKY_SOURCE,
+    },
+    Parameter {
+        key: "turbidity",
+        title: "Turbidity",
+        range: ParameterRange {
+            quantity: "turbidity",
+            least: TURBIDITY_RANGE.0,
+            greatest: TURBIDITY_RANGE.1,
+            unit: "",
+        },
+        default: 2.5,
+        text: "Haze: 2 in very clear alpine air, 3 on a clear day, 6 on a moist one",
+        effect: "Haze makes the sky whiter.",
+        source: SKY_SOURCE,
+    },
+];
 
 /// The version of snowblue.
 #[wasm_bindgen]
@@ -45,31 +88,54 @@ pub fn kinds() -> String {
 #[wasm_bindgen]
 #[must_use]
 pub fn impurities() -> String {
-    let substance = |substance: &Substance| json!({ "name": substance.name(), "source": substance.source() });
+    let substance = |substance: &Substance| json!({ "name": substance.name(), "text": substance.text(), "source": substance.source() });
     json!(Substance::ALL.iter().map(substance).collect::<Vec<_>>()).to_string()
 }
 
-/// Ranges and defaults of all parameters, a JSON object.
+/// Names, limits, defaults and texts of all parameters by their keys, a JSON object.
 #[wasm_bindgen]
 #[must_use]
-pub fn ranges() -> String {
-    let default = SnowSample::default();
-    let range = |range: ParameterRange, default: f64| {
-        let ParameterRange { least, greatest, unit, .. } = range;
-        json!({ "least": least, "greatest": greatest, "default": default, "unit": unit })
+pub fn parameters() -> String {
+    let entry = |parameter: &Parameter| {
+        let Parameter { key, title, range, default, text, effect, source } = *parameter;
+        let ParameterRange { quantity, least, greatest, unit } = range;
+        let value = json!({
+            "title": title, "quantity": quantity, "least": least, "greatest": greatest, "default": default,
+            "unit": unit, "text": text, "effect": effect, "source": source,
+        });
+        (key.to_owned(), value)
     };
+    Value::from(PARAMETERS.iter().chain(&OF_PAGE).map(entry).collect::<Map<_, _>>()).to_string()
+}
+
+/// Half-width and standard deviation of the distributions of the default snow by their keys, a JSON object.
+#[wasm_bindgen]
+#[must_use]
+pub fn spreads() -> String {
+    let SnowSample { grain_size, facetness, sphericity, .. } = SnowSample::default();
+    let spread =
+        |one: TruncatedNormal| json!({ "half_width": 0.5 * (one.max - one.min), "deviation": one.standard_deviation });
+    let half_width = 0.5 * (grain_size.max_um - grain_size.min_um);
     json!({
-        "grain_size_um": range(GRAIN_SIZE_RANGE, default.grain_size.middle_um()),
-        "ssa_m2_kg": range(SURFACE_AREA_RANGE, SnowType::Rounded.surface_area_m2_kg()),
-        "facetness": range(FACETNESS_RANGE, default.facetness.mean),
-        "sphericity": range(SPHERICITY_RANGE, default.sphericity.mean),
-        "density_kg_m3": range(DENSITY_RANGE, default.density_kg_m3),
-        "water_saturation": range(WATER_SATURATION_RANGE, default.water_saturation),
-        "temperature_c": range(TEMPERATURE_RANGE, default.temperature_c),
-        "impurities_ng_g": range(MASS_FRACTION_RANGE, 0.0),
-        "thickness_cm": range(THICKNESS_RANGE, 15.0),
-        "angle_deg": range(ANGLE_RANGE, 0.0),
-        "ground_albedo": range(GROUND_ALBEDO_RANGE, 0.0),
+        "grain_size_um": { "half_width": half_width, "deviation": 0 },
+        "facetness": spread(facetness),
+        "sphericity": spread(sphericity),
     })
     .to_string()
+}
+
+/// Colours of the wavelengths 400, 410, …, 700 nm for the axis of a chart, a JSON array of `#rrggbb`.
+#[wasm_bindgen]
+#[must_use]
+pub fn wavelength_colors() -> String {
+    let wavelengths_nm = (400..=700).step_by(10).map(f64::from);
+    let values = wavelengths_nm.filter_map(|wavelength_nm| Observer::Cie1931.color_matching(wavelength_nm).ok());
+    json!(values.map(|xyz| (LinearRgb::from_xyz(xyz) * SHOWN_PART).display_hex()).collect::<Vec<_>>()).to_string()
+}
+
+/// The display of linear light as a shader.
+#[wasm_bindgen]
+#[must_use]
+pub fn display_shader() -> String {
+    display_glsl()
 }

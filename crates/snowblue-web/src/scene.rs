@@ -1,15 +1,19 @@
-//! Light fields and pictures of scenes, for workers.
+//! Light fields, pictures and files of scenes, for workers.
 
-use std::fmt::Write as _;
-use std::io;
-use std::path::PathBuf;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::Vec3;
 use js_sys::Date;
 use snowblue_color::LinearRgb;
-use snowblue_render::bake::{BakedObject, LitSurface, Relighting};
+use snowblue_geometry::mesh_files::obj_text;
+use snowblue_geometry::triangle_mesh::TriangleMesh;
+use snowblue_render::bake::{
+    BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, bake, glb_bytes,
+};
 use snowblue_render::files::{FileSource, FilesInMemory};
 use snowblue_render::film::image_file::to_raster;
+use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource};
@@ -25,7 +29,7 @@ use crate::snow::text;
 #[derive(Debug, Default)]
 pub struct Files(FilesInMemory);
 
-/// The light of one lamp, the sun or a sky at a time in all snow of a scene.
+/// The light of lamps, the sun and a sky in all snow of a scene, each solved for on its own.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct LightField {
@@ -33,9 +37,10 @@ pub struct LightField {
     snow: Relighting,
     /// The lights of the last sky, and its JSON.
     sky: (String, Vec<Arc<Light>>),
-    /// The strength of the last light.
-    strength: LinearRgb,
-    lit: Vec<LitSurface>,
+    /// The snow under each light, by the place of the light.
+    solved: BTreeMap<usize, LitSnow>,
+    /// The place of the last light.
+    last: usize,
 }
 
 /// A picture of a scene that gets better with each sample.
@@ -44,19 +49,6 @@ pub struct LightField {
 pub struct Picture {
     integrator: Integrator,
     sums: FilmAccumulator,
-}
-
-/// Finds meshes as Wavefront OBJ, the simplest format.
-struct ObjFiles<'m>(&'m Files);
-
-impl FileSource for ObjFiles<'_> {
-    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
-        self.0.0.read(name)
-    }
-
-    fn display_name(&self, name: &str) -> PathBuf {
-        format!("{name}.obj").into()
-    }
 }
 
 #[wasm_bindgen]
@@ -68,53 +60,84 @@ impl Files {
         Self::default()
     }
 
-    /// Adds a mesh of triangles: three coordinates of each vertex, and three vertices of each triangle.
+    /// Adds a mesh of triangles as a Wavefront OBJ file: three coordinates of each vertex, and three vertices of each
+    /// triangle.
     pub fn add_mesh(&mut self, name: &str, positions: &[f32], triangles: &[u32]) {
-        let mut obj = String::new();
-        // Writing to a string cannot fail.
-        for vertex in positions.chunks_exact(3) {
-            let _ = writeln!(obj, "v {} {} {}", vertex[0], vertex[1], vertex[2]);
-        }
-        for triangle in triangles.chunks_exact(3) {
-            let [a, b, c] = [0, 1, 2].map(|corner| u64::from(triangle[corner]) + 1);
-            let _ = writeln!(obj, "f {a} {b} {c}");
-        }
-        self.0.insert(name, obj);
+        let positions = positions.as_chunks().0.iter().copied().map(Vec3::from_array).collect();
+        let mesh = TriangleMesh { positions, indices: triangles.as_chunks().0.to_vec(), ..TriangleMesh::default() };
+        self.0.insert(name, obj_text(&mesh));
     }
 
     /// Adds a file by its content.
     pub fn add(&mut self, name: &str, content: &[u8]) {
         self.0.insert(name, content);
     }
+
+    /// The content of a file.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such file.
+    pub fn content(&self, name: &str) -> Result<Vec<u8>, JsError> {
+        self.0.read(name).map_err(|error| JsError::new(&format!("{name}: {error}")))
+    }
 }
 
 /// The integrator of a scene.
 fn prepare(description: &SceneDescription, files: &Files) -> Result<Integrator, String> {
-    let scene = description.build(&ObjFiles(files)).map_err(text)?;
+    let scene = description.build(&files.0).map_err(text)?;
     Integrator::prepare(&scene).map_err(text)
+}
+
+/// The light field on the snow of a scene, JSON with the keys of a scene file: the GLB of `snowblue bake`.
+///
+/// # Errors
+///
+/// In the words of the command.
+#[wasm_bindgen]
+pub fn bake_glb(scene: &str, files: &Files) -> Result<Vec<u8>, JsError> {
+    baked(scene, files).map_err(|reason| JsError::new(&reason))
+}
+
+fn baked(scene: &str, files: &Files) -> Result<Vec<u8>, String> {
+    let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
+    description.integrator.kind = IntegratorKind::Diffusion;
+    let integrator = prepare(&description, files)?;
+    let baked = bake(&integrator, BakeOptions::default(), &|_, _| {}).map_err(text)?;
+    glb_bytes(&baked, &Provenance::of(&integrator)).map_err(text)
 }
 
 #[wasm_bindgen]
 impl LightField {
     /// Prepares the snow of a scene: JSON with the keys of a scene file. Fewer rays through grains than by default are
-    /// faster. Vertices lie at most `edge_mm` apart, by default two cells.
+    /// faster. Vertices lie at most `cells_per_edge` cells apart, by default two.
     ///
     /// # Errors
     ///
     /// In the words of the command.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &str, files: &Files, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, JsError> {
-        Self::prepared(scene, files, grain_rays, edge_mm).map_err(|reason| JsError::new(&reason))
+    pub fn new(
+        scene: &str,
+        files: &Files,
+        grain_rays: Option<u32>,
+        cells_per_edge: Option<f64>,
+    ) -> Result<Self, JsError> {
+        Self::prepared(scene, files, grain_rays, cells_per_edge).map_err(|reason| JsError::new(&reason))
     }
 
-    fn prepared(scene: &str, files: &Files, grain_rays: Option<u32>, edge_mm: Option<f64>) -> Result<Self, String> {
+    fn prepared(
+        scene: &str,
+        files: &Files,
+        grain_rays: Option<u32>,
+        cells_per_edge: Option<f64>,
+    ) -> Result<Self, String> {
         let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
         let integrator = prepare(&description, files)?;
-        let snow = Relighting::new(integrator, edge_mm.map(|edge_mm| 1e-3 * edge_mm)).map_err(text)?;
-        let (sky, strength) = ((String::new(), Vec::new()), LinearRgb { r: 0.0, g: 0.0, b: 0.0 });
-        Ok(Self { description, snow, sky, strength, lit: Vec::new() })
+        let snow = Relighting::new(integrator, cells_per_edge).map_err(text)?;
+        let sky = (String::new(), Vec::new());
+        Ok(Self { description, snow, sky, solved: BTreeMap::new(), last: 0 })
     }
 
     /// Unknowns of a solution at each wavelength.
@@ -174,31 +197,31 @@ impl LightField {
         Ok(self.object(0)?.half_space.reflection_table(n.max(2) - 1))
     }
 
-    /// Solves for a lamp, JSON of a point light, without any other.
+    /// Solves for a lamp, JSON of a point light, without any other, and keeps it at a place.
     ///
     /// # Errors
     ///
     /// In the words of the command.
-    pub fn light(&mut self, lamp: &str) -> Result<(), JsError> {
+    pub fn light(&mut self, place: usize, lamp: &str) -> Result<(), JsError> {
         let lamp = self.lamp(lamp).map_err(|reason| JsError::new(&reason))?;
-        self.solve(&lamp);
+        self.solve(place, &lamp);
         Ok(())
     }
 
     /// Solves for a part of a sky, JSON of the table `[sky]` of a scene, without the other: its sun, or the sky without
-    /// the sun. `files` holds the coefficients of a clear sky.
+    /// the sun. Keeps it at a place. `files` holds the coefficients of a clear sky.
     ///
     /// # Errors
     ///
     /// In the words of the command.
-    pub fn light_sky(&mut self, sky: &str, is_sun: bool, files: &Files) -> Result<(), JsError> {
+    pub fn light_sky(&mut self, place: usize, sky: &str, is_sun: bool, files: &Files) -> Result<(), JsError> {
         let failed = |reason: String| JsError::new(&reason);
         if self.sky.0 != sky {
             self.sky = (sky.to_owned(), self.lights_of_sky(sky, files).map_err(failed)?);
         }
         let lights = std::mem::take(&mut self.sky.1);
         let light = lights.iter().find(|light| matches!(&***light, Light::Sun(..)) == is_sun);
-        let found = light.map(|light| self.solve(light));
+        let found = light.map(|light| self.solve(place, light));
         self.sky.1 = lights;
         found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))
     }
@@ -212,21 +235,36 @@ impl LightField {
         colors(&directions.chunks_exact(3).map(from).collect::<Vec<_>>())
     }
 
-    fn solve(&mut self, light: &Arc<Light>) {
-        self.strength = self.snow.strength(light);
-        self.lit = self.snow.light(light);
+    fn solve(&mut self, place: usize, light: &Arc<Light>) {
+        self.solved.insert(place, self.snow.light(light));
+        self.last = place;
     }
 
-    /// The net flux J at each vertex, as linear sRGB.
+    /// The exposure in stops of a view of the snow from any side, under the lights at the first places with their
+    /// strengths multiplied by some factors; none without light.
+    #[must_use]
+    pub fn exposure_stops(&self, factors: &[f64]) -> Option<f64> {
+        let weighted =
+            |(place, factor): (usize, &f64)| Some(WeightedLight { snow: self.solved.get(&place)?, factor: *factor });
+        let lights: Vec<WeightedLight> = factors.iter().enumerate().filter_map(weighted).collect();
+        self.snow.exposure_factor(&lights).map(f64::log2)
+    }
+
+    /// The net flux J by the last light at each vertex, as linear sRGB, and the visibility V of a lamp or the sun.
     ///
     /// # Errors
     ///
     /// See [`positions`](Self::positions).
-    pub fn flux(&self, object: usize) -> Result<Vec<f32>, JsError> {
-        Ok(colors(&self.on_snow(object)?.flux))
+    pub fn flux_and_visibility(&self, object: usize) -> Result<Vec<f32>, JsError> {
+        let LitSurface { flux, visibility, .. } = self.on_snow(object)?;
+        let four = |(LinearRgb { r, g, b }, visibility): (&LinearRgb, &f32)| {
+            let [r, g, b] = [*r, *g, *b].map(narrow);
+            [r, g, b, *visibility]
+        };
+        Ok(flux.iter().zip(visibility).flat_map(four).collect())
     }
 
-    /// The irradiance H by other surfaces at each vertex, as linear sRGB.
+    /// The irradiance H by other surfaces under the last light at each vertex, as linear sRGB.
     ///
     /// # Errors
     ///
@@ -235,7 +273,7 @@ impl LightField {
         Ok(colors(&self.on_snow(object)?.diffuse_irradiance))
     }
 
-    /// The irradiance V F by a sky at each vertex, as linear sRGB; empty for a lamp and the sun.
+    /// The irradiance V F by a sky as the last light at each vertex, as linear sRGB; empty for a lamp and the sun.
     ///
     /// # Errors
     ///
@@ -244,19 +282,10 @@ impl LightField {
         Ok(colors(&self.on_snow(object)?.sky_irradiance))
     }
 
-    /// The visibility V of the lamp or the sun at each vertex.
-    ///
-    /// # Errors
-    ///
-    /// See [`positions`](Self::positions).
-    pub fn visibility(&self, object: usize) -> Result<Vec<f32>, JsError> {
-        Ok(self.on_snow(object)?.visibility.clone())
-    }
-
-    /// Linear sRGB of the lamp's radiant intensity, or of the irradiance of a surface that faces the sun.
+    /// Linear sRGB of the last lamp's radiant intensity, or of the irradiance of a surface that faces the sun.
     #[must_use]
     pub fn strength_rgb(&self) -> Vec<f32> {
-        colors(&[self.strength])
+        self.solved.get(&self.last).map_or_else(Vec::new, |snow| colors(&[snow.strength]))
     }
 
     fn object(&self, object: usize) -> Result<&BakedObject, JsError> {
@@ -264,7 +293,8 @@ impl LightField {
     }
 
     fn on_snow(&self, object: usize) -> Result<&LitSurface, JsError> {
-        self.lit.get(object).ok_or_else(|| JsError::new(&format!("object {object} is not lit")))
+        let surface = self.solved.get(&self.last).and_then(|snow| snow.surfaces.get(object));
+        surface.ok_or_else(|| JsError::new(&format!("object {object} is not lit")))
     }
 
     /// The scene with another value of a key.
@@ -297,7 +327,7 @@ impl LightField {
     fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Arc<Light>>, String> {
         let description = self.with("sky", serde_json::from_str(sky).map_err(text)?)?;
         let sky = description.sky.ok_or("there is no sky")?;
-        self.snow.sky(sky, &ObjFiles(files)).map_err(text)
+        self.snow.sky(sky, &files.0).map_err(text)
     }
 }
 
@@ -355,12 +385,6 @@ impl Picture {
     pub fn display(&self) -> wasm_bindgen::Clamped<Vec<u8>> {
         let raster = to_raster(&self.sums.film(), self.scene().film().exposure);
         wasm_bindgen::Clamped(raster.bytes().chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect())
-    }
-
-    /// The exposure of the display, in stops.
-    #[must_use]
-    pub fn exposure_stops(&self) -> f64 {
-        self.sums.film().display_factor(self.scene().film().exposure).log2()
     }
 
     fn scene(&self) -> &snowblue_render::Scene {

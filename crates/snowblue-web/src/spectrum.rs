@@ -56,6 +56,8 @@ struct Answer {
     transmitted: Color,
     reflected: Color,
     transmitted_3: Color,
+    /// ΔE*ab of both transmitted colours.
+    transmitted_3_delta_e: f64,
 }
 
 /// A colour in several spaces; `hex` has an exposure.
@@ -87,6 +89,22 @@ pub fn answer(request: &str) -> Result<String, String> {
     serde_json::to_string(&request.answer()?).map_err(text)
 }
 
+/// ΔE*ab of two colours: JSON of a list of two lists of L\*, a\* and b\*.
+///
+/// # Errors
+///
+/// If the JSON is something else.
+#[wasm_bindgen]
+pub fn delta_e(colors: &str) -> Result<f64, JsError> {
+    let [one, other]: [[f64; 3]; 2] = serde_json::from_str(colors)?;
+    Ok(difference(one, other))
+}
+
+fn difference(one: [f64; 3], other: [f64; 3]) -> f64 {
+    let [one, other] = [one, other].map(|[l, a, b]| Lab { l, a, b });
+    one.delta_e_1976(other)
+}
+
 impl Request {
     fn answer(&self) -> Result<Answer, String> {
         let illuminant: Illuminant = self.illuminant.parse().map_err(text)?;
@@ -105,10 +123,13 @@ impl Request {
         };
         let (reflectance, transmittance) = (values(rows, |row| row.reflectance), values(rows, |row| row.transmittance));
         let color = |colorimeter: &Colorimeter, values: &[f64]| self.color(colorimeter, values);
+        let transmitted = color(&of_31, &transmittance)?;
+        let transmitted_3 = color(&of_3, &values(three, |row| row.transmittance))?;
         Ok(Answer {
-            transmitted: color(&of_31, &transmittance)?,
+            transmitted_3_delta_e: difference(transmitted.lab, transmitted_3.lab),
+            transmitted,
             reflected: color(&of_31, &reflectance)?,
-            transmitted_3: color(&of_3, &values(three, |row| row.transmittance))?,
+            transmitted_3,
             reflectance,
             transmittance,
             absorptance: values(rows, |row| row.absorptance),

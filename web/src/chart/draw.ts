@@ -1,9 +1,9 @@
 /** Draws reflectance, transmittance and absorptance against wavelength. */
 
+import { wavelengthColors } from "../catalog";
 import { svg } from "../dom";
 import type { SpectrumAnswer } from "../native";
 import { scaleOf, type Fit, type Scale } from "./scale";
-import { spectralColor } from "./spectral-colors";
 
 export const QUANTITIES = [
   { key: "reflectance", error: "reflectance_se", sign: "R", name: "Reflectance" },
@@ -131,8 +131,9 @@ export function stroke(place: number) {
 }
 
 function gradient(): SVGElement {
-  const stops = Array.from({ length: 31 }, (_, index) =>
-    svg("stop", { offset: `${(index / 30) * 100}%`, "stop-color": spectralColor(FIRST_NM + 10 * index) }));
+  const last = wavelengthColors.length - 1;
+  const stops = wavelengthColors.map((color, index) =>
+    svg("stop", { offset: `${(index / last) * 100}%`, "stop-color": color }));
   return svg("linearGradient", { id: "spectrum" }, ...stops);
 }
 

@@ -1,6 +1,6 @@
 /** The controls of the light, of the eye and of the ground. */
 
-import { illuminants, ranges } from "../catalog";
+import { illuminants, parameters } from "../catalog";
 import type { Sample } from "../state";
 import type { Store } from "../store";
 import { Radio, Select } from "./choice";
@@ -34,7 +34,7 @@ export function lightControls(store: Store): HTMLElement[] {
       source: "snowblue, chapter The two engines",
     },
     [{ value: "beam", label: "Beam" }, { value: "diffuse", label: "Diffuse" }],
-    (value) => store.update((state) => (state.angle_deg = value === "diffuse" ? value : ranges.angle_deg.default)),
+    (value) => store.update((state) => (state.angle_deg = value === "diffuse" ? value : parameters.angle_deg.default)),
   );
   const angle = new NumberField(ANGLE, (value) => store.update((state) => (state.angle_deg = value)));
   const illuminant = new Select<string>(

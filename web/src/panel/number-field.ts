@@ -4,23 +4,23 @@ import { el, fresh, say } from "../dom";
 import type { Range } from "../native";
 import { between, outside, short, withUnit } from "../numbers";
 import { hint } from "./hint";
-import type { Parameter } from "./parameters";
+import type { Control } from "./parameters";
 
 /** Positions of a slider that is not linear. */
 const POSITIONS = 200;
 
 export class NumberField {
   readonly element: HTMLElement;
-  readonly #parameter: Parameter;
+  readonly #control: Control;
   readonly #entry: HTMLInputElement;
   readonly #slider: HTMLInputElement;
   readonly #error: HTMLElement;
   #range: Range;
 
-  constructor(parameter: Parameter, change: (value: number) => void) {
-    this.#parameter = parameter;
-    this.#range = parameter.range;
-    const { label, range, sentence, source } = parameter;
+  constructor(control: Control, change: (value: number) => void) {
+    this.#control = control;
+    this.#range = control.range;
+    const { label, range, sentence, source } = control;
     const id = fresh("field");
     const { button, sentence: text } = hint(label, sentence, source);
     this.#error = el("p", { id: `${id}-error`, class: "error", role: "alert", hidden: true });
@@ -30,11 +30,11 @@ export class NumberField {
       id, type: "number", inputmode: "decimal", step: "any", "aria-describedby": described, autocomplete: "off",
       input: entered, change: entered,
     });
-    const linear = parameter.scale === "linear";
+    const linear = control.scale === "linear";
     const [least, greatest] = this.#ends();
     this.#slider = el("input", {
       type: "range", "aria-label": `${label}, slider`, "aria-describedby": text.id,
-      min: linear ? least : 0, max: linear ? greatest : POSITIONS, step: linear ? parameter.step! : 1,
+      min: linear ? least : 0, max: linear ? greatest : POSITIONS, step: linear ? control.step! : 1,
       input: () => {
         const value = this.#fromSlider();
         this.#entry.value = short(value);
@@ -52,7 +52,7 @@ export class NumberField {
   }
 
   /** Shows a value, unless its entry is being typed. */
-  set(value: number, range: Range = this.#parameter.range): void {
+  set(value: number, range: Range = this.#control.range): void {
     this.#range = range;
     const typing = document.activeElement === this.#entry;
     if (!typing || Number(this.#entry.value) !== value) {
@@ -68,7 +68,7 @@ export class NumberField {
     const { least, greatest, unit } = this.#range;
     const reason = Number.isNaN(value)
       ? `enter a number in ${withUnit(between(least, greatest), unit)}`
-      : outside(this.#parameter.quantity, value, this.#range);
+      : outside(this.#control.quantity, value, this.#range);
     this.#refuse(reason);
     if (reason === undefined) change(value);
   }
@@ -79,22 +79,22 @@ export class NumberField {
   }
 
   #describe(value: number): void {
-    this.#slider.setAttribute("aria-valuetext", withUnit(short(value), this.#parameter.range.unit));
+    this.#slider.setAttribute("aria-valuetext", withUnit(short(value), this.#control.range.unit));
     const { min, max } = this.#slider;
     const way = (Number(this.#slider.value) - Number(min)) / (Number(max) - Number(min));
     this.#slider.style.setProperty("--way", `${100 * way}%`);
   }
 
   #ends(): readonly [number, number] {
-    const { least, greatest } = this.#parameter.range;
-    return this.#parameter.slider ?? [least, greatest];
+    const { least, greatest } = this.#control.range;
+    return this.#control.slider ?? [least, greatest];
   }
 
   #fromSlider(): number {
     const [least, greatest] = this.#ends();
     const position = Number(this.#slider.value);
     const way = position / POSITIONS;
-    switch (this.#parameter.scale) {
+    switch (this.#control.scale) {
       case "linear": return position;
       case "log": return inside(Number((least * (greatest / least) ** way).toPrecision(3)), this.#range);
       case "cubic": return inside(Number((greatest * way ** 3).toPrecision(2)), this.#range);
@@ -103,7 +103,7 @@ export class NumberField {
 
   #toSlider(value: number): number {
     const [least, greatest] = this.#ends();
-    switch (this.#parameter.scale) {
+    switch (this.#control.scale) {
       case "linear": return value;
       case "log": return POSITIONS * Math.log(Math.max(value, least) / least) / Math.log(greatest / least);
       case "cubic": return POSITIONS * Math.cbrt(value / greatest);

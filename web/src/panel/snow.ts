@@ -1,10 +1,10 @@
 /** The controls of the snow of one layer. */
 
-import { impurities, kinds, ranges } from "../catalog";
+import { impurities, kinds, parameters, type SpreadKey } from "../catalog";
 import { el, say } from "../dom";
 import { short } from "../numbers";
 import {
-  amounts, impurity, plain, setImpurity, setPlain, setSpread, spread, type PlainKey, type Spread, type SpreadKey,
+  amounts, impurity, plain, setImpurity, setPlain, setSpread, spread, type PlainKey, type Spread,
 } from "../snow";
 import type { IceTable, Layer } from "../state";
 import type { Store } from "../store";
@@ -12,8 +12,8 @@ import { Radio, Select } from "./choice";
 import type { LayerList } from "./layers";
 import { NumberField } from "./number-field";
 import {
-  DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, SURFACE_AREA, TEMPERATURE, THICKNESS, WATER, impurityParameter,
-  type Parameter,
+  DENSITY, FACETNESS, GRAIN_SIZE, SPHERICITY, SURFACE_AREA, TEMPERATURE, THICKNESS, WATER, impurityControl,
+  type Control,
 } from "./parameters";
 
 type Measure = NonNullable<Layer["size_measure"]>;
@@ -78,7 +78,7 @@ function grainFields(layers: LayerList): HTMLElement[] {
       delete layer.grain_size_um;
       delete layer.size_measure;
       delete layer.ssa_m2_kg;
-      if (value === "area") layer.ssa_m2_kg = ranges.ssa_m2_kg.default;
+      if (value === "area") layer.ssa_m2_kg = parameters.ssa_m2_kg.default;
     }),
   );
   const size = spreadField(layers, "grain_size_um", GRAIN_SIZE);
@@ -105,25 +105,25 @@ function grainFields(layers: LayerList): HTMLElement[] {
     by.set(isArea ? "area" : "size");
     area.element.hidden = !isArea;
     size.hidden = measure.element.hidden = isArea;
-    area.set(ssa_m2_kg ?? ranges.ssa_m2_kg.default);
+    area.set(ssa_m2_kg ?? parameters.ssa_m2_kg.default);
     measure.set(size_measure ?? USUAL_MEASURE);
   });
   return [by.element, size, area.element, measure.element];
 }
 
-function plainField(layers: LayerList, key: PlainKey, parameter: Parameter): HTMLElement {
-  const field = new NumberField(parameter, (value) => layers.change((layer) => setPlain(layer, key, value)));
+function plainField(layers: LayerList, key: PlainKey, control: Control): HTMLElement {
+  const field = new NumberField(control, (value) => layers.change((layer) => setPlain(layer, key, value)));
   layers.subscribe(() => field.set(plain(layers.layer, key)));
   return field.element;
 }
 
 /** The mean of a distribution. A grain size keeps its whole spread within the range. */
-function spreadField(layers: LayerList, key: SpreadKey, parameter: Parameter): HTMLElement {
-  const field = new NumberField(parameter, (mean) =>
+function spreadField(layers: LayerList, key: SpreadKey, control: Control): HTMLElement {
+  const field = new NumberField(control, (mean) =>
     layers.change((layer) => setSpread(layer, key, { ...spread(layer, key), mean })));
   layers.subscribe(() => {
     const { mean, half_width } = spread(layers.layer, key);
-    const { least, greatest, ...rest } = parameter.range;
+    const { least, greatest, ...rest } = control.range;
     const margin = key === "grain_size_um" ? half_width : 0;
     field.set(mean, { ...rest, least: least + margin, greatest: greatest - margin });
   });
@@ -132,24 +132,24 @@ function spreadField(layers: LayerList, key: SpreadKey, parameter: Parameter): H
 
 /** Half-widths and deviations of the distributions. */
 function spreadFields(layers: LayerList): HTMLElement[] {
-  const field = (key: SpreadKey, part: "half_width" | "deviation", parameter: Parameter) => {
-    const one = new NumberField(parameter, (value) =>
+  const field = (key: SpreadKey, part: "half_width" | "deviation", control: Control) => {
+    const one = new NumberField(control, (value) =>
       layers.change((layer) => setSpread(layer, key, { ...spread(layer, key), [part]: value } satisfies Spread)));
     layers.subscribe(() => {
       const { mean, ...rest } = spread(layers.layer, key);
-      const { least, greatest } = ranges[key];
-      const most = key === "grain_size_um" ? Math.min(mean - least, greatest - mean) : parameter.range.greatest;
-      one.set(rest[part], { ...parameter.range, greatest: most });
+      const { least, greatest } = parameters[key];
+      const most = key === "grain_size_um" ? Math.min(mean - least, greatest - mean) : control.range.greatest;
+      one.set(rest[part], { ...control.range, greatest: most });
     });
     return one.element;
   };
   const source = "Varsa & Baranoski 2024, Table S1, doi:10.1109/MCG.2023.3307517";
-  const width = (label: string, greatest: number, step: number, unit: string): Parameter => ({
+  const width = (label: string, greatest: number, step: number, unit: string): Control => ({
     label: `Half-width of ${label}`, quantity: `half-width of ${label}`,
     range: { least: 0, greatest, default: 0, unit }, scale: "linear", step,
     sentence: `The ${label} lies within the mean ± this.`, source,
   });
-  const deviation = (label: string): Parameter => ({
+  const deviation = (label: string): Control => ({
     label: `Deviation of ${label}`, quantity: `standard deviation of ${label}`,
     range: { least: 0.005, greatest: 1, default: 0, unit: "" }, scale: "linear", step: 0.005,
     sentence: `The standard deviation of the normal distribution of the ${label}, before its ends are cut.`, source,
@@ -164,10 +164,10 @@ function spreadFields(layers: LayerList): HTMLElement[] {
 }
 
 function impurityFields(layers: LayerList): HTMLElement[] {
-  return impurities.map(({ name, source }) => {
-    const field = new NumberField(impurityParameter(name, source), (value) =>
-      layers.change((layer) => setImpurity(layer, name, value)));
-    layers.subscribe(() => field.set(impurity(layers.layer, name)));
+  return impurities.map((one) => {
+    const field = new NumberField(impurityControl(one), (value) =>
+      layers.change((layer) => setImpurity(layer, one.name, value)));
+    layers.subscribe(() => field.set(impurity(layers.layer, one.name)));
     return field.element;
   });
 }

@@ -15,10 +15,11 @@ export interface FieldRequest {
   mesh: NamedMesh | undefined;
   /** Rays through grains for the optics of the snow, if not the default. */
   grain_rays: number | undefined;
-  /** Greatest distance of vertices, if not the default. */
-  edge_mm: number | undefined;
-  /** JSON of lights. */
+  /** Greatest distance of vertices in cells, if not the default. */
+  cells_per_edge: number | undefined;
+  /** JSON of lights, and by what each is multiplied. */
   lights: string[];
+  strengths: number[];
 }
 
 /** An object's surface; see `LightField` of the module `scene`. */
@@ -59,5 +60,8 @@ export type FieldAnswer =
       /** Radiance of a sky from each of the directions `DOME_DIRECTIONS`. */
       dome: Float32Array;
       milliseconds: number;
+      stops: number | undefined;
     }
+  /** The automatic exposure of all lights. */
+  | { kind: "exposure"; bodyKey: string; stops: number | undefined }
   | { kind: "error"; version: number; text: string };

@@ -1,4 +1,4 @@
-/** Binary glTF 2.0 (ISO/IEC 12113:2022): reads triangles, and writes meshes with attributes. */
+/** Reads the triangles of a binary glTF 2.0 (ISO/IEC 12113:2022). */
 
 import type { Triangles } from "./triangles";
 
@@ -158,69 +158,4 @@ function determinant(matrix: Matrix): number {
     number, number, number, number, number, number, number, number, number, number, number,
   ];
   return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e);
-}
-
-/** A mesh to be written, with y upwards: three numbers for each vertex in every attribute. */
-export interface GlbMesh {
-  name: string;
-  attributes: Record<string, Float32Array>;
-  triangles: Uint32Array;
-  extras: Record<string, unknown>;
-}
-
-/** A GLB file of meshes whose material is unlit. */
-export function writeGlb(meshes: GlbMesh[], extras: Record<string, unknown>, generator: string): Blob {
-  const parts: ArrayBuffer[] = [];
-  const bufferViews: object[] = [];
-  const accessors: object[] = [];
-  let length = 0;
-  const add = (values: Float32Array | Uint32Array, target: number, accessor: object): number => {
-    bufferViews.push({ buffer: 0, byteOffset: length, byteLength: values.byteLength, target });
-    parts.push(values.slice().buffer);
-    length += values.byteLength;
-    return accessors.push({ bufferView: bufferViews.length - 1, ...accessor }) - 1;
-  };
-  const written = meshes.map(({ name, attributes, triangles, extras }) => {
-    const places = Object.entries(attributes).map(([attribute, values]) => {
-      const accessor = { componentType: FLOAT, type: "VEC3", count: values.length / 3 };
-      return [attribute, add(values, 34962, attribute === "POSITION" ? { ...accessor, ...bounds(values) } : accessor)];
-    });
-    const indices = add(triangles, 34963, { componentType: UNSIGNED_INT, type: "SCALAR", count: triangles.length });
-    const primitive = { attributes: Object.fromEntries(places) as object, indices, material: 0, mode: TRIANGLES };
-    return { name, primitives: [primitive], extras };
-  });
-  const document = {
-    asset: { version: "2.0", generator },
-    extensionsUsed: ["KHR_materials_unlit"],
-    scene: 0,
-    scenes: [{ nodes: meshes.map((_, mesh) => mesh), extras }],
-    nodes: meshes.map(({ name }, mesh) => ({ name, mesh })),
-    meshes: written,
-    materials: [{
-      name: "snow",
-      pbrMetallicRoughness: { metallicFactor: 0, roughnessFactor: 1 },
-      extensions: { KHR_materials_unlit: {} },
-    }],
-    accessors,
-    bufferViews,
-    buffers: [{ byteLength: length }],
-  };
-  const text = new TextEncoder().encode(JSON.stringify(document));
-  const json = new Uint8Array(4 * Math.ceil(text.length / 4)).fill(0x20);
-  json.set(text);
-  const total = 12 + 8 + json.length + 8 + length;
-  const words = (...values: number[]) => Uint32Array.from(values);
-  return new Blob(
-    [words(MAGIC, 2, total), words(json.length, JSON_CHUNK), json, words(length, BINARY_CHUNK), ...parts],
-    { type: "model/gltf-binary" },
-  );
-}
-
-function bounds(positions: Float32Array): { min: number[]; max: number[] } {
-  const [min, max] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-  positions.forEach((value, place) => {
-    min[place % 3] = Math.min(min[place % 3]!, value);
-    max[place % 3] = Math.max(max[place % 3]!, value);
-  });
-  return { min, max };
 }

@@ -27,6 +27,8 @@ export class LitBody {
   readonly key: string;
   readonly nodes: number;
   readonly lights: SolvedLight[] = [];
+  /** The automatic exposure in stops; none without light. */
+  stops: number | undefined;
   private readonly reflection: Data3DTexture;
   private readonly escapes: number[][];
   private readonly geometries: BufferGeometry[];
@@ -50,7 +52,8 @@ export class LitBody {
   }
 
   /** Takes the light of a lamp, the sun or a sky. */
-  light({ light: number, json, objects, rgb, dome, milliseconds }: LightAnswer): void {
+  light({ light: number, json, objects, rgb, dome, milliseconds, stops }: LightAnswer): void {
+    this.stops = stops;
     const light = JSON.parse(json) as Light;
     const place = light.type === "point" ? light.position : light.type === "sun" ? light.towards : NOWHERE;
     this.lights[number] = { json, light, place, rgb, dome, milliseconds, objects };
@@ -84,14 +87,6 @@ export class LitBody {
         if (solved !== undefined) material.setLight(number, { ...solved, strength });
       });
     }
-  }
-
-  geometryOf(object: number): BufferGeometry | undefined {
-    return this.geometries[object];
-  }
-
-  get escape(): readonly number[][] {
-    return this.escapes;
   }
 
   dispose(): void {

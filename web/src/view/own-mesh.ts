@@ -1,4 +1,4 @@
-/** A visitor's mesh: read, freed of doubled vertices, and put on the ground. */
+/** A visitor's mesh: read, and put on the ground. */
 
 import type { Triangles } from "./triangles";
 import { readGlb } from "./glb";
@@ -38,33 +38,12 @@ export async function readMesh(file: File): Promise<OwnMesh> {
     throw new Error(`${file.name} has ${count} triangles; there may be ${MOST_TRIANGLES}.`);
   }
   if (!read.positions.every(Number.isFinite)) throw new Error(`${file.name} has a vertex that is no number.`);
-  return placed(file.name.replace(/\.\w+$/, ""), welded(read));
+  return placed(file.name.replace(/\.\w+$/, ""), read);
 }
 
 function reason(error: unknown): string {
   if (error instanceof SyntaxError || error instanceof RangeError || error instanceof TypeError) return "is broken";
   return error instanceof Error ? error.message : "is broken";
-}
-
-/** Vertices at the same position become one, so that shading is smooth across the seams of textures. */
-function welded({ positions, triangles }: Triangles): Triangles {
-  const numbers = new Map<string, number>();
-  const kept: number[] = [];
-  const vertices = Array.from({ length: positions.length / 3 }, (_, vertex) => {
-    const place = positions.subarray(3 * vertex, 3 * vertex + 3);
-    const key = place.join();
-    const known = numbers.get(key);
-    if (known !== undefined) return known;
-    numbers.set(key, kept.length / 3);
-    kept.push(...place);
-    return kept.length / 3 - 1;
-  });
-  const corners: number[] = [];
-  for (let at = 0; at < triangles.length; at += 3) {
-    const [a, b, c] = [0, 1, 2].map((corner) => vertices[triangles[at + corner]!]!) as [number, number, number];
-    if (a !== b && b !== c && c !== a) corners.push(a, b, c);
-  }
-  return { positions: Float32Array.from(kept), triangles: Uint32Array.from(corners) };
 }
 
 function placed(name: string, { positions, triangles }: Triangles): OwnMesh {
@@ -79,25 +58,11 @@ function placed(name: string, { positions, triangles }: Triangles): OwnMesh {
   const factor = isKept ? 1 : SIZE_M / size;
   const origin = [0.5 * (low[0]! + high[0]!), 0.5 * (low[1]! + high[1]!), low[2]!];
   const moved = positions.map((value, place) => factor * (value - origin[place % 3]!));
-  // A solid that is inside out is turned.
-  const isInsideOut = volume(moved, triangles) < 0;
-  const turned = isInsideOut ? triangles.slice().reverse() : triangles;
   return {
     name,
-    triangles: { positions: moved, triangles: turned },
+    triangles: { positions: moved, triangles },
     height_m: Number((factor * lengths[2]!).toFixed(4)),
     size_m: factor * size,
     factor: isKept ? undefined : factor,
   };
-}
-
-function volume(positions: Float32Array, triangles: Uint32Array): number {
-  let sum = 0;
-  for (let at = 0; at < triangles.length; at += 3) {
-    const corner = (number: number) => positions.subarray(3 * triangles[at + number]!, 3 * triangles[at + number]! + 3);
-    const [a, b, c] = [corner(0), corner(1), corner(2)] as unknown as [number[], number[], number[]];
-    sum += a[0]! * (b[1]! * c[2]! - b[2]! * c[1]!) + a[1]! * (b[2]! * c[0]! - b[0]! * c[2]!) +
-      a[2]! * (b[0]! * c[1]! - b[1]! * c[0]!);
-  }
-  return sum / 6;
 }

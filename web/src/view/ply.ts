@@ -1,4 +1,4 @@
-/** PLY files of triangles. */
+/** Reads the triangles of a PLY file. */
 
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import type { Triangles } from "./triangles";
@@ -15,25 +15,4 @@ export function readPly(file: ArrayBuffer): Triangles {
     throw new Error("ends too early or has no triangles");
   }
   return { positions: Float32Array.from(position.array), triangles: Uint32Array.from(index.array) };
-}
-
-/** A binary PLY file. */
-export function writePly({ positions, triangles }: Triangles): Blob {
-  const header = [
-    "ply",
-    "format binary_little_endian 1.0",
-    `element vertex ${positions.length / 3}`,
-    ...["x", "y", "z"].map((axis) => `property float ${axis}`),
-    `element face ${triangles.length / 3}`,
-    "property list uchar uint vertex_indices",
-    "end_header",
-    "",
-  ].join("\n");
-  const faces = new DataView(new ArrayBuffer((13 * triangles.length) / 3));
-  triangles.forEach((vertex, corner) => {
-    const face = 13 * Math.floor(corner / 3);
-    if (corner % 3 === 0) faces.setUint8(face, 3);
-    faces.setUint32(face + 1 + 4 * (corner % 3), vertex, true);
-  });
-  return new Blob([header, positions.slice(), faces.buffer], { type: "model/ply" });
 }

@@ -1,10 +1,10 @@
 /** Scenes as JSON for the module `scene`, and as TOML for `snowblue render`. */
 
+import type { Snow } from "../native";
 import type { Method, Vector, View } from "../state";
 import { toml } from "../toml";
-import type { Body, Surface } from "./shapes";
+import type { Body, Size, Surface } from "./shapes";
 import { skyTable } from "./sky";
-import type { SnowMaterial } from "./snow";
 
 /** What a camera needs to know of the picture. */
 export interface Film {
@@ -14,6 +14,8 @@ export interface Film {
   exposure: number;
 }
 
+/** Nodes of the light field: some follow moving lights, many look as those of the command. */
+const NODES: Record<Size, number> = { coarse: 5000, fine: 40_000 };
 const NARROWER_FIELD_OF_VIEW_DEG = 30;
 const MATERIAL = "snow";
 
@@ -39,10 +41,10 @@ const INTEGRATORS: Record<Method, string> = { field: "diffusion", pcasnow: "pcas
 /** A whole scene with the keys of a scene file. */
 export function sceneOf(
   { object, target }: Pick<Body, "object" | "target">,
-  material: SnowMaterial,
+  snow: Snow,
   view: View,
   film: Film,
-  step_mm: number,
+  size: Size = "fine",
 ) {
   return {
     camera: {
@@ -52,8 +54,8 @@ export function sceneOf(
     },
     film: { ...film, exposure: Number(film.exposure.toFixed(3)) },
     integrator: { type: INTEGRATORS[view.method], samples_per_pixel: 64, max_bounces: 8 },
-    light_field: { step_mm },
-    material: { [MATERIAL]: material },
+    light_field: { nodes: NODES[size] },
+    material: { [MATERIAL]: { type: "snow", ...snow } },
     light: view.sky === undefined ? view.lamps.map((lamp) => ({ type: "point", ...lamp })) : [],
     ...(view.sky === undefined ? {} : { sky: skyTable(view.sky) }),
     object: [{ ...object, material: MATERIAL }],
@@ -61,7 +63,7 @@ export function sceneOf(
 }
 
 /** A scene for the light field alone, which does not depend on the camera or the lights. */
-export function fieldScene({ object }: Surface, material: SnowMaterial, step_mm: number): string {
+export function fieldScene({ object }: Surface, snow: Snow, size: Size): string {
   const view: View = {
     shape: "own",
     lamps: [{ position: [0, 0, 5], illuminant: "D65", radiant_intensity_w_sr: 1 }],
@@ -70,9 +72,7 @@ export function fieldScene({ object }: Surface, material: SnowMaterial, step_mm:
     exposure: 0,
     camera: { azimuth_deg: 0, elevation_deg: 0, distance_m: 5 },
   };
-  return JSON.stringify(
-    sceneOf({ object, target: [0, 0, 0] }, material, view, { width: 64, height: 64, exposure: 0 }, step_mm),
-  );
+  return JSON.stringify(sceneOf({ object, target: [0, 0, 0] }, snow, view, { width: 64, height: 64, exposure: 0 }, size));
 }
 
 type Table = Record<string, unknown>;

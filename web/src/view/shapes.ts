@@ -19,8 +19,6 @@ export interface Body extends Surface {
   coarse?: Surface;
   /** What the camera looks at, in m. */
   target: [number, number, number];
-  /** Area of the surface, in m². */
-  area: number;
 }
 
 /** Sizes of the cells of light fields. */
@@ -52,12 +50,10 @@ const MAKERS: Record<Exclude<Shape, "own">, () => Body> = {
   block: () => ({
     object: { shape: "box", size: [0.4, 0.28, 0.4], position: [0, 0, 0.2] },
     target: [0, 0, 0.19],
-    area: 0.768,
   }),
   ball: () => ({
     object: { shape: "sphere", radius: 0.19, position: [0, 0, 0.19] },
     target: [0, 0, 0.19],
-    area: 0.454,
   }),
   igloo: () => ({
     ...meshBody("igloo-wall", wall(10, 11), [0, 0.02, 0.21]),
@@ -67,7 +63,6 @@ const MAKERS: Record<Exclude<Shape, "own">, () => Body> = {
     object: drift(44),
     coarse: { object: drift(26) },
     target: [0, 0, 0.06],
-    area: 2.4,
   }),
   sculpture: () => ({
     ...meshBody("sculpture", sculpture(36, 48), [0, 0, 0.27]),
@@ -77,24 +72,12 @@ const MAKERS: Record<Exclude<Shape, "own">, () => Body> = {
 
 /** The snow of a mesh. */
 export function meshBody(name: string, triangles: Triangles, target: [number, number, number]): Body {
-  return { ...meshSurface(name, triangles), target, area: areaOf(triangles) };
+  return { ...meshSurface(name, triangles), target };
 }
 
 function meshSurface(name: string, triangles: Triangles): Surface {
-  const file = `${name}.ply`;
+  const file = `${name}.obj`;
   return { object: { mesh: file, up: "z", smooth: true }, mesh: { name: file, triangles } };
-}
-
-function areaOf({ positions, triangles }: Triangles): number {
-  let area = 0;
-  for (let at = 0; at < triangles.length; at += 3) {
-    const [a, b, c] = [0, 1, 2].map((corner) => 3 * triangles[at + corner]!) as [number, number, number];
-    const side = (from: number, to: number, axis: number) => positions[to + axis]! - positions[from + axis]!;
-    const [ux, uy, uz] = [side(a, b, 0), side(a, b, 1), side(a, b, 2)];
-    const [vx, vy, vz] = [side(a, c, 0), side(a, c, 1), side(a, c, 2)];
-    area += 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
-  }
-  return area;
 }
 
 /** Where the lamp of a shape is at first, and azimuth, elevation and distance of its camera. */

@@ -1,22 +1,13 @@
-/** Skies: their ranges and defaults, what scene files say of them, and where the sun is. */
+/** Skies: what scene files say of them, and where the sun is. */
 
 import type { Range } from "../native";
 import type { Sky, Vector } from "../state";
 
-export const ELEVATION: Range = { least: 0, greatest: 90, default: 18, unit: "°" };
 /** From north by way of east. */
 export const AZIMUTH: Range = { least: 0, greatest: 360, default: 10, unit: "°" };
-export const TURBIDITY: Range = { least: 1, greatest: 10, default: 2.5, unit: "" };
 
 /** Reflectance of the land around, which brightens a clear sky: snow with some trees and rocks. */
 const GROUND_ALBEDO = 0.8;
-
-export function defaultSky(type: Sky["type"]): Sky {
-  const elevation_deg = ELEVATION.default;
-  return type === "overcast"
-    ? { type, elevation_deg }
-    : { type, elevation_deg, azimuth_deg: AZIMUTH.default, turbidity: TURBIDITY.default };
-}
 
 /** The table `[sky]` of a scene file. The backdrop stays that of the page. */
 export function skyTable(sky: Sky) {

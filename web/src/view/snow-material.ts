@@ -16,7 +16,7 @@ import {
   ShaderMaterial,
   Vector3,
 } from "three";
-import { GAMUT_GLSL } from "./gamut";
+import DISPLAY_GLSL from "virtual:display-shader";
 import { DOME_DIRECTIONS, type Light } from "./lights";
 import { TABLE_SIZE } from "./table-size";
 
@@ -182,7 +182,7 @@ in vec4 visibility;
 out vec4 colour;
 
 const float PI = 3.14159265358979;
-${GAMUT_GLSL}
+${DISPLAY_GLSL}
 ${REFLECTION_GLSL}
 // Light of a lamp or the sun that the surface reflects after few scatterings. The direction to the sun has length 1.
 vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 towards, vec3 intensity, float visible) {
@@ -191,10 +191,6 @@ vec3 reflected(vec3 normal, vec3 to_eye, float mu, vec3 towards, vec3 intensity,
   float mu0 = dot(normal, to_light);
   if (mu0 <= 0.0) return vec3(0.0);
   return r0(to_eye, mu, to_light, mu0) * visible * mu0 / square * intensity;
-}
-
-float transfer(float linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1.0 / 2.4) - 0.055;
 }
 
 void main() {
@@ -206,11 +202,6 @@ void main() {
   ${each(lights, (light, type) => (type === "dome" ? "" :
     `radiance +=
       reflected(normal, to_eye, mu, ${TOWARDS[type](light)}, intensities[${light}], visibility[${light}]);`))}
-  if (is_linear) {
-    colour = vec4(radiance, 1.0);
-  } else {
-    vec3 shown = displayable(exposure * radiance);
-    colour = vec4(transfer(shown.r), transfer(shown.g), transfer(shown.b), 1.0);
-  }
+  colour = vec4(is_linear ? radiance : display(exposure * radiance), 1.0);
 }`;
 }

@@ -2,20 +2,16 @@
 
 import type { Snow } from "../native";
 import type { Lamp, Method, Shape, View } from "../state";
-import { automaticStops } from "./exposure";
-import { bakedGlb } from "./bake";
 import { FieldClient } from "./field-client";
 import { LampHandles } from "./lamps";
 import { lightsOf, wantedOf } from "./lights";
-import type { LitBody } from "./lit-body";
 import { Orbit } from "./orbit";
 import { readMesh } from "./own-mesh";
 import { PictureView } from "./picture-view";
 import { fieldScene, type Film, sceneOf, toToml } from "./scene";
+import { fileOf } from "./scene-files";
 import { body as bodyOf, type Body, defaults, meshBody, namedMesh, type Size, surfaceOf } from "./shapes";
-import { isEmbedded, materialOf, type SnowMaterial, tableCommand } from "./snow";
 import { SnowCanvas } from "./snow-canvas";
-import { fineEdge, stepOf } from "./step";
 import { STYLE } from "./style";
 
 export interface ViewerEvents {
@@ -65,15 +61,11 @@ export class Viewer {
   private readonly handles: LampHandles | undefined;
   private readonly observer: ResizeObserver;
   private snow: Snow = {};
-  private material: SnowMaterial = materialOf({}).material;
   private view: View | undefined;
   private own: Body | undefined;
   /** What was shown before the visitor's mesh. */
   private beforeOwn: View | undefined;
   private stops = 0;
-  /** What the automatic exposure was computed from. */
-  private exposed: unknown[] = [];
-  private notice: string | undefined;
   private waiting: { resolve(): void; reject(reason: Error): void }[] = [];
   /** How the visitor's mesh was scaled, and whether it has been lit. */
   private ownNotice = "";
@@ -141,7 +133,9 @@ export class Viewer {
   /** The light field on the snow, for other programs. Rejects if it cannot be computed. */
   async exportGlb(): Promise<Blob> {
     await this.whenFine();
-    return bakedGlb(this.field.best!, this.view!, 2 ** this.stops);
+    const [body, view] = [this.body!, this.view!];
+    const scene = JSON.stringify(this.pictureScene(body, view, FILE_PIXELS));
+    return fileOf({ scene, mesh: namedMesh(body) });
   }
 
   /** The view as it is shown. */
@@ -160,30 +154,20 @@ export class Viewer {
     });
   }
 
-  /** The scene file that `snowblue render` takes, with comments that say what else it needs. */
+  /** The scene file that `snowblue render` takes, with a comment that says what else it needs. */
   sceneToml(): string {
     const [view, body] = [this.view, this.body];
     if (view === undefined || body === undefined) throw new Error("There is no snow.");
     const comments: string[] = [];
     if (body.mesh !== undefined) comments.push(`Needs ${body.mesh.name} in the same folder.`);
-    if (isEmbedded(this.material)) {
-      comments.push("snowblue render scene.toml -o scene.png");
-    } else {
-      comments.push(
-        "The embedded table does not hold this snow; compute its table first.",
-        tableCommand(this.material, "snow.nc"),
-        "snowblue render scene.toml --database snow.nc -o scene.png",
-      );
-    }
+    comments.push("snowblue render scene.toml -o scene.png");
     return toToml(this.pictureScene(body, view, FILE_PIXELS), comments);
   }
 
-  /** The mesh that the scene file needs, as PLY, if it needs one. */
+  /** The mesh that the scene file needs, as OBJ, if it needs one. */
   async sceneMesh(): Promise<{ name: string; file: Blob } | undefined> {
-    const mesh = this.body?.mesh;
-    if (mesh === undefined) return undefined;
-    const { writePly } = await import("./ply");
-    return { name: mesh.name, file: writePly(mesh.triangles) };
+    const mesh = this.body === undefined ? undefined : namedMesh(this.body);
+    return mesh === undefined ? undefined : { name: mesh.name, file: await fileOf({ scene: undefined, mesh }) };
   }
 
   dispose(): void {
@@ -237,8 +221,6 @@ export class Viewer {
 
   private apply(view: View, snow: Snow): void {
     [this.view, this.snow] = [view, snow];
-    const { material, notice } = materialOf(snow);
-    [this.material, this.notice] = [material, notice];
     const body = this.body;
     if (this.canvas === undefined) return;
     if (body === undefined) this.events.status("Choose a PLY or GLB file of a closed mesh, or drop it here.");
@@ -253,8 +235,8 @@ export class Viewer {
     this.field.ask({
       body,
       scenes: { coarse, fine },
-      fine_edge_mm: fineEdge(body, this.material),
       lights: lightsOf(view),
+      strengths: wantedOf(view).map(({ strength }) => strength),
     });
     if (!this.field.isFine) this.events.status("The light in the snow is being computed.");
   }
@@ -272,7 +254,6 @@ export class Viewer {
           ? `${calls} draw calls, one texture fetch for each lamp in each pixel.`
           : "The sky is that of the scene file; below the horizon it is dark.",
         "Squares on the ground measure 10 cm.",
-        this.notice ?? "",
         this.view?.shape === "own" ? this.ownNotice : "",
       ].join(" ").trim(),
     );
@@ -283,18 +264,9 @@ export class Viewer {
     const view = this.view;
     const lit = this.body === undefined ? undefined : this.field.best;
     if (view === undefined || this.canvas === undefined) return;
-    if (view.exposure !== "auto") [this.stops, this.exposed] = [view.exposure, []];
-    else if (lit !== undefined) this.expose(lit, lit.strengths(wantedOf(view)));
+    this.stops = view.exposure === "auto" ? (lit?.stops ?? this.stops) : view.exposure;
     this.canvas.show(lit, view, 2 ** this.stops);
     this.trace(view);
-  }
-
-  /** Sets the automatic exposure, which looks at all vertices, if the light has changed. */
-  private expose(lit: LitBody, strengths: number[]): void {
-    const light = [lit, ...lit.lights, ...strengths];
-    if (light.length === this.exposed.length && light.every((one, place) => one === this.exposed[place])) return;
-    this.exposed = light;
-    this.stops = automaticStops(lit, strengths) ?? this.stops;
   }
 
   /** Traces the picture beside the light field, once that is fine: automatic exposure is by the fine field. */
@@ -318,11 +290,11 @@ export class Viewer {
   }
 
   private fieldScene(body: Body, size: Size): string {
-    return fieldScene(surfaceOf(body, size), this.material, stepOf(body, this.material, size));
+    return fieldScene(surfaceOf(body, size), this.snow, size);
   }
 
   private pictureScene(body: Body, view: View, longest: number): ReturnType<typeof sceneOf> {
-    return sceneOf(body, this.material, view, this.film(longest), stepOf(body, this.material, "fine"));
+    return sceneOf(body, this.snow, view, this.film(longest));
   }
 
   private film(longest: number): Film {
@@ -349,7 +321,7 @@ export class Viewer {
   private refused(text: string): void {
     this.fail(text);
     if (this.view?.shape !== "own" || this.own === undefined || this.isOwnLit) return;
-    const name = this.own.mesh!.name.replace(/\.ply$/, "");
+    const name = this.own.mesh!.name.replace(/\.obj$/, "");
     this.own = undefined;
     if (this.beforeOwn !== undefined) this.change(this.beforeOwn, this.snow);
     const defect = /it has (.+?), but/.exec(text)?.[1];

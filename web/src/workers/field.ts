@@ -39,8 +39,12 @@ async function work(): Promise<void> {
     try {
       const lit = prepare(request);
       const place = request.lights.findIndex((wanted, place) => lit.lights[place] !== wanted);
-      if (place >= 0) await solve(lit, request, place);
-      else if (newest === request) newest = undefined;
+      if (place >= 0) {
+        await solve(lit, request, place);
+      } else {
+        post({ kind: "exposure", bodyKey: request.bodyKey, stops: stopsOf(lit, request) });
+        if (newest === request) newest = undefined;
+      }
     } catch (error) {
       if (newest === request) newest = undefined;
       post({ kind: "error", version: request.version, text: error instanceof Error ? error.message : String(error) });
@@ -52,7 +56,7 @@ async function work(): Promise<void> {
 }
 
 /** The body of a request, made anew if it is another one. */
-function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRequest): Body {
+function prepare({ version, bodyKey, scene, mesh, grain_rays, cells_per_edge }: FieldRequest): Body {
   if (body?.key === bodyKey) return body;
   const before = body;
   body = undefined;
@@ -60,7 +64,7 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRe
   const meshes = new Files();
   try {
     if (mesh !== undefined) meshes.add_mesh(mesh.name, mesh.positions, mesh.triangles);
-    const field = new LightField(scene, meshes, grain_rays, edge_mm);
+    const field = new LightField(scene, meshes, grain_rays, cells_per_edge);
     body = { key: bodyKey, field, lights: [] };
     const objects: SurfaceGeometry[] = range(field.object_count()).map((object) => ({
       positions: field.positions(object),
@@ -77,37 +81,38 @@ function prepare({ version, bodyKey, scene, mesh, grain_rays, edge_mm }: FieldRe
   }
 }
 
-async function solve({ field, lights }: Body, { version, bodyKey, lights: wanted }: FieldRequest, place: number) {
-  const json = wanted[place]!;
+async function solve(body: Body, request: FieldRequest, place: number) {
+  const { field, lights } = body;
+  const { version, bodyKey } = request;
+  const json = request.lights[place]!;
   const light = JSON.parse(json) as Light;
   files ??= new Files();
   if (light.type !== "point" && light.sky.type === "clear") await addCoefficients(files);
   const start = performance.now();
-  if (light.type === "point") field.light(json);
-  else field.light_sky(JSON.stringify(light.sky), light.type === "sun", files);
+  if (light.type === "point") field.light(place, json);
+  else field.light_sky(place, JSON.stringify(light.sky), light.type === "sun", files);
   lights[place] = json;
   const objects: LightOnObject[] = range(field.object_count()).map((object) => ({
-    flux: interleaved(field.flux(object), field.visibility(object)),
+    flux: field.flux_and_visibility(object),
     irradiance: field.diffuse_irradiance(object),
     sky: field.sky_irradiance(object),
   }));
   const [red, green, blue] = field.strength_rgb() as unknown as [number, number, number];
   const dome = light.type === "dome" ? field.sky_radiance(DOME_DIRECTIONS) : new Float32Array();
-  const milliseconds = performance.now() - start;
+  const [milliseconds, stops] = [performance.now() - start, stopsOf(body, request)];
   post(
-    { kind: "light", version, bodyKey, light: place, json, objects, rgb: [red, green, blue], dome, milliseconds },
+    {
+      kind: "light", version, bodyKey, light: place, json, objects, rgb: [red, green, blue], dome, milliseconds, stops,
+    },
     objects.flatMap((one) => [one.flux.buffer, one.irradiance.buffer, one.sky.buffer]),
   );
 }
 
-/** J and V of each vertex. */
-function interleaved(flux: Float32Array, visibility: Float32Array): Float32Array {
-  const both = new Float32Array(4 * visibility.length);
-  visibility.forEach((visible, vertex) => {
-    both.set(flux.subarray(3 * vertex, 3 * vertex + 3), 4 * vertex);
-    both[4 * vertex + 3] = visible;
-  });
-  return both;
+/** The automatic exposure; a light is dark until there is a solution for one of its type. */
+function stopsOf({ field, lights }: Body, { lights: wanted, strengths }: FieldRequest): number | undefined {
+  const type = (json: string | undefined) => (json === undefined ? undefined : (JSON.parse(json) as Light).type);
+  const factors = strengths.map((strength, place) => (type(lights[place]) === type(wanted[place]) ? strength : 0));
+  return field.exposure_stops(Float64Array.from(factors));
 }
 
 function range(count: number): number[] {

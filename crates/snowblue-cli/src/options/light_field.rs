@@ -31,6 +31,8 @@ impl LightFieldOptions {
     /// Overrides the settings of a scene.
     pub(crate) fn override_values(self, settings: &mut LightFieldSettings) {
         settings.memory_mib = self.field_memory_mib.unwrap_or(settings.memory_mib);
-        settings.step_mm = self.field_step_mm.or(settings.step_mm);
+        if self.field_step_mm.is_some() {
+            (settings.step_mm, settings.nodes) = (self.field_step_mm, None);
+        }
     }
 }

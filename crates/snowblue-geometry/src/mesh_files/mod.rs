@@ -11,6 +11,8 @@ use snowblue_base::files::{FileError, FileSource, FilesIn, NamedFile, check_form
 use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
+pub use obj::obj_text;
+
 /// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
 ///
 /// `part` selects a part by name: an object or group of an OBJ file, or a node or mesh of a glTF with its descendants.

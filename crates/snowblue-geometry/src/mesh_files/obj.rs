@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::fmt::Write;
 
 use glam::{Vec2, Vec3};
 use snowblue_base::files::{FileError, NamedFile};
@@ -29,6 +30,21 @@ pub(super) fn read(file: &NamedFile, part: Option<&str>) -> Result<TriangleMesh,
         }),
         _ => Ok(parser.finish()),
     }
+}
+
+/// The positions and triangles of a mesh as a file.
+#[must_use]
+pub fn obj_text(mesh: &TriangleMesh) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    for Vec3 { x, y, z } in &mesh.positions {
+        let _ = writeln!(text, "v {x} {y} {z}");
+    }
+    for triangle in &mesh.indices {
+        let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
+        let _ = writeln!(text, "f {a} {b} {c}");
+    }
+    text
 }
 
 /// The state of the parser.

@@ -37,14 +37,28 @@ const CHUNK_HEADER: usize = 8;
 ///
 /// When the scene is baked as spectra, which a GLB cannot hold.
 pub fn write_glb(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Result<(), RenderError> {
-    assert_eq!(baked.channels.count(), 3, "a GLB holds linear sRGB");
+    let parts = Parts::new(baked, provenance);
     let written = write_atomically(path, |file| {
         let mut writer = BufWriter::new(file);
-        let parts = Parts::new(baked, provenance);
         parts.write(&mut writer)?;
         writer.flush()
     });
     written.map_err(|source| RenderError::WriteMesh { path: path.into(), source })
+}
+
+/// The bytes of the file that [`write_glb`] writes.
+///
+/// # Errors
+///
+/// When a GLB cannot hold so many.
+///
+/// # Panics
+///
+/// When the scene is baked as spectra, which a GLB cannot hold.
+pub fn glb_bytes(baked: &BakedScene, provenance: &Provenance) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    Parts::new(baked, provenance).write(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The JSON and the binary chunk of a file.
@@ -58,6 +72,7 @@ struct Parts {
 
 impl Parts {
     fn new(baked: &BakedScene, provenance: &Provenance) -> Self {
+        assert_eq!(baked.channels.count(), 3, "a GLB holds linear sRGB");
         let names = attributes(baked, |lamp| format!("_LAMP_{lamp}"), "_SKY");
         let preview = Preview::of(baked);
         let mut parts = Self::default();

@@ -16,6 +16,7 @@ mod escape_polynomial;
 mod glb;
 mod lamps;
 mod metadata;
+mod metering;
 mod ply;
 mod relighting;
 mod subdivision;
@@ -35,7 +36,7 @@ use snowblue_transport::ordinates::HalfSpace;
 use crate::film::exposure::Exposure;
 use crate::film::sensor::Sensor;
 use crate::integrators::Integrator;
-use crate::light_field::LightField;
+use crate::light_field::{BodyField, LightField};
 use crate::scene::Scene;
 use crate::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
@@ -46,10 +47,11 @@ use surface_mesh::SurfaceMesh;
 use vertices::Vertices;
 
 pub use escape_polynomial::EscapePolynomial;
-pub use glb::write_glb;
+pub use glb::{glb_bytes, write_glb};
 pub use lamps::Lamp;
+pub use metering::WeightedLight;
 pub use ply::write_ply;
-pub use relighting::{LitSurface, Relighting};
+pub use relighting::{LitSnow, LitSurface, Relighting};
 
 /// Greatest length of an edge of a baked mesh.
 pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
@@ -202,7 +204,8 @@ pub fn bake(
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
     progress(1, lamps.len() + 1);
     let numbers = options.channels.count() * (lamps.len() + 1);
-    let mut surfaces = surfaces(scene, field, options, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
+    let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
+    let mut surfaces = surfaces(scene, field, step_m, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
     let mut sky: Vec<Vec<f32>> =
         surfaces.iter().map(|surface| surface.flux(field, options.channels, &scene.sensor)).collect();
     for surface in &mut surfaces {
@@ -244,17 +247,17 @@ struct Surface {
     baked: BakedObject,
 }
 
-/// The surfaces of all snow.
+/// The surfaces of all snow, with edges of at most a length in m that depends on the body.
 fn surfaces(
     scene: &Scene,
     field: &LightField,
-    options: BakeOptions,
+    step_m: impl Fn(&BodyField) -> f64,
     most_vertices: usize,
 ) -> Result<Vec<Surface>, BakeError> {
     let (mut surfaces, mut count) = (Vec::new(), 0);
     for (number, object) in scene.objects.list().iter().enumerate() {
         let (Some(body), Some(mut mesh)) = (field.of_object(number), SurfaceMesh::of(&object.shape)) else { continue };
-        let step_m = options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
+        let step_m = step_m(body);
         let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
         let edge_m = narrow(step_m).min(mesh.longest_edge_m());
         if !subdivide(&mut mesh, edge_m, most_vertices.saturating_sub(count)) {

@@ -12,8 +12,7 @@ use snowblue_base::files::FileSource;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::SurfacePoint;
 
-use super::{BakeError, BakedObject, MOST_VERTICES, Surface, rgb, surfaces};
-use crate::bake::BakeOptions;
+use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::error::RenderError;
 use crate::integrators::Integrator;
 use crate::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
@@ -32,10 +31,21 @@ const SKY_SAMPLES: u32 = 64;
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
 pub struct Relighting {
-    scene: Scene,
+    pub(super) scene: Scene,
     /// That of the last light; it is taken and put back when it is solved for again.
     field: Option<LightField>,
-    surfaces: Vec<Surface>,
+    pub(super) surfaces: Vec<Surface>,
+}
+
+/// The snow under one light.
+#[derive(Debug)]
+pub struct LitSnow {
+    pub(super) light: Arc<Light>,
+    /// The strength of the light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that
+    /// faces a distant light or the sun. Other lights have the radiance that reaches a place; here they have none.
+    pub strength: LinearRgb,
+    /// Each object of snow.
+    pub surfaces: Vec<LitSurface>,
 }
 
 /// A light on an object of snow, at each vertex. The surface sends out the radiance
@@ -54,16 +64,17 @@ pub struct LitSurface {
 }
 
 impl Relighting {
-    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most `step_m`, or of
-    /// twice the cells of the light field.
+    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most so many cells of the
+    /// light field, by default two.
     ///
     /// # Errors
     ///
     /// When there is no snow, the integrator has no light field, or there would be too many vertices.
-    pub fn new(integrator: Integrator, step_m: Option<f64>) -> Result<Self, BakeError> {
+    pub fn new(integrator: Integrator, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
         let (scene, field) = integrator.into_light_field();
         let field = field.ok_or(BakeError::NoField)?;
-        let surfaces = surfaces(&scene, &field, BakeOptions { step_m, ..BakeOptions::default() }, MOST_VERTICES)?;
+        let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
+        let surfaces = surfaces(&scene, &field, |body| cells * body.step_m(), MOST_VERTICES)?;
         Ok(Self { scene, field: Some(field), surfaces })
     }
 
@@ -89,9 +100,7 @@ impl Relighting {
         description.lights_over(&self.scene.materials, files)
     }
 
-    /// The strength of a light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that faces
-    /// a distant light or the sun. Other lights have the radiance that reaches a place; here they have none.
-    pub fn strength(&self, light: &Light) -> LinearRgb {
+    fn strength(&self, light: &Light) -> LinearRgb {
         let strength = match light {
             Light::Point(point) => point.intensity,
             Light::Directional(distant) => distant.irradiance,
@@ -108,8 +117,13 @@ impl Relighting {
         rgb(&sky.power(&LightOrigin::Distant(direction)), &self.scene.sensor)
     }
 
-    /// Solves for the light of a lamp or a sky without any other, and returns it for each object.
-    pub fn light(&mut self, light: &Arc<Light>) -> Vec<LitSurface> {
+    /// Solves for the light of a lamp or a sky without any other.
+    pub fn light(&mut self, light: &Arc<Light>) -> LitSnow {
+        let (light, strength) = (Arc::clone(light), self.strength(light));
+        LitSnow { surfaces: self.lit(&light), strength, light }
+    }
+
+    fn lit(&mut self, light: &Arc<Light>) -> Vec<LitSurface> {
         let Self { scene, surfaces, .. } = self;
         let is_snow = |object: &Object| scene.materials[object.material].is_snow();
         let position = light.central_sample().and_then(|sample| sample.origin.position());

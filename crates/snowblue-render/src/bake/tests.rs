@@ -324,6 +324,11 @@ fn what_cannot_be_baked_is_named() {
     assert!(error(&without, BakeOptions::default()).contains("no light field"));
 }
 
+/// A length in cells of the light field of the first object.
+fn cells_of(integrator: &Integrator, length_m: f64) -> Option<f64> {
+    Some(length_m / integrator.light_field()?.of_object(0)?.step_m())
+}
+
 /// A lamp that moved gives the light of a scene that was built with it, whatever lamp there was before.
 #[test]
 fn relighting_forgets_the_last_lamp() {
@@ -337,9 +342,10 @@ fn relighting_forgets_the_last_lamp() {
     let lamps = [&behind, &inside].map(|integrator| Arc::clone(&integrator.scene().lights()[0]));
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
     let fresh = [&behind, &inside].map(|integrator| bake(integrator, options, &|_, _| {}).unwrap());
-    let mut relighting = Relighting::new(behind, Some(0.02)).unwrap();
+    let cells = cells_of(&behind, 0.02);
+    let mut relighting = Relighting::new(behind, cells).unwrap();
     for number in [1, 0, 1] {
-        let lit = relighting.light(&lamps[number]);
+        let lit = relighting.light(&lamps[number]).surfaces;
         assert_eq!(lit.len(), 2);
         let values = |object: &BakedObject| object.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
         let greatest = fresh[number].objects.iter().map(values).fold(0.0, f64::max);
@@ -363,9 +369,9 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
     let Light::Point(lamp) = &*light else { panic!("{light:?}") };
     let options = BakeOptions { step_m: Some(0.01), is_total: true, ..BakeOptions::default() };
     let baked = bake(&integrator, options, &|_, _| {}).unwrap();
-    let mut relighting = Relighting::new(integrator, Some(0.01)).unwrap();
-    let lit = relighting.light(&light).remove(0);
-    let intensity = relighting.strength(&light).g;
+    let cells = cells_of(&integrator, 0.01);
+    let LitSnow { mut surfaces, strength, .. } = Relighting::new(integrator, cells).unwrap().light(&light);
+    let (lit, intensity) = (surfaces.remove(0), strength.g);
     let object = &baked.objects[0];
     let (mut hidden, mut seen) = (0, 0);
     for vertex in 0..object.positions.len() {
@@ -394,11 +400,12 @@ fn under_sky(sky: &str) -> (BakedObject, Vec<(Arc<Light>, LinearRgb, LitSurface)
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
     let baked = bake(&integrator, options, &|_, _| {}).unwrap().objects.remove(0);
     let description = integrator.scene().description().sky.clone().unwrap();
-    let mut relighting = Relighting::new(integrator, Some(0.02)).unwrap();
+    let cells = cells_of(&integrator, 0.02);
+    let mut relighting = Relighting::new(integrator, cells).unwrap();
     let lights = relighting.sky(description, &FilesInMemory::default()).unwrap();
     let lit = |light: Arc<Light>| {
-        let (strength, surface) = (relighting.strength(&light), relighting.light(&light).remove(0));
-        (light, strength, surface)
+        let LitSnow { strength, mut surfaces, .. } = relighting.light(&light);
+        (light, strength, surfaces.remove(0))
     };
     (baked, lights.into_iter().map(lit).collect())
 }
@@ -452,4 +459,32 @@ fn a_wall_receives_its_share_of_an_overcast_sky() {
     let share = (PI / 4.0 + 2.0 / 3.0) * 2.0 / (7.0 * PI / 3.0);
     assert!((wall / top / share - 1.0).abs() < 0.02, "{wall} {top} {share}");
     assert!(mean(&|normal| normal.z < -0.5) < 1e-3 * top);
+}
+
+/// Behind a block, nine of ten vertices of the dark faces stay below 2.8 times the brightest of a display; with a lamp
+/// inside, all but one in fifty stay below its brightest. The factor follows the strength of the lamps.
+#[test]
+fn the_exposure_fits_the_light_through_the_snow() {
+    let inside = OTHER_LAMP.replace("[0.4, 0.1, 0.3]", "[0.05, 0.01, 0.02]");
+    for (lamp, of_fifty, level) in [(LAMP_BEHIND, 45, 2.8), (&inside, 49, 0.95)] {
+        let integrator = coarse(&format!("{lamp}{BLOCK}"), 0);
+        let light = Arc::clone(&integrator.scene().lights()[0]);
+        let mut relighting = Relighting::new(integrator, None).unwrap();
+        let snow = relighting.light(&light);
+        let factor = |factor| relighting.exposure_factor(&[WeightedLight { snow: &snow, factor }]);
+        let shown = factor(1.0).unwrap();
+        assert!((factor(4.0).unwrap() / (0.25 * shown) - 1.0).abs() < 1e-9);
+        assert!(factor(0.0).is_none() && relighting.exposure_factor(&[]).is_none());
+        let escape = relighting.objects().next().unwrap().snow.escape.at(0.8);
+        let mut blue: Vec<f64> = snow.surfaces[0]
+            .flux
+            .iter()
+            .filter(|flux| flux.luminance() > 0.0)
+            .map(|flux| flux.b * escape / PI)
+            .collect();
+        blue.sort_by(f64::total_cmp);
+        // Blue is the brightest channel of light through snow, if that is not outside of sRGB.
+        let quantile = blue[blue.len() * of_fifty / 50];
+        assert!((shown * quantile / level - 1.0).abs() < 0.1, "{lamp}: {}", shown * quantile);
+    }
 }

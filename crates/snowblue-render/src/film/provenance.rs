@@ -65,10 +65,14 @@ impl Provenance {
         }
         entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm, grain_rays } = scene.light_field;
+            let LightFieldSettings { memory_mib, step_mm, nodes, grain_rays } = scene.light_field;
             entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
-            entries
-                .push(("cells of the light field", step_mm.map_or("chosen".to_owned(), |step| format!("{step} mm"))));
+            let cells = match (step_mm, nodes) {
+                (Some(step_mm), _) => format!("{step_mm} mm"),
+                (None, Some(nodes)) => format!("for {nodes} nodes"),
+                (None, None) => "chosen".to_owned(),
+            };
+            entries.push(("cells of the light field", cells));
         }
         if !files.is_empty() {
             entries.push((FILES, serde_json::json!(files.keys().collect::<Vec<_>>()).to_string()));

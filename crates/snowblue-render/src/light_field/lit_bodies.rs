@@ -17,6 +17,7 @@ use super::illumination::{Illumination, LampInSnow};
 use super::snowpack::Snowpack;
 use super::solid::Solid;
 use super::surface_light::{EnteringLight, NOISE, entering_light};
+use crate::scene::integrator::LightFieldSettings;
 use crate::spectrum::Spectrum;
 
 /// Most reflections of light between pieces of snow that are computed.
@@ -161,13 +162,15 @@ impl<'a> PreparedBody<'a> {
         let shortest_m = snow.least_transport_length_m();
         let memory_mib = u64::from(scene.settings.memory_mib);
         let refusal = |error: FieldError| error.to_string();
-        let step_mm = scene.settings.step_mm;
-        let viewer = scene.viewer.filter(|_| step_mm.is_none() && survey.is_wide(shortest_m, groups, memory_mib));
+        let LightFieldSettings { step_mm, nodes: wanted_nodes, .. } = scene.settings;
+        let is_chosen = step_mm.is_none() && wanted_nodes.is_none();
+        let viewer = scene.viewer.filter(|_| is_chosen && survey.is_wide(shortest_m, groups, memory_mib));
         let viewer_sizes = viewer.map(|viewer| viewer.sizes());
-        let step_m = match step_mm {
-            Some(step_mm) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
-            None if viewer.is_some() => Ok(survey.finest_step_m(shortest_m)),
-            None => survey.choose_step_m(shortest_m, groups, memory_mib),
+        let step_m = match (step_mm, wanted_nodes) {
+            (Some(step_mm), _) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
+            (None, Some(nodes)) => survey.step_of_nodes_m(nodes, shortest_m, groups, memory_mib),
+            (None, None) if viewer.is_some() => Ok(survey.finest_step_m(shortest_m)),
+            (None, None) => survey.choose_step_m(shortest_m, groups, memory_mib),
         };
         let step_m = step_m.map_err(refusal)?;
         let sizes = match &viewer_sizes {

@@ -77,10 +77,9 @@ fn lamps_move_over_layers() {
         )
     };
     let there = integrator(&text("[0.05, 0.3, 0.02]"));
-    let options = BakeOptions { step_m: Some(0.02), ..BakeOptions::default() };
-    let fresh = bake(&there, options, &|_, _| {}).unwrap();
-    let mut relighting = Relighting::new(integrator(&text("[-0.2, -0.4, 0.3]")), Some(0.02)).unwrap();
-    let lit = relighting.light(&there.scene().lights()[0]).remove(0);
+    let fresh = bake(&there, BakeOptions::default(), &|_, _| {}).unwrap();
+    let mut relighting = Relighting::new(integrator(&text("[-0.2, -0.4, 0.3]")), None).unwrap();
+    let lit = relighting.light(&there.scene().lights()[0]).surfaces.remove(0);
     let known = &fresh.objects[0].flux[0];
     let greatest = known.iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
     for (vertex, flux) in lit.flux.iter().enumerate() {

@@ -145,6 +145,9 @@ pub struct LightFieldSettings {
     /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
+    /// About how many nodes the grid of a body has, instead of a size of its cells; more if the snow needs smaller ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<u32>,
     /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
     #[serde(skip)]
     pub grain_rays: u32,
@@ -152,6 +155,6 @@ pub struct LightFieldSettings {
 
 impl Default for LightFieldSettings {
     fn default() -> Self {
-        Self { memory_mib: 1024, step_mm: None, grain_rays: GRAIN_RAYS }
+        Self { memory_mib: 1024, step_mm: None, nodes: None, grain_rays: GRAIN_RAYS }
     }
 }

@@ -78,6 +78,18 @@ impl Substance {
         }
     }
 
+    /// What it is, in a sentence.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::BlackCarbon => "Uncoated soot; 10 ng/g absorb three times as much at 500 nm as the ice itself.",
+            Self::SaharanDust => "Desert dust of 1.0–2.5 µm with a central share of haematite.",
+            Self::ColoradoDust => "Dust of 1.0–2.5 µm from the San Juan Mountains; it mostly scatters.",
+            Self::BrownCarbon => "Carbon of smouldering fires, which absorbs mostly blue light.",
+            Self::SnowAlgae => "Red algae of 1 ng each, so that ng/g are cells per gram.",
+        }
+    }
+
     /// Source of its optical properties.
     #[must_use]
     pub fn source(self) -> &'static str {

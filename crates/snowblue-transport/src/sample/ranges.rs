@@ -103,7 +103,7 @@ pub const MASS_FRACTION: Parameter = Parameter {
     range: MASS_FRACTION_RANGE,
     default: 0.0,
     text: "Mass fraction of an impurity in dry snow",
-    effect: "Impurities absorb mostly blue light, which clean snow transmits best.",
+    effect: "Impurities absorb light that clean snow would transmit, blue most of all.",
     source: "Cook et al. 2020, doi:10.5194/tc-14-309-2020",
 };
 /// Temperature.

@@ -40,6 +40,8 @@ pub const FIELD_STEP_RANGE: ParameterRange =
     ParameterRange { quantity: "step of the light field", least: 0.01, greatest: 1000.0, unit: "mm" };
 /// Greatest memory of the light field of a body of snow, in MiB.
 pub const FIELD_MEMORY_MIB: RangeInclusive<u32> = 16..=1 << 20;
+/// Nodes of the light field of a body of snow.
+const FIELD_NODES: RangeInclusive<u32> = 100..=100_000_000;
 /// Pixels along a side of a film.
 pub const SIDE_PIXELS: RangeInclusive<u32> = 1..=16_384;
 /// Samples of a pixel.
@@ -196,9 +198,11 @@ fn check_integrator(path: &KeyPath, integrator: &IntegratorSettings) -> Checked 
 fn check_light_field(path: &KeyPath, light_field: &LightFieldSettings) -> Checked {
     let [least, greatest] = [FIELD_MEMORY_MIB.start(), FIELD_MEMORY_MIB.end()].map(|end| f64::from(*end));
     Range::new(least, greatest, "MiB").check(&path.key("memory_mib"), light_field.memory_mib.into())?;
-    match light_field.step_mm {
-        None => Ok(()),
-        Some(step_mm) => FIELD_STEP.check(&path.key("step_mm"), step_mm),
+    match (light_field.step_mm, light_field.nodes) {
+        (None, None) => Ok(()),
+        (Some(step_mm), None) => FIELD_STEP.check(&path.key("step_mm"), step_mm),
+        (None, Some(nodes)) => check_count(&path.key("nodes"), nodes, &FIELD_NODES),
+        (Some(_), Some(_)) => Err(path.key("nodes").error("has no effect, since `step_mm` sets the cells")),
     }
 }
 

@@ -1,17 +1,6 @@
-/**
- * Gamut mapping as of the PNG files of `snowblue render`, in GLSL: `displayable` gives the nearest colour with channels
- * from 0 to 1, the same luminance and nearly the same hue in Oklab. The crate `snowblue-color` explains it (gamut.rs).
- */
-export const GAMUT_GLSL = /* glsl */ `
-const vec3 PRIMARY_LUMINANCES = vec3(0.212639006, 0.715168679, 0.072192315);
-// Derivatives of the cone responses by the luminances of red, green and blue, in columns.
-const mat3 CONE_SLOPES = mat3(
-  1.938597623, 0.996541041, 0.415269342,
-  0.749938517, 0.951802799, 0.393919429,
-  0.712624185, 1.487650767, 8.726395585);
-const vec3 ROOTS_TO_A = vec3(1.9779984951, -2.4285922050, 0.4505937099);
-const vec3 ROOTS_TO_B = vec3(0.0259040371, 0.7827717662, -0.8086757660);
-const float HUE_WEIGHT = 4.0;
+// Gamut mapping into sRGB and its transfer function; src/gamut.rs explains the former. The constants above this line
+// are those of the crate. CONE_SLOPES has the derivatives of the cone responses by the luminances of red, green and
+// blue in columns.
 
 vec3 cone_roots(vec3 colour) {
   vec3 cones = CONE_SLOPES * colour;
@@ -79,7 +68,7 @@ vec3 displayable(vec3 colour) {
   vec2 hue = normalize(vec2(dot(ROOTS_TO_A, wanted), dot(ROOTS_TO_B, wanted)));
   vec3 chroma_weights = hue.x * ROOTS_TO_A + hue.y * ROOTS_TO_B;
   vec3 hue_weights = HUE_WEIGHT * (hue.x * ROOTS_TO_B - hue.y * ROOTS_TO_A);
-  for (int step = 0; step < 2; step++) {
+  for (int step = 0; step < STEPS; step++) {
     vec3 roots = cone_roots(mapped);
     vec3 root_slopes = 1.0 / (3.0 * roots * roots);
     vec3 chroma_slopes = (chroma_weights * root_slopes) * CONE_SLOPES;
@@ -91,4 +80,13 @@ vec3 displayable(vec3 colour) {
   }
   return clamp(mapped / PRIMARY_LUMINANCES * luminance, 0.0, 1.0);
 }
-`;
+
+float encode_srgb(float linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+// The colour of a display for linear sRGB.
+vec3 display(vec3 colour) {
+  vec3 shown = displayable(colour);
+  return vec3(encode_srgb(shown.r), encode_srgb(shown.g), encode_srgb(shown.b));
+}
