@@ -83,7 +83,7 @@ fn scene(folder: &tempfile::TempDir, mesh: &str) -> PathBuf {
     let path = folder.path().join("scene.toml");
     std::fs::write(folder.path().join("mesh.obj"), mesh).unwrap();
     let text = "[camera]\nposition = [0, -9, 0]\nlook_at = [0, 0, 0]\n\
-        [material.drift]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
+        [material.drift]\ntype = \"snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
         [[light]]\ntype = \"point\"\nposition = [0, -5, 0]\nradiant_intensity_w_sr = 10\n\
         [[object]]\nmesh = \"mesh.obj\"\nmaterial = \"drift\"\n";
     std::fs::write(&path, text).unwrap();

@@ -41,8 +41,8 @@ fn scenes_have_a_description_render_and_are_watertight() {
             None => light_field.memory_mib = 16,
         }
         // Built once for both: the meshes of the large scenes take seconds.
-        let scene = file.build(snowblue_data::embedded()).unwrap();
-        let film = render(&scene, &|_| {}).film;
+        let scene = file.build().unwrap();
+        let film = render(&scene).unwrap().film;
         assert!(film.pixels().iter().all(|xyz| xyz.y.is_finite()), "{name}");
         assert!(film.pixels().iter().any(|xyz| xyz.y > 0.0), "{name} is black");
         let objects = inspect(&scene);
@@ -65,7 +65,7 @@ fn impossible_igloos_and_drifts_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bad.toml");
     let head = "[camera]\nposition = [0, -9, 9]\nlook_at = [0, 0, 0]\n[environment]\nradiance_w_m2_sr = 1\n\
-                [material.snow]\ntype = \"pca_snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
+                [material.snow]\ntype = \"snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
                 [[object]]\nmaterial = \"snow\"\n";
     let cases = [
         ("shape = \"igloo\"\nwall = 3", &["wall", "3 m", "0.02"][..]),

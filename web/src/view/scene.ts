@@ -72,7 +72,8 @@ export function fieldScene({ object }: Surface, snow: Snow, size: Size): string 
     exposure: 0,
     camera: { azimuth_deg: 0, elevation_deg: 0, distance_m: 5 },
   };
-  return JSON.stringify(sceneOf({ object, target: [0, 0, 0] }, snow, view, { width: 64, height: 64, exposure: 0 }, size));
+  const film = { width: 64, height: 64, exposure: 0 };
+  return JSON.stringify(sceneOf({ object, target: [0, 0, 0] }, snow, view, film, size));
 }
 
 type Table = Record<string, unknown>;

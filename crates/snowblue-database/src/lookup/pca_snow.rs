@@ -104,8 +104,8 @@ impl PcaSnow {
         Ok((0..samples.len()).map(|number| Self::of_blend(&table, &Blend::one(number))).collect())
     }
 
-    /// The curves of any samples at some wavelengths, which can be mixed with each other: from a table if it holds all of
-    /// them, else solved for. Then the second value says why.
+    /// The curves of any samples at some wavelengths, which can be mixed with each other: from a table if it holds all
+    /// of them, else solved for. Then the second value says why.
     ///
     /// # Errors
     /// As those of [`solve`](Self::solve).

@@ -64,8 +64,8 @@ pub struct LitSurface {
 }
 
 impl Relighting {
-    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most so many cells of the
-    /// light field, by default two.
+    /// Divides the surface of the snow of an integrator's scene into triangles with edges of at most so many cells of
+    /// the light field, by default two.
     ///
     /// # Errors
     ///

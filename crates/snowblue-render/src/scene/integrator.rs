@@ -145,7 +145,8 @@ pub struct LightFieldSettings {
     /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_mm: Option<f64>,
-    /// About how many nodes the grid of a body has, instead of a size of its cells; more if the snow needs smaller ones.
+    /// About how many nodes the grid of a body has, instead of a size of its cells; more if the snow needs smaller
+    /// ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<u32>,
     /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
