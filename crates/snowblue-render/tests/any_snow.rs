@@ -30,7 +30,8 @@ fn backlit(name: &str, x_m: f64) -> String {
 }
 
 const LAMPS: &str = "[[light]]\ntype = \"directional\"\ndirection = [1, -1, 0]\nirradiance_w_m2 = 10\n\
-    illuminant = \"E\"\n[[light]]\ntype = \"directional\"\ndirection = [0, 1, 0]\nirradiance_w_m2 = 1\nilluminant = \"E\"\n";
+    illuminant = \"E\"\n[[light]]\ntype = \"directional\"\ndirection = [0, 1, 0]\n\
+    irradiance_w_m2 = 1\nilluminant = \"E\"\n";
 
 /// The front of a slab.
 fn front(integrator: &mut Integrator, x_m: f32) -> Spectrum {

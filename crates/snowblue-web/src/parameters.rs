@@ -88,9 +88,7 @@ pub fn kinds() -> String {
 #[wasm_bindgen]
 #[must_use]
 pub fn impurities() -> String {
-    let substance = |substance: &Substance| {
-        json!({ "name": substance.name(), "text": substance.text(), "source": substance.source() })
-    };
+    let substance = |substance: &Substance| json!({ "name": substance.name(), "text": substance.text(), "source": substance.source() });
     json!(Substance::ALL.iter().map(substance).collect::<Vec<_>>()).to_string()
 }
 
