@@ -88,8 +88,11 @@ pub fn kinds() -> String {
 #[wasm_bindgen]
 #[must_use]
 pub fn impurities() -> String {
-    let substance = |substance: &Substance| json!({ "name": substance.name(), "text": substance.text(), "source": substance.source() });
-    json!(Substance::ALL.iter().map(substance).collect::<Vec<_>>()).to_string()
+    let entry = |substance: &Substance| {
+        let (name, text, source) = (substance.name(), substance.text(), substance.source());
+        json!({ "name": name, "text": text, "source": source })
+    };
+    json!(Substance::ALL.iter().map(entry).collect::<Vec<_>>()).to_string()
 }
 
 /// Names, limits, defaults and texts of all parameters by their keys, a JSON object.
