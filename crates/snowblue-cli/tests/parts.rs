@@ -123,8 +123,7 @@ fn parts_merge_to_the_whole_picture() {
     stdout(&words(&moved));
     std::fs::rename(folder.path("moved.toml"), folder.path("scene.toml")).unwrap();
     let merged = folder.merge(&["moved.exr", "a.exr", "c.exr", "b.exr"], "merged.exr", &[]);
-    let has = |text: &[u8]| merged.windows(text.len()).any(|bytes| bytes == text);
-    assert!(!has(b"Scene: ") && has(b"Table: embedded"));
+    assert!(!merged.windows(7).any(|bytes| bytes == b"Scene: "));
     // A merged part can be merged again.
     folder.merge(&["b.exr", "d.exr", "c.exr"], "most.exr", &["--keep-sums"]);
     folder.merge(&["most.exr", "a.exr"], "merged.exr", &[]);

@@ -56,7 +56,7 @@ fn a_full_table_is_compressed_by_the_command_that_rendering_names() {
     stdout(&[&["database", "build", "--quiet", "--tally-rays", "1024", "-o", full], &snow[..]].concat());
     let picture = ["render", "--scene", "block_30cm", "--integrator", "pcasnow", "--width", "4", "--height", "4", "-o"];
     let render = [&picture[..], &["never.png", "--database", full]].concat();
-    assert_refused(&render, &["full.nc: is a full table, but rendering needs a compressed table"]);
+    assert_refused(&render, &["full.nc: is a full table, not a compressed one"]);
     let message = String::from_utf8(snowblue(&render).stderr).unwrap();
     let named = message.trim_end().split_once(": snowblue ").unwrap().1.replace("FILE.nc", small.to_str().unwrap());
     stdout(&named.split(' ').collect::<Vec<_>>());

@@ -156,6 +156,7 @@ impl Scene {
 
     /// Bakes the light field on the snow: a dictionary for each object, after one for all. Writes a GLB or PLY file to
     /// `output` too.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn bake<'py>(
         &self,
         py: Python<'py>,

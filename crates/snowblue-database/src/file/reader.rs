@@ -48,9 +48,15 @@ impl AnyTable {
     fn compressed(self, path: &Path) -> Result<CompressedTable, DatabaseError> {
         match self {
             Self::Compressed(table) => Ok(table),
-            Self::Full(_) | Self::Shard(_) => {
-                Err(DatabaseError::file(path, format!("is {}, not a compressed one", self.kind())))
-            }
+            Self::Full(_) => Err(DatabaseError::file(
+                path,
+                format!(
+                    "is a full table, not a compressed one, which is written by: \
+                     snowblue database import {} --space log --components 3 -o FILE.nc",
+                    path.display()
+                ),
+            )),
+            Self::Shard(_) => Err(DatabaseError::file(path, format!("is {}, not a compressed one", self.kind()))),
         }
     }
 }
