@@ -17,7 +17,6 @@ use snowblue_render::images::raster::ImageSize;
 use snowblue_render::render::render;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::scene::light::Light;
 use snowblue_stat::Moments;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
 use snowblue_transport::quadrature::Quadrature;
@@ -288,11 +287,7 @@ fn a_lamp_in_the_middle_of_a_ball_shines_through() {
             "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 1\nilluminant = \"E\"\n";
         let mut scene = field_scene(integrator, &format!("{lamp}{}", shape("sphere", "radius = 0.05")));
         scene.set_samples_per_pixel(samples);
-        let power = |light: &Light| match light {
-            Light::Point(point) => f64::from(point.intensity.0[0]),
-            _ => unreachable!("a point"),
-        };
-        let intensity = power(&scene.lights()[0]);
+        let intensity = f64::from(scene.lights()[0].strength().0[0]);
         // The flux through the surface is the mean of π L over the projected area of the ball, from anywhere.
         let (mut sum, count) = (0.0, 64);
         for k in 0..count {

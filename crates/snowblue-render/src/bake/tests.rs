@@ -161,8 +161,7 @@ fn a_lamp_inside_snow_has_its_own_attribute() {
     let flux = &baked.objects[0].flux[1];
     let mean = flux.iter().step_by(SAMPLES).map(|value| f64::from(*value)).sum::<f64>() * BAND_WIDTH_NM
         / baked.objects[0].positions.len() as f64;
-    let Light::Point(lamp) = &scene.lights()[1] else { panic!("a point") };
-    let expected = f64::from(lamp.intensity.0[0]) / 0.05_f64.powi(2);
+    let expected = f64::from(scene.lights()[1].strength().0[0]) / 0.05_f64.powi(2);
     assert!((mean / expected - 1.0).abs() < 0.04, "{mean} {expected}");
     assert!(baked.objects[0].flux[0].iter().any(|value| *value < 0.0), "the other lamp lights one side");
 }
@@ -324,14 +323,10 @@ fn relighting_forgets_the_last_lamp() {
         "[[object]]\nshape = \"box\"\nsize = [0.1, 0.1, 0.3]\nposition = [0.12, -0.12, 0]\nmaterial = \"snow\"\n";
     // Two blocks light each other.
     let of_lamp = |lamp: &str| coarse_scene(&format!("{lamp}{BLOCK}{other_block}"), 4);
-    let lamp = |scene: &Scene| match &scene.lights[0] {
-        Light::Point(light) => Light::Point(*light),
-        other => panic!("{other:?}"),
-    };
     // One lamp is behind, one inside the snow.
     let inside = OTHER_LAMP.replace("[0.4, 0.1, 0.3]", "[0.05, 0.01, 0.02]");
     let (behind, inside) = (of_lamp(LAMP_BEHIND), of_lamp(&inside));
-    let lamps = [lamp(&behind), lamp(&inside)];
+    let lamps = [&behind, &inside].map(|scene| scene.lights[0].clone());
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
     let fresh = [&behind, &inside].map(|scene| bake(scene, options, &|_, _| {}).unwrap());
     let mut relighting = Relighting::new(behind, Some(0.02)).unwrap();
@@ -356,12 +351,13 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
     let screen =
         "[[object]]\nshape = \"box\"\nsize = [0.2, 0.01, 0.1]\nposition = [0.1, 0.12, 0.1]\nmaterial = \"grey\"\n";
     let scene = scene_with_bounces(&format!("{LAMP_BEHIND}{BLOCK}{screen}"));
-    let Light::Point(lamp) = scene.lights[0] else { panic!("{:?}", scene.lights[0]) };
+    let lamp = scene.lights[0].clone();
+    let position = lamp.central_sample().and_then(|sample| sample.origin.position()).unwrap();
     let baked = bake(&scene, BakeOptions { step_m: Some(0.01), is_total: true, ..BakeOptions::default() }, &|_, _| {});
     let baked = baked.unwrap();
     let mut relighting = Relighting::new(scene, Some(0.01)).unwrap();
-    let lit = relighting.light(&Light::Point(lamp)).remove(0);
-    let intensity = relighting.strength(&Light::Point(lamp)).g;
+    let lit = relighting.light(&lamp).remove(0);
+    let intensity = relighting.strength(&lamp).g;
     let object = &baked.objects[0];
     let (mut hidden, mut seen) = (0, 0);
     for vertex in 0..object.positions.len() {
@@ -373,7 +369,7 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
         if !is_on_lit_face || !(is_clear || is_shadow) {
             continue;
         }
-        let offset = lamp.position - Vec3A::from(place);
+        let offset = position - Vec3A::from(place);
         let direct = intensity * f64::from(offset.y) / f64::from(offset.length()).powi(3);
         let expected = direct * f64::from(lit.visibility[vertex]) + lit.diffuse_irradiance[vertex].g;
         let irradiance = object.exitance[vertex].g - lit.flux[vertex].g;
@@ -389,9 +385,9 @@ fn under_sky(sky: &str) -> (BakedObject, Vec<(Light, LinearRgb, LitSurface)>) {
     let scene = scene_with_bounces(&format!("[light_field]\nstep_mm = 12\n{sky}{BLOCK}"));
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
     let baked = bake(&scene, options, &|_, _| {}).unwrap().objects.remove(0);
-    let description = scene.description.sky.clone().unwrap();
+    let sky = scene.description.sky.clone();
     let mut relighting = Relighting::new(scene, Some(0.02)).unwrap();
-    let lights = relighting.sky(description, snowblue_data::embedded(), &FilesInMemory::default()).unwrap();
+    let lights = relighting.lights(Vec::new(), sky, snowblue_data::embedded(), &FilesInMemory::default()).unwrap();
     let lit = |light: Light| {
         let (strength, surface) = (relighting.strength(&light), relighting.light(&light).remove(0));
         (light, strength, surface)
@@ -412,9 +408,9 @@ fn is_inner(object: &BakedObject, vertex: usize) -> bool {
 fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
     let sun = "sun = { elevation_deg = 30, azimuth_deg = 40 }";
     let (baked, lit) = under_sky(&format!("[sky]\n{sun}\nground_albedo = 0.8\n"));
-    let [(Light::Sun(disc, _), strength, by_sun), (Light::Dome(..), of_dome, by_sky)] = &lit[..] else {
-        panic!("{lit:?}")
-    };
+    let [(sun, strength, by_sun), (dome, of_dome, by_sky)] = &lit[..] else { panic!("{lit:?}") };
+    assert!(sun.name() == "sun" && dome.is_sky());
+    let to_sun = sun.central_sample().unwrap().origin.direction_from(Vec3A::ZERO).direction;
     assert!(of_dome.g == 0.0 && by_sun.sky_irradiance.is_empty());
     let greatest = baked.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
     let mut count = 0;
@@ -422,7 +418,7 @@ fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
         let flux = by_sun.flux[vertex].g + by_sky.flux[vertex].g;
         let expected = f64::from(baked.flux[0][3 * vertex + 1]);
         assert!((flux - expected).abs() < 5e-3 * greatest, "{vertex}: {flux} {expected}");
-        let facing = f64::from(baked.normals[vertex].dot(disc.to_sun.into()).max(0.0));
+        let facing = f64::from(baked.normals[vertex].dot(to_sun.into()).max(0.0));
         let direct = strength.g * facing * f64::from(by_sun.visibility[vertex]);
         let irradiance = direct + by_sky.sky_irradiance[vertex].g;
         let expected = baked.exitance[vertex].g - flux;
@@ -438,7 +434,7 @@ fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
 #[test]
 fn a_wall_receives_its_share_of_an_overcast_sky() {
     let (baked, lit) = under_sky("[sky]\ntype = \"overcast\"\nsun = { elevation_deg = 30 }\n");
-    let [(Light::Dome(..), _, by_sky)] = &lit[..] else { panic!("{lit:?}") };
+    let [(_, _, by_sky)] = &lit[..] else { panic!("{lit:?}") };
     let mean = |is_face: &dyn Fn(Vec3) -> bool| {
         let is_of_face = |vertex: &usize| is_inner(&baked, *vertex) && is_face(baked.normals[*vertex]);
         let values: Vec<f64> =

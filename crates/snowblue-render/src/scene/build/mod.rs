@@ -34,7 +34,7 @@ use crate::scene::description::{DescriptionError, KeyPath, SceneDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::layering::Layering;
 use crate::scene::light::{Light, irradiance_by_sky};
-use crate::scene::light_field::{EndDepth, FieldScene, InnerLamp, LampInSnow, LightField, SnowLayer, Snowpack, Viewer};
+use crate::scene::light_field::{EndDepth, FieldScene, LampInSnow, LightField, SnowLayer, Snowpack, Viewer};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Objects, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
@@ -271,7 +271,7 @@ impl SceneDescription {
             let position = light.central_sample().and_then(|sample| sample.origin.position());
             let is_snow = |object: &Object| materials[object.material].is_snow();
             let Some(object) = position.and_then(|position| objects.around(position, is_snow)) else { continue };
-            let lamp = InnerLamp::new(light).ok_or_else(|| {
+            let lamp = light.inner_lamp().ok_or_else(|| {
                 let name = &objects.list()[object].name;
                 let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
                 KeyPath::root("light").index(index).error(reason)

@@ -6,7 +6,7 @@ use crate::geometry::ray::narrow;
 use crate::geometry::transform::Transform;
 use crate::mesh_files::gltf::Y_UP_TO_Z_UP;
 use crate::mesh_files::is_y_up;
-use crate::scene::description::check::GREATEST_COORDINATE_M;
+use crate::scene::description::range::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
 use crate::scene::description::{ObjectSettings, Scale, UpAxis};
 

@@ -1,41 +1,32 @@
-//! The ranges of all values, and the one pass that checks them.
+//! The ranges of values, and the one pass that checks them.
 
-use glam::Vec3A;
 use snowblue_database::Property;
 use snowblue_transport::sample::{
     DENSITY_RANGE, FACETNESS_RANGE, GRAIN_SIZE_RANGE, MASS_FRACTION_RANGE, TEMPERATURE_RANGE, WATER_SATURATION_RANGE,
 };
-use snowblue_transport::{ParameterRange, short_number};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
-use super::key_path::{DescriptionError, KeyPath};
+use super::key_path::KeyPath;
 use super::landscape::{
     DepthDescription, GridSettings, GroundSource, HeightFieldDescription, HeightSource, ImprintDescription,
     SnowpackDescription,
 };
-use super::light::{EnvironmentDescription, LightSource};
 use super::material::{
     DiffuseDescription, LayersTop, MaskDescription, MaterialDescription, PcaSnowDescription, TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
+use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, ROTATION, Range, unit_vector};
 use super::scene::SceneDescription;
-use super::sky::{OvercastStrength, SkyDescription, SunDescription};
 use super::value::{ColorDescription, Scale, SnowProperty, point};
 use crate::film::exposure::{Exposure, FilmSettings};
 use crate::scene::camera::PinholeCamera;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
-/// Greatest coordinate of anything in a scene, in m.
-pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
 /// Greatest exposure, in stops.
 pub const GREATEST_STOPS: f64 = 100.0;
 
-const COORDINATE: Range = Range::new(-GREATEST_COORDINATE_M, GREATEST_COORDINATE_M, "m");
-/// A component of a direction of any length.
-const DIRECTION: Range = Range::new(-1e6, 1e6, "");
 const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
-const ROTATION: Range = Range::new(-360.0, 360.0, "deg");
 const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
 /// A height above the sea or above a floor.
 const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
@@ -47,15 +38,8 @@ const TAPER: Range = Range::new(0.5, 60.0, "deg");
 const CARVED_REACH: Range = Range::new(-1000.0, 1000.0, "m");
 const CARVED_SIZE: Range = Range::new(1e-4, 1000.0, "m");
 const SCALE: Range = Range::new(1e-6, 1e6, "");
-const FRACTION: Range = Range::new(0.0, 1.0, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
 const MASK_END: Range = Range::new(-1e9, 1e9, "");
-const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
-const GREATEST_POWER: f64 = 1e12;
-const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
-const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
-const TURBIDITY: Range = Range::new(1.0, 10.0, "");
-const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
 const NOISE_TARGET: Range = Range::new(1e-4, 1.0, "");
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 const FIELD_MEMORY: Range = Range::new(16.0, 1_048_576.0, "MiB");
@@ -66,48 +50,6 @@ const GREATEST_SIDE: u32 = 16_384;
 const GREATEST_SAMPLES: u32 = 1 << 24;
 /// Most surfaces on a path after the first.
 const GREATEST_BOUNCES: u32 = 10_000;
-
-type Checked = Result<(), DescriptionError>;
-
-/// The least and the greatest value of a quantity, and its unit.
-#[derive(Clone, Copy)]
-struct Range {
-    least: f64,
-    greatest: f64,
-    unit: &'static str,
-}
-
-impl Range {
-    const fn new(least: f64, greatest: f64, unit: &'static str) -> Self {
-        Self { least, greatest, unit }
-    }
-
-    /// That of a parameter of snow.
-    const fn of(parameter: ParameterRange) -> Self {
-        Self::new(parameter.least, parameter.greatest, parameter.unit)
-    }
-
-    /// Powers in a unit.
-    const fn power(unit: &'static str) -> Self {
-        Self::new(0.0, GREATEST_POWER, unit)
-    }
-
-    /// Whether a value lies in the range.
-    fn check(&self, path: &KeyPath, value: f64) -> Checked {
-        let Self { least, greatest, unit } = self;
-        if (*least..=*greatest).contains(&value) {
-            return Ok(());
-        }
-        let space = if unit.is_empty() { "" } else { " " };
-        let value = short_number(value);
-        Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
-    }
-
-    /// Whether all values lie in the range.
-    fn check_all(&self, path: &KeyPath, values: &[f64]) -> Checked {
-        values.iter().try_for_each(|value| self.check(path, *value))
-    }
-}
 
 /// Whether a whole number lies in a range.
 fn check_count(path: &KeyPath, value: u32, least: u32, greatest: u32) -> Checked {
@@ -134,13 +76,13 @@ impl SceneDescription {
             check_material(&KeyPath::root("material").key(name), material)?;
         }
         for (index, light) in self.lights.iter().enumerate() {
-            check_light(&KeyPath::root("light").index(index), &light.source)?;
+            light.check(&KeyPath::root("light").index(index))?;
         }
         if let Some(environment) = &self.environment {
-            check_environment(&KeyPath::root("environment"), environment)?;
+            environment.check(&KeyPath::root("environment"))?;
         }
         if let Some(sky) = &self.sky {
-            check_sky(&KeyPath::root("sky"), sky)?;
+            sky.check(&KeyPath::root("sky"))?;
         }
         for (index, object) in self.objects.iter().enumerate() {
             check_object(&KeyPath::root("object").index(index), object)?;
@@ -283,99 +225,6 @@ impl PcaSnowDescription {
     pub(crate) fn impurities(&self) -> impl Iterator<Item = (Property, SnowProperty)> {
         let contents = self.impurities_ng_g.iter();
         contents.filter_map(|(name, content)| Some((impurity(name)?, *content)))
-    }
-}
-
-fn check_light(path: &KeyPath, source: &LightSource) -> Checked {
-    let radiance = Range::power("W/(m² sr)");
-    match source {
-        LightSource::Point(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)
-        }
-        LightSource::Spot(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
-            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)?;
-            OUTER_CONE.check(&path.key("outer_cone_deg"), light.outer_cone_deg)?;
-            let inner = Range::new(0.0, light.outer_cone_deg, "deg");
-            inner.check(&path.key("inner_cone_deg"), light.inner_cone_deg)?;
-            let axis = point(light.look_at) - point(light.position);
-            check_direction(&path.key("look_at"), axis, "must not be the light's position")
-        }
-        LightSource::Directional(light) => {
-            let path_to_direction = path.key("direction");
-            DIRECTION.check_all(&path_to_direction, &light.direction)?;
-            Range::power("W/m²").check(&path.key("irradiance_w_m2"), light.irradiance_w_m2)?;
-            check_direction(&path_to_direction, point(light.direction), "is [0, 0, 0], but must not be zero")
-        }
-        LightSource::Sphere(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            AREA_LIGHT_SIZE.check(&path.key("radius"), light.radius)?;
-            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
-        }
-        LightSource::Rectangle(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
-            DIRECTION.check_all(&path.key("up"), &light.up)?;
-            AREA_LIGHT_SIZE.check_all(&path.key("size"), &light.size)?;
-            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
-        }
-    }
-}
-
-/// Refuses a direction of length zero.
-fn check_direction(path: &KeyPath, direction: Vec3A, reason: &str) -> Checked {
-    direction.try_normalize().map(drop).ok_or_else(|| path.error(reason))
-}
-
-fn check_environment(path: &KeyPath, environment: &EnvironmentDescription) -> Checked {
-    match environment {
-        EnvironmentDescription::Uniform(sky) => {
-            Range::power("W/(m² sr)").check(&path.key("radiance_w_m2_sr"), sky.glow.radiance_w_m2_sr)
-        }
-        EnvironmentDescription::Image(sky) => {
-            IMAGE_SCALE.check(&path.key("scale"), sky.scale)?;
-            ROTATION.check(&path.key("rotation_deg"), sky.rotation_deg)
-        }
-    }
-}
-
-fn check_sky(path: &KeyPath, sky: &SkyDescription) -> Checked {
-    match sky {
-        SkyDescription::Clear(clear) => {
-            check_sun(&path.key("sun"), &clear.sun)?;
-            TURBIDITY.check(&path.key("turbidity"), clear.turbidity)?;
-            if let Some(albedo) = clear.ground_albedo {
-                FRACTION.check(&path.key("ground_albedo"), albedo)?;
-            }
-            IMAGE_SCALE.check(&path.key("scale"), clear.scale)
-        }
-        SkyDescription::Overcast(overcast) => match &overcast.strength {
-            OvercastStrength::Irradiance { irradiance_w_m2 } => {
-                Range::power("W/m²").check(&path.key("irradiance_w_m2"), *irradiance_w_m2)
-            }
-            OvercastStrength::Sun { sun } => check_sun(&path.key("sun"), sun),
-        },
-    }
-}
-
-fn check_sun(path: &KeyPath, sun: &SunDescription) -> Checked {
-    match sun {
-        SunDescription::Direction { towards } => {
-            let path = path.key("towards");
-            DIRECTION.check_all(&path, towards)?;
-            check_direction(&path, point(*towards), "is [0, 0, 0], but must not be zero")
-        }
-        SunDescription::Angles { elevation_deg, azimuth_deg } => {
-            ELEVATION.check(&path.key("elevation_deg"), *elevation_deg)?;
-            ROTATION.check(&path.key("azimuth_deg"), *azimuth_deg)
-        }
-        SunDescription::Place { latitude_deg, longitude_deg, utc_offset_h, .. } => {
-            ELEVATION.check(&path.key("latitude_deg"), *latitude_deg)?;
-            Range::new(-180.0, 180.0, "deg").check(&path.key("longitude_deg"), *longitude_deg)?;
-            Range::new(-14.0, 14.0, "h").check(&path.key("utc_offset_h"), *utc_offset_h)
-        }
     }
 }
 
@@ -563,7 +412,7 @@ fn check_solid(path: &KeyPath, solid: &SolidDescription) -> Checked {
     let edge = |edge: f64, greatest: f64| Range::new(0.0, greatest, "m").check(&path.key("edge"), edge);
     let apart = |from: &[f64; 3], to: &[f64; 3]| {
         let axis = point(*to) - point(*from);
-        check_direction(&path.key("to"), axis, "must not be the point `from`")
+        unit_vector(&path.key("to"), axis, "must not be the point `from`").map(drop)
     };
     match solid {
         SolidDescription::Ellipsoid(ellipsoid) => {
@@ -594,7 +443,8 @@ fn check_solid(path: &KeyPath, solid: &SolidDescription) -> Checked {
         SolidDescription::HalfSpace(half_space) => {
             reach("point", &half_space.point)?;
             DIRECTION.check_all(&path.key("normal"), &half_space.normal)?;
-            check_direction(&path.key("normal"), point(half_space.normal), "is [0, 0, 0], but must not be zero")
+            let reason = "is [0, 0, 0], but must not be zero";
+            unit_vector(&path.key("normal"), point(half_space.normal), reason).map(drop)
         }
     }
 }

@@ -9,7 +9,6 @@
 mod bright_snow;
 mod gather;
 mod illumination;
-mod inner_lamp;
 mod near_light;
 mod snowpack;
 mod solid;
@@ -41,7 +40,6 @@ use bright_snow::BrightSnow;
 use gather::{Exitance, GatheredPaths, Surroundings};
 pub(crate) use illumination::LampInSnow;
 use illumination::{Illumination, illuminations};
-pub(crate) use inner_lamp::InnerLamp;
 pub(crate) use near_light::{LightWeights, NearLight};
 pub(crate) use snowpack::{SnowLayer, Snowpack};
 pub(crate) use solid::Solid;
@@ -490,7 +488,7 @@ impl<'a> PreparedBody<'a> {
         Lighting {
             entering: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.snow),
             paths: GatheredPaths::new(&self.solid, &self.body, &self.nodes, &around),
-            sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
+            sources: inside.map(|lamp| lamp.source(&self.nodes)).collect(),
         }
     }
 

@@ -14,7 +14,6 @@ use crate::scene::Scene;
 use crate::scene::description::LayersTop;
 use crate::scene::file::SceneFile;
 use crate::scene::layering::{Layering, depth_below_surface};
-use crate::scene::light::Light;
 use crate::spectrum::wavelengths_nm;
 
 const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
@@ -78,11 +77,10 @@ fn lamps_move_over_layers() {
         )
     };
     let there = scene(&text("[0.05, 0.3, 0.02]"));
-    let Light::Point(lamp) = &there.lights[0] else { panic!("a point") };
     let options = BakeOptions { step_m: Some(0.02), ..BakeOptions::default() };
     let fresh = bake(&there, options, &|_, _| {}).unwrap();
     let mut relighting = Relighting::new(scene(&text("[-0.2, -0.4, 0.3]")), Some(0.02)).unwrap();
-    let lit = relighting.light(&Light::Point(*lamp)).remove(0);
+    let lit = relighting.light(&there.lights[0]).remove(0);
     let known = &fresh.objects[0].flux[0];
     let greatest = known.iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
     for (vertex, flux) in lit.flux.iter().enumerate() {
