@@ -6,7 +6,7 @@ use crate::scene::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lamp {
-    /// What it is: `point`, `spot`, `directional`, `sphere`, `rectangle` or `sun`.
+    /// What it is [called](crate::scene::light::Light::name): its `type` in a scene file, or `sun`.
     pub kind: &'static str,
     /// Index among the lights of the scene.
     pub(super) light: usize,

@@ -60,7 +60,7 @@ impl Light {
         Self { is_visible, ..self }
     }
 
-    /// What it is called: `point`, `spot`, `directional`, `sphere`, `rectangle`, `sun` or `sky`.
+    /// What it is called: its `type` in a scene file, `sun` or `sky`.
     pub fn name(&self) -> &'static str {
         self.emitter.name()
     }
