@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3A;
-use snow::{SNOW, estimate, point_light, prepared, radiance, scene_by};
+use snow::{SNOW, estimate, prepared, radiance, scene_by};
 use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
@@ -278,7 +278,7 @@ fn a_lamp_in_the_middle_of_a_ball_shines_through() {
             "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 1\nilluminant = \"E\"\n";
         let mut integrator = field(method, &format!("{lamp}{}", shape("sphere", "radius = 0.05")));
         integrator.set_samples_per_pixel(samples);
-        let intensity = f64::from(point_light(integrator.scene()).intensity.0[0]);
+        let intensity = f64::from(integrator.scene().lights()[0].strength().0[0]);
         // The flux through the surface is the mean of π L over the projected area of the ball, from anywhere.
         let (mut sum, count) = (0.0, 64);
         for k in 0..count {

@@ -9,12 +9,11 @@ use std::path::Path;
 
 use glam::Vec3A;
 use snow::{
-    SNOW, analytic_table, computed_table, curves, integrator, load, pcasnow, point_light, prepared, radiance, scene,
-    with_light_at,
+    PointLamp, SNOW, analytic_table, computed_table, curves, integrator, load, pcasnow, point_light, prepared,
+    radiance, scene, with_light_at,
 };
 use snowblue_database::PcaSnow;
 use snowblue_render::raster::ImageSize;
-use snowblue_render::scene::light::PointLight;
 use snowblue_render::spectrum::{SAMPLES, Spectrum};
 
 /// Relative rounding error of about ten operations in single precision: distance, cosine, arc cosine, look-up and
@@ -44,7 +43,7 @@ fn reflectance(curves: &PcaSnow, thickness_cm: f64, angle_deg: f64) -> [f32; SAM
 }
 
 /// Angle in degrees and irradiance per radiant intensity of a light at a point of a plane z = const.
-fn arrival(light: &PointLight, point: Vec3A) -> (f64, f64) {
+fn arrival(light: &PointLamp, point: Vec3A) -> (f64, f64) {
     let to_light = (light.position - point).as_dvec3();
     let cos = to_light.z.abs() / to_light.length();
     (cos.acos().to_degrees(), cos / to_light.length_squared())
@@ -65,7 +64,7 @@ fn a_slab_transmits_t_e_over_pi_in_every_direction() {
         for (x, y) in [(0.0, 0.0), (0.1, -0.2), (0.7, 0.3), (-1.5, 2.0), (9.0, 0.0)] {
             let top = Vec3A::new(x, y, thickness_m as f32);
             let lamp = point_light(integrator.scene());
-            let (angle_deg, per_intensity) = arrival(lamp, Vec3A::new(x, y, 0.0));
+            let (angle_deg, per_intensity) = arrival(&lamp, Vec3A::new(x, y, 0.0));
             let fraction = transmittance(&curves, 100.0 * thickness_m, angle_deg);
             let intensity = lamp.intensity;
             let expected =
@@ -105,7 +104,7 @@ fn reflectance_of_front_light_is_that_of_the_depth_behind() {
         let mut integrator = prepared(&scene, Some(&table));
         for (x, y) in [(0.0, 0.0), (1.5, -0.3), (-6.0, 2.0)] {
             let top = Vec3A::new(x, y, 0.04);
-            let (angle_deg, per_intensity) = arrival(point_light(&scene), top);
+            let (angle_deg, per_intensity) = arrival(&point_light(&scene), top);
             let fraction = reflectance(&curves, 4.0, angle_deg);
             let intensity = point_light(&scene).intensity;
             let expected =
@@ -125,7 +124,7 @@ fn a_slab_conserves_energy() {
             let reflected = radiance(&mut integrator, Vec3A::new(1.0, 0.0, -2.0), below);
             let through = radiance(&mut integrator, Vec3A::new(1.0, 0.0, 2.0), above);
             let lamp = point_light(integrator.scene());
-            let (_, per_intensity) = arrival(lamp, below);
+            let (_, per_intensity) = arrival(&lamp, below);
             let intensity = lamp.intensity;
             for k in 0..SAMPLES {
                 let given = f64::from(intensity.0[k]) * per_intensity;
@@ -168,7 +167,7 @@ fn an_opaque_object_behind_snow_occludes_the_light_except_with_relative_emission
     let keys = "path = \"normal\"\nemission = \"relative\"";
     let mut relative = integrator(&(slab(0.3, keys) + screen), Some(&table), &[]);
     let lamp = point_light(relative.scene());
-    let (angle_deg, _) = arrival(lamp, Vec3A::new(0.1, 0.0, 0.0));
+    let (angle_deg, _) = arrival(&lamp, Vec3A::new(0.1, 0.0, 0.0));
     let shape = lamp.relative;
     let expected = std::array::from_fn(|k| {
         f64::from(shape.0[k]) * (-snow::extinction_per_cm(k) * 30.0 * (1.0 + angle_deg / 100.0)).exp()

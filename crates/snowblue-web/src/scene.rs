@@ -16,9 +16,7 @@ use snowblue_render::film::image_file::to_raster;
 use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource};
-use snowblue_render::scene::light::{Light, PointLight};
-use snowblue_render::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::scene::light::Light;
 use snowblue_render::{Aovs, FilmAccumulator, Integrator, SceneDescription};
 use wasm_bindgen::prelude::*;
 
@@ -197,7 +195,7 @@ impl LightField {
         Ok(self.object(0)?.half_space.reflection_table(n.max(2) - 1))
     }
 
-    /// Solves for a lamp, JSON of a point light, without any other, and keeps it at a place.
+    /// Solves for a lamp, JSON of a light of a scene, without any other, and keeps it at a place.
     ///
     /// # Errors
     ///
@@ -220,7 +218,7 @@ impl LightField {
             self.sky = (sky.to_owned(), self.lights_of_sky(sky, files).map_err(failed)?);
         }
         let lights = std::mem::take(&mut self.sky.1);
-        let light = lights.iter().find(|light| matches!(&***light, Light::Sun(..)) == is_sun);
+        let light = lights.iter().find(|light| light.is_sky() != is_sun);
         let found = light.map(|light| self.solve(place, light));
         self.sky.1 = lights;
         found.ok_or_else(|| failed("an overcast sky has no sun".to_owned()))
@@ -230,7 +228,7 @@ impl LightField {
     /// some unit directions.
     #[must_use]
     pub fn sky_radiance(&self, directions: &[f32]) -> Vec<f32> {
-        let Some(sky) = self.sky.1.iter().find(|light| !matches!(&***light, Light::Sun(..))) else { return Vec::new() };
+        let Some(sky) = self.sky.1.iter().find(|light| light.is_sky()) else { return Vec::new() };
         let from = |direction: &[f32]| self.snow.radiance(sky, glam::Vec3A::from_slice(direction));
         colors(&directions.chunks_exact(3).map(from).collect::<Vec<_>>())
     }
@@ -307,27 +305,15 @@ impl LightField {
     /// A lamp by the rules of the scene's lights.
     fn lamp(&self, lamp: &str) -> Result<Arc<Light>, String> {
         let lamp: serde_json::Value = serde_json::from_str(lamp).map_err(text)?;
-        let mut description = self.with("light", vec![lamp].into())?;
-        description.check().map_err(text)?;
-        match description.lights.pop() {
-            Some(LightDescription {
-                lamp: LampDescription::Illuminant(illuminant),
-                source: LightSource::Point(point),
-            }) => {
-                let spectrum = LightSpectrum::illuminant(illuminant).map_err(text)?;
-                let position = glam::DVec3::from(point.position).as_vec3().into();
-                let light = PointLight::new(position, &spectrum, narrow(point.radiant_intensity_w_sr));
-                Ok(Arc::new(Light::Point(light)))
-            }
-            _ => Err("a lamp in the light field is a point light with an illuminant".to_owned()),
-        }
+        let lamps = self.with("light", vec![lamp].into())?.lights;
+        let lights = self.snow.lights(lamps, None, &FilesInMemory::default()).map_err(text)?;
+        lights.into_iter().next().ok_or_else(|| "there is no lamp".to_owned())
     }
 
     /// The lights of a sky by the rules of the scene's.
     fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Arc<Light>>, String> {
         let description = self.with("sky", serde_json::from_str(sky).map_err(text)?)?;
-        let sky = description.sky.ok_or("there is no sky")?;
-        self.snow.sky(sky, &files.0).map_err(text)
+        self.snow.lights(Vec::new(), description.sky, &files.0).map_err(text)
     }
 }
 

@@ -2,12 +2,11 @@
 
 use crate::light_field::{BodyField, FieldScene, LampInSnow, LightField};
 use crate::scene::Scene;
-use crate::scene::light::{Light, PointLight};
 
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lamp {
-    /// What it is: `point`, `spot`, `directional`, `sphere`, `rectangle` or `sun`.
+    /// What it is [called](crate::scene::light::Light::name): its `type` in a scene file, or `sun`.
     pub kind: &'static str,
     /// Index among the lights of the scene.
     pub(super) light: usize,
@@ -16,20 +15,7 @@ pub struct Lamp {
 /// The lamps of a scene in its order: all lights but skies.
 pub(super) fn lamps(scene: &Scene) -> Vec<Lamp> {
     let numbered = scene.lights.iter().enumerate();
-    numbered.filter_map(|(light, one)| kind(one).map(|kind| Lamp { kind, light })).collect()
-}
-
-/// What a lamp is called; none for a sky.
-fn kind(light: &Light) -> Option<&'static str> {
-    match light {
-        Light::Point(PointLight { cone: None, .. }) => Some("point"),
-        Light::Point(_) => Some("spot"),
-        Light::Directional(_) => Some("directional"),
-        Light::Sphere(_) => Some("sphere"),
-        Light::Rectangle(_) => Some("rectangle"),
-        Light::Sun(..) => Some("sun"),
-        Light::Sky(_) | Light::Image(..) | Light::Dome(..) => None,
-    }
+    numbered.filter(|(_, one)| !one.is_sky()).map(|(light, one)| Lamp { kind: one.name(), light }).collect()
 }
 
 /// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.

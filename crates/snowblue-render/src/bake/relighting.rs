@@ -15,10 +15,10 @@ use snowblue_geometry::ray::SurfacePoint;
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::error::RenderError;
 use crate::integrators::Integrator;
-use crate::light_field::{BodyField, FieldScene, InnerLamp, LampInSnow, LightField, LitPoint, visit_lights};
+use crate::light_field::{BodyField, FieldScene, LampInSnow, LightField, LitPoint, visit_lights};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::scene::description::{SceneDescription, SkyDescription};
+use crate::scene::description::{LightDescription, SceneDescription, SkyDescription};
 use crate::scene::light::{Light, LightOrigin};
 use crate::scene::material::Material;
 use crate::scene::objects::{Object, Side, SurfaceInteraction};
@@ -88,28 +88,25 @@ impl Relighting {
         self.field.as_ref().map_or(0, LightField::node_count)
     }
 
-    /// The lights of a sky above the snow: the sun and the sky without it, or an overcast sky. `files` holds the
+    /// Lights above the snow: the lamps, and then the sun and the sky without it, or an overcast sky. `files` holds the
     /// coefficients of a clear sky where they are not embedded.
     ///
     /// # Errors
     ///
     /// As those of [`SceneDescription::build`].
-    pub fn sky(&self, sky: SkyDescription, files: &dyn FileSource) -> Result<Vec<Arc<Light>>, RenderError> {
-        let (lights, environment) = (Vec::new(), None);
-        let description = SceneDescription { lights, environment, sky: Some(sky), ..self.scene.description.clone() };
+    pub fn lights(
+        &self,
+        lamps: Vec<LightDescription>,
+        sky: Option<SkyDescription>,
+        files: &dyn FileSource,
+    ) -> Result<Vec<Arc<Light>>, RenderError> {
+        let description = SceneDescription { lights: lamps, environment: None, sky, ..self.scene.description.clone() };
         description.lights_over(&self.scene.materials, files)
     }
 
+    /// The [strength](Light::strength) of a light as linear sRGB.
     fn strength(&self, light: &Light) -> LinearRgb {
-        let strength = match light {
-            Light::Point(point) => point.intensity,
-            Light::Directional(distant) => distant.irradiance,
-            Light::Sun(sun, _) => sun.normal_irradiance(),
-            Light::Sphere(_) | Light::Rectangle(_) | Light::Sky(_) | Light::Image(..) | Light::Dome(..) => {
-                Spectrum::ZERO
-            }
-        };
-        rgb(&strength, &self.scene.sensor)
+        rgb(&light.strength(), &self.scene.sensor)
     }
 
     /// The radiance of a sky in a unit direction, as linear sRGB.
@@ -128,7 +125,7 @@ impl Relighting {
         let is_snow = |object: &Object| scene.materials[object.material].is_snow();
         let position = light.central_sample().and_then(|sample| sample.origin.position());
         let holder = position.and_then(|position| scene.objects.around(position, is_snow));
-        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: InnerLamp::new(light)? }));
+        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: light.inner_lamp()? }));
         let reflectance = |surface: &SurfaceInteraction| match &scene.materials[surface.material] {
             Material::Diffuse(diffuse) => Some(diffuse.reflectance(&scene.objects, surface)),
             Material::Snow(_) => None,

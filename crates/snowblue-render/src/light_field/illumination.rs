@@ -3,10 +3,13 @@
 //! Light is solved for at few wavelengths, and what lies between is interpolated relative to the spectrum of the light.
 //! So lights of different spectra have solutions of their own.
 
+use std::f32::consts::PI;
 use std::sync::Arc;
 
-use crate::light_field::inner_lamp::InnerLamp;
+use snowblue_field::{SpectralNodes, VolumeSource};
+
 use crate::scene::light::Light;
+use crate::scene::light::emitter::InnerLamp;
 use crate::spectrum::Spectrum;
 
 /// Largest difference of proportional spectra, relative to their maximum.
@@ -20,6 +23,18 @@ pub(crate) struct LampInSnow {
     /// An object of its body.
     pub(crate) object: usize,
     pub(crate) lamp: InnerLamp,
+}
+
+impl LampInSnow {
+    /// The source of diffuse light that it is.
+    pub(super) fn source(&self, nodes: &SpectralNodes) -> VolumeSource {
+        let InnerLamp { position, radius_m, intensity } = &self.lamp;
+        VolumeSource {
+            centre: position.as_dvec3(),
+            radius_m: f64::from(*radius_m),
+            power: nodes.gather(|wavelength| 4.0 * PI * intensity.0[wavelength]).collect(),
+        }
+    }
 }
 
 /// Lights of proportional spectra.

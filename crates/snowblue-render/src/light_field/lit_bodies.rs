@@ -206,7 +206,7 @@ impl<'a> PreparedBody<'a> {
         Lighting {
             entering: entering_light(&self.solid, &self.body, &self.nodes, &illumination.lights, &self.snow),
             paths: GatheredPaths::new(&self.solid, &self.body, &self.nodes, &around),
-            sources: inside.map(|lamp| lamp.lamp.source(&self.nodes)).collect(),
+            sources: inside.map(|lamp| lamp.source(&self.nodes)).collect(),
         }
     }
 

@@ -8,7 +8,6 @@ use super::end_depth::WalkEndsByDepth;
 use super::field::LightField;
 use super::field_scene::{FieldScene, Viewer};
 use super::illumination::LampInSnow;
-use super::inner_lamp::InnerLamp;
 use super::snowpack::{KindOptics, Snowpack};
 use crate::error::RenderError;
 use crate::scene::Scene;
@@ -109,7 +108,7 @@ fn lamps_in_snow(scene: &Scene) -> Result<Vec<LampInSnow>, RenderError> {
     for (index, light) in scene.lights.iter().enumerate() {
         let position = light.central_sample().and_then(|sample| sample.origin.position());
         let Some(object) = position.and_then(|position| scene.objects.around(position, is_snow)) else { continue };
-        let lamp = InnerLamp::new(light).ok_or_else(|| {
+        let lamp = light.inner_lamp().ok_or_else(|| {
             let name = &scene.objects.list()[object].name;
             let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
             KeyPath::root("light").index(index).error(reason)

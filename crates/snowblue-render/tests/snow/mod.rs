@@ -6,16 +6,16 @@
 
 use std::path::Path;
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use snowblue_database::pca::Components;
 use snowblue_database::{Axes, CompressedTable, PcaSnow, Space, TableSample, fill};
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::camera::View;
-use snowblue_render::scene::description::{LightSource, SceneDescription};
+use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, SceneDescription};
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::scene::light::{Light, PointLight};
 use snowblue_render::scene::{IntegratorKind, Scene};
+use snowblue_render::spectrum::light_spectrum::LightSpectrum;
 use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_render::{Integrator, Preparation};
 use snowblue_stat::{Moments, t_p_value};
@@ -208,10 +208,26 @@ pub(crate) fn estimate(
     bands.map(|k| Estimate::of(pictures.iter().map(|picture| f64::from(picture.0[k]))))
 }
 
-/// The scene's first light, a point light.
-pub(crate) fn point_light(scene: &Scene) -> &PointLight {
-    let Light::Point(lamp) = &*scene.lights()[0] else { panic!("the first light is a point") };
-    lamp
+/// A point light.
+pub(crate) struct PointLamp {
+    /// Its position, in m.
+    pub(crate) position: Vec3A,
+    /// Its radiant intensity in W/sr, as a band density.
+    pub(crate) intensity: Spectrum,
+    /// The same spectrum scaled to luminance Y = 1.
+    pub(crate) relative: Spectrum,
+}
+
+/// The scene's first light, a point light with the spectrum of an illuminant.
+pub(crate) fn point_light(scene: &Scene) -> PointLamp {
+    let LightDescription { lamp: LampDescription::Illuminant(illuminant), source: LightSource::Point(lamp) } =
+        &scene.description().lights[0]
+    else {
+        panic!("the first light is a point")
+    };
+    let LightSpectrum { unit, relative } = LightSpectrum::illuminant(*illuminant).unwrap();
+    let intensity = unit * lamp.radiant_intensity_w_sr as f32;
+    PointLamp { position: DVec3::from(lamp.position).as_vec3a(), intensity, relative }
 }
 
 /// The same scene with the first light at another position.

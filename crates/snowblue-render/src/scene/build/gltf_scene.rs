@@ -27,7 +27,12 @@ use crate::scene::build::sources::Sources;
 use crate::scene::camera::View;
 use crate::scene::description::KeyPath;
 use crate::scene::integrator::IntegratorKind;
-use crate::scene::light::{DirectionalLight, Light, PointLight, SpotCone};
+use crate::scene::light::Light;
+use crate::scene::light::directional::DirectionalLight;
+use crate::scene::light::emitter::EmissionSpectrum;
+use crate::scene::light::point::PointLight;
+use crate::scene::light::sample::SpotCone;
+use crate::scene::light::spot::SpotLight;
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::texture::Texture;
@@ -173,11 +178,9 @@ fn convert(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
     let power = of(strength);
     let relative =
         if daylight { of(1.0) * narrow(lumens_per_watt_of_luminance_one() / luminance) } else { Spectrum::ONE };
-    let point = |cone: Option<SpotCone>| {
-        Light::Point(PointLight { position: light.position, intensity: power, relative, cone })
-    };
+    let (position, emission) = (light.position, EmissionSpectrum { power, relative });
     Ok(match light.kind {
-        LightKind::Point { .. } => point(None),
+        LightKind::Point { .. } => Light::new(PointLight { position, emission }),
         LightKind::Spot { inner_cone_deg, outer_cone_deg, .. } => {
             if inner_cone_deg >= outer_cone_deg {
                 return Err(format!(
@@ -186,10 +189,9 @@ fn convert(light: &PunctualLight, daylight: bool) -> Result<Light, String> {
                     light.name
                 ));
             }
-            point(Some(SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg))))
+            let cone = SpotCone::new(light.direction, narrow(inner_cone_deg), narrow(outer_cone_deg));
+            Light::new(SpotLight { position, cone, emission })
         }
-        LightKind::Directional { .. } => {
-            Light::Directional(DirectionalLight { to_light: -light.direction, irradiance: power, relative })
-        }
+        LightKind::Directional { .. } => Light::new(DirectionalLight { to_light: -light.direction, emission }),
     })
 }

@@ -6,7 +6,7 @@ use snowblue_geometry::mesh_files::is_y_up;
 use snowblue_geometry::ray::narrow;
 use snowblue_geometry::transform::Transform;
 
-use crate::scene::description::check::GREATEST_COORDINATE_M;
+use crate::scene::description::range::GREATEST_COORDINATE_M;
 use crate::scene::description::value::point;
 use crate::scene::description::{ObjectSettings, Scale, UpAxis};
 

@@ -17,8 +17,9 @@ use crate::scene::description::{
     ClearSkyDescription, DescriptionError, KeyPath, ObjectDescription, OvercastSkyDescription, OvercastStrength,
     SceneDescription, SkyDescription, SunDescription,
 };
+use crate::scene::light::Light;
 use crate::scene::light::dome::{Resampling, SkyDome};
-use crate::scene::light::{Light, SunDisc};
+use crate::scene::light::sun::SunDisc;
 use crate::scene::material::Material;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 
@@ -70,7 +71,7 @@ fn clear_sky(
     let resampling = Resampling::new(clear.scale, sources.is_false_color);
     let sun = SunDisc::new(&sky, to_sun, &resampling);
     let dome = SkyDome::clear(sky, to_sun, resampling).ok_or_else(|| path.error("is dark"))?;
-    Ok(vec![Light::Sun(Box::new(sun), clear.visible), Light::Dome(Box::new(dome), clear.visible)])
+    Ok([Light::new(sun), Light::new(dome)].map(|light| light.with_visibility(clear.visible)).into())
 }
 
 fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sources) -> Result<Light, RenderError> {
@@ -87,7 +88,7 @@ fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sou
     };
     let dome =
         SkyDome::overcast(&irradiance).ok_or_else(|| path.key("irradiance_w_m2").error("is 0: the sky is dark"))?;
-    Ok(Light::Dome(Box::new(dome), overcast.visible))
+    Ok(Light::new(dome).with_visibility(overcast.visible))
 }
 
 /// The position of the sun, and the unit direction towards it. y points north and x east.

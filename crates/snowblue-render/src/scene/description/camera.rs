@@ -59,6 +59,6 @@ impl From<&View> for CameraDescription {
 }
 
 /// The z axis.
-pub(super) fn upwards() -> [f64; 3] {
+pub(crate) fn upwards() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }

@@ -1,13 +1,11 @@
-//! The ranges of all values, and the one pass that checks them.
+//! The ranges of values, and the one pass that checks them.
 
 use std::ops::RangeInclusive;
 
-use glam::Vec3A;
 use snowblue_base::RangeError;
 use snowblue_color::exposure::GREATEST_STOPS;
-use snowblue_sky::TURBIDITY_RANGE;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
-use snowblue_transport::{ParameterRange, TransportError, short_number};
+use snowblue_transport::{ParameterRange, TransportError};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
@@ -16,22 +14,19 @@ use super::landscape::{
     DepthDescription, GridSettings, GroundSource, HeightFieldDescription, HeightSource, ImprintDescription,
     SnowpackDescription,
 };
-use super::light::{EnvironmentDescription, LightSource};
 use super::material::{
     DiffuseDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription, SnowDescription,
     TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
+use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, ROTATION, Range, unit_vector};
 use super::scene::SceneDescription;
-use super::sky::{OvercastStrength, SkyDescription, SunDescription};
 use super::value::{ColorDescription, Scale, point};
 use crate::film::exposure::{Exposure, FilmSettings};
 use crate::film::sensor::FalseColor;
 use crate::scene::camera::PinholeCamera;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
 
-/// Greatest coordinate of anything in a scene, in m.
-pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
 /// Standard error of a pixel relative to its luminance.
 pub const NOISE_TARGET_RANGE: ParameterRange =
     ParameterRange { quantity: "noise target", least: 1e-4, greatest: 1.0, unit: "" };
@@ -49,11 +44,7 @@ pub const SAMPLES_PER_PIXEL: RangeInclusive<u32> = 1..=1 << 24;
 /// Surfaces on a path after the first.
 pub const BOUNCES: RangeInclusive<u32> = 0..=10_000;
 
-const COORDINATE: Range = Range::new(-GREATEST_COORDINATE_M, GREATEST_COORDINATE_M, "m");
-/// A component of a direction of any length.
-const DIRECTION: Range = Range::new(-1e6, 1e6, "");
 const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
-const ROTATION: Range = Range::new(-360.0, 360.0, "deg");
 const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
 /// A height above the sea or above a floor.
 const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
@@ -65,58 +56,13 @@ const TAPER: Range = Range::new(0.5, 60.0, "deg");
 const CARVED_REACH: Range = Range::new(-1000.0, 1000.0, "m");
 const CARVED_SIZE: Range = Range::new(1e-4, 1000.0, "m");
 const SCALE: Range = Range::new(1e-6, 1e6, "");
-const FRACTION: Range = Range::new(0.0, 1.0, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
 const MASK_END: Range = Range::new(-1e9, 1e9, "");
-const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
-const GREATEST_POWER: f64 = 1e12;
-const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
-const IMAGE_SCALE: Range = Range::new(1e-9, 1e9, "");
-const TURBIDITY: Range = Range::new(TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
-const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
 /// The wavelengths of the tables of ice.
 const WAVELENGTH: Range = Range::new(300.0, 2500.0, "nm");
 const NOISE_TARGET: Range = Range::of(NOISE_TARGET_RANGE);
 const EXPOSURE: Range = Range::new(-GREATEST_STOPS, GREATEST_STOPS, "stops");
 const FIELD_STEP: Range = Range::of(FIELD_STEP_RANGE);
-
-type Checked = Result<(), DescriptionError>;
-
-/// The range of a value that its key names.
-#[derive(Clone, Copy)]
-struct Range(ParameterRange);
-
-impl Range {
-    const fn new(least: f64, greatest: f64, unit: &'static str) -> Self {
-        Self(ParameterRange { quantity: "", least, greatest, unit })
-    }
-
-    /// That of a parameter.
-    const fn of(parameter: ParameterRange) -> Self {
-        Self(parameter)
-    }
-
-    /// Powers in a unit.
-    const fn power(unit: &'static str) -> Self {
-        Self::new(0.0, GREATEST_POWER, unit)
-    }
-
-    /// Whether a value lies in the range.
-    fn check(&self, path: &KeyPath, value: f64) -> Checked {
-        if self.0.contains(value) {
-            return Ok(());
-        }
-        let ParameterRange { least, greatest, unit, .. } = self.0;
-        let space = if unit.is_empty() { "" } else { " " };
-        let value = short_number(value);
-        Err(path.error(format!("is {value}{space}{unit}, but must lie in {least} to {greatest}{space}{unit}")))
-    }
-
-    /// Whether all values lie in the range.
-    fn check_all(&self, path: &KeyPath, values: &[f64]) -> Checked {
-        values.iter().try_for_each(|value| self.check(path, *value))
-    }
-}
 
 /// Whether a whole number lies in a range.
 fn check_count(path: &KeyPath, value: u32, range: &RangeInclusive<u32>) -> Checked {
@@ -143,13 +89,13 @@ impl SceneDescription {
             check_material(&KeyPath::root("material").key(name), material)?;
         }
         for (index, light) in self.lights.iter().enumerate() {
-            check_light(&KeyPath::root("light").index(index), &light.source)?;
+            light.check(&KeyPath::root("light").index(index))?;
         }
         if let Some(environment) = &self.environment {
-            check_environment(&KeyPath::root("environment"), environment)?;
+            environment.check(&KeyPath::root("environment"))?;
         }
         if let Some(sky) = &self.sky {
-            check_sky(&KeyPath::root("sky"), sky)?;
+            sky.check(&KeyPath::root("sky"))?;
         }
         for (index, object) in self.objects.iter().enumerate() {
             check_object(&KeyPath::root("object").index(index), object)?;
@@ -288,99 +234,6 @@ fn check_mask(path: &KeyPath, mask: &MaskDescription) -> Checked {
                 return Err(path.error(format!("is {} twice, but must have two ends", range[0])));
             }
             Ok(())
-        }
-    }
-}
-
-fn check_light(path: &KeyPath, source: &LightSource) -> Checked {
-    let radiance = Range::power("W/(m² sr)");
-    match source {
-        LightSource::Point(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)
-        }
-        LightSource::Spot(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
-            Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), light.radiant_intensity_w_sr)?;
-            OUTER_CONE.check(&path.key("outer_cone_deg"), light.outer_cone_deg)?;
-            let inner = Range::new(0.0, light.outer_cone_deg, "deg");
-            inner.check(&path.key("inner_cone_deg"), light.inner_cone_deg)?;
-            let axis = point(light.look_at) - point(light.position);
-            check_direction(&path.key("look_at"), axis, "must not be the light's position")
-        }
-        LightSource::Directional(light) => {
-            let path_to_direction = path.key("direction");
-            DIRECTION.check_all(&path_to_direction, &light.direction)?;
-            Range::power("W/m²").check(&path.key("irradiance_w_m2"), light.irradiance_w_m2)?;
-            check_direction(&path_to_direction, point(light.direction), "is [0, 0, 0], but must not be zero")
-        }
-        LightSource::Sphere(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            AREA_LIGHT_SIZE.check(&path.key("radius"), light.radius)?;
-            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
-        }
-        LightSource::Rectangle(light) => {
-            COORDINATE.check_all(&path.key("position"), &light.position)?;
-            COORDINATE.check_all(&path.key("look_at"), &light.look_at)?;
-            DIRECTION.check_all(&path.key("up"), &light.up)?;
-            AREA_LIGHT_SIZE.check_all(&path.key("size"), &light.size)?;
-            radiance.check(&path.key("radiance_w_m2_sr"), light.radiance_w_m2_sr)
-        }
-    }
-}
-
-/// Refuses a direction of length zero.
-fn check_direction(path: &KeyPath, direction: Vec3A, reason: &str) -> Checked {
-    direction.try_normalize().map(drop).ok_or_else(|| path.error(reason))
-}
-
-fn check_environment(path: &KeyPath, environment: &EnvironmentDescription) -> Checked {
-    match environment {
-        EnvironmentDescription::Uniform(sky) => {
-            Range::power("W/(m² sr)").check(&path.key("radiance_w_m2_sr"), sky.glow.radiance_w_m2_sr)
-        }
-        EnvironmentDescription::Image(sky) => {
-            IMAGE_SCALE.check(&path.key("scale"), sky.scale)?;
-            ROTATION.check(&path.key("rotation_deg"), sky.rotation_deg)
-        }
-    }
-}
-
-fn check_sky(path: &KeyPath, sky: &SkyDescription) -> Checked {
-    match sky {
-        SkyDescription::Clear(clear) => {
-            check_sun(&path.key("sun"), &clear.sun)?;
-            TURBIDITY.check(&path.key("turbidity"), clear.turbidity)?;
-            if let Some(albedo) = clear.ground_albedo {
-                FRACTION.check(&path.key("ground_albedo"), albedo)?;
-            }
-            IMAGE_SCALE.check(&path.key("scale"), clear.scale)
-        }
-        SkyDescription::Overcast(overcast) => match &overcast.strength {
-            OvercastStrength::Irradiance { irradiance_w_m2 } => {
-                Range::power("W/m²").check(&path.key("irradiance_w_m2"), *irradiance_w_m2)
-            }
-            OvercastStrength::Sun { sun } => check_sun(&path.key("sun"), sun),
-        },
-    }
-}
-
-fn check_sun(path: &KeyPath, sun: &SunDescription) -> Checked {
-    match sun {
-        SunDescription::Direction { towards } => {
-            let path = path.key("towards");
-            DIRECTION.check_all(&path, towards)?;
-            check_direction(&path, point(*towards), "is [0, 0, 0], but must not be zero")
-        }
-        SunDescription::Angles { elevation_deg, azimuth_deg } => {
-            ELEVATION.check(&path.key("elevation_deg"), *elevation_deg)?;
-            ROTATION.check(&path.key("azimuth_deg"), *azimuth_deg)
-        }
-        SunDescription::Place { latitude_deg, longitude_deg, utc_offset_h, .. } => {
-            ELEVATION.check(&path.key("latitude_deg"), *latitude_deg)?;
-            Range::new(-180.0, 180.0, "deg").check(&path.key("longitude_deg"), *longitude_deg)?;
-            Range::new(-14.0, 14.0, "h").check(&path.key("utc_offset_h"), *utc_offset_h)
         }
     }
 }
@@ -569,7 +422,7 @@ fn check_solid(path: &KeyPath, solid: &SolidDescription) -> Checked {
     let edge = |edge: f64, greatest: f64| Range::new(0.0, greatest, "m").check(&path.key("edge"), edge);
     let apart = |from: &[f64; 3], to: &[f64; 3]| {
         let axis = point(*to) - point(*from);
-        check_direction(&path.key("to"), axis, "must not be the point `from`")
+        unit_vector(&path.key("to"), axis, "must not be the point `from`").map(drop)
     };
     match solid {
         SolidDescription::Ellipsoid(ellipsoid) => {
@@ -600,7 +453,8 @@ fn check_solid(path: &KeyPath, solid: &SolidDescription) -> Checked {
         SolidDescription::HalfSpace(half_space) => {
             reach("point", &half_space.point)?;
             DIRECTION.check_all(&path.key("normal"), &half_space.normal)?;
-            check_direction(&path.key("normal"), point(half_space.normal), "is [0, 0, 0], but must not be zero")
+            let reason = "is [0, 0, 0], but must not be zero";
+            unit_vector(&path.key("normal"), point(half_space.normal), reason).map(drop)
         }
     }
 }

@@ -5,12 +5,13 @@
 
 pub(crate) mod camera;
 pub(crate) mod carved;
-pub(crate) mod check;
+mod check;
 pub(crate) mod key_path;
 pub(crate) mod landscape;
 pub(crate) mod light;
 pub(crate) mod material;
 pub(crate) mod object;
+pub(crate) mod range;
 mod scene;
 pub(crate) mod sky;
 pub(crate) mod value;
@@ -26,11 +27,7 @@ pub use landscape::{
     CropDescription, DepthDescription, FootDescription, FootprintDescription, GridSettings, GroundSource,
     HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, SnowpackDescription,
 };
-pub use light::{
-    DirectionalLightDescription, EnvironmentDescription, ImageSkyDescription, LampDescription, LightDescription,
-    LightSource, PointLightDescription, RectangleLightDescription, SkyGlow, SphereLightDescription,
-    SpotLightDescription, UniformSkyDescription,
-};
+pub use light::{EnvironmentDescription, LampDescription, LightDescription, UniformSkyDescription};
 pub use material::{
     DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription,
     SnowDescription, TextureDescription,
@@ -42,3 +39,7 @@ pub use object::{
 pub use scene::SceneDescription;
 pub use sky::{ClearSkyDescription, OvercastSkyDescription, OvercastStrength, SkyDescription, SunDescription};
 pub use value::{ColorDescription, Radii, Scale, UpAxis};
+
+pub use crate::scene::light::descriptions::*;
+pub use crate::scene::light::image::ImageSkyDescription;
+pub use crate::scene::light::uniform_sky::SkyGlow;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::camera::CameraDescription;
-use super::light::{EnvironmentDescription, LightDescription, LightSource};
+use super::light::{EnvironmentDescription, LightDescription};
 use super::material::MaterialDescription;
 use super::object::ObjectDescription;
 use super::sky::SkyDescription;
@@ -47,13 +47,8 @@ pub struct SceneDescription {
 impl SceneDescription {
     /// Whether the camera may see a lamp or the sun.
     pub(crate) fn has_visible_emitters(&self) -> bool {
-        let shows_sun = matches!(&self.sky, Some(SkyDescription::Clear(clear)) if clear.visible);
-        let is_visible = |light: &LightDescription| match &light.source {
-            LightSource::Sphere(lamp) => lamp.visible,
-            LightSource::Rectangle(lamp) => lamp.visible,
-            LightSource::Point(_) | LightSource::Spot(_) | LightSource::Directional(_) => false,
-        };
-        shows_sun || self.lights.iter().any(is_visible)
+        let shows_sun = self.sky.as_ref().is_some_and(SkyDescription::has_visible_sun);
+        shows_sun || self.lights.iter().any(|light| light.source.keys().is_visible_emitter())
     }
 
     /// The scene as the text of a scene file.

@@ -1,9 +1,17 @@
 //! Sun and sky as data.
 
 use serde::{Deserialize, Serialize};
+use snowblue_sky::TURBIDITY_RANGE;
 
-use super::light::{LampDescription, visible};
-use super::value::some_numbers;
+use super::key_path::KeyPath;
+use super::light::LampDescription;
+use super::range::{Checked, DIRECTION, FRACTION, ROTATION, Range, unit_vector};
+use super::value::{point, some_numbers, visible};
+use crate::scene::light::keys::SKY_SCALE;
+
+const TURBIDITY: Range = Range::new(TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
+/// The elevation of the sun, or a latitude.
+const ELEVATION: Range = Range::new(-90.0, 90.0, "deg");
 
 /// Sun and sky.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +29,22 @@ impl SkyDescription {
         match self {
             Self::Clear(_) => 2,
             Self::Overcast(_) => 1,
+        }
+    }
+
+    /// Whether the camera may see its sun.
+    pub(super) fn has_visible_sun(&self) -> bool {
+        match self {
+            Self::Clear(clear) => clear.visible,
+            Self::Overcast(_) => false,
+        }
+    }
+
+    /// Checks the ranges of all values.
+    pub(super) fn check(&self, path: &KeyPath) -> Checked {
+        match self {
+            Self::Clear(clear) => clear.check(path),
+            Self::Overcast(overcast) => overcast.strength.check(path),
         }
     }
 }
@@ -54,6 +78,15 @@ impl ClearSkyDescription {
     fn default_turbidity() -> f64 {
         3.0
     }
+
+    fn check(&self, path: &KeyPath) -> Checked {
+        self.sun.check(&path.key("sun"))?;
+        TURBIDITY.check(&path.key("turbidity"), self.turbidity)?;
+        if let Some(albedo) = self.ground_albedo {
+            FRACTION.check(&path.key("ground_albedo"), albedo)?;
+        }
+        SKY_SCALE.check(&path.key("scale"), self.scale)
+    }
 }
 
 /// An overcast sky.
@@ -83,6 +116,17 @@ pub enum OvercastStrength {
         /// Where the sun is.
         sun: SunDescription,
     },
+}
+
+impl OvercastStrength {
+    fn check(&self, path: &KeyPath) -> Checked {
+        match self {
+            Self::Irradiance { irradiance_w_m2 } => {
+                Range::power("W/m²").check(&path.key("irradiance_w_m2"), *irradiance_w_m2)
+            }
+            Self::Sun { sun } => sun.check(&path.key("sun")),
+        }
+    }
 }
 
 /// The keys of an overcast sky without those of its spectrum.
@@ -135,6 +179,27 @@ pub enum SunDescription {
         /// Hours by which that time is ahead of universal time.
         utc_offset_h: f64,
     },
+}
+
+impl SunDescription {
+    fn check(&self, path: &KeyPath) -> Checked {
+        match self {
+            Self::Direction { towards } => {
+                let path = path.key("towards");
+                DIRECTION.check_all(&path, towards)?;
+                unit_vector(&path, point(*towards), "is [0, 0, 0], but must not be zero").map(drop)
+            }
+            Self::Angles { elevation_deg, azimuth_deg } => {
+                ELEVATION.check(&path.key("elevation_deg"), *elevation_deg)?;
+                ROTATION.check(&path.key("azimuth_deg"), *azimuth_deg)
+            }
+            Self::Place { latitude_deg, longitude_deg, utc_offset_h, .. } => {
+                ELEVATION.check(&path.key("latitude_deg"), *latitude_deg)?;
+                Range::new(-180.0, 180.0, "deg").check(&path.key("longitude_deg"), *longitude_deg)?;
+                Range::new(-14.0, 14.0, "h").check(&path.key("utc_offset_h"), *utc_offset_h)
+            }
+        }
+    }
 }
 
 /// The keys of the sun.

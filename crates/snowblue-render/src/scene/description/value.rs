@@ -130,6 +130,11 @@ pub(crate) fn some_numbers<'de, const COUNT: usize, D: Deserializer<'de>>(
     numbers(deserializer).map(Some)
 }
 
+/// What lights are without the key `visible`.
+pub(crate) fn visible() -> bool {
+    true
+}
+
 /// A point or direction in single precision.
 pub(crate) fn point(coordinates: [f64; 3]) -> Vec3A {
     coordinates.map(narrow).into()

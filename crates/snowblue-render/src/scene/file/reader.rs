@@ -93,15 +93,12 @@ fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription
     let kind = keys.required_text("type", path)?;
     let lamp = read_lamp(&mut keys, path)?;
     let known = ["type", LampKeys::NAMES[0], LampKeys::NAMES[1]];
-    let source = match kind.get_ref().as_str() {
-        "point" => keys.read(path, &known).map(LightSource::Point),
-        "spot" => keys.read(path, &known).map(LightSource::Spot),
-        "directional" => keys.read(path, &known).map(LightSource::Directional),
-        "sphere" => keys.read(path, &known).map(LightSource::Sphere),
-        "rectangle" => keys.read(path, &known).map(LightSource::Rectangle),
-        _ => Err(none_of(&kind, &path.key("type"), &["point", "spot", "directional", "sphere", "rectangle"])),
-    };
-    Ok(LightDescription { lamp, source: source? })
+    let keys = Spanned::new(keys.span, DeValue::Table(keys.table));
+    let deserializer: ValueDeserializer = keys.clone().into_deserializer();
+    let source = LightSource::read(kind.get_ref(), deserializer)
+        .ok_or_else(|| none_of(&kind, &path.key("type"), LightSource::TYPES))?
+        .map_err(|error| explain(&error, &keys, path, &known))?;
+    Ok(LightDescription { lamp, source })
 }
 
 fn read_environment(value: &Spanned<DeValue>, path: &KeyPath) -> Read<EnvironmentDescription> {

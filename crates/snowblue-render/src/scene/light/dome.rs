@@ -5,6 +5,8 @@ use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
 
 use crate::scene::light::direction_table::{DirectionTable, longitude_rad};
+use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::scene::light::sample::LightOrigin;
 use crate::spectrum::light_spectrum::LightSpectrum;
 use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
@@ -13,7 +15,7 @@ const COLUMNS: u16 = 512;
 
 /// The light of the sky without the sun.
 #[derive(Debug)]
-pub struct SkyDome {
+pub(crate) struct SkyDome {
     model: Model,
     table: DirectionTable,
 }
@@ -91,20 +93,31 @@ impl SkyDome {
         let table = DirectionTable::new(width.into(), &bright, 0.0)?;
         Some(Self { model, table })
     }
+}
 
-    /// The radiance that comes from a direction, in W m⁻² sr⁻¹ as a band density.
-    pub(super) fn radiance(&self, direction: Vec3A) -> Spectrum {
-        self.model.radiance(direction)
+impl Emitter for SkyDome {
+    fn name(&self) -> &'static str {
+        "sky"
     }
 
-    /// A direction with the density [`density_per_sr`](Self::density_per_sr).
-    pub(super) fn sample(&self, numbers: [f32; 2]) -> Vec3A {
-        self.table.sample(numbers)
+    fn bounds(&self) -> Bounds {
+        Bounds::Sky
     }
 
-    /// Density of [`sample`](Self::sample), in 1/sr.
-    pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
-        self.table.density_per_sr(direction)
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        None
+    }
+
+    fn le(&self, origin: &LightOrigin) -> Spectrum {
+        self.model.radiance(origin.direction())
+    }
+
+    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
+        Some(LightOrigin::Distant(self.table.sample(numbers)))
+    }
+
+    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
+        self.table.density_per_sr(origin.direction())
     }
 }
 

@@ -8,22 +8,46 @@ use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3A;
+use serde::{Deserialize, Serialize};
 use snowblue_base::files::{FileError, FileSource, NamedFile, check_formats};
 use snowblue_color::LinearRgb;
 use snowblue_geometry::images::exr_size::check_exr_size;
 use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
+use crate::scene::description::key_path::{DescriptionError, KeyPath};
+use crate::scene::description::range::ROTATION;
+use crate::scene::description::value::visible;
 use crate::scene::light::direction_table::{DirectionTable, whole};
+use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::scene::light::keys::SKY_SCALE;
+use crate::scene::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
 
 /// Largest channel of a pixel: the limit of all lights, far below that of single precision.
 const GREATEST_PIXEL: f64 = 1e12;
 
+/// Light of an image of all directions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSkyDescription {
+    /// An OpenEXR file, latitude by longitude.
+    pub image: String,
+    /// Multiplies the image.
+    #[serde(default = "ImageSkyDescription::default_scale")]
+    pub scale: f64,
+    /// Turns the image about z, counter-clockwise seen from above, in degrees.
+    #[serde(default)]
+    pub rotation_deg: f64,
+    /// Whether it is visible to the camera.
+    #[serde(default = "visible")]
+    pub visible: bool,
+}
+
 /// Light from all directions with the colours of an image.
 #[derive(Debug)]
-pub struct SkyImage {
+pub(crate) struct SkyImage {
     width: usize,
     height: usize,
     /// Linear sRGB, row by row, within the gamut.
@@ -42,6 +66,18 @@ pub struct Panorama {
     pub height: usize,
     /// Linear sRGB, row by row.
     pub pixels: Vec<LinearRgb>,
+}
+
+impl ImageSkyDescription {
+    fn default_scale() -> f64 {
+        1.0
+    }
+
+    /// Checks the ranges of all values.
+    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), DescriptionError> {
+        SKY_SCALE.check(&path.key("scale"), self.scale)?;
+        ROTATION.check(&path.key("rotation_deg"), self.rotation_deg)
+    }
 }
 
 impl Panorama {
@@ -113,7 +149,7 @@ impl SkyImage {
     /// # Errors
     ///
     /// When a pixel is not finite or too bright, or all are black.
-    pub fn new(panorama: &Panorama, scale: f32, rotation_deg: f32, daylight: bool) -> Result<Self, String> {
+    pub(crate) fn new(panorama: &Panorama, scale: f32, rotation_deg: f32, daylight: bool) -> Result<Self, String> {
         let (width, height) = (panorama.width, panorama.height);
         let mut pixels = Vec::with_capacity(panorama.pixels.len());
         for (index, pixel) in panorama.pixels.iter().enumerate() {
@@ -138,28 +174,6 @@ impl SkyImage {
         Ok(Self { width, height, pixels, upsampling, table })
     }
 
-    /// The radiance that comes from a direction.
-    pub(super) fn radiance(&self, direction: Vec3A) -> Spectrum {
-        self.upsampling.spectrum(self.color(direction))
-    }
-
-    /// The spectrum of the radiance from a direction scaled to luminance 1; zero where the image is black.
-    pub(super) fn relative(&self, direction: Vec3A) -> Spectrum {
-        let color = self.color(direction);
-        let luminance = luminance(color);
-        if luminance > 0.0 { self.upsampling.spectrum(color) * luminance.recip() } else { Spectrum::ZERO }
-    }
-
-    /// A direction with the density [`density_per_sr`](Self::density_per_sr).
-    pub(super) fn sample(&self, numbers: [f32; 2]) -> Vec3A {
-        self.table.sample(numbers)
-    }
-
-    /// Density of [`sample`](Self::sample), in 1/sr.
-    pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
-        self.table.density_per_sr(direction)
-    }
-
     /// Bilinear interpolation between pixel centres, periodic in azimuth and constant beyond the first and last row.
     fn color(&self, direction: Vec3A) -> [f32; 3] {
         let [across, down] = self.table.place(direction).map(|place| place - 0.5);
@@ -177,6 +191,38 @@ impl SkyImage {
             }
         }
         color
+    }
+}
+
+impl Emitter for SkyImage {
+    fn name(&self) -> &'static str {
+        "sky"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::Sky
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        None
+    }
+
+    fn le(&self, origin: &LightOrigin) -> Spectrum {
+        self.upsampling.spectrum(self.color(origin.direction()))
+    }
+
+    fn relative(&self, origin: &LightOrigin) -> Spectrum {
+        let color = self.color(origin.direction());
+        let luminance = luminance(color);
+        if luminance > 0.0 { self.upsampling.spectrum(color) * luminance.recip() } else { Spectrum::ZERO }
+    }
+
+    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
+        Some(LightOrigin::Distant(self.table.sample(numbers)))
+    }
+
+    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
+        self.table.density_per_sr(origin.direction())
     }
 }
 

@@ -6,40 +6,60 @@
 //! precision because Ω is a small difference of angles. From so far away that even this fails, points are uniform over
 //! the area.
 
+use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3A};
+use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use super::EmitterPoint;
+use crate::scene::description::camera::upwards;
+use crate::scene::description::key_path::{DescriptionError, KeyPath};
+use crate::scene::description::range::{COORDINATE, DIRECTION};
+use crate::scene::description::value::{numbers, point, visible};
+use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::scene::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
+use crate::scene::light::sample::{EmitterPoint, LightOrigin};
+use crate::scene::light::techniques::Light;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;
 
+/// A rectangle that emits from one side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleLightDescription {
+    /// Its centre, in m.
+    #[serde(deserialize_with = "numbers")]
+    pub position: [f64; 3],
+    /// A point that it faces, in m.
+    #[serde(deserialize_with = "numbers")]
+    pub look_at: [f64; 3],
+    /// The direction of its height, made perpendicular to the direction that it faces; of any length.
+    #[serde(default = "upwards", deserialize_with = "numbers")]
+    pub up: [f64; 3],
+    /// Width and height, in m.
+    #[serde(deserialize_with = "numbers")]
+    pub size: [f64; 2],
+    /// Its radiance over 400–700 nm, in W/(m² sr).
+    pub radiance_w_m2_sr: f64,
+    /// Whether it is visible to the camera.
+    #[serde(default = "visible")]
+    pub visible: bool,
+}
+
 /// A rectangle that emits from one side with the same radiance in all directions.
 #[derive(Debug, Clone, Copy)]
-pub struct RectangleLight {
+pub(crate) struct RectangleLight {
     centre: Vec3A,
     across: Vec3A,
     up: Vec3A,
     normal: Vec3A,
     half_width_m: f32,
     half_height_m: f32,
-}
-
-/// Position and size of a rectangle.
-#[derive(Debug, Clone, Copy)]
-pub struct RectanglePlace {
-    /// Centre in m.
-    pub centre: Vec3A,
-    /// A point that it faces, in m.
-    pub look_at: Vec3A,
-    /// Direction of its height, of any length; made perpendicular to the facing direction.
-    pub up: Vec3A,
-    /// Width in m.
-    pub width_m: f32,
-    /// Height in m.
-    pub height_m: f32,
+    /// Radiance in W m⁻² sr⁻¹.
+    emission: EmissionSpectrum,
 }
 
 /// A rectangle as seen from a point, in axes along its sides and its normal. Its plane has a negative `z`.
@@ -56,65 +76,45 @@ struct View {
     corners: f64,
 }
 
+impl LightKeys for RectangleLightDescription {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+        COORDINATE.check_all(&path.key("position"), &self.position)?;
+        COORDINATE.check_all(&path.key("look_at"), &self.look_at)?;
+        DIRECTION.check_all(&path.key("up"), &self.up)?;
+        AREA_LIGHT_SIZE.check_all(&path.key("size"), &self.size)?;
+        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
+        let light = RectangleLight::new(self, spectrum);
+        let light = light
+            .ok_or_else(|| path.key("look_at").error("must not lie at the light's position or along its up axis"))?;
+        Ok(Light::new(light).with_visibility(self.visible))
+    }
+
+    fn is_visible_emitter(&self) -> bool {
+        self.visible
+    }
+}
+
 impl RectangleLight {
-    /// A rectangle that faces `look_at`; none if that is its centre or lies in the direction of `up`.
-    pub fn new(place: &RectanglePlace) -> Option<Self> {
-        let normal = (place.look_at - place.centre).try_normalize()?;
-        let across = normal.cross(place.up.try_normalize()?);
+    /// The light of such keys; none if it faces its own centre or the direction of `up`.
+    pub(super) fn new(keys: &RectangleLightDescription, spectrum: &LightSpectrum) -> Option<Self> {
+        let [centre, look_at, up] = [keys.position, keys.look_at, keys.up].map(point);
+        let [width_m, height_m] = keys.size.map(narrow);
+        let normal = (look_at - centre).try_normalize()?;
+        let across = normal.cross(up.try_normalize()?);
         let across = (across.length() > 1e-6).then(|| across.normalize())?;
         Some(Self {
-            centre: place.centre,
+            centre,
             across,
             up: across.cross(normal),
             normal,
-            half_width_m: 0.5 * place.width_m,
-            half_height_m: 0.5 * place.height_m,
+            half_width_m: 0.5 * width_m,
+            half_height_m: 0.5 * height_m,
+            emission: EmissionSpectrum::new(spectrum, narrow(keys.radiance_w_m2_sr)),
         })
     }
 
-    /// Area in m².
-    pub(super) fn area_m2(&self) -> f32 {
+    fn area_m2(&self) -> f32 {
         4.0 * self.half_width_m * self.half_height_m
-    }
-
-    /// Centre in m.
-    pub(super) fn centre(&self) -> Vec3A {
-        self.centre
-    }
-
-    /// A point on it, uniform in the direction from `from`; none from behind.
-    pub(super) fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
-        let position = match self.view(from) {
-            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
-            Some(_) => {
-                self.centre
-                    + self.across * (self.half_width_m * (2.0 * u - 1.0))
-                    + self.up * (self.half_height_m * (2.0 * v - 1.0))
-            }
-            None => return None,
-        };
-        Some(EmitterPoint { position, normal: self.normal })
-    }
-
-    /// Density of [`sample`](Self::sample), in 1/sr; `area_m2_sr` is the area per solid angle at the sampled point.
-    pub(super) fn density_per_sr(&self, from: Vec3A, area_m2_sr: f32) -> f32 {
-        match self.view(from) {
-            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => narrow(view.solid_angle_sr.recip()),
-            Some(_) => area_m2_sr / self.area_m2(),
-            None => 0.0,
-        }
-    }
-
-    /// Where a ray hits its emitting side, before `limit_m`.
-    pub(super) fn hit(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
-        let approach = -self.normal.dot(ray.direction);
-        let distance_m = self.normal.dot(ray.origin - self.centre) / approach;
-        let position = ray.at(distance_m);
-        let aside = position - self.centre;
-        let inside =
-            aside.dot(self.across).abs() <= self.half_width_m && aside.dot(self.up).abs() <= self.half_height_m;
-        (approach > 0.0 && distance_m > 0.0 && distance_m < limit_m && inside)
-            .then_some(EmitterPoint { position, normal: self.normal })
     }
 
     fn view(&self, from: Vec3A) -> Option<View> {
@@ -143,6 +143,53 @@ impl RectangleLight {
             edges: [bottom, -top],
             corners: 2.0 * PI - angles[2] - angles[3],
         })
+    }
+}
+
+impl Emitter for RectangleLight {
+    fn name(&self) -> &'static str {
+        "rectangle"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::Surface { centre: self.centre, spread_m2: self.area_m2() * FRAC_1_PI }
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        Some(&self.emission)
+    }
+
+    /// A point on it, uniform in the direction from `from`; none from behind.
+    fn sample_li(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
+        let position = match self.view(from) {
+            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => view.sample(f64::from(u), f64::from(v)),
+            Some(_) => {
+                self.centre
+                    + self.across * (self.half_width_m * (2.0 * u - 1.0))
+                    + self.up * (self.half_height_m * (2.0 * v - 1.0))
+            }
+            None => return None,
+        };
+        Some(LightOrigin::Emitter(EmitterPoint { position, normal: self.normal }))
+    }
+
+    fn pdf_li(&self, from: Vec3A, origin: &LightOrigin) -> f32 {
+        match self.view(from) {
+            Some(view) if view.solid_angle_sr > LEAST_SOLID_ANGLE_SR => narrow(view.solid_angle_sr.recip()),
+            Some(_) => origin.area_per_solid_angle(from) / self.area_m2(),
+            None => 0.0,
+        }
+    }
+
+    fn hit(&self, ray: &Ray, limit_m: f32) -> Option<LightOrigin> {
+        let approach = -self.normal.dot(ray.direction);
+        let distance_m = self.normal.dot(ray.origin - self.centre) / approach;
+        let position = ray.at(distance_m);
+        let aside = position - self.centre;
+        let inside =
+            aside.dot(self.across).abs() <= self.half_width_m && aside.dot(self.up).abs() <= self.half_height_m;
+        (approach > 0.0 && distance_m > 0.0 && distance_m < limit_m && inside)
+            .then_some(LightOrigin::Emitter(EmitterPoint { position, normal: self.normal }))
     }
 }
 

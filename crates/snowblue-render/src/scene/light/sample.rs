@@ -62,7 +62,7 @@ pub(super) enum Falloff {
 /// A cone of light, full within the inner angle and dark beyond the outer one. The falloff between them is the square
 /// of a linear function of the cosine, as in KHR_lights_punctual of glTF (Khronos Group 2020).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpotCone {
+pub(crate) struct SpotCone {
     axis: Vec3A,
     cos_outer: f32,
     slope: f32,
@@ -70,7 +70,7 @@ pub struct SpotCone {
 
 impl SpotCone {
     /// A cone about the unit vector `axis`, full up to `inner_deg` from the axis and dark beyond `outer_deg`.
-    pub fn new(axis: Vec3A, inner_deg: f32, outer_deg: f32) -> Self {
+    pub(crate) fn new(axis: Vec3A, inner_deg: f32, outer_deg: f32) -> Self {
         /// Smallest difference of the two cosines, from the same specification.
         const MIN_DIFFERENCE: f32 = 1e-3;
         let [cos_inner, cos_outer] = [inner_deg, outer_deg].map(|angle_deg| angle_deg.to_radians().cos());
@@ -116,6 +116,11 @@ impl LightOrigin {
         }
         let distance_m = offset.length();
         LightDirection { direction: offset / distance_m, distance_m }
+    }
+
+    /// Unit direction from the origin of coordinates. That of a distant light is the same from everywhere.
+    pub(super) fn direction(&self) -> Vec3A {
+        self.direction_from(Vec3A::ZERO).direction
     }
 
     /// Its position in m; none for a distant light.

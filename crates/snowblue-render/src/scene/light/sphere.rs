@@ -8,17 +8,43 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3A;
-use snowblue_geometry::ray::Ray;
+use serde::{Deserialize, Serialize};
+use snowblue_geometry::ray::{Ray, narrow};
 
-use super::EmitterPoint;
+use crate::scene::description::key_path::{DescriptionError, KeyPath};
+use crate::scene::description::range::COORDINATE;
+use crate::scene::description::value::{numbers, point, visible};
+use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter, InnerLamp};
+use crate::scene::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
+use crate::scene::light::sample::{EmitterPoint, LightOrigin};
+use crate::scene::light::techniques::Light;
+use crate::spectrum::light_spectrum::LightSpectrum;
+
+/// A sphere that emits uniformly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereLightDescription {
+    /// Its centre, in m.
+    #[serde(deserialize_with = "numbers")]
+    pub position: [f64; 3],
+    /// Its radius, in m.
+    pub radius: f64,
+    /// Its radiance over 400–700 nm, in W/(m² sr).
+    pub radiance_w_m2_sr: f64,
+    /// Whether it is visible to the camera.
+    #[serde(default = "visible")]
+    pub visible: bool,
+}
 
 /// A sphere that emits outwards with the same radiance in all directions.
 #[derive(Debug, Clone, Copy)]
-pub struct SphereLight {
-    /// Centre in m.
-    pub centre: Vec3A,
-    /// Radius in m.
-    pub radius_m: f32,
+pub(crate) struct SphereLight {
+    /// Its centre, in m.
+    pub(crate) centre: Vec3A,
+    /// Its radius, in m.
+    pub(crate) radius_m: f32,
+    /// Its radiance, in W m⁻² sr⁻¹.
+    pub(crate) emission: EmissionSpectrum,
 }
 
 /// The cone of directions towards a sphere, of half-angle α.
@@ -29,6 +55,21 @@ struct SubtendedCone {
     one_minus_cos: f32,
 }
 
+impl LightKeys for SphereLightDescription {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+        COORDINATE.check_all(&path.key("position"), &self.position)?;
+        AREA_LIGHT_SIZE.check(&path.key("radius"), self.radius)?;
+        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
+        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiance_w_m2_sr));
+        let light = SphereLight { centre: point(self.position), radius_m: narrow(self.radius), emission };
+        Ok(Light::new(light).with_visibility(self.visible))
+    }
+
+    fn is_visible_emitter(&self) -> bool {
+        self.visible
+    }
+}
+
 impl SphereLight {
     /// The cone that it subtends at a point; none from inside.
     fn cone(&self, point: Vec3A) -> Option<SubtendedCone> {
@@ -36,9 +77,23 @@ impl SphereLight {
         let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
         (sin_squared < 1.0).then_some(SubtendedCone { sin_squared, one_minus_cos })
     }
+}
+
+impl Emitter for SphereLight {
+    fn name(&self) -> &'static str {
+        "sphere"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::Surface { centre: self.centre, spread_m2: self.radius_m * self.radius_m }
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        Some(&self.emission)
+    }
 
     /// A visible point, uniform in the direction from `from`.
-    pub(super) fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<EmitterPoint> {
+    fn sample_li(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
         let SubtendedCone { sin_squared: max_sin_squared, one_minus_cos } = self.cone(from)?;
         let below_one = u * one_minus_cos;
         let sin_squared = below_one * (2.0 - below_one);
@@ -50,16 +105,15 @@ impl SphereLight {
         let sin_centre = (1.0 - cos_centre * cos_centre).max(0.0).sqrt();
         let normal =
             (side * (sin_centre * cos_turn) + ahead * (sin_centre * sin_turn) + towards * cos_centre).normalize();
-        Some(EmitterPoint { position: self.centre + normal * self.radius_m, normal })
+        Some(LightOrigin::Emitter(EmitterPoint { position: self.centre + normal * self.radius_m, normal }))
     }
 
-    /// Density of [`sample`](Self::sample) within the cone, in 1/sr.
-    pub(super) fn density_per_sr(&self, from: Vec3A) -> f32 {
+    fn pdf_li(&self, from: Vec3A, _origin: &LightOrigin) -> f32 {
         self.cone(from).map_or(0.0, |cone| (TAU * cone.one_minus_cos).recip())
     }
 
-    /// Where a ray hits it from outside, before `limit_m`.
-    pub(super) fn hit(&self, ray: &Ray, limit_m: f32) -> Option<EmitterPoint> {
+    /// Only from outside.
+    fn hit(&self, ray: &Ray, limit_m: f32) -> Option<LightOrigin> {
         let way = self.centre - ray.origin;
         let along = way.dot(ray.direction);
         let aside_squared = (way - ray.direction * along).length_squared();
@@ -67,7 +121,11 @@ impl SphereLight {
         let distance_m = along - half_squared.max(0.0).sqrt();
         (half_squared > 0.0 && distance_m > 0.0 && distance_m < limit_m).then(|| {
             let normal = (ray.at(distance_m) - self.centre).normalize();
-            EmitterPoint { position: self.centre + normal * self.radius_m, normal }
+            LightOrigin::Emitter(EmitterPoint { position: self.centre + normal * self.radius_m, normal })
         })
+    }
+
+    fn inner_lamp(&self) -> Option<InnerLamp> {
+        Some(InnerLamp::sphere(self.centre, self.radius_m, self.emission.power))
     }
 }

@@ -3,10 +3,12 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3A;
-use snowblue_geometry::ray::narrow;
+use snowblue_geometry::ray::{Ray, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 
 use crate::scene::light::dome::Resampling;
+use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::scene::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 
 /// Steps of the profile in the cosine at the sun's surface. Linear interpolation between them errs by some 10⁻⁴.
@@ -18,9 +20,9 @@ const LIMB_DARKENING: f32 = 0.6;
 
 /// The sun.
 #[derive(Debug)]
-pub struct SunDisc {
+pub(crate) struct SunDisc {
     /// Unit direction from the scene towards its centre.
-    pub to_sun: Vec3A,
+    to_sun: Vec3A,
     /// Radiance in W m⁻² sr⁻¹, as a band density, by the cosine at the sun's surface, from the limb to the centre.
     profile: Vec<Spectrum>,
     sin_squared_radius: f32,
@@ -40,9 +42,33 @@ impl SunDisc {
         Self { to_sun, profile: (0..=STEPS).map(radiance).collect(), sin_squared_radius: sin_radius * sin_radius }
     }
 
-    /// The radiance that comes from a direction, in W m⁻² sr⁻¹ as a band density; zero beside the disc.
-    pub(super) fn radiance(&self, direction: Vec3A) -> Spectrum {
-        let Some(cos) = self.cos_at_surface(direction) else { return Spectrum::ZERO };
+    /// Cosine of the angle at the sun's surface between its normal and the direction towards the scene; none beside
+    /// the disc.
+    fn cos_at_surface(&self, direction: Vec3A) -> Option<f32> {
+        // The cross product is accurate where the cosine of the angle to the centre is not.
+        let sin_squared = direction.cross(self.to_sun).length_squared();
+        // Directions that were sampled lie within the disc up to rounding.
+        let squared = 1.0 - sin_squared / self.sin_squared_radius;
+        (squared > -1e-3 && direction.dot(self.to_sun) > 0.0).then(|| squared.max(0.0).sqrt())
+    }
+}
+
+impl Emitter for SunDisc {
+    fn name(&self) -> &'static str {
+        "sun"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::Disc(self.to_sun)
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        None
+    }
+
+    /// Zero beside the disc.
+    fn le(&self, origin: &LightOrigin) -> Spectrum {
+        let Some(cos) = self.cos_at_surface(origin.direction()) else { return Spectrum::ZERO };
         let place = cos * f32::from(STEPS);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the profile")]
         let below = (place as usize).min(self.profile.len() - 2);
@@ -52,9 +78,28 @@ impl SunDisc {
         radiance
     }
 
-    /// Irradiance of a surface that faces the sun, in W/m² as a band density: π sin²r ∫ 2 μ L(μ) dμ, r the radius of
-    /// the disc. L is linear in each step, so that the integral of a step is by the formula of Simpson.
-    pub(crate) fn normal_irradiance(&self) -> Spectrum {
+    fn sample_li(&self, _from: Vec3A, [u, v]: [f32; 2]) -> Option<LightOrigin> {
+        let cos = limb_cosine(u);
+        let sin_squared = (1.0 - cos * cos) * self.sin_squared_radius;
+        let (side, up) = self.to_sun.any_orthonormal_pair();
+        let (sin_turn, cos_turn) = (TAU * v).sin_cos();
+        let aside = (side * cos_turn + up * sin_turn) * sin_squared.sqrt();
+        Some(LightOrigin::Distant((self.to_sun * (1.0 - sin_squared).sqrt() + aside).normalize()))
+    }
+
+    /// The disc is so small that its solid angle is π sin² of its radius.
+    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
+        let norm = PI * self.sin_squared_radius * (1.0 - LIMB_DARKENING / 3.0);
+        self.cos_at_surface(origin.direction()).map_or(0.0, |cos| (1.0 - LIMB_DARKENING * (1.0 - cos)) / norm)
+    }
+
+    fn hit(&self, ray: &Ray, _limit_m: f32) -> Option<LightOrigin> {
+        self.cos_at_surface(ray.direction).map(|_| LightOrigin::Distant(ray.direction))
+    }
+
+    /// π sin²r ∫ 2 μ L(μ) dμ, r the radius of the disc. L is linear in each step, so that the integral of a step is by
+    /// the formula of Simpson.
+    fn normal_irradiance(&self) -> Spectrum {
         let step = f32::from(STEPS).recip();
         let mut sum = Spectrum::ZERO;
         for (index, pair) in self.profile.windows(2).enumerate() {
@@ -65,37 +110,6 @@ impl SunDisc {
             sum += pair[1] * (step / 6.0 * (middle + 2.0 * (start + step)));
         }
         sum * (PI * self.sin_squared_radius)
-    }
-
-    /// Whether a direction lies within the disc.
-    pub(super) fn holds(&self, direction: Vec3A) -> bool {
-        self.cos_at_surface(direction).is_some()
-    }
-
-    /// A direction with the density [`density_per_sr`](Self::density_per_sr), from two numbers in [0, 1).
-    pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3A {
-        let cos = limb_cosine(u);
-        let sin_squared = (1.0 - cos * cos) * self.sin_squared_radius;
-        let (side, up) = self.to_sun.any_orthonormal_pair();
-        let (sin_turn, cos_turn) = (TAU * v).sin_cos();
-        let aside = (side * cos_turn + up * sin_turn) * sin_squared.sqrt();
-        (self.to_sun * (1.0 - sin_squared).sqrt() + aside).normalize()
-    }
-
-    /// Density of [`sample`](Self::sample), in 1/sr. The disc is so small that its solid angle is π sin² of its radius.
-    pub(super) fn density_per_sr(&self, direction: Vec3A) -> f32 {
-        let norm = PI * self.sin_squared_radius * (1.0 - LIMB_DARKENING / 3.0);
-        self.cos_at_surface(direction).map_or(0.0, |cos| (1.0 - LIMB_DARKENING * (1.0 - cos)) / norm)
-    }
-
-    /// Cosine of the angle at the sun's surface between its normal and the direction towards the scene; none beside
-    /// the disc.
-    fn cos_at_surface(&self, direction: Vec3A) -> Option<f32> {
-        // The cross product is accurate where the cosine of the angle to the centre is not.
-        let sin_squared = direction.cross(self.to_sun).length_squared();
-        // Directions that were sampled lie within the disc up to rounding.
-        let squared = 1.0 - sin_squared / self.sin_squared_radius;
-        (squared > -1e-3 && direction.dot(self.to_sun) > 0.0).then(|| squared.max(0.0).sqrt())
     }
 }
 

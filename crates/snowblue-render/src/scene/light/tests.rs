@@ -4,14 +4,25 @@
 
 use std::f64::consts::{PI, TAU};
 
+use glam::Vec3A;
 use snowblue_color::LinearRgb;
-use snowblue_geometry::ray::{Ray, narrow};
+use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
 
-use super::dome::Resampling;
+use super::dome::{Resampling, SkyDome};
+use super::emitter::{EmissionSpectrum, Emitter};
+use super::image::SkyImage;
+use super::rectangle::{RectangleLight, RectangleLightDescription};
+use super::sphere::SphereLight;
+use super::sun::SunDisc;
+use super::techniques::SamplingTechnique;
 use super::*;
-use crate::sampling::Sampler;
+use crate::sampling::{Sampler, cosine_direction};
+use crate::scene::description::key_path::KeyPath;
+use crate::scene::description::{LightSource, PointLightDescription};
+use crate::spectrum::Spectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
 
 /// Probability that any of these tests fails by chance is about this, for each test function.
 const LEVEL: f64 = 1e-3;
@@ -30,20 +41,24 @@ fn place() -> SurfacePoint {
     SurfacePoint { point: Vec3A::new(0.1, -0.2, 0.0), normal: Vec3A::new(0.36, 0.48, 0.8) }
 }
 
+/// A sphere of radiance 1.
+fn sphere(centre: Vec3A, radius_m: f32) -> SphereLight {
+    SphereLight { centre, radius_m, emission: EmissionSpectrum::new(&LightSpectrum::EQUAL_ENERGY, 1.0) }
+}
+
+/// A rectangle of radiance 1 with a centre, the point that it faces, and its size.
+fn rectangle(centre: Vec3A, look_at: Vec3A, up: Vec3A, size: [f64; 2]) -> RectangleLight {
+    let [position, look_at, up] = [centre, look_at, up].map(|place| place.as_dvec3().to_array());
+    let keys = RectangleLightDescription { position, look_at, up, size, radiance_w_m2_sr: 1.0, visible: true };
+    RectangleLight::new(&keys, &LightSpectrum::EQUAL_ENERGY).unwrap()
+}
+
 fn ball() -> Light {
-    let shape = SphereLight { centre: Vec3A::new(0.4, 0.5, 0.9), radius_m: 0.6 };
-    Light::Sphere(DiffuseEmitter::new(shape, &LightSpectrum::EQUAL_ENERGY, 1.0))
+    Light::new(sphere(Vec3A::new(0.4, 0.5, 0.9), 0.6))
 }
 
 fn panel() -> Light {
-    let shape = RectangleLight::new(&RectanglePlace {
-        centre: Vec3A::new(0.3, 0.4, 0.7),
-        look_at: Vec3A::new(0.2, 0.1, 0.0),
-        up: Vec3A::Z,
-        width_m: 1.6,
-        height_m: 0.7,
-    });
-    Light::Rectangle(DiffuseEmitter::new(shape.unwrap(), &LightSpectrum::EQUAL_ENERGY, 1.0))
+    Light::new(rectangle(Vec3A::new(0.3, 0.4, 0.7), Vec3A::new(0.2, 0.1, 0.0), Vec3A::Z, [1.6, 0.7]))
 }
 
 /// A coarse sky with a dark half, bright spots and a seam.
@@ -51,7 +66,7 @@ fn image() -> Light {
     let value = |k: u32| if k % 8 > 5 { 0.0 } else { f64::from(k * 37 % 11) };
     let pixels = (0..32).map(|k| LinearRgb { r: value(k), g: value(k), b: value(k) }).collect();
     let panorama = Panorama { width: 8, height: 4, pixels };
-    Light::Image(Box::new(SkyImage::new(&panorama, 0.1, 70.0, true).unwrap()), true)
+    Light::new(SkyImage::new(&panorama, 0.1, 70.0, true).unwrap())
 }
 
 /// A clear sky with its sun at 20° in the south-west.
@@ -63,22 +78,18 @@ fn clear_sky() -> (ClearSky, Vec3A) {
 
 fn dome() -> Light {
     let (sky, to_sun) = clear_sky();
-    Light::Dome(Box::new(SkyDome::clear(sky, to_sun, Resampling::new(1.0, false)).unwrap()), true)
+    Light::new(SkyDome::clear(sky, to_sun, Resampling::new(1.0, false)).unwrap())
 }
 
 fn sun() -> Light {
     let (sky, to_sun) = clear_sky();
-    Light::Sun(Box::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0, false))), true)
+    Light::new(SunDisc::new(&sky, to_sun, &Resampling::new(1.0, false)))
 }
 
 /// The density per sr of a technique in a direction from the place; 0 where the light is not there.
 fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A) -> f64 {
     let ray = Ray { origin: place().point, direction };
-    let origin = match light {
-        Light::Sphere(lamp) => lamp.shape.hit(&ray, f32::INFINITY).map(LightOrigin::Emitter),
-        Light::Rectangle(lamp) => lamp.shape.hit(&ray, f32::INFINITY).map(LightOrigin::Emitter),
-        _ => Some(LightOrigin::Distant(direction)),
-    };
+    let origin = light.origin_on(&ray, f32::INFINITY);
     origin.map_or(0.0, |origin| {
         f64::from(light.density(technique, &origin)) * f64::from(origin.area_per_solid_angle(ray.origin))
     })
@@ -86,20 +97,21 @@ fn density_per_sr(light: &Light, technique: &SamplingTechnique, direction: Vec3A
 
 fn techniques() -> [(&'static str, Light, SamplingTechnique); 6] {
     [
-        ("ball", ball(), SamplingTechnique::SolidAngle(place())),
-        ("panel", panel(), SamplingTechnique::SolidAngle(place())),
+        ("ball", ball(), SamplingTechnique::OfLight(place().point)),
+        ("panel", panel(), SamplingTechnique::OfLight(place().point)),
         ("cosine", image(), SamplingTechnique::Cosine(place())),
         ("hemisphere", image(), SamplingTechnique::Hemisphere(place())),
-        ("image", image(), SamplingTechnique::Luminance),
-        ("dome", dome(), SamplingTechnique::Luminance),
+        ("image", image(), SamplingTechnique::OfLight(place().point)),
+        ("dome", dome(), SamplingTechnique::OfLight(place().point)),
     ]
 }
 
 #[test]
 fn irradiance_falls_with_the_square_of_the_distance_and_the_cosine() {
-    let lamp = PointLight::new(Vec3A::new(0.0, 0.0, 2.0), &LightSpectrum::EQUAL_ENERGY, 40.0);
-    assert!((lamp.intensity.mean() - 40.0).abs() < 1e-4);
-    let sample = Light::Point(lamp).delta_sample().unwrap();
+    let source = LightSource::Point(PointLightDescription { position: [0.0, 0.0, 2.0], radiant_intensity_w_sr: 40.0 });
+    let lamp = source.keys().light(&KeyPath::default(), &LightSpectrum::EQUAL_ENERGY).unwrap();
+    assert!((lamp.strength().mean() - 40.0).abs() < 1e-4);
+    let sample = lamp.delta_sample().unwrap();
     let above = sample.incident_at(&SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z }).unwrap();
     assert!((above.irradiance_per_power - 0.25).abs() < 1e-6);
     let aside = sample.incident_at(&SurfacePoint { point: Vec3A::new(2.0, 0.0, 0.0), normal: Vec3A::Z }).unwrap();
@@ -115,14 +127,13 @@ fn the_irradiance_by_the_sun_is_that_of_its_disc() {
     const DRAWS: u32 = 4096;
     let (sky, to_sun) = clear_sky();
     let (light, facing) = (sun(), SurfacePoint { point: Vec3A::ZERO, normal: to_sun });
-    let Light::Sun(disc, _) = &light else { panic!("{light:?}") };
     let mut sampled = Spectrum::ZERO;
     for draw in 0..DRAWS {
         let sample = light.small_sample(&mut Sampler::new(7, 0, draw)).unwrap();
         let incident = sample.incident_at(&facing).unwrap();
         sampled += light.power(&sample.origin) * (incident.irradiance_per_power / DRAWS as f32);
     }
-    let irradiance = disc.normal_irradiance();
+    let irradiance = light.strength();
     for (index, wavelength_nm) in [(0, 400.0), (15, 550.0), (30, 700.0)] {
         let value = f64::from(irradiance.0[index]);
         assert!(
@@ -198,29 +209,17 @@ fn irradiance_of_polygon(at: &SurfacePoint, corners: [Vec3A; 4]) -> f64 {
 #[test]
 fn each_way_and_both_together_meet_the_closed_forms() {
     let at = SurfacePoint { point: Vec3A::new(0.1, -0.2, 0.0), normal: Vec3A::Z };
-    let sphere = SphereLight { centre: Vec3A::new(0.4, 0.5, 0.9), radius_m: 0.6 };
-    let place = RectanglePlace {
-        centre: Vec3A::new(0.3, 0.4, 0.7),
-        look_at: Vec3A::new(0.3, 0.4, 0.0),
-        up: Vec3A::Y,
-        width_m: 1.6,
-        height_m: 0.7,
-    };
+    let (centre, radius_m) = (Vec3A::new(0.4, 0.5, 0.9), 0.6);
+    let middle = Vec3A::new(0.3, 0.4, 0.7);
     let corners = [(-0.8, -0.35), (0.8, -0.35), (0.8, 0.35), (-0.8, 0.35)];
-    let corners = corners.map(|(x, y)| place.centre + Vec3A::new(x, y, 0.0));
-    let lamp = LightSpectrum::EQUAL_ENERGY;
+    let corners = corners.map(|(x, y)| middle + Vec3A::new(x, y, 0.0));
+    let panel = rectangle(middle, middle.with_z(0.0), Vec3A::Y, [1.6, 0.7]);
     let cases = [
-        (
-            Light::Sphere(DiffuseEmitter::new(sphere, &lamp, 1.0)),
-            irradiance_of_ball(&at, sphere.centre, sphere.radius_m),
-        ),
-        (
-            Light::Rectangle(DiffuseEmitter::new(RectangleLight::new(&place).unwrap(), &lamp, 1.0)),
-            irradiance_of_polygon(&at, corners),
-        ),
+        (Light::new(sphere(centre, radius_m)), irradiance_of_ball(&at, centre, radius_m)),
+        (Light::new(panel), irradiance_of_polygon(&at, corners)),
     ];
     for (light, expected) in cases {
-        let alone = [Some(SamplingTechnique::SolidAngle(at)), None, None];
+        let alone = [Some(SamplingTechnique::OfLight(at.point)), None, None];
         let irradiance = |sample: Option<LightSample>| {
             let of = |sample: LightSample| {
                 Some(sample.incident_at(&at)?.irradiance_per_power * light.power(&sample.origin).0[0])
@@ -247,21 +246,11 @@ fn each_way_and_both_together_meet_the_closed_forms() {
 
 #[test]
 fn a_small_far_rectangle_is_drawn_by_area_as_it_is_by_solid_angle() {
-    let shape = |distance_m: f32| {
-        let place = RectanglePlace {
-            centre: Vec3A::new(0.0, 0.0, distance_m),
-            look_at: Vec3A::ZERO,
-            up: Vec3A::Y,
-            width_m: 0.02,
-            height_m: 0.01,
-        };
-        RectangleLight::new(&place).unwrap()
-    };
     // 2e-4 m² over r² = 4 m² and, below the limit of solid angles, over 4e6 m².
     for distance_m in [2.0, 2000.0] {
-        let patch = shape(distance_m).sample(Vec3A::ZERO, [0.3, 0.6]).unwrap();
-        let area_m2_sr = LightOrigin::Emitter(patch).area_per_solid_angle(Vec3A::ZERO);
-        let density = shape(distance_m).density_per_sr(Vec3A::ZERO, area_m2_sr);
+        let patch = rectangle(Vec3A::new(0.0, 0.0, distance_m), Vec3A::ZERO, Vec3A::Y, [0.02, 0.01]);
+        let origin = patch.sample_li(Vec3A::ZERO, [0.3, 0.6]).unwrap();
+        let density = patch.pdf_li(Vec3A::ZERO, &origin);
         let expected = distance_m * distance_m / 2e-4;
         assert!((density / expected - 1.0).abs() < 1e-4, "{density} for {expected}");
     }
@@ -279,7 +268,8 @@ fn the_sky_image_is_upright_and_seen_from_within() {
             let turn = narrow(TAU) * (k as f32 + 0.5) / 16.0;
             Vec3A::new(turn.cos(), turn.sin(), 0.41).normalize()
         });
-        looks.max_by(|a, b| image.radiance(*a).0[0].total_cmp(&image.radiance(*b).0[0])).unwrap()
+        let radiance = |look: &Vec3A| image.le(&LightOrigin::Distant(*look)).0[0];
+        looks.max_by(|a, b| radiance(a).total_cmp(&radiance(b))).unwrap()
     };
     let seen = brightest(0.0);
     assert!(seen.y > 0.0 && seen.x > 0.0, "right of +y, seen from within, is +x: {seen}");
@@ -294,10 +284,9 @@ fn the_sky_image_is_upright_and_seen_from_within() {
 fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
     let at = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
     for gap_m in [1e-4, 1e-2, 1.0] {
-        let shape = SphereLight { centre: Vec3A::new(0.0, 0.0, 0.1 + gap_m), radius_m: 0.1 };
-        let light = Light::Sphere(DiffuseEmitter::new(shape, &LightSpectrum::EQUAL_ENERGY, 1.0));
+        let light = Light::new(sphere(Vec3A::new(0.0, 0.0, 0.1 + gap_m), 0.1));
         let from = SurfacePoint { point: Vec3A::new(0.0, 0.0, -0.3), normal: Vec3A::Z };
-        let lines = [Some(SamplingTechnique::SolidAngle(from)), None, None];
+        let lines = [Some(SamplingTechnique::OfLight(from.point)), None, None];
         let mut mean = Moments::default();
         for draw in 0..4_000 {
             let sample = light.sample(0, &lines, &mut sampler(3, draw)).unwrap();
@@ -316,7 +305,7 @@ fn a_lamp_at_the_surface_shines_no_more_than_its_radiance() {
 fn the_sun_is_sampled_with_its_density_and_gives_its_irradiance() {
     let light = sun();
     let to_sun = clear_sky().1.as_dvec3();
-    let technique = SamplingTechnique::Luminance;
+    let technique = SamplingTechnique::OfLight(Vec3A::ZERO);
     // By the midpoint rule in sin² of the angle to the centre, whose share of the solid angle is the same everywhere.
     const RINGS: u32 = 4_000;
     let sin_squared = SUN_RADIUS_RAD.sin().powi(2);
