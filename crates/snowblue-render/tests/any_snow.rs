@@ -73,18 +73,17 @@ fn pcasnow_solves_for_snow_off_the_table_and_says_so() {
             "impurities_ng_g = { black-carbon = 500 }",
             "black-carbon is 500 ng/g, but the table has no such axis",
         ),
-        ("other ice", "ice = \"picard2016\"", "the table was made with other constants of ice"),
+        ("old_ice", "ice = \"picard2016\"", "the table was made with other constants of ice"),
     ];
     let mut text = pcasnow("path = \"normal\"") + &material("plain", "") + &backlit("plain", 0.0) + LAMPS;
     for (place, (name, keys, _)) in reasons.iter().enumerate() {
-        text += &material(&format!("\"{name}\""), keys);
+        text += &material(name, keys);
         text += &backlit(name, 2.0 * (place + 1) as f64);
     }
     let mut integrator = integrator(&text, None, &[]);
     for (name, _, reason) in &reasons {
         let notes = integrator.notes();
-        let path = if name.contains(' ') { format!("material.\"{name}\"") } else { format!("material.{name}") };
-        let start = format!("{path}: its curves are solved for, because {reason}");
+        let start = format!("material.{name}: its curves are solved for, because {reason}");
         assert!(notes.iter().any(|note| note.starts_with(&start)), "{start}: {notes:?}");
     }
     assert_eq!(integrator.notes().len(), reasons.len(), "snow of the table needs no note");
@@ -94,12 +93,12 @@ fn pcasnow_solves_for_snow_off_the_table_and_says_so() {
         seen.0[15]
     });
     assert!(
-        fine < 0.5 * plain && coarse > 2.0 * plain && wet > plain && dirty < 0.7 * plain,
+        fine < 0.9 * plain && coarse > 1.4 * plain && wet > plain && dirty < plain,
         "{fine} {coarse} {wet} {dirty} {plain}"
     );
 }
 
-/// A block of 16 × 6 × 4 cm whose vertices lie at some x, in m, each with a value of the attribute "age".
+/// A block of 16 × 6 × 1 cm whose vertices lie at some x, in m, each with a value of the attribute "age".
 fn block(ages: &[(f32, f32)]) -> String {
     let quads = 4 * (ages.len() - 1) + 2;
     let mut text = format!(
@@ -108,7 +107,7 @@ fn block(ages: &[(f32, f32)]) -> String {
         4 * ages.len()
     );
     for (x, age) in ages {
-        for (y, z) in [(-0.03, -0.02), (0.03, -0.02), (0.03, 0.02), (-0.03, 0.02)] {
+        for (y, z) in [(-0.03, -0.005), (0.03, -0.005), (0.03, 0.005), (-0.03, 0.005)] {
             writeln!(text, "{x} {y} {z} {age}").unwrap();
         }
     }
@@ -123,35 +122,35 @@ fn block(ages: &[(f32, f32)]) -> String {
     text
 }
 
-const FINE: &str = "grain_size_um = 150";
-const DIRTY: &str = "grain_size_um = 400, impurities_ng_g = { black-carbon = 300 }";
+const FINE: &str = "grain_size_um = 200";
+const COARSE: &str = "grain_size_um = 400";
 
-/// The block under a white sky, of snow between fine and dirty.
+/// The block over a wide lamp, of snow between fine and coarse.
 fn masked() -> String {
-    let keys = format!("mask = {{ attribute = \"age\" }}\nbetween = [{{ {FINE} }}, {{ {DIRTY} }}]");
+    let keys = format!("mask = {{ attribute = \"age\" }}\nbetween = [{{ {FINE} }}, {{ {COARSE} }}]");
     format!("{}{BLOCK}", material("snow", &keys))
 }
 
 /// The block of uniform snow.
 fn uniform(keys: &str) -> String {
-    let keys = keys.replace(", impurities", "\nimpurities");
-    format!("{}{BLOCK}", material("snow", &keys))
+    format!("{}{BLOCK}", material("snow", keys))
 }
 
-const BLOCK: &str = "[light_field]\nstep_mm = 4\n[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
+const BLOCK: &str = "[light_field]\nstep_mm = 2\n[[light]]\ntype = \"rectangle\"\nposition = [0, 0, -1]\nlook_at = [0, 0, 0]\n\
+    up = [0, 1, 0]\nsize = [20, 20]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
     [[object]]\nmesh = \"block.ply\"\nmaterial = \"snow\"\n";
 
 /// The top of the block at some x, seen obliquely.
 fn at_top(integrator: &mut Integrator, x_m: f32, samples: u32) -> [Estimate; 3] {
-    let target = Vec3A::new(x_m, 0.003, 0.02);
+    let target = Vec3A::new(x_m, 0.003, 0.005);
     estimate(integrator, target + Vec3A::new(0.2, -0.5, 1.0), target, samples, BANDS)
 }
 
 #[test]
 fn where_a_mask_is_0_or_1_everywhere_snow_is_that_of_one_end() {
-    for (age, keys) in [(0.0, FINE), (1.0, DIRTY)] {
+    for (age, keys) in [(0.0, FINE), (1.0, COARSE)] {
         let file = [("block.ply", block(&[(-0.08, age), (0.08, age)]))];
-        for (method, samples) in [("diffusion", 1), ("hybrid", 64), ("reference", 64)] {
+        for (method, samples) in [("diffusion", 16), ("hybrid", 64)] {
             let [mut mask, mut known] = [masked(), uniform(keys)].map(|text| {
                 let scene = scene_of_few_grains(method, &text, &file);
                 prepared(&scene, None)
@@ -159,10 +158,10 @@ fn where_a_mask_is_0_or_1_everywhere_snow_is_that_of_one_end() {
             for x_m in [-0.05, 0.01] {
                 let [mask, known] = [&mut mask, &mut known].map(|integrator| at_top(integrator, x_m, samples));
                 for (mask, known) in mask.iter().zip(&known) {
-                    // The wavelengths that are solved for are chosen for all kinds of snow of the mask.
+                    // The field is solved for at other wavelengths: those that all kinds of the mask need.
                     let error = mask.standard_error.hypot(known.standard_error);
                     let difference = (mask.mean - known.mean).abs();
-                    assert!(difference < 2e-3 * known.mean + 4.0 * error, "{method} {age}: {mask:?} {known:?}");
+                    assert!(difference < 1e-3 * known.mean + 4.0 * error, "{method} {age}: {mask:?} {known:?}");
                     assert!(error < 0.02 * known.mean, "{method} {age}: {mask:?} {known:?}");
                 }
             }
@@ -176,7 +175,7 @@ fn light_across_a_plane_boundary_of_two_snows_agrees_with_the_reference() {
     let whole = [("block.ply", block(&[(-0.08, 0.0), (0.08, 0.0)]))];
     let at = |method: &str, text: &str, file: &[(&str, String)], places: &[f32]| {
         let mut integrator = prepared(&scene_by(method, text, file), None);
-        let samples = if method == "diffusion" { 1 } else { 64 };
+        let samples = if method == "reference" { 1024 } else { 64 };
         places.iter().map(|x_m| at_top(&mut integrator, *x_m, samples)).collect::<Vec<_>>()
     };
     // Far on either side, and within a transport mean free path of the boundary.
@@ -189,24 +188,24 @@ fn light_across_a_plane_boundary_of_two_snows_agrees_with_the_reference() {
                 let error = found.standard_error.hypot(truth.standard_error);
                 let difference = (found.mean - truth.mean).abs();
                 assert!(difference < 0.03 * truth.mean + 4.0 * error, "{method} {x_m}: {found:?} {truth:?}");
-                assert!(error < 0.02 * truth.mean, "{method} {x_m}: {found:?} {truth:?}");
+                assert!(error < 0.03 * truth.mean, "{method} {x_m}: {found:?} {truth:?}");
             }
         }
-        let [fine, dirty] =
-            [(FINE, -0.05), (DIRTY, 0.05)].map(|(keys, x_m)| at(method, &uniform(keys), &whole, &[x_m]).remove(0));
-        for (found, known) in [(&found[0], fine), (&found[3], dirty)] {
+        let [fine, coarse] =
+            [(FINE, -0.05), (COARSE, 0.05)].map(|(keys, x_m)| at(method, &uniform(keys), &whole, &[x_m]).remove(0));
+        for (found, known) in [(&found[0], fine), (&found[3], coarse)] {
             for (found, known) in found.iter().zip(&known) {
-                // Light wanders some centimetres, hence the limit.
+                // Light wanders a centimetre or two through a slab of one.
                 let error = found.standard_error.hypot(known.standard_error);
                 assert!(
-                    (found.mean - known.mean).abs() < 0.01 * known.mean + 4.0 * error,
+                    (found.mean - known.mean).abs() < 1e-3 * known.mean + 4.0 * error,
                     "{method}: {found:?} {known:?}"
                 );
             }
         }
-        // Both sides are far apart in the red, and the boundary lies between.
+        // Coarse snow transmits more light, and the boundary lies between.
         let red: Vec<f64> = found.iter().map(|bands| bands[2].mean).collect();
-        assert!(red.windows(2).all(|pair| pair[0] > pair[1]) && red[0] > 1.1 * red[3], "{method}: {red:?}");
+        assert!(red.windows(2).all(|pair| pair[1] > pair[0]) && red[3] > 1.4 * red[0], "{method}: {red:?}");
     }
 }
 

@@ -26,8 +26,8 @@ fn infrared() -> CompressedTable {
         wavelengths_nm: (0..31).map(|k| 550.0 + 20.0 * f64::from(k)).collect(),
         ..Axes::paper()
     };
-    let table = fill::fill(&axes, &fill::FillOptions::by_ordinates(1 << 16), &|_| {}).unwrap();
-    CompressedTable::new(&table, Space::Log, 5).unwrap()
+    let table = fill::fill(&axes, &fill::FillOptions::by_ordinates(1 << 18), &|_| {}).unwrap();
+    CompressedTable::new(&table, Space::Log, 8).unwrap()
 }
 
 /// The integrator of a picture of one pixel in false colour, of a scene with these files.

@@ -33,34 +33,43 @@ pub struct FalseColor {
 /// Least range of the wavelengths of a false colour, in nm, so that they ascend.
 const LEAST_SPAN_NM: f64 = 3.0;
 
+/// Least wavelength of a false colour, in nm.
+const LEAST_NM: f64 = 300.0;
+
 impl FalseColor {
     /// The wavelengths of a picture, in nm.
     pub(crate) fn wavelengths_nm(self) -> [f64; SAMPLES] {
         self.grid().0
     }
 
-    /// Wavelengths in equal steps, of which one is moved onto the middle of the three, and the places of the three.
+    /// Wavelengths in equal steps, of which the nearest are moved onto the three, and the places of the three.
     fn grid(self) -> ([f64; SAMPLES], [usize; 3]) {
         const LAST: usize = SAMPLES - 1;
         let shown_nm = [self.red_nm, self.green_nm, self.blue_nm];
         let mut sorted_nm = shown_nm;
         sorted_nm.sort_by(f64::total_cmp);
-        let [low_nm, middle_nm, high_nm] = sorted_nm;
-        let step_nm = (high_nm - low_nm).max(LEAST_SPAN_NM) / LAST as f64;
-        // A short range lies below the greatest wavelength, where the tables of ice hold it.
-        let first_nm = low_nm.min(high_nm - LAST as f64 * step_nm);
+        let [low_nm, _, high_nm] = sorted_nm;
+        let span_nm = (high_nm - low_nm).max(LEAST_SPAN_NM);
+        // A short range lies within the wavelengths for which the tables of ice have constants.
+        let first_nm = low_nm.min(high_nm - span_nm).max(LEAST_NM);
+        let step_nm = span_nm / LAST as f64;
         let mut grid_nm: [f64; SAMPLES] = std::array::from_fn(|k| first_nm + k as f64 * step_nm);
-        grid_nm[LAST] = high_nm;
-        for nm in [low_nm, middle_nm] {
-            if !grid_nm.contains(&nm) {
-                let places = (nm - first_nm) / step_nm;
-                let nearest =
-                    (1..LAST).min_by(|a, b| (*a as f64 - places).abs().total_cmp(&(*b as f64 - places).abs()));
-                grid_nm[nearest.unwrap_or(1)] = nm;
-            }
+        let mut places = [0; 3];
+        for number in 0..3 {
+            let nm = sorted_nm[number];
+            places[number] = match number.checked_sub(1) {
+                Some(before) if sorted_nm[before].total_cmp(&nm).is_eq() => places[before],
+                before => {
+                    // Room for those that follow.
+                    let range = before.map_or(0, |before| places[before] + 1)..=LAST - (2 - number);
+                    let distance = |place: &usize| (grid_nm[*place] - nm).abs();
+                    range.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(LAST)
+                }
+            };
+            grid_nm[places[number]] = nm;
         }
-        let place = |nm: f64| grid_nm.iter().position(|other| other.total_cmp(&nm).is_eq()).unwrap_or(LAST);
-        (grid_nm, shown_nm.map(place))
+        let place = |nm: f64| sorted_nm.iter().zip(places).find(|(other, _)| other.total_cmp(&nm).is_eq());
+        (grid_nm, shown_nm.map(|nm| place(nm).map_or(LAST, |(_, place)| place)))
     }
 }
 

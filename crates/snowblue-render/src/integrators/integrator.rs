@@ -63,7 +63,10 @@ impl Integrator {
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (Vec::new(), None);
         let method = match Kept::of(preparation.earlier, scene) {
-            Kept::Everything(method) => *method,
+            Kept::Everything(mut method) => {
+                method.field_mut().into_iter().for_each(LightField::keep_all);
+                *method
+            }
             Kept::Grids(method, changes) => method.relit(scene, &changes)?,
             Kept::Nothing => {
                 let kinds =

@@ -144,6 +144,11 @@ impl LightField {
         self.solved_count
     }
 
+    /// Counts all solutions as those of an earlier light field.
+    pub(crate) fn keep_all(&mut self) {
+        self.solved_count = 0;
+    }
+
     /// A light of the scene as a lamp inside snow, if it is one.
     pub(crate) fn lamp_inside(&self, light: usize) -> Option<&LampInSnow> {
         self.lamps_in_snow.iter().find(|lamp| lamp.light == light)

@@ -109,12 +109,13 @@ fn path_to(value: &Spanned<DeValue>, span: &Range<usize>, path: KeyPath) -> KeyP
     }
 }
 
-/// Whether a value or one inside it holds a span. A table with a header of its own lies outside of the table around it.
+/// Whether a value, a key of it or a value inside it holds a span. A table with a header of its own lies outside of the
+/// table around it, and its keys outside of its span.
 fn holds(value: &Spanned<DeValue>, span: &Range<usize>) -> bool {
-    let holds_itself = value.span().start <= span.start && span.end <= value.span().end;
-    holds_itself
+    let contains = |outer: Range<usize>| outer.start <= span.start && span.end <= outer.end;
+    contains(value.span())
         || match value.get_ref() {
-            DeValue::Table(table) => table.values().any(|inner| holds(inner, span)),
+            DeValue::Table(table) => table.iter().any(|(key, inner)| contains(key.span()) || holds(inner, span)),
             DeValue::Array(list) => list.iter().any(|inner| holds(inner, span)),
             _ => false,
         }
