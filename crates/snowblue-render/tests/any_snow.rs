@@ -136,7 +136,8 @@ fn uniform(keys: &str) -> String {
     format!("{}{BLOCK}", material("snow", keys))
 }
 
-const BLOCK: &str = "[light_field]\nstep_mm = 2\n[[light]]\ntype = \"rectangle\"\nposition = [0, 0, -1]\nlook_at = [0, 0, 0]\n\
+const BLOCK: &str = "[light_field]\nstep_mm = 2\n[[light]]\ntype = \"rectangle\"\nposition = [0, 0, -1]\n\
+    look_at = [0, 0, 0]\n\
     up = [0, 1, 0]\nsize = [20, 20]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n\
     [[object]]\nmesh = \"block.ply\"\nmaterial = \"snow\"\n";
 
