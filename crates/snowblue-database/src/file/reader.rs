@@ -52,7 +52,7 @@ impl AnyTable {
                 path,
                 format!(
                     "is a full table, not a compressed one, which is written by: \
-                     snowblue database import {} --space log --components 3 -o FILE.nc",
+                     snowblue merge {} --space log --components 3 -o FILE.nc",
                     path.display()
                 ),
             )),

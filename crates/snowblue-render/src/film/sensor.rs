@@ -46,30 +46,26 @@ impl FalseColor {
     fn grid(self) -> ([f64; SAMPLES], [usize; 3]) {
         const LAST: usize = SAMPLES - 1;
         let shown_nm = [self.red_nm, self.green_nm, self.blue_nm];
-        let mut sorted_nm = shown_nm;
+        let mut sorted_nm = shown_nm.to_vec();
         sorted_nm.sort_by(f64::total_cmp);
-        let [low_nm, _, high_nm] = sorted_nm;
+        sorted_nm.dedup();
+        let (low_nm, high_nm) = (sorted_nm[0], sorted_nm[sorted_nm.len() - 1]);
         let span_nm = (high_nm - low_nm).max(LEAST_SPAN_NM);
         // A short range lies within the wavelengths for which the tables of ice have constants.
         let first_nm = low_nm.min(high_nm - span_nm).max(LEAST_NM);
         let step_nm = span_nm / LAST as f64;
         let mut grid_nm: [f64; SAMPLES] = std::array::from_fn(|k| first_nm + k as f64 * step_nm);
-        let mut places = [0; 3];
-        for number in 0..3 {
-            let nm = sorted_nm[number];
-            places[number] = match number.checked_sub(1) {
-                Some(before) if sorted_nm[before].total_cmp(&nm).is_eq() => places[before],
-                before => {
-                    // Room for those that follow.
-                    let range = before.map_or(0, |before| places[before] + 1)..=LAST - (2 - number);
-                    let distance = |place: &usize| (grid_nm[*place] - nm).abs();
-                    range.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(LAST)
-                }
-            };
-            grid_nm[places[number]] = nm;
+        let mut free = 0;
+        for (number, &nm) in sorted_nm.iter().enumerate() {
+            let distance = |place: &usize| (grid_nm[*place] - nm).abs();
+            // Those that follow need places too.
+            let last = LAST + 1 + number - sorted_nm.len();
+            let nearest = (free..=last).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(last);
+            grid_nm[nearest] = nm;
+            free = nearest + 1;
         }
-        let place = |nm: f64| sorted_nm.iter().zip(places).find(|(other, _)| other.total_cmp(&nm).is_eq());
-        (grid_nm, shown_nm.map(|nm| place(nm).map_or(LAST, |(_, place)| place)))
+        let place = |nm: f64| grid_nm.iter().position(|other| other.total_cmp(&nm).is_eq()).unwrap_or(LAST);
+        (grid_nm, shown_nm.map(place))
     }
 }
 
