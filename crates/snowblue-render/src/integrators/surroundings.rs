@@ -270,7 +270,7 @@ impl<'a> Surroundings<'a> {
             let snow_m = self.snow_m(body.object, &ray, to_light.distance_m);
             depth += match medium.volume_in(snow) {
                 Some((volume, node)) => volume.nodes()[node].extinction_per_m() * snow_m,
-                None if self.collides(*body, snow, medium, &ray, (to_light.distance_m, chance)) => return None,
+                None if self.collides(*body, medium, &ray, (to_light.distance_m, chance)) => return None,
                 None => 0.0,
             };
             // `chance` is at least 2⁻⁵⁴ = e^{−37.4}, so deep in snow no exponential is needed.
@@ -299,15 +299,8 @@ impl<'a> Surroundings<'a> {
     /// Whether light on a line collides with a grain of a body whose snow varies, by delta tracking (Woodcock et al.
     /// 1965): free flights by the greatest extinction coefficient, of whose ends a share κ/κ_max are collisions. The
     /// random numbers follow from `chance`.
-    fn collides(
-        &self,
-        body: SnowBody,
-        snow: &SnowVolumes,
-        medium: Medium,
-        ray: &Ray,
-        (limit_m, chance): (f32, f64),
-    ) -> bool {
-        let Medium::EachPlace { node } = medium else { return false };
+    fn collides(&self, body: SnowBody, medium: Medium, ray: &Ray, (limit_m, chance): (f32, f64)) -> bool {
+        let (Medium::EachPlace { node }, Some(snow)) = (medium, self.snow_of(body)) else { return false };
         let mut stream = Stream::new(chance.to_bits(), body.object as u64);
         let greatest_per_m = snow.greatest_extinction_per_m(node);
         // `snow_m` has left the segments of this body.

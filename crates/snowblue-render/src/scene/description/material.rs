@@ -10,6 +10,7 @@ use crate::notation::Notations;
 /// A material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
 pub enum MaterialDescription {
     /// A Lambertian surface.
     Diffuse(DiffuseDescription),
@@ -98,6 +99,7 @@ impl TryFrom<DiffuseKeys> for DiffuseDescription {
 /// Snow, by the keys of its table: what it is made of, or layers, or two snows and a mask.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
 pub enum SnowDescription {
     /// The same everywhere.
     Uniform(SnowKeys),

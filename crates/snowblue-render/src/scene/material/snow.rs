@@ -29,6 +29,7 @@ const COMPARING_RAYS: u32 = 1 << 12;
 
 /// Snow, and where its parts lie.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
 pub enum Snow {
     /// The same everywhere.
     Uniform(SnowSample),
