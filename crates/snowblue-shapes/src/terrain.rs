@@ -1,10 +1,10 @@
 //! Land and snow with a surface of heights, as a closed solid whose triangles are as large as an error bound permits.
 //!
-//! Heights lie on a grid, with two triangles in each of its cells, as in a plain
-//! [height field](crate::height_field). Prints may be pressed into the surface. A [quadtree](Quadtree) of
-//! cells, the largest of many grid cells, the smallest parts of one, is divided until the surface at each grid point,
-//! and at points within prints, lies near the triangles of its cell. Two triangles make a cell; where neighbours are
-//! smaller, their corners divide these further, so that there are no cracks.
+//! Heights lie on a grid, with two triangles in each of its cells, as in a plain [height field](crate::height_field).
+//! Prints may be pressed into the surface. A quadtree of cells, the largest of many grid cells, the smallest parts of
+//! one, is divided until the surface at each grid point, and at points within prints, lies near the triangles of its
+//! cell. Two triangles make a cell; where neighbours are smaller, their corners divide these further, so that there are
+//! no cracks.
 
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
