@@ -84,7 +84,7 @@ impl Cuboid {
     ///
     /// The longest chord of a cube is its space diagonal, √3 times its edge:
     /// ```
-    /// # use snowblue_render::geometry::{cuboid::Cuboid, ray::Ray};
+    /// # use snowblue_geometry::{cuboid::Cuboid, ray::Ray};
     /// # use glam::{Mat3A, Vec3A};
     /// let cube = Cuboid::new(Vec3A::ZERO, Vec3A::ONE, Mat3A::IDENTITY);
     /// let ray = Ray { origin: Vec3A::splat(-2.0), direction: Vec3A::ONE.normalize() };

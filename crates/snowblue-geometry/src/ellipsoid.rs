@@ -83,7 +83,7 @@ impl Ellipsoid {
     ///
     /// The longest chord of a sphere is its diameter, in every direction:
     /// ```
-    /// # use snowblue_render::geometry::{ellipsoid::Ellipsoid, ray::Ray};
+    /// # use snowblue_geometry::{ellipsoid::Ellipsoid, ray::Ray};
     /// # use glam::{DAffine3, DVec3, Vec3A};
     /// let ball = Ellipsoid::new(DAffine3::from_scale(DVec3::splat(0.5))).unwrap();
     /// let ray = Ray { origin: Vec3A::splat(3.0), direction: Vec3A::NEG_ONE.normalize() };
