@@ -31,7 +31,6 @@ pub struct Files(FilesInMemory);
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct LightField {
-    description: SceneDescription,
     snow: Relighting,
     /// The lights of the last sky, and its JSON.
     sky: (String, Vec<Arc<Light>>),
@@ -135,7 +134,7 @@ impl LightField {
         let integrator = prepare(&description, files)?;
         let snow = Relighting::new(integrator, cells_per_edge).map_err(text)?;
         let sky = (String::new(), Vec::new());
-        Ok(Self { description, snow, sky, solved: BTreeMap::new(), last: 0 })
+        Ok(Self { snow, sky, solved: BTreeMap::new(), last: 0 })
     }
 
     /// Unknowns of a solution at each wavelength.
@@ -295,25 +294,17 @@ impl LightField {
         surface.ok_or_else(|| JsError::new(&format!("object {object} is not lit")))
     }
 
-    /// The scene with another value of a key.
-    fn with(&self, key: &str, value: serde_json::Value) -> Result<SceneDescription, String> {
-        let mut document = serde_json::to_value(&self.description).map_err(text)?;
-        document[key] = value;
-        serde_json::from_value(document).map_err(text)
-    }
-
-    /// A lamp by the rules of the scene's lights.
+    /// A lamp by the rules of scenes.
     fn lamp(&self, lamp: &str) -> Result<Arc<Light>, String> {
-        let lamp: serde_json::Value = serde_json::from_str(lamp).map_err(text)?;
-        let lamps = self.with("light", vec![lamp].into())?.lights;
-        let lights = self.snow.lights(lamps, None, &FilesInMemory::default()).map_err(text)?;
+        let scene: SceneDescription = serde_json::from_str(&format!(r#"{{ "light": [{lamp}] }}"#)).map_err(text)?;
+        let lights = self.snow.lights(scene.lights, None, &FilesInMemory::default()).map_err(text)?;
         lights.into_iter().next().ok_or_else(|| "there is no lamp".to_owned())
     }
 
-    /// The lights of a sky by the rules of the scene's.
+    /// The lights of a sky by the rules of scenes.
     fn lights_of_sky(&self, sky: &str, files: &Files) -> Result<Vec<Arc<Light>>, String> {
-        let description = self.with("sky", serde_json::from_str(sky).map_err(text)?)?;
-        self.snow.lights(Vec::new(), description.sky, &files.0).map_err(text)
+        let scene: SceneDescription = serde_json::from_str(&format!(r#"{{ "sky": {sky} }}"#)).map_err(text)?;
+        self.snow.lights(Vec::new(), scene.sky, &files.0).map_err(text)
     }
 }
 
