@@ -12,5 +12,9 @@ pub mod atomic_file;
 pub mod files;
 pub mod hash;
 
+pub mod key_path;
+pub mod toml_value;
+
+pub use key_path::{KeyError, KeyPath};
 pub use parameter::Parameter;
 pub use range::{ParameterRange, RangeError, short_number};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use snowblue_base::files::FileError;
 use snowblue_database::DatabaseError;
 
-use crate::scene::description::key_path::DescriptionError;
+use snowblue_base::KeyError;
 
 /// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +45,7 @@ pub enum RenderError {
     },
     /// A value of a description breaks a rule.
     #[error(transparent)]
-    Description(#[from] DescriptionError),
+    Description(#[from] KeyError),
     /// A table of curves for PCASnow cannot be used.
     #[error(transparent)]
     Table(#[from] DatabaseError),

@@ -72,7 +72,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[film]", "[keyframes]\nsky.turbidity = [2, 4]\n[film]", 4, "unknown table `keyframes`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
-        ("[film]", "[film]\nwidth = 1.5", 5, "film.width is floating point 1.5, but must be a whole number"),
+        ("[film]", "[film]\nwidth = 1.5", 5, "film.width is 1.5, but must be a whole number"),
         ("look_at = [0, 0, 0]", "look_at = [1, -2, 0.5]", 3, "must not lie at the camera's position"),
         ("look_at = [0, 0, 0]", "look_at = [0, 0]", 3, "must be a list of three numbers"),
         ("\"D65\"", "\"D66\"", 17, "D66"),
@@ -91,11 +91,11 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
     let cases = [
         ("density_kg_m3 = 1200", "density_kg_m3 is 1200 kg/m³, but must lie in 10–900 kg/m³"),
         ("density_kg_m3 = nan", "density_kg_m3 is NaN kg/m³, but must lie in 10–900 kg/m³"),
-        ("density_kg_m3 = \"300\"", "density_kg_m3 is string \"300\", but must be a number"),
+        ("density_kg_m3 = \"300\"", "density_kg_m3 is \"300\", but must be a number"),
         ("grain_size_um = 5000", "grain_size_um is 5000 µm, but its range of ± 50 µm must lie in 20–5000 µm"),
         ("grain_size_um = [500, 100]", "grain_size_um has the range 500:100 µm, whose ends are in the wrong order"),
         ("grain_size_um = [1, 2, 3]", "grain_size_um has 3 numbers, but must be a mean (400) or a range (350, 450)"),
-        ("grain_size_um = \"fine\"", "grain_size_um: must be a number or a list of numbers"),
+        ("grain_size_um = \"fine\"", "grain_size_um is \"fine\", but must be a number or a list of numbers"),
         ("size_measure = \"radius\"", "size_measure is \"radius\", but must be one of greatest-extension"),
         ("snow = \"powder\"", "snow is \"powder\", but must be one of fresh, rounded, faceted"),
         ("ssa_m2_kg = 1000", "ssa_m2_kg is 1000 m²/kg, but must lie in 1.4–300 m²/kg"),
@@ -133,7 +133,7 @@ fn mistakes_in_a_mask_between_two_snows_are_named_with_file_line_value_and_range
         (mask.to_owned(), 6, "between is missing"),
         ("between = [{}, {}]".to_owned(), 6, "mask is missing"),
         (format!("{mask}between = [{{}}, {{}}, {{}}]"), 9, "between has 3 snows, but must have two"),
-        (format!("{mask}between = 3"), 9, "between is integer 3, but must be a list"),
+        (format!("{mask}between = 3"), 9, "between is 3, but must be a list"),
         (two("", "density_kg_m3 = 3"), 9, "between[1].density_kg_m3 is 3 kg/m³, but must lie in 10–900 kg/m³"),
         (two("impurities_ng_g = { soot = 1 }", ""), 9, "between[0].impurities_ng_g.soot is an unknown impurity"),
         (two("", "snow = \"fresh\""), 9, "between has two measures of grain size, but must have one"),
@@ -241,7 +241,7 @@ fn mistakes_in_lights_are_named_with_file_line_value_and_range() {
             "[[object]]",
             "[environment]\nradiance_w_m2_sr = 1\nvisible = 1\n[[object]]",
             21,
-            "environment.visible is integer 1, but must be true or false",
+            "environment.visible is 1, but must be true or false",
         ),
     ]);
 }
@@ -408,7 +408,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
             "[0.5, 0.5, 0.5]",
             "[0.5, 0.5]",
             32,
-            "object[1].add[0].radii is length 2, but must be a list of three numbers",
+            "object[1].add[0].radii has 2 values, but must be a list of three numbers",
         ),
         (
             "[0.5, 0.5, 0.5]",
@@ -431,7 +431,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
             "[0.2, 0.1]",
             "\"wide\"",
             37,
-            "object[1].remove[0].radius is string \"wide\", but must be a number or a list of",
+            "object[1].remove[0].radius is \"wide\", but must be a number or a list of",
         ),
         ("[0.2, 0.1]", "[9, 9]", 23, "object[1] is empty: its solids are removed or smaller than a cell"),
         (
@@ -519,7 +519,7 @@ fn lamps_with_mistakes_are_named() {
         let integrator = "[integrator]\ntype = \"pcasnow\"\n";
         load(&format!("{before}{keys}[[object]]{after}{integrator}"), Some(PLY)).unwrap_err()
     };
-    assert!(light("").ends_with(": the scene has no light: neither [[light]] nor [environment] nor [sky]"));
+    assert!(light("").ends_with(": light is missing, and there is neither [environment] nor [sky]"));
     for (keys, expected) in [
         ("type = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n", "light[0].direction is [0, 0, 0]"),
         ("type = \"directional\"\ndirection = [0, 0, 1]\n", "light[0].irradiance_w_m2 is missing"),
@@ -533,7 +533,7 @@ fn lamps_with_mistakes_are_named() {
         ),
         (
             "type = \"rectangle\"\nposition = [0, 0, 1]\nlook_at = [0, 1, 0]\nsize = 1\nradiance_w_m2_sr = 1\n",
-            "light[0].size is integer 1, but must be a list of two numbers",
+            "light[0].size is 1, but must be a list of two numbers",
         ),
     ] {
         let message = light(&format!("[[light]]\n{keys}"));

@@ -21,10 +21,10 @@
 use std::fmt::Display;
 use std::ops::Range;
 
-use serde::Deserialize;
-use serde::de::IntoDeserializer;
+use snowblue_base::KeyPath;
+use snowblue_base::toml_value::{Mistake, read};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 use crate::optics::IceTable;
 use crate::sample::{SnowKeyError, SnowKeys};
@@ -68,17 +68,17 @@ impl LayerFile {
     /// If the text is not TOML, a key is unknown or missing, a value is out of range, or there is no layer or more than
     /// [`MOST_LAYERS`].
     pub fn parse(text: &str) -> Result<Self, LayerFileError> {
-        let mut file = DeTable::parse(text).map_err(LayerFileError::of_toml)?.into_inner();
+        let mut file = DeTable::parse(text).map_err(Mistake::from)?.into_inner();
         let ice = match file.remove("ice") {
-            Some(ice) => read::<String>(&ice)?.parse().map_err(|error| LayerFileError::at(ice.span(), error))?,
+            Some(ice) => read::<String>(&ice, &KeyPath::root("ice"), &[])?
+                .parse()
+                .map_err(|error| LayerFileError::at(ice.span(), error))?,
             None => IceTable::default(),
         };
         let layers = file.remove("layer");
         if let Some((key, _)) = file.iter().next() {
-            return Err(LayerFileError::at(
-                key.span(),
-                format!("unknown field `{}`, expected `ice` or `layer`", key.get_ref()),
-            ));
+            let reason = format!("unknown key `{}`; known are ice, layer", key.get_ref());
+            return Err(LayerFileError::at(key.span(), reason));
         }
         let none = || LayerFileError { span: None, reason: "holds no [[layer]]".to_owned() };
         let layers = layers.ok_or_else(none)?;
@@ -90,7 +90,8 @@ impl LayerFile {
         if tables.is_empty() {
             return Err(none());
         }
-        let layers: Result<_, _> = tables.iter().map(|table| read_layer(table, ice)).collect();
+        let layers = tables.iter().enumerate();
+        let layers: Result<_, _> = layers.map(|(index, table)| read_layer(table, index, ice)).collect();
         Ok(Self { layers: layers?, ice })
     }
 }
@@ -102,28 +103,25 @@ impl LayerFileError {
     fn at(span: Range<usize>, reason: impl Display) -> Self {
         Self { span: Some(span), reason: reason.to_string() }
     }
+}
 
-    fn of_toml(error: toml::de::Error) -> Self {
-        Self::at(error.span().unwrap_or(0..0), error.message().replace('\n', "; "))
+impl From<Mistake> for LayerFileError {
+    fn from(Mistake { span, reason }: Mistake) -> Self {
+        Self { span: Some(span), reason }
     }
 }
 
-/// Reads a value by serde.
-fn read<'text, T: Deserialize<'text>>(value: &Spanned<DeValue<'text>>) -> Result<T, LayerFileError> {
-    let deserializer: ValueDeserializer = value.clone().into_deserializer();
-    T::deserialize(deserializer)
-        .map_err(|error| LayerFileError { span: error.span().or(Some(value.span())), ..LayerFileError::of_toml(error) })
-}
-
-fn read_layer(value: &Spanned<DeValue>, ice: IceTable) -> Result<Layer, LayerFileError> {
+fn read_layer(value: &Spanned<DeValue>, index: usize, ice: IceTable) -> Result<Layer, LayerFileError> {
+    let path = KeyPath::root("layer").index(index);
     let mut keys = value.get_ref().as_table().cloned().ok_or_else(|| LayerFileError::at(value.span(), NO_LIST))?;
     let thickness = keys.remove("thickness_cm");
-    let thickness = thickness.ok_or_else(|| LayerFileError::at(value.span(), "missing field `thickness_cm`"))?;
+    let thickness =
+        thickness.ok_or_else(|| LayerFileError::at(value.span(), format!("{path}.thickness_cm is missing")))?;
     if let Some((key, _)) = keys.get_key_value("ice") {
         return Err(LayerFileError::at(key.span(), "`ice` is the same for all layers: it stands above them"));
     }
-    let thickness_cm = read(&thickness)?;
-    let snow: SnowKeys = read(&Spanned::new(value.span(), DeValue::Table(keys.clone())))?;
+    let thickness_cm = read(&thickness, &path.key("thickness_cm"), &[])?;
+    let snow: SnowKeys = read(&Spanned::new(value.span(), DeValue::Table(keys.clone())), &path, &["thickness_cm"])?;
     let snow = SnowKeys { ice: Some(ice.name().to_owned()), ..snow };
     let sample = snow.sample().map_err(|SnowKeyError { key, impurity, error }| {
         let given = keys.get(key);

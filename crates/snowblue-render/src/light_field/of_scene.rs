@@ -12,11 +12,11 @@ use super::snowpack::{KindOptics, Snowpack};
 use crate::error::RenderError;
 use crate::scene::Scene;
 use crate::scene::build::changes::Changes;
-use crate::scene::description::KeyPath;
 use crate::scene::material::Material;
 use crate::scene::material::snow::SnowKinds;
 use crate::scene::objects::{Object, SurfaceInteraction};
 use crate::spectrum::SAMPLES;
+use snowblue_base::KeyPath;
 
 /// The snow of each material, by its index; none of other materials.
 pub(crate) type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;

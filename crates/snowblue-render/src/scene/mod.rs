@@ -24,11 +24,12 @@ use crate::film::exposure::FilmSettings;
 use crate::film::sensor::Sensor;
 use crate::raster::ImageSize;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{CameraDescription, KeyPath, SceneDescription};
+use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::light::Light;
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
 use crate::spectrum::SAMPLES;
+use snowblue_base::KeyPath;
 
 pub use integrator::{Emission, IntegratorKind, IntegratorSettings, LightFieldSettings, PathMode, PcaSnowSettings};
 

@@ -6,10 +6,11 @@ use snowblue_shapes::carved::{Carved, CarvedError, Solid};
 
 use crate::scene::build::landscape::check_shapes;
 use crate::scene::build::placing::rotation;
-use crate::scene::description::{CarvedDescription, DescriptionError, KeyPath, SolidDescription};
+use crate::scene::description::{CarvedDescription, SolidDescription};
+use snowblue_base::{KeyError, KeyPath};
 
 /// The mesh of carved snow, or what is wrong with its cells or its solids.
-pub(super) fn carved_mesh(path: &KeyPath, description: &CarvedDescription) -> Result<TriangleMesh, DescriptionError> {
+pub(super) fn carved_mesh(path: &KeyPath, description: &CarvedDescription) -> Result<TriangleMesh, KeyError> {
     check_shapes(path)?;
     let carved = Carved {
         cell_m: description.cell,

@@ -25,7 +25,6 @@ use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{check_reach, placement};
 use crate::scene::build::sources::Sources;
 use crate::scene::camera::View;
-use crate::scene::description::KeyPath;
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::Light;
 use crate::scene::light::directional::DirectionalLight;
@@ -40,6 +39,7 @@ use crate::scene::objects::Object;
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 use crate::spectrum::upsampling::Upsampling;
+use snowblue_base::KeyPath;
 
 /// Greatest strength of a light, in cd or lx.
 const GREATEST_STRENGTH: f64 = 1e15;

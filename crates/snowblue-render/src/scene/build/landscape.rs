@@ -18,10 +18,10 @@ use crate::scene::build::placing::upright;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
 use crate::scene::description::{
-    DepthDescription, DescriptionError, DriftDescription, FootDescription, FootprintDescription, GridSettings,
-    GroundSource, HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, KeyPath,
-    SnowpackDescription, UpAxis,
+    DepthDescription, DriftDescription, FootDescription, FootprintDescription, GridSettings, GroundSource,
+    HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, SnowpackDescription, UpAxis,
 };
+use snowblue_base::{KeyError, KeyPath};
 
 /// Default tolerance of the triangles of a map, in distances between two heights.
 const TOLERANCE_OF_CELL: f64 = 0.05;
@@ -35,7 +35,7 @@ const GAP_OF_SIDE: f64 = 1.0 / (1 << 19) as f64;
 
 /// Refuses the shapes of the feature `shapes` in a build without it. The compiler then drops the code that follows.
 #[inline]
-pub(super) fn check_shapes(path: &KeyPath) -> Result<(), DescriptionError> {
+pub(super) fn check_shapes(path: &KeyPath) -> Result<(), KeyError> {
     if cfg!(feature = "shapes") {
         return Ok(());
     }
@@ -108,7 +108,7 @@ pub(super) fn drift_land(
     path: &KeyPath,
     description: &DriftDescription,
     imprints: &[ImprintDescription],
-) -> Result<Land, DescriptionError> {
+) -> Result<Land, KeyError> {
     check_shapes(path)?;
     let single = |number: f64| f64::from(narrow(number));
     let mounds = description.mounds.iter().map(|mound| Mound {
@@ -190,12 +190,7 @@ impl PlacedGrid {
         self.heights.values().iter().copied().fold(f32::INFINITY, f32::min)
     }
 
-    fn terrain(
-        self,
-        path: &KeyPath,
-        filling: Filling,
-        imprints: &[ImprintDescription],
-    ) -> Result<Terrain, DescriptionError> {
+    fn terrain(self, path: &KeyPath, filling: Filling, imprints: &[ImprintDescription]) -> Result<Terrain, KeyError> {
         let (low, high) = (
             DVec2::new(self.far_left_m.x, self.far_left_m.y - self.size_m().y),
             DVec2::new(self.far_left_m.x + self.size_m().x, self.far_left_m.y),
@@ -229,23 +224,18 @@ fn read_grid(path: &KeyPath, file: &str, sources: &Sources) -> Result<HeightGrid
 }
 
 /// Puts heights where there are none; `key` is the path to the heights.
-fn filled(grid: HeightGrid, fill: Option<f64>, key: &KeyPath) -> Result<HeightGrid, DescriptionError> {
+fn filled(grid: HeightGrid, fill: Option<f64>, key: &KeyPath) -> Result<HeightGrid, KeyError> {
     grid.filled(fill.map(narrow)).map_err(|reason| {
         key.error(format!("cannot be used: {reason}; `fill` gives a height for them, and `crop` leaves them out"))
     })
 }
 
-fn heights_of(grid: HeightGrid, key: &KeyPath) -> Result<Heights, DescriptionError> {
+fn heights_of(grid: HeightGrid, key: &KeyPath) -> Result<Heights, KeyError> {
     Heights::new(grid.columns, grid.values).map_err(|reason| key.error(format!("cannot be used: {reason}")))
 }
 
 /// Puts heights into their place.
-fn place(
-    path: &KeyPath,
-    key: &KeyPath,
-    grid: HeightGrid,
-    settings: &GridSettings,
-) -> Result<PlacedGrid, DescriptionError> {
+fn place(path: &KeyPath, key: &KeyPath, grid: HeightGrid, settings: &GridSettings) -> Result<PlacedGrid, KeyError> {
     if grid.columns < 2 || grid.rows() < 2 {
         heights_of(grid.clone(), key)?;
     }
@@ -316,12 +306,7 @@ fn depth(
 }
 
 /// Depths from edge to edge of an image.
-fn depth_of_grid(
-    path: &KeyPath,
-    file: &str,
-    grid: HeightGrid,
-    range_m: [f64; 2],
-) -> Result<DepthImage, DescriptionError> {
+fn depth_of_grid(path: &KeyPath, file: &str, grid: HeightGrid, range_m: [f64; 2]) -> Result<DepthImage, KeyError> {
     let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
     let grid = grid.filled(None).map_err(wrong)?;
     let values = Heights::new(grid.columns, grid.values).map_err(wrong)?;

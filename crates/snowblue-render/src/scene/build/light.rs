@@ -5,11 +5,12 @@ use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::scene::build::sources::Sources;
-use crate::scene::description::{EnvironmentDescription, KeyPath, LampDescription, LightDescription};
+use crate::scene::description::{EnvironmentDescription, LampDescription, LightDescription};
 use crate::scene::light::image::SkyImage;
 use crate::scene::light::keys::LightKeys;
 use crate::scene::light::{Light, Panorama};
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::KeyPath;
 
 /// Builds a light.
 pub(super) fn build_light(path: &KeyPath, light: &LightDescription, sources: &Sources) -> Result<Light, RenderError> {

@@ -8,11 +8,12 @@ use crate::error::RenderError;
 use crate::scene::build::snow::build_snow;
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::{build_texture, linear_rgb};
-use crate::scene::description::{DiffuseDescription, KeyPath, MaterialDescription};
+use crate::scene::description::{DiffuseDescription, MaterialDescription};
 use crate::scene::material::Material;
 use crate::scene::material::diffuse::Diffuse;
 use crate::spectrum::Spectrum;
 use crate::spectrum::file::SpectrumFile;
+use snowblue_base::KeyPath;
 
 /// A material with its name.
 pub(super) struct NamedMaterial {

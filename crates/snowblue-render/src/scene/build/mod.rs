@@ -26,12 +26,13 @@ use crate::film::sensor::Sensor;
 use crate::film::white_balance::WhiteBalance;
 use crate::scene::Scene;
 use crate::scene::camera::{PinholeCamera, View};
-use crate::scene::description::{DescriptionError, KeyPath, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::light::{Light, irradiance_by_sky};
 use crate::scene::material::Material;
 use crate::scene::objects::Objects;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
@@ -107,7 +108,9 @@ impl SceneDescription {
         let described_lights = lights.len();
         lights.extend(solids.gltf_lights);
         if lights.is_empty() {
-            return Err(KeyPath::default().error("has no light: neither [[light]] nor [environment] nor [sky]").into());
+            return Err(KeyPath::root("light")
+                .error("is missing, and there is neither [environment] nor [sky]")
+                .into());
         }
         let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
@@ -139,7 +142,7 @@ impl SceneDescription {
     }
 
     /// A sensor that sees the light of the film's white balance as white.
-    fn balanced(&self, sensor: Sensor, lights: &[Arc<Light>]) -> Result<Sensor, DescriptionError> {
+    fn balanced(&self, sensor: Sensor, lights: &[Arc<Light>]) -> Result<Sensor, KeyError> {
         let FilmSettings { white, false_color, .. } = self.film;
         if false_color.is_some() || white == WhiteBalance::default() {
             return Ok(sensor);

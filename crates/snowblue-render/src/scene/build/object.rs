@@ -23,12 +23,11 @@ use crate::scene::build::material::NamedMaterial;
 use crate::scene::build::placing::{Placing, check_reach, placement, upright};
 use crate::scene::build::sources::Sources;
 use crate::scene::description::value::point;
-use crate::scene::description::{
-    DescriptionError, IglooDescription, KeyPath, MeshDescription, ObjectDescription, ShapeDescription,
-};
+use crate::scene::description::{IglooDescription, MeshDescription, ObjectDescription, ShapeDescription};
 use crate::scene::integrator::IntegratorKind;
 use crate::scene::objects::Object;
 use crate::scene::undisturbed::UndisturbedSurface;
+use snowblue_base::{KeyError, KeyPath};
 
 /// A mesh of a file about its own middle.
 struct FileMesh {
@@ -74,7 +73,7 @@ impl<'scene> ObjectBuilder<'scene> {
         let mut land = |land: Land| {
             let surface = land.undisturbed.and_then(|terrain| UndisturbedSurface::new(terrain, placing.to_scene()));
             undisturbed = surface.map(Arc::new);
-            Ok::<_, DescriptionError>(vec![placed(path, &placing, land.solid)?])
+            Ok::<_, KeyError>(vec![placed(path, &placing, land.solid)?])
         };
         let shapes = match &object.shape {
             ShapeDescription::Box(cuboid) => {
@@ -129,7 +128,7 @@ impl<'scene> ObjectBuilder<'scene> {
     }
 
     /// Index of a material by its name.
-    fn material(&self, path: &KeyPath, name: &str) -> Result<usize, DescriptionError> {
+    fn material(&self, path: &KeyPath, name: &str) -> Result<usize, KeyError> {
         self.materials.iter().position(|other| other.name == name).ok_or_else(|| {
             let names: Vec<_> = self.materials.iter().map(|material| material.name.as_str()).collect();
             path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
@@ -206,7 +205,7 @@ fn igloo_of(description: &IglooDescription) -> Igloo {
 }
 
 /// A solid with its transform.
-fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<Shape, DescriptionError> {
+fn placed(path: &KeyPath, placing: &Placing, triangles: TriangleMesh) -> Result<Shape, KeyError> {
     let centred = triangles.centred();
     let wrong = |reason: String| path.error(format!("is misplaced: {reason}"));
     let placement = placement(&(placing.to_scene() * centred.to_original)).map_err(wrong)?;

@@ -14,14 +14,15 @@ use crate::error::RenderError;
 use crate::scene::build::light::spectrum;
 use crate::scene::build::sources::Sources;
 use crate::scene::description::{
-    ClearSkyDescription, DescriptionError, KeyPath, ObjectDescription, OvercastSkyDescription, OvercastStrength,
-    SceneDescription, SkyDescription, SunDescription,
+    ClearSkyDescription, ObjectDescription, OvercastSkyDescription, OvercastStrength, SceneDescription, SkyDescription,
+    SunDescription,
 };
 use crate::scene::light::Light;
 use crate::scene::light::dome::{Resampling, SkyDome};
 use crate::scene::light::sun::SunDisc;
 use crate::scene::material::Material;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
+use snowblue_base::{KeyError, KeyPath};
 
 /// Reflectance of the ground if the scene has no snow: that of soil and rock.
 const BARE_GROUND_ALBEDO: f64 = 0.2;
@@ -64,7 +65,7 @@ fn clear_sky(
     clear: &ClearSkyDescription,
     (coefficients, albedo): (&Coefficients, &[f64; WAVELENGTHS_NM.len()]),
     sources: &Sources,
-) -> Result<Vec<Light>, DescriptionError> {
+) -> Result<Vec<Light>, KeyError> {
     let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
     let sky = ClearSky::with_coefficients(coefficients, position.elevation_deg, clear.turbidity, albedo);
     let sky = sky.map_err(|error| path.key("sun").error(error.to_string()))?;
@@ -92,7 +93,7 @@ fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sou
 }
 
 /// The position of the sun, and the unit direction towards it. y points north and x east.
-fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A), DescriptionError> {
+fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A), KeyError> {
     let position = match sun {
         SunDescription::Direction { towards } => {
             let [x, y, z] = *towards;

@@ -10,13 +10,12 @@ use snowblue_transport::sample::SnowKeys;
 use crate::error::RenderError;
 use crate::scene::build::sources::Sources;
 use crate::scene::build::texture::build_texture;
-use crate::scene::description::{
-    DescriptionError, KeyPath, LayeredSnowDescription, MaskDescription, MaskedSnowDescription, SnowDescription,
-};
+use crate::scene::description::{LayeredSnowDescription, MaskDescription, MaskedSnowDescription, SnowDescription};
 use crate::scene::file::line_of;
 use crate::scene::layering::Layering;
 use crate::scene::material::mask::Mask;
 use crate::scene::material::snow::Snow;
+use snowblue_base::{KeyError, KeyPath};
 
 /// Builds snow, whose tables of constants must cover the wavelengths of the picture.
 pub(super) fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sources) -> Result<Snow, RenderError> {
@@ -36,7 +35,7 @@ pub(super) fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sourc
     Ok(built)
 }
 
-fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, DescriptionError> {
+fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
     keys.sample().map_err(|error| path.error(error))
 }
 

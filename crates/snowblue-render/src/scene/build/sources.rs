@@ -6,11 +6,11 @@ use snowblue_base::files::{FileError, FileSource, NamedFile};
 
 use crate::error::RenderError;
 use crate::film::sensor::FalseColor;
-use crate::scene::description::KeyPath;
 use crate::scene::material::diffuse::Diffuse;
 use crate::scene::material::texture::Texture;
 use crate::spectrum::upsampling::Upsampling;
 use crate::spectrum::{SAMPLES, wavelengths_nm};
+use snowblue_base::KeyPath;
 
 /// The files, the wavelengths and the colours.
 pub(super) struct Sources<'scene> {

@@ -6,8 +6,9 @@ use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::scene::build::sources::Sources;
-use crate::scene::description::{KeyPath, TextureDescription};
+use crate::scene::description::TextureDescription;
 use crate::scene::material::texture::Texture;
+use snowblue_base::KeyPath;
 
 /// Reads the image of a texture; `pixels` decodes it.
 pub(super) fn build_texture(

@@ -9,7 +9,6 @@ use snowblue_transport::{ParameterRange, TransportError};
 
 use super::camera::CameraDescription;
 use super::carved::{CarvedDescription, SolidDescription};
-use super::key_path::{DescriptionError, KeyPath};
 use super::landscape::{
     DepthDescription, GridSettings, GroundSource, HeightFieldDescription, HeightSource, ImprintDescription,
     SnowpackDescription,
@@ -26,6 +25,7 @@ use crate::film::exposure::{Exposure, FilmSettings};
 use crate::film::sensor::FalseColor;
 use crate::scene::camera::PinholeCamera;
 use crate::scene::integrator::{IntegratorSettings, LightFieldSettings};
+use snowblue_base::{KeyError, KeyPath};
 
 /// Standard error of a pixel relative to its luminance.
 pub const NOISE_TARGET_RANGE: ParameterRange =
@@ -197,7 +197,7 @@ fn check_snow(path: &KeyPath, snow: &SnowDescription) -> Checked {
     }
 }
 
-fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, DescriptionError> {
+fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
     keys.sample().map_err(|SnowKeyError { key, impurity, error }| {
         let path = path.key(key);
         match (impurity, error) {

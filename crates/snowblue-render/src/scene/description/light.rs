@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 use snowblue_color::Illuminant;
 
-use super::key_path::{DescriptionError, KeyPath};
 use crate::notation::text;
 use crate::scene::light::LightSource;
 use crate::scene::light::image::ImageSkyDescription;
 use crate::scene::light::keys::LightKeys;
 use crate::scene::light::uniform_sky::SkyGlow;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// The spectrum of a light.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,7 +66,7 @@ pub struct LightDescription {
 
 impl LightDescription {
     /// Checks the ranges of all values.
-    pub(super) fn check(&self, path: &KeyPath) -> Result<(), DescriptionError> {
+    pub(super) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
         self.source.keys().light(path, &LightSpectrum::EQUAL_ENERGY).map(drop)
     }
 }
@@ -90,7 +90,7 @@ pub enum EnvironmentDescription {
 
 impl EnvironmentDescription {
     /// Checks the ranges of all values.
-    pub(super) fn check(&self, path: &KeyPath) -> Result<(), DescriptionError> {
+    pub(super) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
         match self {
             Self::Uniform(sky) => sky.glow.light(path, &LightSpectrum::EQUAL_ENERGY).map(drop),
             Self::Image(sky) => sky.check(path),

@@ -6,7 +6,6 @@
 pub(crate) mod camera;
 pub(crate) mod carved;
 mod check;
-pub(crate) mod key_path;
 pub(crate) mod landscape;
 pub(crate) mod light;
 pub(crate) mod material;
@@ -22,7 +21,6 @@ pub use carved::{
     SolidDescription, SolidEllipsoidDescription,
 };
 pub use check::{BOUNCES, FIELD_MEMORY_MIB, FIELD_STEP_RANGE, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
-pub use key_path::{DescriptionError, KeyPath, Step};
 pub use landscape::{
     CropDescription, DepthDescription, FootDescription, FootprintDescription, GridSettings, GroundSource,
     HeightFieldDescription, HeightSource, HoleDescription, ImprintDescription, SnowpackDescription,

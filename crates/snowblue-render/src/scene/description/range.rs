@@ -3,7 +3,7 @@
 use glam::Vec3A;
 use snowblue_transport::{ParameterRange, short_number};
 
-use super::key_path::{DescriptionError, KeyPath};
+use snowblue_base::{KeyError, KeyPath};
 
 /// Greatest coordinate of anything in a scene, in m.
 pub(crate) const GREATEST_COORDINATE_M: f64 = 1e5;
@@ -19,7 +19,7 @@ pub(crate) const ROTATION: Range = Range::new(-360.0, 360.0, "deg");
 /// A part of a whole.
 pub(crate) const FRACTION: Range = Range::new(0.0, 1.0, "");
 
-pub(super) type Checked = Result<(), DescriptionError>;
+pub(super) type Checked = Result<(), KeyError>;
 
 /// The range of a value that its key names.
 #[derive(Clone, Copy)]
@@ -58,6 +58,6 @@ impl Range {
 }
 
 /// A unit vector in a direction, which `reason` refuses if its length is zero.
-pub(crate) fn unit_vector(path: &KeyPath, direction: Vec3A, reason: &str) -> Result<Vec3A, DescriptionError> {
+pub(crate) fn unit_vector(path: &KeyPath, direction: Vec3A, reason: &str) -> Result<Vec3A, KeyError> {
     direction.try_normalize().ok_or_else(|| path.error(reason))
 }

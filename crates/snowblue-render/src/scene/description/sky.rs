@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use snowblue_sky::TURBIDITY_RANGE;
 
-use super::key_path::KeyPath;
 use super::light::LampDescription;
 use super::range::{Checked, DIRECTION, FRACTION, ROTATION, Range, unit_vector};
 use super::value::{point, some_numbers, visible};
 use crate::scene::light::keys::SKY_SCALE;
+use snowblue_base::KeyPath;
 
 const TURBIDITY: Range = Range::new(TURBIDITY_RANGE.0, TURBIDITY_RANGE.1, "");
 /// The elevation of the sun, or a latitude.

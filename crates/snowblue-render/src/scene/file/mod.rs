@@ -87,7 +87,7 @@
 //! Under a sky x points east and y north; azimuths run from north by way of east, and the sun must be above the
 //! horizon. Below the horizon the sky is dark.
 
-mod message;
+mod place;
 mod reader;
 
 use std::path::{Path, PathBuf};
@@ -100,11 +100,12 @@ use crate::error::RenderError;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 
-use message::{Mistake, span_of};
+use place::span_of;
 use reader::read_description;
 use snowblue_base::files::{FileError, FilesIn};
+use snowblue_base::toml_value::Mistake;
 
-pub(crate) use message::line_of;
+pub(crate) use place::line_of;
 
 /// A scene file that was read: its description, and where in the file its values stand.
 #[derive(Debug, Clone)]

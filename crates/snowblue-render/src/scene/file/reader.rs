@@ -2,18 +2,19 @@
 //! describes, which serde could do only without the places of errors.
 
 use serde::Deserialize;
-use serde::de::IntoDeserializer;
+use snowblue_base::toml_value::{Mistake, read};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 use crate::scene::description::light::LampKeys;
 use crate::scene::description::sky::OvercastKeys;
 use crate::scene::description::{
-    CarvedDescription, EnvironmentDescription, ImprintDescription, KeyPath, LampDescription, LightDescription,
-    LightSource, MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription,
-    ShapeDescription, SkyDescription, SnowDescription, SolidDescription, Step, UniformSkyDescription,
+    CarvedDescription, EnvironmentDescription, ImprintDescription, LampDescription, LightDescription, LightSource,
+    MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription,
+    SkyDescription, SnowDescription, SolidDescription, UniformSkyDescription,
 };
-use crate::scene::file::message::{Mistake, explain};
+use snowblue_base::KeyPath;
+use snowblue_base::key_path::Step;
 
 type Read<T> = Result<T, Mistake>;
 
@@ -94,10 +95,8 @@ fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription
     let lamp = read_lamp(&mut keys, path)?;
     let known = ["type", LampKeys::NAMES[0], LampKeys::NAMES[1]];
     let keys = Spanned::new(keys.span, DeValue::Table(keys.table));
-    let deserializer: ValueDeserializer = keys.clone().into_deserializer();
-    let source = LightSource::read(kind.get_ref(), deserializer)
-        .ok_or_else(|| none_of(&kind, &path.key("type"), LightSource::TYPES))?
-        .map_err(|error| explain(&error, &keys, path, &known))?;
+    let source = LightSource::read(kind.get_ref(), &keys, path, &known)
+        .ok_or_else(|| none_of(&kind, &path.key("type"), LightSource::TYPES))??;
     Ok(LightDescription { lamp, source })
 }
 
@@ -271,12 +270,6 @@ fn list<'text, T>(
         return Err(Mistake { span: value.span(), reason });
     };
     tables.iter().enumerate().map(|(index, table)| read(table, &path.index(index))).collect()
-}
-
-/// Reads a value by serde.
-fn read<'text, T: Deserialize<'text>>(value: &Spanned<DeValue<'text>>, path: &KeyPath, known: &[&str]) -> Read<T> {
-    let deserializer: ValueDeserializer = value.clone().into_deserializer();
-    T::deserialize(deserializer).map_err(|error| explain(&error, value, path, known))
 }
 
 fn none_of(found: &Spanned<String>, path: &KeyPath, names: &[&str]) -> Mistake {

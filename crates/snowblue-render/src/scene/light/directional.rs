@@ -4,13 +4,13 @@ use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::{DIRECTION, Range, unit_vector};
 use crate::scene::description::value::{numbers, point};
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
 use crate::scene::light::keys::LightKeys;
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// Parallel light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub(crate) struct DirectionalLight {
 }
 
 impl LightKeys for DirectionalLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         let path_to_direction = path.key("direction");
         DIRECTION.check_all(&path_to_direction, &self.direction)?;
         Range::power("W/m²").check(&path.key("irradiance_w_m2"), self.irradiance_w_m2)?;

@@ -15,7 +15,6 @@ use snowblue_geometry::images::exr_size::check_exr_size;
 use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::ROTATION;
 use crate::scene::description::value::visible;
 use crate::scene::light::direction_table::{DirectionTable, whole};
@@ -24,6 +23,7 @@ use crate::scene::light::keys::SKY_SCALE;
 use crate::scene::light::sample::LightOrigin;
 use crate::spectrum::Spectrum;
 use crate::spectrum::upsampling::Upsampling;
+use snowblue_base::{KeyError, KeyPath};
 
 /// Largest channel of a pixel: the limit of all lights, far below that of single precision.
 const GREATEST_PIXEL: f64 = 1e12;
@@ -74,7 +74,7 @@ impl ImageSkyDescription {
     }
 
     /// Checks the ranges of all values.
-    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), DescriptionError> {
+    pub(crate) fn check(&self, path: &KeyPath) -> Result<(), KeyError> {
         SKY_SCALE.check(&path.key("scale"), self.scale)?;
         ROTATION.check(&path.key("rotation_deg"), self.rotation_deg)
     }

@@ -1,9 +1,9 @@
 //! The keys of one kind of light in a scene file: what they have in common.
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::Range;
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// A side or a radius of an area light.
 pub(super) const AREA_LIGHT_SIZE: Range = Range::new(1e-6, 1e5, "m");
@@ -19,7 +19,7 @@ pub(crate) trait LightKeys {
     /// # Errors
     ///
     /// With the first value that is out of its range.
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError>;
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError>;
 
     /// Whether the camera may see it as a lamp, which must have an extent.
     fn is_visible_emitter(&self) -> bool {

@@ -21,13 +21,16 @@ macro_rules! light_sources {
             /// The values of `type`.
             pub(crate) const TYPES: &[&str] = &[$($name),*];
 
-            /// Reads the keys of a light of a type; none if there is no such type.
-            pub(crate) fn read<'de, D>(kind: &str, keys: D) -> Option<Result<Self, D::Error>>
-            where
-                D: serde::Deserializer<'de>,
-            {
+            /// Reads the light of a type from the table at a path, which may have the keys `known` as well; none if
+            /// there is no such type.
+            pub(crate) fn read(
+                kind: &str,
+                table: &toml::Spanned<toml::de::DeValue>,
+                path: &snowblue_base::KeyPath,
+                known: &[&str],
+            ) -> Option<Result<Self, snowblue_base::toml_value::Mistake>> {
                 match kind {
-                    $($name => Some(serde::Deserialize::deserialize(keys).map(Self::$kind)),)*
+                    $($name => Some(snowblue_base::toml_value::read(table, path, known).map(Self::$kind)),)*
                     _ => None,
                 }
             }

@@ -4,13 +4,13 @@ use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::{COORDINATE, Range};
 use crate::scene::description::value::{numbers, point};
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter, InnerLamp};
 use crate::scene::light::keys::LightKeys;
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// A light that shines from a point in all directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub(crate) struct PointLight {
 }
 
 impl LightKeys for PointLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         Range::power("W/sr").check(&path.key("radiant_intensity_w_sr"), self.radiant_intensity_w_sr)?;
         let emission = EmissionSpectrum::new(spectrum, narrow(self.radiant_intensity_w_sr));

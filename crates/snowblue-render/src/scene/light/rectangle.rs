@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::scene::description::camera::upwards;
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::{COORDINATE, DIRECTION};
 use crate::scene::description::value::{numbers, point, visible};
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
@@ -22,6 +21,7 @@ use crate::scene::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
 use crate::scene::light::sample::{EmitterPoint, LightOrigin};
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// Solid angle below which points are uniform over the area, in sr. The sum of angles has an error of some 1e-15.
 const LEAST_SOLID_ANGLE_SR: f64 = 1e-10;
@@ -77,7 +77,7 @@ struct View {
 }
 
 impl LightKeys for RectangleLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         COORDINATE.check_all(&path.key("look_at"), &self.look_at)?;
         DIRECTION.check_all(&path.key("up"), &self.up)?;

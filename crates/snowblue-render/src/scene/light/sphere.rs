@@ -11,7 +11,6 @@ use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::{Ray, narrow};
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::COORDINATE;
 use crate::scene::description::value::{numbers, point, visible};
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter, InnerLamp};
@@ -19,6 +18,7 @@ use crate::scene::light::keys::{AREA_LIGHT_SIZE, LightKeys, RADIANCE};
 use crate::scene::light::sample::{EmitterPoint, LightOrigin};
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// A sphere that emits uniformly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,7 +56,7 @@ struct SubtendedCone {
 }
 
 impl LightKeys for SphereLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         AREA_LIGHT_SIZE.check(&path.key("radius"), self.radius)?;
         RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;

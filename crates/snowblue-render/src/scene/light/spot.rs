@@ -4,7 +4,6 @@ use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::range::{COORDINATE, Range, unit_vector};
 use crate::scene::description::value::{numbers, point};
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
@@ -12,6 +11,7 @@ use crate::scene::light::keys::LightKeys;
 use crate::scene::light::sample::SpotCone;
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// A light that shines from a point into a cone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,7 @@ impl SpotLightDescription {
 }
 
 impl LightKeys for SpotLightDescription {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         const OUTER_CONE: Range = Range::new(0.1, 90.0, "deg");
         COORDINATE.check_all(&path.key("position"), &self.position)?;
         COORDINATE.check_all(&path.key("look_at"), &self.look_at)?;

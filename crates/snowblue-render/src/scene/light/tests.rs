@@ -19,10 +19,10 @@ use super::sun::SunDisc;
 use super::techniques::SamplingTechnique;
 use super::*;
 use crate::sampling::{Sampler, cosine_direction};
-use crate::scene::description::key_path::KeyPath;
 use crate::scene::description::{LightSource, PointLightDescription};
 use crate::spectrum::Spectrum;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::KeyPath;
 
 /// Probability that any of these tests fails by chance is about this, for each test function.
 const LEVEL: f64 = 1e-3;

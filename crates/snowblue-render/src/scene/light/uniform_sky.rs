@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
-use crate::scene::description::key_path::{DescriptionError, KeyPath};
 use crate::scene::description::value::visible;
 use crate::scene::light::emitter::{Bounds, EmissionSpectrum, Emitter};
 use crate::scene::light::keys::{LightKeys, RADIANCE};
 use crate::scene::light::techniques::Light;
 use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
 
 /// The strength of a uniform sky.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,7 +26,7 @@ pub struct SkyGlow {
 struct UniformSky(EmissionSpectrum);
 
 impl LightKeys for SkyGlow {
-    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, DescriptionError> {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
         RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
         let emission = EmissionSpectrum::new(spectrum, narrow(self.radiance_w_m2_sr));
         Ok(Light::new(UniformSky(emission)).with_visibility(self.visible))

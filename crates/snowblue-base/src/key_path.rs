@@ -1,8 +1,8 @@
-//! Paths to values in a description, and errors about them.
+//! Paths to values in a document, and errors about them.
 
 use std::fmt;
 
-/// One step from a table or list into it.
+/// A step from a table or list into it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
     /// To the value of a key.
@@ -13,7 +13,7 @@ pub enum Step {
 
 impl Step {
     /// The key, if the step is one.
-    pub(crate) fn key(&self) -> Option<&str> {
+    pub fn key(&self) -> Option<&str> {
         match self {
             Self::Key(key) => Some(key),
             Self::Index(_) => None,
@@ -21,45 +21,49 @@ impl Step {
     }
 }
 
-/// The path to a value in a description, such as `object[3].size`.
+/// The path to a value in a document, such as `object[3].size`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyPath(Vec<Step>);
 
 impl KeyPath {
-    /// A key of the description itself.
-    pub(crate) fn root(key: &str) -> Self {
+    /// The path to a key of the document itself.
+    pub fn root(key: &str) -> Self {
         Self::default().key(key)
     }
 
     /// The path to a key of the table at this path.
-    pub(crate) fn key(&self, key: &str) -> Self {
-        self.with(Step::Key(key.to_owned()))
+    #[must_use]
+    pub fn key(&self, key: &str) -> Self {
+        self.with([Step::Key(key.to_owned())])
     }
 
     /// The path to an item of the list at this path.
-    pub(crate) fn index(&self, index: usize) -> Self {
-        self.with(Step::Index(index))
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
+        self.with([Step::Index(index)])
     }
 
-    fn with(&self, step: Step) -> Self {
-        Self(self.0.iter().cloned().chain([step]).collect())
+    /// The path after more steps.
+    #[must_use]
+    pub fn with(&self, steps: impl IntoIterator<Item = Step>) -> Self {
+        Self(self.0.iter().cloned().chain(steps).collect())
+    }
+
+    /// An error that says of the value what is wrong with it.
+    pub fn error(&self, reason: impl fmt::Display) -> KeyError {
+        KeyError { path: self.clone(), reason: reason.to_string() }
     }
 
     /// The steps from the outermost table.
     pub fn steps(&self) -> &[Step] {
         &self.0
     }
-
-    /// An error that says of the value what is wrong with it.
-    pub(crate) fn error(&self, reason: impl fmt::Display) -> DescriptionError {
-        DescriptionError { path: self.clone(), reason: reason.to_string() }
-    }
 }
 
 impl fmt::Display for KeyPath {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         if self.0.is_empty() {
-            return formatter.write_str("the scene");
+            return formatter.write_str("the document");
         }
         for (number, step) in self.0.iter().enumerate() {
             match step {
@@ -72,10 +76,10 @@ impl fmt::Display for KeyPath {
     }
 }
 
-/// A value of a description that breaks a rule: `object[3].size is 0 m, but must lie in 0.0001 to 100000 m`.
+/// A value that breaks a rule: `object[3].size is 0 m, but must lie in 0.0001 to 100000 m`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path} {reason}")]
-pub struct DescriptionError {
+pub struct KeyError {
     /// The path to the value.
     pub path: KeyPath,
     /// What is wrong, as the rest of a sentence that begins with the path.

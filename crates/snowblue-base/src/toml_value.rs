@@ -1,0 +1,370 @@
+//! Values of TOML documents, read by serde. An error names the path of the value, what it is, and what it must be.
+//!
+//! serde's own messages name neither the path nor, for values with several notations, the value. And the deserializers
+//! of `toml` are different types for tables, lists and values: each makes code of its own for each type that is read.
+
+use std::fmt::{self, Display};
+use std::ops::Range;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{self, DeserializeSeed, Expected, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, forward_to_deserialize_any};
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::key_path::{KeyPath, Step};
+
+/// Something wrong at a place in a document.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct Mistake {
+    /// The bytes of the text that it is about.
+    pub span: Range<usize>,
+    /// The key, what is wrong with its value, and what is right.
+    pub reason: String,
+}
+
+impl From<toml::de::Error> for Mistake {
+    fn from(error: toml::de::Error) -> Self {
+        Self { span: error.span().unwrap_or(0..0), reason: error.message().replace('\n', "; ") }
+    }
+}
+
+/// Reads the value at a path. `known` are keys that it may have beside those of the type.
+///
+/// # Errors
+///
+/// When the value is not one of the type.
+pub fn read<'de, T: Deserialize<'de>>(value: &Spanned<DeValue>, path: &KeyPath, known: &[&str]) -> Result<T, Mistake> {
+    T::deserialize(TomlValue(value)).map_err(|error| error.in_value(value).mistake(path, known))
+}
+
+/// A value of a document as a deserializer.
+#[derive(Debug, Clone, Copy)]
+pub struct TomlValue<'a, 'text>(pub &'a Spanned<DeValue<'text>>);
+
+/// Why a value cannot be read, with the way to the value at fault.
+#[derive(Debug)]
+pub struct ValueError {
+    /// Its bytes in the text, once they are known.
+    span: Option<Range<usize>>,
+    /// The steps to it, the last one first.
+    steps: Vec<Step>,
+    problem: Problem,
+}
+
+#[derive(Debug)]
+enum Problem {
+    /// A key that its table may not have, and those that it may.
+    UnknownKey(String, &'static [&'static str]),
+    MissingKey(&'static str),
+    /// What the value must be.
+    Unlike(String),
+    /// The words of a type, about the value.
+    Said(String),
+}
+
+impl ValueError {
+    fn new(problem: Problem) -> Self {
+        Self { span: None, steps: Vec::new(), problem }
+    }
+
+    /// The error, if it arose in a value and not in one inside it: it gets the value's place and name.
+    fn in_value(mut self, value: &Spanned<DeValue>) -> Self {
+        if self.span.is_none() {
+            // Words about a table may name one of its keys.
+            let named = match (&self.problem, value.get_ref().as_table()) {
+                (Problem::Said(words), Some(table)) => {
+                    words.split('`').skip(1).step_by(2).filter_map(|key| table.get(key)).last()
+                }
+                _ => None,
+            };
+            self.span = Some(named.unwrap_or(value).span());
+            if let Problem::Unlike(expected) = &self.problem {
+                self.problem = Problem::Said(format!("is {}, but must be {expected}", name(value.get_ref())));
+            }
+        }
+        self
+    }
+
+    /// The error, seen from the table or list around the value.
+    fn after(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+
+    fn mistake(self, path: &KeyPath, outer: &[&str]) -> Mistake {
+        let outer = if self.steps.is_empty() { outer } else { &[] };
+        let path = path.with(self.steps.into_iter().rev());
+        let reason = match self.problem {
+            Problem::UnknownKey(key, known) => {
+                let known: Vec<&str> = outer.iter().chain(known).copied().collect();
+                format!("unknown key `{key}` in {path}; known are {}", known.join(", "))
+            }
+            Problem::MissingKey(key) => format!("{path}.{key} is missing"),
+            Problem::Unlike(expected) => format!("{path} must be {expected}"),
+            Problem::Said(words) if ["is ", "has ", "needs "].iter().any(|verb| words.starts_with(verb)) => {
+                format!("{path} {words}")
+            }
+            Problem::Said(words) => format!("{path}: {words}"),
+        };
+        Mistake { span: self.span.unwrap_or(0..0), reason }
+    }
+}
+
+impl Display for ValueError {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match &self.problem {
+            Problem::UnknownKey(key, _) => write!(formatter, "unknown key `{key}`"),
+            Problem::MissingKey(key) => write!(formatter, "`{key}` is missing"),
+            Problem::Unlike(expected) => write!(formatter, "must be {expected}"),
+            Problem::Said(words) => formatter.write_str(words),
+        }
+    }
+}
+
+impl std::error::Error for ValueError {}
+
+impl de::Error for ValueError {
+    fn custom<T: Display>(words: T) -> Self {
+        let words = words.to_string();
+        Self::new(match words.strip_prefix("must be ") {
+            Some(expected) => Problem::Unlike(expected.to_owned()),
+            None => Problem::Said(words),
+        })
+    }
+
+    fn invalid_type(_: Unexpected, expected: &dyn Expected) -> Self {
+        Self::new(Problem::Unlike(in_words(&expected.to_string())))
+    }
+
+    fn invalid_value(found: Unexpected, expected: &dyn Expected) -> Self {
+        Self::invalid_type(found, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        let values = if length == 1 { "value" } else { "values" };
+        Self::new(Problem::Said(format!("has {length} {values}, but must be {}", in_words(&expected.to_string()))))
+    }
+
+    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
+        let one_of = if expected.len() > 2 { "one of " } else { "" };
+        let separator = if expected.len() > 2 { ", " } else { " or " };
+        Self::new(Problem::Unlike(format!("{one_of}{}", expected.join(separator))))
+    }
+
+    fn unknown_field(key: &str, expected: &'static [&'static str]) -> Self {
+        Self::new(Problem::UnknownKey(key.to_owned(), expected))
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        Self::new(Problem::MissingKey(key))
+    }
+}
+
+/// A value as a message names it.
+fn name(value: &DeValue) -> String {
+    match value {
+        DeValue::String(text) => format!("\"{text}\""),
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(value) => value.to_string(),
+        DeValue::Datetime(_) => "a date".to_owned(),
+        DeValue::Array(_) => "a list".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+    }
+}
+
+/// What serde expects, as a message says it.
+fn in_words(expected: &str) -> String {
+    match expected {
+        "f64" => "a number".to_owned(),
+        "u32" => format!("a whole number from 0 to {}", u32::MAX),
+        "u64" | "usize" => "a whole number from 0".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a string" => "a text in quotes".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        "a map" => "a table".to_owned(),
+        other if other.starts_with("struct ") => "a table".to_owned(),
+        other => other.to_owned(),
+    }
+}
+
+impl<'de> Deserializer<'de> for TomlValue<'_, '_> {
+    type Error = ValueError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
+        match self.0.get_ref() {
+            DeValue::String(text) => visitor.visit_str(text),
+            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(number) => visitor.visit_i64(number),
+                Err(_) => Err(ValueError::new(Problem::Unlike("a number of at most 63 bits".to_owned()))),
+            },
+            DeValue::Float(number) => match number.as_str().parse() {
+                Ok(number) => visitor.visit_f64(number),
+                Err(_) => Err(ValueError::new(Problem::Unlike("a number".to_owned()))),
+            },
+            DeValue::Boolean(value) => visitor.visit_bool(*value),
+            DeValue::Datetime(_) => Err(de::Error::invalid_type(Unexpected::Other("date"), &visitor)),
+            DeValue::Array(items) => visitor.visit_seq(Items(items.iter().enumerate())),
+            DeValue::Table(table) => visitor.visit_map(Entries { rest: table.iter(), value: None }),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, ValueError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ValueError> {
+        match self.0.get_ref() {
+            DeValue::String(text) => visitor.visit_enum(StrDeserializer::new(text)),
+            _ => Err(ValueError::new(Problem::Unlike("a text in quotes".to_owned()))),
+        }
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// The items of a list that are still to be read.
+struct Items<I>(I);
+
+impl<'a, 'text: 'a, 'de, I: Iterator<Item = (usize, &'a Spanned<DeValue<'text>>)>> SeqAccess<'de> for Items<I> {
+    type Error = ValueError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ValueError> {
+        let Some((index, item)) = self.0.next() else { return Ok(None) };
+        let read = seed.deserialize(TomlValue(item));
+        read.map(Some).map_err(|error| error.in_value(item).after(Step::Index(index)))
+    }
+}
+
+/// The entries of a table that are still to be read.
+struct Entries<'a, 'text, I> {
+    rest: I,
+    /// The last key and its value.
+    value: Option<(&'a str, &'a Spanned<DeValue<'text>>)>,
+}
+
+impl<'a, 'text, 'de, I> MapAccess<'de> for Entries<'a, 'text, I>
+where
+    I: Iterator<Item = (&'a Spanned<std::borrow::Cow<'text, str>>, &'a Spanned<DeValue<'text>>)>,
+{
+    type Error = ValueError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ValueError> {
+        let Some((key, value)) = self.rest.next() else { return Ok(None) };
+        self.value = Some((key.get_ref(), value));
+        let read = seed.deserialize(StrDeserializer::new(key.get_ref()));
+        read.map(Some).map_err(|error: ValueError| ValueError { span: error.span.or(Some(key.span())), ..error })
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ValueError> {
+        let (key, value) = self.value.take().expect("a key is read before its value");
+        let read = seed.deserialize(TomlValue(value));
+        read.map_err(|error| error.in_value(value).after(Step::Key(key.to_owned())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use toml::de::DeTable;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Lamp {
+        #[serde(default)]
+        _position: [f64; 3],
+        _visible: Option<bool>,
+        #[serde(default)]
+        _parts: Vec<Part>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Part {
+        _count: u32,
+        _kind: Option<Kind>,
+        _size: Option<Size>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Kind {
+        Round,
+        Flat,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(untagged, expecting = "must be a number or a list of numbers")]
+    enum Size {
+        #[expect(dead_code, reason = "only read")]
+        Of(f64),
+        #[expect(dead_code, reason = "only read")]
+        Each(Vec<f64>),
+    }
+
+    #[test]
+    fn errors_name_the_path_and_the_value() {
+        for (text, place, expected) in [
+            ("lamp = 3", "3", "lamp is 3, but must be a table"),
+            ("lamp = { colour = 1 }", "colour", "unknown key `colour` in lamp; known are type, _position, _visible,"),
+            (
+                "lamp = { _position = [1, 2] }",
+                "[1, 2]",
+                "lamp._position has 2 values, but must be an array of length 3",
+            ),
+            ("lamp = { _position = [1, 2, \"3\"] }", "\"3\"", "lamp._position[2] is \"3\", but must be a number"),
+            ("lamp = { _visible = 1 }", "1", "lamp._visible is 1, but must be true or false"),
+            ("[[lamp._parts]]\n_kind = \"flat\"", "[[lamp._parts]]", "lamp._parts[0]._count is missing"),
+            (
+                "[[lamp._parts]]\n_count = 1\n[[lamp._parts]]\n_count = -1",
+                "-1",
+                "lamp._parts[1]._count is -1, but must",
+            ),
+            ("[[lamp._parts]]\n_count = 99999999999999999999", "99", "but must be a number of at most 63 bits"),
+            ("[[lamp._parts]]\n_count = 1\n_kind = \"odd\"", "\"odd\"", "_kind is \"odd\", but must be round or flat"),
+            ("[[lamp._parts]]\n_count = 1\n_kind = []", "[]", "_kind is a list, but must be a text in quotes"),
+            ("[[lamp._parts]]\n_count = 1\nkind = 2", "kind", "in lamp._parts[0]; known are _count, _kind, _size"),
+            (
+                "[[lamp._parts]]\n_count = 1\n_size = \"big\"",
+                "\"big\"",
+                "_size is \"big\", but must be a number or a list",
+            ),
+            ("lamp = { _visible = 1979-05-27 }", "1979-05-27", "lamp._visible is a date, but must be true or false"),
+        ] {
+            let document = DeTable::parse(text).unwrap();
+            let Mistake { span, reason } =
+                read::<Lamp>(&document.get_ref()["lamp"], &KeyPath::root("lamp"), &["type"]).unwrap_err();
+            assert!(reason.contains(expected), "{text}: {reason}");
+            assert!(text[span.clone()].starts_with(place), "{text}: {span:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_may_be_written_as_toml_allows() {
+        for (text, value) in [("+1_000", 1000.0), ("0xff", 255.0), ("-2.5e1", -25.0), ("-inf", f64::NEG_INFINITY)] {
+            let document = format!("value = {text}");
+            let document = DeTable::parse(&document).unwrap();
+            let read: f64 = read(&document.get_ref()["value"], &KeyPath::root("value"), &[]).unwrap();
+            assert!(read.total_cmp(&value).is_eq(), "{text}: {read}");
+        }
+    }
+}
