@@ -1,4 +1,4 @@
-"""Computes `crates/snowblue-render/data/rgb_basis.csv`: three basis spectra that upsample linear sRGB, for the light of
+"""Computes `crates/snowblue-scene/data/rgb_basis.csv`: three basis spectra that upsample linear sRGB, for the light of
 RGB images and for reflectances.
 
 The light of an image is D65(λ) · (r R(λ) + g G(λ) + b B(λ)). The basis spectra are the smoothest ones (least sum of

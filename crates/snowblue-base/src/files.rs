@@ -45,6 +45,14 @@ pub enum FileError {
         /// What is wrong.
         reason: String,
     },
+    /// It cannot be written. There is no file under its name then, or the one before.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: io::Error,
+    },
 }
 
 /// Yields the bytes of files by their names.

@@ -8,9 +8,9 @@ use std::path::PathBuf;
 
 use shell::{assert_names, assert_refused, shipped_scene, stderr, stdout};
 use snowblue_render::SceneFile;
-use snowblue_render::inspection::inspect;
 use snowblue_render::render::render;
 use snowblue_render::scene::description::SceneDescription;
+use snowblue_render::scene::inspection::inspect;
 
 fn scenes() -> Vec<PathBuf> {
     let folder = shipped_scene("");

@@ -2,7 +2,7 @@
 
 use snowblue_color::ColorError;
 use snowblue_database::DatabaseError;
-use snowblue_render::RenderError;
+use snowblue_render::{RenderError, SceneError};
 use snowblue_transport::TransportError;
 
 /// Why a figure cannot be made.
@@ -25,6 +25,9 @@ pub enum FigureError {
     /// A colour could not be computed.
     #[error(transparent)]
     Color(#[from] ColorError),
+    /// A scene could not be built.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A picture could not be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),

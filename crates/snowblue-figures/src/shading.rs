@@ -3,7 +3,7 @@
 use snowblue_color::{ColorError, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
 use snowblue_render::RenderError;
 use snowblue_render::film::image_file;
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 
 use crate::swatch;
 

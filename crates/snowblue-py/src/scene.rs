@@ -9,16 +9,16 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_database::CompressedTable;
+use snowblue_render::Exposure;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, bake, write_glb, write_ply,
+    BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, write_glb, write_ply,
 };
 use snowblue_render::files::{FileSource, FilesIn};
 use snowblue_render::film::channels::channels;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::{to_raster, write_png};
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
+use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, Integrator, Preparation, RenderError, SceneDescription, SceneFile};
 
@@ -174,7 +174,7 @@ impl Scene {
             STEP_RANGE.check(step_mm).map_err(input)?;
         }
         let (baked, provenance) = self.work(py, None, progress, move |Built { integrator, provenance }, control| {
-            let baked = bake(integrator, options, &|done, all| control.set(done as u64, all as u64));
+            let baked = integrator.bake(options, &|done, all| control.set(done as u64, all as u64));
             baked.map(|baked| (baked, provenance.clone())).map_err(|error: BakeError| input(error))
         })?;
         if let Some(path) = output {
@@ -233,7 +233,7 @@ impl Scene {
             };
             let preparation = Preparation { table: table.as_deref(), earlier };
             let integrator = Integrator::prepare_with(&scene.map_err(input)?, preparation).map_err(input)?;
-            let built = Built { provenance: Provenance::of(&integrator), integrator };
+            let built = Built { provenance: integrator.provenance(), integrator };
             let result = work(&built, control);
             *last.lock().unwrap_or_else(PoisonError::into_inner) = Some(built);
             result

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{Integrator, Scene};
 
 fn main() {

@@ -2,50 +2,17 @@
 
 use std::path::PathBuf;
 
+use snowblue_base::KeyError;
 use snowblue_base::files::FileError;
 use snowblue_database::DatabaseError;
+use snowblue_scene::{SceneError, SceneFile};
 
-use snowblue_base::KeyError;
-
-/// Why a scene cannot be loaded, or an image not written. Rendering a loaded scene never fails.
+/// Why a scene cannot be loaded or rendered, or an image not written. An integrator that was prepared always renders.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// A file of a scene cannot be read or used.
+    /// A scene cannot be built, or a method cannot render it.
     #[error(transparent)]
-    File(#[from] FileError),
-    /// A scene is not valid TOML, has an unknown or missing key, or a value is out of range.
-    #[error("{}:{line}: {reason}", path.display())]
-    Scene {
-        /// The scene file.
-        path: PathBuf,
-        /// Its line, counted from 1.
-        line: usize,
-        /// The quantity, its value and its range.
-        reason: String,
-    },
-    /// A file with the spectrum of a light or a reflectance is not valid.
-    #[error("{}:{line}: {reason}", path.display())]
-    Spectrum {
-        /// The file.
-        path: PathBuf,
-        /// Its line, counted from 1.
-        line: usize,
-        /// The quantity, its value and its range.
-        reason: String,
-    },
-    /// A file of layers of snow is not valid.
-    #[error("{}:{line}: {reason}", path.display())]
-    Layers {
-        /// The file.
-        path: PathBuf,
-        /// Its line, counted from 1.
-        line: usize,
-        /// The quantity, its value and its range.
-        reason: String,
-    },
-    /// A value of a description breaks a rule.
-    #[error(transparent)]
-    Description(#[from] KeyError),
+    Scene(#[from] SceneError),
     /// A table of curves for PCASnow cannot be used.
     #[error(transparent)]
     Table(#[from] DatabaseError),
@@ -60,12 +27,27 @@ pub enum RenderError {
         /// The error of the encoder or the operating system.
         reason: String,
     },
-    /// A mesh cannot be written. There is no file under its name then.
-    #[error("cannot write {}: {source}", path.display())]
-    WriteMesh {
-        /// The mesh file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+}
+
+impl RenderError {
+    /// Adds the scene file and the line to an error about a value.
+    #[must_use]
+    pub fn located(self, file: &SceneFile) -> Self {
+        match self {
+            Self::Scene(error) => Self::Scene(file.locate(error)),
+            other => other,
+        }
+    }
+}
+
+impl From<KeyError> for RenderError {
+    fn from(error: KeyError) -> Self {
+        Self::Scene(error.into())
+    }
+}
+
+impl From<FileError> for RenderError {
+    fn from(error: FileError) -> Self {
+        Self::Scene(error.into())
+    }
 }

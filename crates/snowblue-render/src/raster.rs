@@ -11,22 +11,6 @@ pub struct PixelPosition {
     pub y: u32,
 }
 
-/// Size of an image in pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ImageSize {
-    /// Pixels from left to right.
-    pub width: u32,
-    /// Pixels from top to bottom.
-    pub height: u32,
-}
-
-impl ImageSize {
-    /// Number of pixels.
-    pub fn pixel_count(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-}
-
 /// An image of encoded colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RasterImage {

@@ -32,7 +32,6 @@ use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::Aovs;
-use crate::film::exposure::Exposure;
 use crate::film::image_file::write_png;
 use crate::film::noise::repeat_if_done;
 use crate::film::pixel_accumulator::PixelAccumulator;
@@ -40,11 +39,12 @@ use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::integrators::Integrator;
 use crate::raster::PixelPosition;
-use crate::sampling::{PixelPattern, PixelSampler, Sampler};
-use crate::scene::description::SceneDescription;
-use crate::scene::queries::Statistics;
-use crate::scene::{IntegratorKind, Scene};
-use crate::spectrum::Spectrum;
+use snowblue_scene::description::SceneDescription;
+use snowblue_scene::film::Exposure;
+use snowblue_scene::queries::Statistics;
+use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
+use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{IntegratorKind, Scene};
 
 /// Samples of all pixels in one pass, within the limits of [`SAMPLES_PER_PIXEL_AND_PASS`].
 const SAMPLES_PER_PASS: u64 = 1 << 20;
@@ -107,7 +107,7 @@ pub fn render_all(integrator: &Integrator, progress: &(dyn Fn(Progress) + Sync))
     let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
     let control = RenderControl { progress, ..RenderControl::default() };
     let statistics = render_missing(integrator, &target, &mut accumulator, control);
-    Rendering { film: accumulator.film(), exposure: scene.film.exposure, statistics }
+    Rendering { film: accumulator.film(), exposure: scene.film().exposure, statistics }
 }
 
 impl Rendering {
@@ -125,7 +125,7 @@ impl Rendering {
 /// An accumulator without samples for a window of a scene's image. It has the AOVs that the scene needs.
 pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulator {
     let aovs = with_needed(aovs, scene.description());
-    FilmAccumulator::new(scene.film.size(), window, aovs, scene.sensor.wavelengths_nm())
+    FilmAccumulator::new(scene.film().size(), window, aovs, scene.sensor().wavelengths_nm())
 }
 
 /// The AOVs that an image has if some are asked for: with a noise target also the variance, and with lamps or a sun
@@ -141,9 +141,9 @@ pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
 /// All samples of all pixels of a scene's image.
 pub fn all_samples(scene: &Scene) -> SampleBlock {
     SampleBlock {
-        columns: 0..scene.film.width,
-        rows: 0..scene.film.height,
-        samples: 0..scene.integrator.samples_per_pixel,
+        columns: 0..scene.film().width,
+        rows: 0..scene.film().height,
+        samples: 0..scene.integrator().samples_per_pixel,
     }
 }
 
@@ -182,8 +182,8 @@ pub fn render_missing(
 
 fn samples_per_pixel_and_pass(scene: &Scene, target: &SampleBlock) -> u32 {
     let [fewest, most] = SAMPLES_PER_PIXEL_AND_PASS;
-    let count = match scene.integrator.kind {
-        _ if scene.integrator.noise_target.is_some() => fewest,
+    let count = match scene.integrator().kind {
+        _ if scene.integrator().noise_target.is_some() => fewest,
         IntegratorKind::Hybrid | IntegratorKind::Reference => fewest,
         IntegratorKind::PcaSnow | IntegratorKind::Diffusion => {
             let pixels = target.window().size().pixel_count() as u64;
@@ -237,7 +237,7 @@ impl RowRenderer<'_> {
         let mut tracer = self.integrator.tracer(!aovs.spectrum);
         let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
         let mut accumulator = PixelAccumulator::new(aovs);
-        let mut pattern = PixelPattern::new(scene.integrator.seed, 0..0);
+        let mut pattern = PixelPattern::new(scene.integrator().seed, 0..0);
         let mut samples_done = 0;
         let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
         for (column, (sums, count)) in pass.columns.clone().zip(pixels) {
@@ -251,19 +251,19 @@ impl RowRenderer<'_> {
             let before = u64::from(*count);
             *count += range_length(&samples);
             samples_done += u64::from(range_length(&samples));
-            if let Some(target) = scene.integrator.noise_target
+            if let Some(target) = scene.integrator().noise_target
                 && repeat_if_done(sums, aovs, [before, range_length(&samples).into()], target)
             {
                 continue;
             }
             if pattern.samples != samples {
-                pattern = PixelPattern::new(scene.integrator.seed, samples.clone());
+                pattern = PixelPattern::new(scene.integrator().seed, samples.clone());
             }
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
                 if aovs.spectrum {
-                    accumulator.add_radiance(&scene.sensor, &tracer.radiance(&ray, &mut sampler));
+                    accumulator.add_radiance(scene.sensor(), &tracer.radiance(&ray, &mut sampler));
                 } else {
                     accumulator.add_sample(tracer.response(scene, &ray, &mut sampler));
                 }
@@ -281,8 +281,8 @@ impl RowRenderer<'_> {
 pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
     let scene = integrator.scene();
     let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);
-    let samples = scene.integrator.samples_per_pixel;
-    let pattern = PixelPattern::new(scene.integrator.seed, 0..samples);
+    let samples = scene.integrator().samples_per_pixel;
+    let pattern = PixelPattern::new(scene.integrator().seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);
     for sample in 0..samples {
         sum += tracer.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample));
@@ -305,16 +305,16 @@ struct Pixel<'scene> {
 
 impl<'scene> Pixel<'scene> {
     fn new(scene: &'scene Scene, pattern: &'scene PixelPattern, column: u32, row: u32) -> Self {
-        let number = row * scene.film.width + column;
+        let number = row * scene.film().width + column;
         Self {
             scene,
             pattern,
             shift: pattern.shift(number),
-            sampler: PixelSampler::new(scene.integrator.seed, number),
+            sampler: PixelSampler::new(scene.integrator().seed, number),
             column: column as f32,
             row: row as f32,
-            width: scene.film.width as f32,
-            height: scene.film.height as f32,
+            width: scene.film().width as f32,
+            height: scene.film().height as f32,
         }
     }
 
@@ -322,7 +322,7 @@ impl<'scene> Pixel<'scene> {
     #[inline]
     fn camera_ray(&self, sample: u32) -> Ray {
         let [across, down] = self.pattern.position(self.shift, sample);
-        self.scene.camera.ray((self.column + across) / self.width, (self.row + down) / self.height)
+        self.scene.camera().ray((self.column + across) / self.width, (self.row + down) / self.height)
     }
 
     /// The random numbers of a sample's path.

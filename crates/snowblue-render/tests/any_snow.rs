@@ -11,7 +11,7 @@ use snow::{
     Estimate, analytic_table, estimate, integrator, pcasnow, prepared, radiance, scene_by, scene_of_few_grains,
 };
 use snowblue_render::scene::IntegratorKind;
-use snowblue_render::spectrum::Spectrum;
+use snowblue_render::scene::spectrum::Spectrum;
 use snowblue_render::{Integrator, Preparation};
 
 const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\nilluminant = \"E\"\n";

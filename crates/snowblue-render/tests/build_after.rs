@@ -4,7 +4,6 @@
 #![expect(clippy::unwrap_used, reason = "a test")]
 
 use snowblue_render::files::FilesInMemory;
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::description::{LampDescription, LightSource, ShapeDescription};
 use snowblue_render::{Integrator, Preparation, Scene, SceneDescription, SceneFile};
@@ -47,7 +46,7 @@ fn prepare_and_compare(earlier: Integrator, scene: &SceneDescription, name: &str
     let after = Integrator::prepare_with(&after, preparation).unwrap();
     let alone = Integrator::prepare(&built(scene)).unwrap();
     assert!(render_all(&after, &|_| {}) == render_all(&alone, &|_| {}), "{name}");
-    assert_eq!(Provenance::of(&after), Provenance::of(&alone), "{name}");
+    assert_eq!(after.provenance(), alone.provenance(), "{name}");
     after
 }
 
@@ -90,7 +89,7 @@ fn what_is_kept_is_checked_again() {
         assert!(error.contains(expected), "{error}");
     };
     refused(|scene| scene.camera.as_mut().unwrap().position = [0.01, 0.0, 0.0], "camera.position lies inside the snow");
-    refused(|scene| scene.lights.clear(), "has no light");
+    refused(|scene| scene.lights.clear(), "light is missing");
     refused(|scene| scene.camera.as_mut().unwrap().vertical_fov_deg = 200.0, "camera.vertical_fov_deg is 200");
     let plane = |scene: &mut SceneDescription| {
         let ShapeDescription::Plane(plane) = scene.objects[1].shape.clone() else { return };

@@ -12,10 +12,10 @@ use snow::{
     with_light_at,
 };
 use snowblue_geometry::ray::Ray;
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
+use snowblue_render::scene::film::ImageSize;
 
 const SIZE_M: [f64; 3] = [0.6, 0.3, 0.5];
 const TURN_DEG: [f64; 3] = [20.0, -35.0, 70.0];

@@ -6,10 +6,10 @@ mod snow;
 
 use snow::{SNOW, analytic_table, prepared};
 use snowblue_color::Xyz;
-use snowblue_render::film::exposure::Exposure;
-use snowblue_render::raster::ImageSize;
+use snowblue_render::Exposure;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{Aovs, Film, Integrator, Rendering};
 
 /// A ball of snow close to the camera, before a white wall, lit from the left. It is small, for the sake of the

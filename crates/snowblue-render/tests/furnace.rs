@@ -14,10 +14,10 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_stat::{Moments, sidak_level};
 
 /// A PLY file of spheres around the origin, each an octahedron whose sides are subdivided `steps` times.

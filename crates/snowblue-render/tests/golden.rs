@@ -20,9 +20,9 @@ use snowblue_color::{LinearRgb, Xyz};
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::camera::View;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, t_p_value};
 
 const SIZE: ImageSize = ImageSize { width: 32, height: 24 };

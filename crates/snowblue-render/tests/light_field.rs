@@ -10,9 +10,9 @@ use std::path::Path;
 
 use glam::Vec3A;
 use snow::{SNOW, estimate, prepared, radiance, scene_by};
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{render, render_all};
 use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{Film, Integrator};
 use snowblue_stat::Moments;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve};
@@ -201,7 +201,7 @@ fn node_count(settings: &str) -> Result<usize, String> {
     );
     let file = SceneFile::parse(text, Path::new("block.toml")).map_err(|error| error.to_string())?;
     let scene = file.build().map_err(|error| error.to_string())?;
-    let integrator = Integrator::prepare(&scene).map_err(|error| file.locate(error).to_string())?;
+    let integrator = Integrator::prepare(&scene).map_err(|error| error.located(&file).to_string())?;
     let text = format!("{integrator:?}");
     let (_, rest) = text.split_once("BodyField { nodes: ").unwrap();
     Ok(rest.split(',').next().unwrap().parse().unwrap())

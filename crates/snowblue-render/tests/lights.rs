@@ -12,9 +12,9 @@ use snowblue_color::LinearRgb;
 use snowblue_render::Integrator;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::scene::light::Panorama;
-use snowblue_render::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
 /// Thickness of the slab, in cm.

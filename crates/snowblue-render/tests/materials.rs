@@ -14,7 +14,7 @@ use snowblue_color::LinearRgb;
 use snowblue_database::{CompressedTable, PcaSnow, TableSample};
 use snowblue_render::Integrator;
 use snowblue_render::scene::Scene;
-use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+use snowblue_render::scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 
 /// A scene's folder with its files.
 struct Folder(tempfile::TempDir);

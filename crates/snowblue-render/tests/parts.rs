@@ -12,14 +12,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use snow::{SNOW, analytic_table, computed_table, prepared, scene};
 use snowblue_color::LinearRgb;
+use snowblue_render::Exposure;
 use snowblue_render::film::Film;
 use snowblue_render::film::aov::Aovs;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
 const ALL: Aovs =
@@ -167,7 +166,7 @@ fn channels_of(path: &Path) -> BTreeMap<String, Vec<f32>> {
 #[test]
 fn files_keep_the_exact_sums_and_their_position_in_the_image() {
     let integrator = two_lights();
-    let provenance = Provenance::of(&integrator);
+    let provenance = integrator.provenance();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.exr");
     for channels in [Aovs::default(), ALL] {
@@ -205,7 +204,7 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
 #[test]
 fn files_of_the_same_sums_have_the_same_bytes() {
     let integrator = two_lights();
-    let provenance = Provenance::of(&integrator);
+    let provenance = integrator.provenance();
     let folder = tempfile::tempdir().unwrap();
     let sums = sums_of(&integrator, ALL, &block(4..15, 3..12, 5..9));
     let written = |name: &str| {
@@ -240,7 +239,7 @@ fn channels_have_the_values_of_their_names() {
     // A corner pixel shows nothing.
     assert!(channels.values().all(|values| values[0].to_bits() == 0), "empty pixels are 0");
     // The spectrum has the colour of the pixel.
-    let wavelengths = snowblue_render::spectrum::wavelengths_nm();
+    let wavelengths = snowblue_render::scene::spectrum::wavelengths_nm();
     let names = wavelengths.map(|nm| format!("S0.{nm:.0},000000nm"));
     let observer = snowblue_color::Colorimeter::new(
         snowblue_color::Observer::Cie1931,

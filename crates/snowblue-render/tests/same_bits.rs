@@ -12,12 +12,13 @@ use snow::{SNOW, analytic_table, computed_table, load, pcasnow, prepared, scene}
 use snowblue_color::LinearRgb;
 use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
-use snowblue_render::raster::{ImageSize, PixelPosition};
+use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::{
     self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
 };
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{Aovs, Integrator};
 
 fn shipped() -> Scene {
@@ -134,7 +135,7 @@ fn pixel_radiance_equals_the_pixel_of_the_image() {
     let weights = snowblue_color::Colorimeter::new(
         snowblue_color::Observer::Cie1931,
         snowblue_color::Illuminant::E,
-        &snowblue_render::spectrum::wavelengths_nm(),
+        &snowblue_render::scene::spectrum::wavelengths_nm(),
     )
     .unwrap();
     for (x, y) in [(0, 39), (20, 20), (47, 25)] {

@@ -7,9 +7,9 @@ mod snow;
 use serde::Deserialize;
 use snow::prepared;
 use snowblue_render::Integrator;
-use snowblue_render::film::exposure::{Exposure, FilmSettings};
 use snowblue_render::scene::description::SceneDescription;
 use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::film::{Exposure, FilmSettings};
 use snowblue_render::scene::{PathMode, Scene};
 
 const SCENE: &str = r#"[camera]
@@ -391,7 +391,6 @@ const CARVED: &str = "material = \"floor\"\nshape = \"carved\"\ncell = 0.05\nrou
     [[object.remove]]\ntype = \"capsule\"\nfrom = [0, 0, 0]\nto = [0, 0, 1]\nradius = [0.2, 0.1]\n";
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a table of mistakes")]
 fn carved_snow_is_read_and_its_mistakes_are_named() {
     let carved = SCENE.replace("mesh = \"gone.ply\"\nmaterial = \"floor\"\n", CARVED);
     assert!(load(&carved, None).is_ok());
@@ -427,12 +426,7 @@ fn carved_snow_is_read_and_its_mistakes_are_named() {
         ("[[object.add]]", "[[object.remove]]", 23, "object[1].add is empty, but must have at least one solid"),
         ("[[object.add]]", "[object.add]", 29, "object[1].add must be written as [[object.add]]"),
         ("to = [0, 0, 1]", "to = [0, 0, 0]", 36, "object[1].remove[0].to must not be the point `from`"),
-        (
-            "[0.2, 0.1]",
-            "\"wide\"",
-            37,
-            "object[1].remove[0].radius is \"wide\", but must be a number or a list of",
-        ),
+        ("[0.2, 0.1]", "\"wide\"", 37, "object[1].remove[0].radius is \"wide\", but must be a number or a list of"),
         ("[0.2, 0.1]", "[9, 9]", 23, "object[1] is empty: its solids are removed or smaller than a cell"),
         (
             "type = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [0.5, 0.5, 0.5]",

@@ -8,7 +8,7 @@ mod snow;
 use glam::Vec3A;
 use snow::{directions, scene};
 use snowblue_geometry::ray::{Ray, off_surface};
-use snowblue_render::sampling::cosine_direction;
+use snowblue_render::scene::sampling::cosine_direction;
 
 /// A PLY file of the cube from −1 to 1.
 const CUBE: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\

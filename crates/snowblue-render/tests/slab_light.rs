@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec3, Vec3A};
 use snow::{Estimate, SNOW, analytic_table, estimate, extinction_per_cm, integrator, pcasnow};
-use snowblue_render::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 use snowblue_stat::sidak_level;
 
 /// Thickness of the slab on the plane z = 0, in m.

@@ -13,8 +13,8 @@ use snow::{
     radiance, scene, with_light_at,
 };
 use snowblue_database::PcaSnow;
-use snowblue_render::raster::ImageSize;
-use snowblue_render::spectrum::{SAMPLES, Spectrum};
+use snowblue_render::scene::film::ImageSize;
+use snowblue_render::scene::spectrum::{SAMPLES, Spectrum};
 
 /// Relative rounding error of about ten operations in single precision: distance, cosine, arc cosine, look-up and
 /// exponential. The look-up multiplies its error by ln T, up to 12.

@@ -12,7 +12,7 @@ use snow::{estimate, pcasnow, prepared, radiance, scene_by, scene_of_few_grains}
 use snowblue_render::Integrator;
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::spectrum::{Spectrum, wavelengths_nm};
+use snowblue_render::scene::spectrum::{Spectrum, wavelengths_nm};
 use snowblue_stat::{sidak_level, t_p_value};
 use snowblue_transport::layer_file::LayerFile;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_stack};

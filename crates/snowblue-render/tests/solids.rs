@@ -8,9 +8,9 @@ mod snow;
 use glam::{DVec3, Vec3A};
 use snow::{SNOW, analytic_table, directions, integrator, pcasnow, prepared, radiance, scene};
 use snowblue_geometry::ray::{Crossing, Ray};
-use snowblue_render::raster::ImageSize;
 use snowblue_render::render::render_all;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::film::ImageSize;
 
 const LIGHT: &str = "[[light]]\ntype = \"point\"\nposition = [0.1, 2.0, 0.2]\nradiant_intensity_w_sr = 10\n";
 

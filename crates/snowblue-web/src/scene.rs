@@ -8,12 +8,9 @@ use js_sys::Date;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::mesh_files::obj_text;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
-use snowblue_render::bake::{
-    BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, bake, glb_bytes,
-};
+use snowblue_render::bake::{BakeOptions, BakedObject, LitSnow, LitSurface, Relighting, WeightedLight, glb_bytes};
 use snowblue_render::files::{FileSource, FilesInMemory};
 use snowblue_render::film::image_file::to_raster;
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::light::Light;
@@ -100,8 +97,8 @@ fn baked(scene: &str, files: &Files) -> Result<Vec<u8>, String> {
     let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
     description.integrator.kind = IntegratorKind::Diffusion;
     let integrator = prepare(&description, files)?;
-    let baked = bake(&integrator, BakeOptions::default(), &|_, _| {}).map_err(text)?;
-    glb_bytes(&baked, &Provenance::of(&integrator)).map_err(text)
+    let baked = integrator.bake(BakeOptions::default(), &|_, _| {}).map_err(text)?;
+    glb_bytes(&baked, &integrator.provenance()).map_err(text)
 }
 
 #[wasm_bindgen]
@@ -132,7 +129,7 @@ impl LightField {
         description.integrator.kind = IntegratorKind::Diffusion;
         description.light_field.grain_rays = grain_rays.unwrap_or(description.light_field.grain_rays);
         let integrator = prepare(&description, files)?;
-        let snow = Relighting::new(integrator, cells_per_edge).map_err(text)?;
+        let snow = integrator.into_relighting(cells_per_edge).map_err(text)?;
         let sky = (String::new(), Vec::new());
         Ok(Self { snow, sky, solved: BTreeMap::new(), last: 0 })
     }

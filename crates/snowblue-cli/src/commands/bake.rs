@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use snowblue_render::Exposure;
 use snowblue_render::bake::{
-    BakeError, BakeOptions, BakedScene, Channels, MOST_VERTICES, STEP_RANGE, bake, write_glb, write_ply,
+    BakeError, BakeOptions, BakedScene, Channels, MOST_VERTICES, STEP_RANGE, write_glb, write_ply,
 };
-use snowblue_render::film::exposure::Exposure;
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::BOUNCES;
 use snowblue_render::{Integrator, SceneDescription};
@@ -90,8 +89,8 @@ impl Bake {
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         self.light_field.override_values(light_field);
         let scene = file.build().map_err(Failure::input)?;
-        let integrator = Integrator::prepare(&scene).map_err(|error| Failure::input(file.locate(error)))?;
-        let provenance = Provenance::of(&integrator);
+        let integrator = Integrator::prepare(&scene).map_err(|error| Failure::input(error.located(&file)))?;
+        let provenance = integrator.provenance();
         let baked = self.bake(&integrator, quiet)?;
         match format {
             Format::Glb => write_glb(&baked, &provenance, &self.output),
@@ -122,7 +121,7 @@ impl Bake {
             is_total: false,
         };
         let bar = Progress::new("solutions", quiet);
-        let baked = bake(integrator, options, &|done, all| bar.set(done as u64, all as u64));
+        let baked = integrator.bake(options, &|done, all| bar.set(done as u64, all as u64));
         bar.finish();
         baked.map_err(|error| {
             let reason = match error {

@@ -6,8 +6,8 @@ use clap::Args;
 use snowblue_color::Colorimeter;
 use snowblue_color::exposure::{self, AutoExposure};
 use snowblue_figures::{Cell, DataTable, Metadata};
+use snowblue_render::Exposure;
 use snowblue_render::FalseColor;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_transport::ordinates;
 use snowblue_transport::slab::Radiometry;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use snowblue_render::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
 
 use super::settings_file::SettingsFile;
 use crate::options::parse;

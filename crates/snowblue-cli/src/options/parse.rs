@@ -6,7 +6,7 @@ use std::time::Duration;
 use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_color::{Illuminant, Observer, Srgb8};
 use snowblue_database::axes_file;
-use snowblue_render::film::exposure::Exposure;
+use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::{Aovs, FalseColor};
 use snowblue_sky::DateTime;

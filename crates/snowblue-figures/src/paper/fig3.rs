@@ -2,7 +2,7 @@
 
 use snowblue_color::difference::MIDDLE_GREY;
 use snowblue_color::{ColorDifference, Illuminant, Lab, Observer, THREE_SAMPLES_NM, Xyz};
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_transport::ordinates::{self, OrdinatesOptions};
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::slab::{Incidence, Slab};

@@ -1,7 +1,7 @@
 //! The paper's Figs. 5–8: effects of grain size, facetness, density and thickness on the transmitted colour.
 
 use snowblue_color::{Lab, LinearRgb, Xyz};
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_transport::ordinates::{OrdinatesOptions, solve_each};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::slab::{Incidence, Slab};

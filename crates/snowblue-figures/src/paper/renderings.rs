@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use snowblue_render::Exposure;
 use snowblue_render::files::FilesIn;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
-use snowblue_render::raster::ImageSize;
 use snowblue_render::scene::IntegratorKind;
+use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{SceneDescription, render};
 
 use crate::error::FigureError;

@@ -5,7 +5,8 @@ pub mod snow_texture;
 
 use snowblue_color::exposure::AutoExposure;
 use snowblue_color::{LinearRgb, Srgb8};
-use snowblue_render::raster::{ImageSize, PixelPosition, RasterImage};
+use snowblue_render::raster::{PixelPosition, RasterImage};
+use snowblue_render::scene::film::ImageSize;
 
 use crate::swatch::lettering::{Lettering, TextOrigin};
 use crate::swatch::snow_texture::SnowTexture;

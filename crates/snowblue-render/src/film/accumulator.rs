@@ -23,8 +23,9 @@ use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
-use crate::raster::{ImageSize, PixelPosition};
-use crate::spectrum::SAMPLES;
+use crate::raster::PixelPosition;
+use snowblue_scene::film::ImageSize;
+use snowblue_scene::spectrum::SAMPLES;
 
 /// Units of a sum in 1.
 pub(crate) const UNITS: f64 = (1u128 << 64) as f64;

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::spectrum::SAMPLES;
+use snowblue_scene::spectrum::SAMPLES;
 
 /// The values that an image has beside its colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

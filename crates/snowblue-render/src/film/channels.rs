@@ -9,7 +9,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
-use crate::spectrum::SAMPLES;
+use snowblue_scene::spectrum::SAMPLES;
 
 /// A channel of an image.
 #[derive(Debug, Clone, PartialEq)]

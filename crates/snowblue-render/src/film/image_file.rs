@@ -11,8 +11,9 @@ use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::film::Film;
-use crate::film::exposure::Exposure;
-use crate::raster::{ImageSize, RasterImage};
+use crate::raster::RasterImage;
+use snowblue_scene::film::Exposure;
+use snowblue_scene::film::ImageSize;
 
 /// Texts that are stored with an image: pairs of keyword and text, such as the program and the seed.
 pub type Metadata<'a> = [(&'a str, &'a str)];

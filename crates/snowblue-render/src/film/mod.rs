@@ -8,21 +8,17 @@
 pub mod accumulator;
 pub mod aov;
 pub mod channels;
-pub mod exposure;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
-pub mod provenance;
 pub mod resumable_file;
 pub mod sample_block;
-pub(crate) mod sensor;
-pub mod white_balance;
 pub mod window;
 
 use snowblue_color::{LinearRgb, Xyz};
 
-use crate::film::exposure::Exposure;
-use crate::raster::ImageSize;
+use snowblue_scene::film::Exposure;
+use snowblue_scene::film::ImageSize;
 
 /// A finished image, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]

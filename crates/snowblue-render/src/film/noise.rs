@@ -51,8 +51,8 @@ pub(crate) fn repeat_if_done(sums: &mut [i128], aovs: Aovs, [count, more]: [u64;
 mod tests {
     use super::*;
     use crate::film::pixel_accumulator::PixelAccumulator;
-    use crate::film::sensor::Sensor;
-    use crate::spectrum::Spectrum;
+    use snowblue_scene::film::sensor::Sensor;
+    use snowblue_scene::spectrum::Spectrum;
 
     const AOVS: Aovs = Aovs {
         spectrum: false,

@@ -4,8 +4,8 @@ use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::accumulator::SQUARE_UNITS;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
-use crate::film::sensor::{Sensor, SensorSample};
-use crate::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::film::sensor::{Sensor, SensorSample};
+use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
 /// Upper limit of the sum of the magnitudes of a sample's wavelengths.
 const MAX_MAGNITUDE: f32 = (1u64 << 33) as f32;

@@ -33,12 +33,12 @@ use crate::error::RenderError;
 use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
-use crate::film::exposure::Exposure;
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
-use crate::film::provenance::Provenance;
 use crate::film::window::{Window, range_length};
-use crate::raster::ImageSize;
-use crate::spectrum::SAMPLES;
+use snowblue_scene::film::Exposure;
+use snowblue_scene::film::ImageSize;
+use snowblue_scene::provenance::Provenance;
+use snowblue_scene::spectrum::SAMPLES;
 
 const PROVENANCE: &str = "snowblueProvenance";
 const SAMPLE_RANGE: &str = "snowblueSamples";
@@ -268,10 +268,10 @@ impl ResumableImage {
     /// When the file cannot be read, or has no sums that this version can read.
     pub fn open(path: &Path) -> Result<Self, RenderError> {
         let invalid =
-            |reason: &str| RenderError::File(FileError::Content { path: path.into(), reason: reason.to_owned() });
+            |reason: &str| RenderError::from(FileError::Content { path: path.into(), reason: reason.to_owned() });
         let meta = MetaData::read_from_file(path, false).map_err(|error| match error {
             exr::error::Error::Io(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
-                RenderError::File(FileError::Read { path: path.into(), source })
+                FileError::Read { path: path.into(), source }.into()
             }
             error => invalid(&format!("not a readable EXR file: {error}")),
         })?;
@@ -283,9 +283,7 @@ impl ResumableImage {
             return Err(invalid("another version of snowblue wrote the image; this one cannot resume or merge it"));
         }
         let image = Self::from_header(path, header).map_err(|reason| invalid(&reason))?;
-        let length = std::fs::metadata(path)
-            .map_err(|source| RenderError::File(FileError::Read { path: path.into(), source }))?
-            .len();
+        let length = std::fs::metadata(path).map_err(|source| FileError::Read { path: path.into(), source })?.len();
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         check_header_expansion(header, pixel_bytes(image.aovs), length).map_err(|reason| invalid(&reason))?;
         Ok(image)
@@ -349,7 +347,7 @@ impl ResumableImage {
     ///
     /// When the file cannot be read, or has changed since it was opened.
     pub fn read_sums(&self) -> Result<FilmAccumulator, RenderError> {
-        let invalid = |reason: String| RenderError::File(FileError::Content { path: self.path.clone(), reason });
+        let invalid = |reason: String| RenderError::from(FileError::Content { path: self.path.clone(), reason });
         let unreadable = |error: exr::error::Error| invalid(format!("not a readable EXR file: {error}"));
         let file = File::open(&self.path).map_err(|error| unreadable(error.into()))?;
         let reader = exr::block::read(BufReader::new(file), false).map_err(unreadable)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::raster::ImageSize;
+use snowblue_scene::film::ImageSize;
 
 /// A rectangle of pixels. Both ranges are half-open; the upper left pixel of the image is (0, 0).
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,13 +8,14 @@ use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::film::aov::{Aov, Aovs};
 use crate::film::pixel_accumulator::PixelAccumulator;
+use crate::integrators::pcasnow::snow_vertex::straight_direction;
 use crate::integrators::prepared::{Method, Prepared};
-use crate::scene::Scene;
-use crate::scene::light::SHADOW_EPSILON;
-use crate::scene::material::Material;
-use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::SceneQueries;
-use crate::spectrum::Spectrum;
+use snowblue_scene::Scene;
+use snowblue_scene::light::SHADOW_EPSILON;
+use snowblue_scene::material::Material;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::SceneQueries;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Finds first hits. Its queries are not part of the light transport and do not count.
 #[derive(Debug)]
@@ -41,7 +42,7 @@ struct Behind {
 impl<'a> FirstHits<'a> {
     pub(in crate::integrators) fn new(prepared: &'a Prepared) -> Self {
         let scene = &prepared.scene;
-        Self { prepared, scene, queries: SceneQueries::new(&scene.objects) }
+        Self { prepared, scene, queries: SceneQueries::new(scene.objects()) }
     }
 
     /// Adds what a camera ray hits first to the features of its pixel.
@@ -56,11 +57,11 @@ impl<'a> FirstHits<'a> {
         let Some(surface) = self.queries.camera_hit(ray) else { return };
         pixel.add_aov(Aov::Normal, surface.normal.to_array());
         let is_needed = channels.thickness || channels.angle || channels.albedo;
-        let is_snow = self.scene.materials[surface.material].is_snow();
+        let is_snow = self.scene.materials()[surface.material].is_snow();
         let behind = if is_needed && is_snow { self.behind(&surface) } else { None };
         if channels.albedo {
             let depth_m = behind.map_or(0.0, |behind| behind.depth_m);
-            let LinearRgb { r, g, b } = self.scene.sensor.albedo_rgb(&self.reflectance(&surface, depth_m));
+            let LinearRgb { r, g, b } = self.scene.sensor().albedo_rgb(&self.reflectance(&surface, depth_m));
             pixel.add_aov(Aov::Albedo, [r, g, b].map(narrow));
         }
         if let Some(Behind { depth_m, angle_deg }) = behind {
@@ -75,7 +76,7 @@ impl<'a> FirstHits<'a> {
     /// for the surface.
     fn sees_emitter(&mut self, ray: &Ray) -> bool {
         let scene = self.scene;
-        let sees = |limit_m: f32| scene.lights.iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
+        let sees = |limit_m: f32| scene.lights().iter().any(|light| light.is_seen_as_emitter(ray, limit_m));
         sees(f32::INFINITY) && self.queries.camera_hit(ray).is_none_or(|surface| sees(light_limit_m(ray, &surface)))
     }
 
@@ -85,13 +86,13 @@ impl<'a> FirstHits<'a> {
         let SurfaceInteraction { object, point, normal, .. } = *surface;
         let (direction, exit) = match &self.prepared.method {
             Method::PcaSnow(_) => {
-                let settings = &self.scene.integrator.pcasnow;
-                (settings.path.straight_direction(surface), settings.exit)
+                let settings = &self.scene.integrator().pcasnow;
+                (straight_direction(settings.path, surface), settings.exit)
             }
             Method::Diffusion(_) | Method::Hybrid(..) | Method::Reference(..) => (-normal, Exit::default()),
         };
         let chord = self.queries.chord(object, &Line { point, normal, direction, end_m: f32::INFINITY }, exit)?;
-        let light = self.scene.lights.first().and_then(|light| light.central_sample());
+        let light = self.scene.lights().first().and_then(|light| light.central_sample());
         let angle_deg = match (chord.exit, light) {
             (ChordEnd::Surface { point, normal, .. }, Some(sample)) => {
                 let cos = normal.dot(sample.origin.direction_from(point).direction);
@@ -106,13 +107,13 @@ impl<'a> FirstHits<'a> {
     /// PCASnow.
     fn reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
         let objects = self.queries.objects();
-        if let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] {
+        if let Material::Diffuse(diffuse) = &self.scene.materials()[surface.material] {
             return diffuse.reflectance(objects, surface);
         }
         let snow = match &self.prepared.method {
             Method::PcaSnow(curves) => {
                 let Some(curves) = &curves[surface.material] else { return Spectrum::ZERO };
-                let constant = self.scene.integrator.pcasnow.reflectance;
+                let constant = self.scene.integrator().pcasnow.reflectance;
                 return constant.map_or_else(
                     || {
                         let mut reflectance = Spectrum::ZERO;

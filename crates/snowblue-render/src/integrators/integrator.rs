@@ -7,7 +7,6 @@ use snowblue_database::CompressedTable;
 use snowblue_geometry::ray::Ray;
 
 use crate::error::RenderError;
-use crate::film::sensor::SensorSample;
 use crate::integrators::first_hit::FirstHits;
 use crate::integrators::path::tracer::PathTracer;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
@@ -15,15 +14,18 @@ use crate::integrators::pcasnow::table_hash::table_hash;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::reference::ReferenceTracer;
 use crate::integrators::snow_volumes::SnowVolumes;
-use crate::light_field::{LightField, SnowOfMaterials};
-use crate::sampling::Sampler;
-use crate::scene::build::changes::Changes;
-use crate::scene::camera::View;
-use crate::scene::material::Material;
-use crate::scene::material::snow::SnowKinds;
-use crate::scene::queries::Statistics;
-use crate::scene::{IntegratorKind, Scene};
-use crate::spectrum::Spectrum;
+use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
+use snowblue_light_field::{LightField, SnowOfMaterials};
+use snowblue_scene::assembling::changes::Changes;
+use snowblue_scene::camera::View;
+use snowblue_scene::film::sensor::SensorSample;
+use snowblue_scene::material::Material;
+use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::provenance::Provenance;
+use snowblue_scene::queries::Statistics;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{IntegratorKind, Scene};
 
 /// An integrator that is ready for a scene. It shares the scene's parts.
 #[derive(Debug)]
@@ -70,9 +72,9 @@ impl Integrator {
             Kept::Grids(method, changes) => method.relit(scene, &changes)?,
             Kept::Nothing => {
                 let kinds =
-                    |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds(&scene.wavelengths_nm)));
-                let kinds: SnowOfMaterials<SnowKinds> = scene.materials.iter().map(kinds).collect();
-                match scene.integrator.kind {
+                    |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds(scene.wavelengths_nm())));
+                let kinds: SnowOfMaterials<SnowKinds> = scene.materials().iter().map(kinds).collect();
+                match scene.integrator().kind {
                     IntegratorKind::PcaSnow => {
                         let table = table_of(scene, preparation.table)?;
                         hash = table.as_deref().map(table_hash);
@@ -111,23 +113,38 @@ impl Integrator {
         self.prepared.method.field().and_then(LightField::view_factor)
     }
 
-    /// A hash of the table of curves, if the method reads one.
-    pub(crate) fn table_hash(&self) -> Option<u64> {
-        self.table_hash
+    /// What the scene was built from, its settings, and the table of curves if the method reads one.
+    pub fn provenance(&self) -> Provenance {
+        Provenance::of(self.scene(), self.table_hash)
     }
 
     /// The light field, if the method has one.
-    pub(crate) fn light_field(&self) -> Option<&LightField> {
+    pub fn light_field(&self) -> Option<&LightField> {
         self.prepared.method.field()
     }
 
-    /// The scene and its light field, if the method has one.
-    pub(crate) fn into_light_field(self) -> (Scene, Option<LightField>) {
-        let field = match self.prepared.method {
-            Method::Diffusion(field) | Method::Hybrid(field, _) => Some(field),
-            Method::PcaSnow(_) | Method::Reference(..) => None,
-        };
-        (self.prepared.scene, field)
+    /// [Bakes](bake()) the light field.
+    ///
+    /// # Errors
+    ///
+    /// When the method has no light field, there is no snow, or there would be too many vertices.
+    pub fn bake(&self, options: BakeOptions, progress: &dyn Fn(usize, usize)) -> Result<BakedScene, BakeError> {
+        bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, progress)
+    }
+
+    /// The snow of the scene, to be [lit](Relighting) by one light at a time, with edges of at most so many cells of
+    /// the light field.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`bake`](Self::bake).
+    pub fn into_relighting(self, cells_per_edge: Option<f64>) -> Result<Relighting, BakeError> {
+        match self.prepared.method {
+            Method::Diffusion(field) | Method::Hybrid(field, _) => {
+                Relighting::new(self.prepared.scene, field, cells_per_edge)
+            }
+            Method::PcaSnow(_) | Method::Reference(..) => Err(BakeError::NoField),
+        }
     }
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
@@ -207,7 +224,7 @@ fn table_of<'a>(
     if let Some(table) = given {
         return Ok(Some(Cow::Borrowed(table)));
     }
-    if let Some(file) = &scene.table_file {
+    if let Some(file) = scene.table_file() {
         return Ok(Some(Cow::Owned(CompressedTable::open(file)?)));
     }
     Ok(embedded_table().map(Cow::Borrowed))
@@ -238,7 +255,7 @@ fn curves(
             continue;
         };
         let path = scene.material_path(material);
-        let solved = SnowCurves::new(kinds, &scene.wavelengths_nm, table);
+        let solved = SnowCurves::new(kinds, scene.wavelengths_nm(), table);
         let (of_material, reason) =
             solved.map_err(|error| path.error(format!("cannot be rendered by pcasnow: {error}")))?;
         notes.extend(reason.map(|reason| format!("{path}: its curves are solved for, because {reason}")));
@@ -268,7 +285,7 @@ impl Tracer<'_> {
     pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
         match self {
             Self::Path(tracer) => tracer.response(camera_ray, sampler),
-            Self::Reference(tracer) => scene.sensor.sample(&tracer.radiance(camera_ray, sampler)),
+            Self::Reference(tracer) => scene.sensor().sample(&tracer.radiance(camera_ray, sampler)),
         }
     }
 

@@ -7,10 +7,10 @@ use crate::integrators::path::carried::LightTables;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
 use crate::integrators::surroundings::SnowBodies;
-use crate::light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
-use crate::scene::Scene;
-use crate::scene::build::changes::Changes;
-use crate::scene::material::snow::SnowKinds;
+use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
+use snowblue_scene::Scene;
+use snowblue_scene::assembling::changes::Changes;
+use snowblue_scene::material::snow::SnowKinds;
 
 /// Rays through grains for the albedo of snow, where nothing else needs its optics.
 const ALBEDO_RAYS: u32 = 1 << 14;
@@ -62,7 +62,7 @@ impl Prepared {
 
 impl Method {
     pub(super) fn diffusion(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
-        let rays = scene.description.light_field.grain_rays;
+        let rays = scene.description().light_field.grain_rays;
         Ok(Self::Diffusion(LightField::of_scene(scene, &snowpacks(scene, kinds, rays, &|_, _, _| None)?)?))
     }
 
@@ -71,7 +71,7 @@ impl Method {
         let walk_ends = |material: usize, kind: usize, length_m: f64| {
             volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
         };
-        let snow = snowpacks(scene, kinds, scene.description.light_field.grain_rays, &walk_ends)?;
+        let snow = snowpacks(scene, kinds, scene.description().light_field.grain_rays, &walk_ends)?;
         Ok(Self::Hybrid(LightField::of_scene(scene, &snow)?, volumes))
     }
 

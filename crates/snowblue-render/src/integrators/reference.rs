@@ -33,13 +33,13 @@ use snowblue_transport::rng::Stream;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
-use crate::sampling::Sampler;
-use crate::scene::Scene;
-use crate::scene::light::LightHit;
-use crate::scene::material::Material;
-use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::Statistics;
-use crate::spectrum::Spectrum;
+use snowblue_scene::Scene;
+use snowblue_scene::light::LightHit;
+use snowblue_scene::material::Material;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::Statistics;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Traces paths of light from grain to grain.
 #[derive(Debug)]
@@ -95,8 +95,8 @@ impl<'scene> ReferenceTracer<'scene> {
             scene,
             surroundings: Surroundings::new(scene, bodies, volumes),
             volumes,
-            delta_lights: Vec::with_capacity(scene.lights.len()),
-            has_area_lights: scene.lights.iter().any(|light| !light.is_small()),
+            delta_lights: Vec::with_capacity(scene.lights().len()),
+            has_area_lights: scene.lights().iter().any(|light| !light.is_small()),
             weights: volume.map_or(vec![Spectrum::ONE], |volume| volume.nodes().iter().map(weights).collect()),
             lengths: Vec::new(),
         }
@@ -113,7 +113,7 @@ impl<'scene> ReferenceTracer<'scene> {
         self.surroundings.statistics.camera_rays += 1;
         let mut of_lights = *sampler;
         self.delta_lights.clear();
-        self.delta_lights.extend(self.scene.lights.iter().filter_map(|light| {
+        self.delta_lights.extend(self.scene.lights().iter().filter_map(|light| {
             let sample = light.small_sample(&mut of_lights)?;
             Some(WalkLight { sample, power: light.power(&sample.origin) })
         }));
@@ -131,11 +131,11 @@ impl<'scene> ReferenceTracer<'scene> {
         let mut hit = self.surroundings.first_hit(&path.walk.ray);
         self.add_visible_lights(path, hit.as_ref());
         let mut within = None;
-        for bounce in 0..=self.scene.integrator.max_bounces {
+        for bounce in 0..=self.scene.integrator().max_bounces {
             let Some(surface) = hit else { return };
-            match &self.scene.materials[surface.material] {
+            match &self.scene.materials()[surface.material] {
                 Material::Diffuse(diffuse) => {
-                    let reflectance = diffuse.reflectance(&self.scene.objects, &surface);
+                    let reflectance = diffuse.reflectance(self.scene.objects(), &surface);
                     let (lights, medium) = (&self.delta_lights, path.medium());
                     if !path.walk.reflect(&mut self.surroundings, &surface, reflectance, (lights, medium, bounce)) {
                         return;
@@ -144,11 +144,11 @@ impl<'scene> ReferenceTracer<'scene> {
                 Material::Snow(_) => within = Some(Snow { object: surface.object, material: surface.material }),
             }
             if let Some(snow) = within {
-                let entering = self.scene.materials[surface.material].is_snow();
+                let entering = self.scene.materials()[surface.material].is_snow();
                 match self.scatter(path, snow, entering) {
                     SnowEnd::Absorbed => return,
                     SnowEnd::Missed => {
-                        let reach_m = self.scene.objects.reach_m(surface.object);
+                        let reach_m = self.scene.objects().reach_m(surface.object);
                         path.walk.ray.origin = off_surface(surface.point, -surface.normal, reach_m);
                         within = None;
                     }
@@ -233,7 +233,7 @@ impl<'scene> ReferenceTracer<'scene> {
         if snow.kinds.is_uniform() {
             return 0;
         }
-        let mix = snow.kinds.at_point(&self.scene.objects, object, path.walk.ray.origin);
+        let mix = snow.kinds.at_point(self.scene.objects(), object, path.walk.ray.origin);
         if mix.is_mixed() { mix.pick(narrow(path.walk.stream.uniform())) } else { mix.first }
     }
 
@@ -279,7 +279,7 @@ impl<'scene> ReferenceTracer<'scene> {
     /// Adds the lights with extent that the camera sees.
     fn add_visible_lights(&self, path: &mut Path, hit: Option<&SurfaceInteraction>) {
         let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
-        for light in &self.scene.lights {
+        for light in self.scene.lights() {
             if let Some(radiance) = light.hit_radiance(&path.walk.ray, limit_m, None) {
                 path.walk.radiance += radiance;
             }
@@ -292,7 +292,7 @@ impl<'scene> ReferenceTracer<'scene> {
         if !self.has_area_lights {
             return;
         }
-        let lights = self.scene.lights.iter().filter(|light| !light.is_small());
+        let lights = self.scene.lights().iter().filter(|light| !light.is_small());
         let hits = lights.filter_map(|light| light.full_hit_radiance(&path.walk.ray, limit_m));
         for LightHit { radiance, distance_m } in hits {
             let absorbed = snow.map_or(Spectrum::ONE, |(snow, kind)| self.attenuation(snow, (kind, distance_m.into())));

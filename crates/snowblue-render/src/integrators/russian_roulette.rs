@@ -1,6 +1,6 @@
 //! Russian roulette: the only rule by which paths over surfaces end by chance.
 
-use crate::spectrum::Spectrum;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Bounces before it begins.
 const SAFE_BOUNCES: u32 = 4;

@@ -14,11 +14,11 @@ use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 
 use crate::integrators::surroundings::{Flight, SnowBodies, Surroundings};
-use crate::light_field::{LightField, SnowAt};
-use crate::scene::Scene;
-use crate::scene::light::{IncidentLight, LightSample};
-use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::Statistics;
+use snowblue_light_field::{LightField, SnowAt};
+use snowblue_scene::Scene;
+use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::Statistics;
 
 /// Traces single scattering.
 #[derive(Debug)]

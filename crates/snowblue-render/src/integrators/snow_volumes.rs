@@ -6,10 +6,10 @@ use snowblue_transport::monte_carlo::{GrainPlan, PathLengths, Volume, WalkEnds};
 use snowblue_transport::{SnowSample, TransportError};
 
 use crate::error::RenderError;
-use crate::light_field::{EndDepth, SnowOfMaterials, WalkEndsByDepth};
-use crate::scene::Scene;
-use crate::scene::material::snow::SnowKinds;
-use crate::spectrum::Spectrum;
+use snowblue_light_field::{EndDepth, SnowOfMaterials, WalkEndsByDepth};
+use snowblue_scene::Scene;
+use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::spectrum::Spectrum;
 
 /// Scattering events of each kind of snow for short walks.
 const SHORT_WALK_GRAINS: u32 = 1 << 18;
@@ -34,11 +34,11 @@ impl SnowVolumes {
     ) -> Result<SnowOfMaterials<Self>, RenderError> {
         let samples: Vec<SnowSample> = kinds.iter().flatten().flat_map(|kinds| &kinds.samples).copied().collect();
         let is_plain = |sample: &SnowSample| sample.impurities.is_none() && sample.water_saturation <= 0.0;
-        let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { scene.wavelengths_nm.len() };
+        let nodes = if samples.iter().all(is_plain) { FEW_NODES } else { scene.wavelengths_nm().len() };
         let whole = GrainPlan::default();
         let most = u32::try_from(MOST_GRAINS / (nodes * samples.len().max(1))).unwrap_or(u32::MAX);
         let plan = GrainPlan { grains: whole.grains.min(most), ..whole };
-        let volumes = Volume::of_samples(&samples, &scene.wavelengths_nm, &plan);
+        let volumes = Volume::of_samples(&samples, scene.wavelengths_nm(), &plan);
         let mut volumes = volumes.map_err(|error| unusable(scene, &error))?.into_iter();
         let mut of_kinds = |kinds: &Arc<SnowKinds>| {
             let volumes = volumes.by_ref().take(kinds.samples.len()).collect();
@@ -53,7 +53,7 @@ impl SnowVolumes {
         kinds: &SnowOfMaterials<SnowKinds>,
     ) -> Result<SnowOfMaterials<Self>, RenderError> {
         let plan = GrainPlan { grains: SHORT_WALK_GRAINS, seed: 1 };
-        let volume = |sample: &SnowSample| Volume::with_one_index(sample, &scene.wavelengths_nm, &plan);
+        let volume = |sample: &SnowSample| Volume::with_one_index(sample, scene.wavelengths_nm(), &plan);
         let of_kinds = |kinds: &Arc<SnowKinds>| {
             let volumes: Result<_, _> = kinds.samples.iter().map(volume).collect();
             Ok(Arc::new(Self { kinds: Arc::clone(kinds), volumes: volumes.map_err(|error| unusable(scene, &error))? }))

@@ -14,10 +14,10 @@ use snowblue_transport::rng::Stream;
 
 use super::russian_roulette::survival_probability;
 use super::surroundings::{Medium, Surroundings};
-use crate::sampling::cosine_direction;
-use crate::scene::light::LightSample;
-use crate::scene::objects::SurfaceInteraction;
-use crate::spectrum::Spectrum;
+use snowblue_scene::light::LightSample;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::sampling::cosine_direction;
+use snowblue_scene::spectrum::Spectrum;
 
 /// A walk between two scatterings.
 #[derive(Debug)]

@@ -9,11 +9,11 @@ use snowblue_transport::monte_carlo::{PathLengths, Volume};
 use snowblue_transport::rng::Stream;
 
 use super::snow_volumes::{SnowVolumes, attenuation};
-use crate::scene::Scene;
-use crate::scene::light::LightOrigin;
-use crate::scene::objects::{Object, Objects, SurfaceInteraction};
-use crate::scene::queries::Statistics;
-use crate::spectrum::Spectrum;
+use snowblue_scene::Scene;
+use snowblue_scene::light::LightOrigin;
+use snowblue_scene::objects::{Object, Objects, SurfaceInteraction};
+use snowblue_scene::queries::Statistics;
+use snowblue_scene::spectrum::Spectrum;
 
 /// The bodies of snow of a scene, and what lies beside them.
 #[derive(Debug)]
@@ -35,8 +35,8 @@ struct SnowBody {
 
 impl SnowBodies {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let (objects, list) = (&scene.objects, scene.objects.list());
-        let is_snow = |object: &Object| scene.materials[object.material].is_snow();
+        let (objects, list) = (scene.objects(), scene.objects().list());
+        let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
         let solids: Vec<usize> = (0..list.len()).filter(|&index| !is_snow(&list[index])).collect();
         let none: Arc<[usize]> = Arc::new([]);
         let (mut bodies, mut neighbours) = (Vec::new(), vec![none; list.len()]);
@@ -125,7 +125,7 @@ impl<'a> Surroundings<'a> {
     }
 
     fn objects(&self) -> &'a Objects {
-        &self.scene.objects
+        self.scene.objects()
     }
 
     /// Largest coordinate of an object in m.

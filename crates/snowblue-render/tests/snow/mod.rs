@@ -14,9 +14,9 @@ use snowblue_render::render::pixel_radiance;
 use snowblue_render::scene::camera::View;
 use snowblue_render::scene::description::{LampDescription, LightDescription, LightSource, SceneDescription};
 use snowblue_render::scene::file::SceneFile;
+use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::scene::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_render::scene::{IntegratorKind, Scene};
-use snowblue_render::spectrum::light_spectrum::LightSpectrum;
-use snowblue_render::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
 use snowblue_render::{Integrator, Preparation};
 use snowblue_stat::{Moments, t_p_value};
 

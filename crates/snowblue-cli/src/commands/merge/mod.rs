@@ -10,7 +10,7 @@ use clap::Args;
 use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
-use snowblue_render::film::exposure::Exposure;
+use snowblue_render::Exposure;
 
 use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use snowblue_render::Exposure;
 use snowblue_render::FilmAccumulator;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
-use snowblue_render::raster::{ImageSize, PixelPosition};
+use snowblue_render::raster::PixelPosition;
+use snowblue_render::scene::film::ImageSize;
 
 use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};

@@ -2,7 +2,7 @@
 
 use snowblue_figures::{Cell, DataTable};
 use snowblue_render::Scene;
-use snowblue_render::inspection::{Inspection, inspect};
+use snowblue_render::scene::inspection::{Inspection, inspect};
 
 use crate::output::{Failure, Outcome, OutputOptions, printable};
 

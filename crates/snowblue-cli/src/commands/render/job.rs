@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use snowblue_render::film::provenance::Provenance;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::render::{RenderControl, accumulator, render_missing, with_needed};
+use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::queries::Statistics;
 use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, Scene};
 

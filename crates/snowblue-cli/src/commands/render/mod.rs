@@ -12,12 +12,11 @@ use std::time::Duration;
 use clap::Args;
 use snowblue_base::atomic_file::is_stream;
 use snowblue_database::CompressedTable;
-use snowblue_render::film::exposure::Exposure;
-use snowblue_render::film::provenance::Provenance;
-use snowblue_render::film::white_balance::WhiteBalance;
+use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::with_needed;
 use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
+use snowblue_render::scene::film::white_balance::WhiteBalance;
 use snowblue_render::scene::{IntegratorKind, PathMode};
 use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
 
@@ -201,14 +200,14 @@ impl Render {
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
         let preparation = Preparation { table: table.as_ref(), earlier: None };
         let integrator = Integrator::prepare_with(&scene, preparation);
-        let integrator = integrator.map_err(|error| Failure::input(scene_file.locate(error)))?;
+        let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
         let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator)).filter(|_| !quiet);
         notes.for_each(|note| print_message(&format!("{}: {note}\n", output.display())));
         let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
             integrator: &integrator,
-            provenance: Provenance::of(&integrator),
+            provenance: integrator.provenance(),
             target,
             notes: self.notes(),
             preview,

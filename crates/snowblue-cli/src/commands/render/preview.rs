@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use snowblue_color::LinearRgb;
 use snowblue_render::FilmAccumulator;
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::output::Failure;

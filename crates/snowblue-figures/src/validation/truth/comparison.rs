@@ -1,8 +1,8 @@
 //! The reference of a scene with its noise, and how far an image is from it.
 
 use snowblue_color::{ColorDifference, Lab, Xyz};
+use snowblue_render::Exposure;
 use snowblue_render::Integrator;
-use snowblue_render::film::exposure::Exposure;
 
 use super::image::{PARTS, TimedImage, cells, film, render_timed};
 

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use snowblue_color::Xyz;
-use snowblue_render::raster::ImageSize;
+use snowblue_render::scene::film::ImageSize;
 
 use snowblue_render::render::render_all;
 use snowblue_render::{Film, Integrator};

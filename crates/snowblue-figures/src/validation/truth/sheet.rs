@@ -1,8 +1,8 @@
 //! A sheet that shows the reference and the methods for a scene side by side.
 
 use snowblue_color::{LinearRgb, Srgb8};
+use snowblue_render::Exposure;
 use snowblue_render::RenderError;
-use snowblue_render::film::exposure::Exposure;
 use snowblue_render::film::image_file;
 use snowblue_render::raster::{PixelPosition, RasterImage};
 

@@ -20,10 +20,10 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 
-use crate::light_field::{EndDepth, KindOptics, LightWeights, NearLight};
-use crate::scene::light::IncidentLight;
-use crate::spectrum::Spectrum;
 use glam::Vec3A;
+use snowblue_light_field::{EndDepth, KindOptics, LightWeights, NearLight};
+use snowblue_scene::light::IncidentLight;
+use snowblue_scene::spectrum::Spectrum;
 
 /// The walk in the half-space.
 pub(super) struct TangentHalfSpace<'a> {

@@ -35,14 +35,14 @@ use crate::integrators::hybrid::tangent_half_space::TangentHalfSpace;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
-use crate::light_field::{EndDepth, LightField, NearLight, SnowAt};
-use crate::sampling::Sampler;
-use crate::scene::Scene;
-use crate::scene::light::LightSample;
-use crate::scene::material::Material;
-use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::Statistics;
-use crate::spectrum::Spectrum;
+use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
+use snowblue_scene::Scene;
+use snowblue_scene::light::LightSample;
+use snowblue_scene::material::Material;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::Statistics;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
 /// flat, and its radius.
@@ -170,14 +170,14 @@ impl<'scene> WalkTracer<'scene> {
     pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
         let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
-        let is_flat = self.scene.objects.holds_deeply(surface.object, below, radius_m);
+        let is_flat = self.scene.objects().holds_deeply(surface.object, below, radius_m);
         if is_flat { EndDepth::Flat } else { EndDepth::Edge }
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
     fn sample_lights(&mut self, entry: &SurfacePoint, sampler: &mut Sampler) {
         self.lights.clear();
-        for (index, light) in self.scene.lights.iter().enumerate() {
+        for (index, light) in self.scene.lights().iter().enumerate() {
             let mut add = |sample: Option<LightSample>| {
                 self.lights.extend(sample.map(|sample| WalkLight { sample, power: light.power(&sample.origin) }));
             };
@@ -200,7 +200,7 @@ impl<'scene> WalkTracer<'scene> {
         walk: &mut Walk,
     ) -> TangentHalfSpace<'a> {
         let mut tangent = TangentHalfSpace::new((snow.at.optics, snow.end_depth), near, entry, walk.walk.ray.direction);
-        let from = off_surface(entry.point, entry.normal, self.scene.objects.reach_m(snow.object));
+        let from = off_surface(entry.point, entry.normal, self.scene.objects().reach_m(snow.object));
         for (index, WalkLight { sample, power }) in self.lights.iter().enumerate() {
             let Some(incident) = sample.incident_at(&entry) else { continue };
             let chance = walk.walk.stream.uniform();
@@ -252,7 +252,7 @@ impl<'scene> WalkTracer<'scene> {
             let x = walk.walk.ray.origin;
             let ahead = walk.walk.ray.at(transport_length_m);
             let end_depth_m = snow.end_depth.lengths() * transport_length_m;
-            if end.is_none() && self.scene.objects.holds_deeply(snow.object, x, end_depth_m) {
+            if end.is_none() && self.scene.objects().holds_deeply(snow.object, x, end_depth_m) {
                 let fluence = near.map_or_else(|| snow.at.field.fluence(ahead), |near| near.fluence(ahead));
                 let through = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                 walk.walk.radiance.add_product(0.25 * FRAC_1_PI, &through, &fluence);
@@ -300,9 +300,9 @@ impl<'scene> WalkTracer<'scene> {
 
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
     fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
-        let Material::Diffuse(diffuse) = &self.scene.materials[surface.material] else { return false };
+        let Material::Diffuse(diffuse) = &self.scene.materials()[surface.material] else { return false };
         let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
-        let reflectance = diffuse.reflectance(&self.scene.objects, surface) * absorbed;
+        let reflectance = diffuse.reflectance(self.scene.objects(), surface) * absorbed;
         walk.lengths = PathLengths::default();
         walk.bounces += 1;
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);

@@ -12,14 +12,14 @@ use snowblue_database::lookup::{PROJECTIONS, ProjectedTable};
 use snowblue_geometry::ray::narrow;
 
 use super::vertex::{Shading, Vertex};
-use crate::film::sensor::SensorSample;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
-use crate::scene::light::{IncidentLight, Light, LightOrigin, LightSample};
-use crate::scene::material::Material;
-use crate::scene::material::diffuse::Diffuse;
-use crate::scene::{Emission, Scene};
-use crate::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::film::sensor::SensorSample;
+use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};
+use snowblue_scene::material::Material;
+use snowblue_scene::material::diffuse::Diffuse;
+use snowblue_scene::spectrum::{SAMPLES, Spectrum};
+use snowblue_scene::{Emission, Scene};
 
 /// Most projected tables of a scene: each takes about 1 MB and some 5 ms. Further lights and materials are computed as
 /// spectra.
@@ -88,8 +88,8 @@ impl LightTables {
     /// No tables: all light is computed as spectra.
     pub(crate) fn none(scene: &Scene) -> Self {
         Self {
-            luminance: scene.sensor.luminance(),
-            delta_samples: scene.lights.iter().map(|light| light.delta_sample()).collect(),
+            luminance: scene.sensor().luminance(),
+            delta_samples: scene.lights().iter().map(|light| light.delta_sample()).collect(),
             lights: Vec::new(),
         }
     }
@@ -97,12 +97,12 @@ impl LightTables {
     /// Tables for all lights and materials that have one spectrum each, with the curves of each material's snow. False
     /// colours have none: they show single wavelengths, of which sums over several would be too coarse.
     pub(crate) fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>]) -> Self {
-        if !scene.sensor.is_standard_observer() {
+        if !scene.sensor().is_standard_observer() {
             return Self::none(scene);
         }
         let mut tables_left = MAX_TABLES;
         let light = |light: &Arc<Light>| Some(LightTable::new(scene, curves, light.uniform_power()?, &mut tables_left));
-        Self { lights: scene.lights.iter().map(light).collect(), ..Self::none(scene) }
+        Self { lights: scene.lights().iter().map(light).collect(), ..Self::none(scene) }
     }
 
     /// The one sample of a light without extent.
@@ -114,7 +114,7 @@ impl LightTables {
 
 impl LightTable {
     fn new(scene: &Scene, curves: &[Option<Arc<SnowCurves>>], power: &Spectrum, tables_left: &mut usize) -> Self {
-        let weights = scene.sensor.weights_of(power);
+        let weights = scene.sensor().weights_of(power);
         let of_material = |(number, material): (usize, &Material)| match material {
             Material::Diffuse(Diffuse::Uniform(reflectance)) => MaterialResponse::Constant(sum(&weights, reflectance)),
             Material::Diffuse(Diffuse::Textured(_)) => MaterialResponse::Spectral,
@@ -124,13 +124,13 @@ impl LightTable {
                     return MaterialResponse::Spectral;
                 };
                 *tables_left -= 1;
-                let constant = scene.integrator.pcasnow.reflectance;
+                let constant = scene.integrator().pcasnow.reflectance;
                 let constant_reflectance =
                     constant.map(|reflectance| sum(&weights, &Spectrum::constant(narrow(reflectance))));
                 MaterialResponse::Snow { table: Box::new(table), constant_reflectance }
             }
         };
-        Self { materials: scene.materials.iter().enumerate().map(of_material).collect(), weights }
+        Self { materials: scene.materials().iter().enumerate().map(of_material).collect(), weights }
     }
 }
 
@@ -150,7 +150,7 @@ impl<'a> Source<'a> {
         emission: Emission,
     ) -> Self {
         let table = tables.lights.get(light).and_then(Option::as_ref).filter(|_| emission == Emission::Transmitted);
-        Self { scene, light: &scene.lights[light], origin: &sample.origin, emission, table }
+        Self { scene, light: &scene.lights()[light], origin: &sample.origin, emission, table }
     }
 
     fn power(&self) -> Spectrum {
@@ -164,7 +164,7 @@ impl<'a> Source<'a> {
     fn response(&self, spectrum: &Spectrum) -> SensorSample {
         match self.table {
             Some(table) => sum(&table.weights, spectrum),
-            None => self.scene.sensor.sample(&(*spectrum * self.power())),
+            None => self.scene.sensor().sample(&(*spectrum * self.power())),
         }
     }
 
@@ -198,7 +198,7 @@ impl Carried for SensorSample {
     const ZERO: Self = Self::ZERO;
 
     fn emitted(scene: &Scene, radiance: &Spectrum) -> Self {
-        scene.sensor.sample(radiance)
+        scene.sensor().sample(radiance)
     }
 
     #[inline]

@@ -11,7 +11,7 @@
 //! later ones by their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
-//! (see [`light`](crate::scene::light)).
+//! (see [`light`](snowblue_scene::light)).
 //!
 //! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
 //! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
@@ -23,22 +23,22 @@ use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
-use crate::film::sensor::SensorSample;
 use crate::integrators::first_hit::light_limit_m;
 use crate::integrators::hybrid::walk::WalkTracer;
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
-use crate::light_field::{EndDepth, LightField, SnowAt};
-use crate::sampling::{Sampler, cosine_direction};
-use crate::scene::light::{IncidentLight, LightSample};
-use crate::scene::material::Material;
-use crate::scene::material::diffuse::Diffuse;
-use crate::scene::objects::{Side, SurfaceInteraction};
-use crate::scene::queries::{SceneQueries, Statistics};
-use crate::scene::{Emission, Scene};
-use crate::spectrum::Spectrum;
+use snowblue_light_field::{EndDepth, LightField, SnowAt};
+use snowblue_scene::film::sensor::SensorSample;
+use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::material::Material;
+use snowblue_scene::material::diffuse::Diffuse;
+use snowblue_scene::objects::{Side, SurfaceInteraction};
+use snowblue_scene::queries::{SceneQueries, Statistics};
+use snowblue_scene::sampling::{Sampler, cosine_direction};
+use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{Emission, Scene};
 
 /// Points around a surface point that lamps must light alike, their distance and their height above the surface, in
 /// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
@@ -79,7 +79,7 @@ impl<'a> PathTracer<'a> {
     pub(in crate::integrators) fn new(prepared: &'a Prepared, responses: bool) -> Self {
         let Prepared { scene, method, bodies, .. } = prepared;
         let (pcasnow, field, volumes) = match method {
-            Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator.pcasnow, curves)), None, None),
+            Method::PcaSnow(curves) => (Some(PcaSnow::new(&scene.integrator().pcasnow, curves)), None, None),
             Method::Diffusion(field) => (None, Some(field), None),
             Method::Hybrid(field, volumes) => (None, Some(field), Some(volumes)),
             Method::Reference(..) => unreachable!("the reference traces no paths over surfaces"),
@@ -87,12 +87,12 @@ impl<'a> PathTracer<'a> {
         Self {
             scene,
             tables: if responses { &prepared.tables } else { &prepared.no_tables },
-            queries: SceneQueries::new(&scene.objects),
+            queries: SceneQueries::new(scene.objects()),
             pcasnow,
             field,
             walks: field.zip(volumes).map(|(field, volumes)| WalkTracer::new(scene, field, bodies, volumes)),
             singles: field.map(|field| SingleScattering::new(scene, field, bodies)),
-            has_area_lights: scene.lights.iter().any(|light| light.has_extent()),
+            has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
         }
     }
 
@@ -116,7 +116,7 @@ impl<'a> PathTracer<'a> {
     #[inline]
     pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
         let PathRadiance { first, later } = self.trace::<SensorSample>(camera_ray, sampler);
-        later.map_or(first, |later| first + self.scene.sensor.sample(&later))
+        later.map_or(first, |later| first + self.scene.sensor().sample(&later))
     }
 
     #[inline]
@@ -144,7 +144,7 @@ impl<'a> PathTracer<'a> {
             return PathRadiance { first, later: None };
         }
         first += self.direct_light::<C>(&vertex, sampler);
-        if self.scene.integrator.max_bounces == 0 && !self.has_area_lights {
+        if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
             return PathRadiance { first, later: None };
         }
         PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
@@ -161,7 +161,7 @@ impl<'a> PathTracer<'a> {
             let point = middle + (side * cos + up * sin) * (PROBE_RADIUS_LENGTHS * length_m);
             SurfacePoint { point, normal: surface.normal }
         });
-        let lights = self.scene.lights.iter().enumerate();
+        let lights = self.scene.lights().iter().enumerate();
         let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
         let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
         for sample in samples {
@@ -183,7 +183,7 @@ impl<'a> PathTracer<'a> {
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
     fn indirect_light(&mut self, first: &Vertex, sampler: &mut Sampler) -> Spectrum {
-        let max_bounces = self.scene.integrator.max_bounces;
+        let max_bounces = self.scene.integrator().max_bounces;
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let Some(mut ray) = self.bounce(first, 0, &mut throughput, sampler) else { return radiance };
         let mut from = first.surface.surface_point();
@@ -218,7 +218,7 @@ impl<'a> PathTracer<'a> {
         let surface = vertex.surface.surface_point();
         // The last ray finds lights only.
         let (direction, factor) = match self.field {
-            Some(field) if bounce < self.scene.integrator.max_bounces => {
+            Some(field) if bounce < self.scene.integrator().max_bounces => {
                 field.sample_reflection(&surface, [u, v, choice])
             }
             _ => (cosine_direction(surface.normal, u, v), 1.0),
@@ -240,8 +240,8 @@ impl<'a> PathTracer<'a> {
         let mut light = C::ZERO;
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
-        for index in 0..self.scene.lights.len() {
-            let source = &self.scene.lights[index];
+        for index in 0..self.scene.lights().len() {
+            let source = &self.scene.lights()[index];
             let samples = match self.tables.delta_sample(index) {
                 Some(sample) => [Some(*sample), None],
                 None if source.is_diffuse() => continue,
@@ -268,7 +268,7 @@ impl<'a> PathTracer<'a> {
     fn hit_lights(&self, ray: &Ray, hit: Option<&SurfaceInteraction>, from: Option<&SurfacePoint>) -> Spectrum {
         let limit_m = hit.map_or(f32::INFINITY, |surface| light_limit_m(ray, surface));
         let mut radiance = Spectrum::ZERO;
-        for emitted in self.scene.lights.iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
+        for emitted in self.scene.lights().iter().filter_map(|light| light.hit_radiance(ray, limit_m, from)) {
             radiance += emitted;
         }
         radiance
@@ -280,10 +280,10 @@ impl<'a> PathTracer<'a> {
         'a: 'v,
     {
         let (scene, field) = (self.scene, self.field.and_then(|all| all.of_object(surface.object)));
-        let shading = match (&scene.materials[surface.material], field, &self.pcasnow) {
+        let shading = match (&scene.materials()[surface.material], field, &self.pcasnow) {
             (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
-            (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(&scene.objects, surface)),
-            (Material::Snow(_), Some(field), _) => Shading::Field(field.at(&scene.objects, surface, sampler)),
+            (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(scene.objects(), surface)),
+            (Material::Snow(_), Some(field), _) => Shading::Field(field.at(scene.objects(), surface, sampler)),
             (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),
             (Material::Snow(_), None, None) => unreachable!("all snow has a light field or curves"),
         };
@@ -298,10 +298,10 @@ impl<'a> PathTracer<'a> {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
             Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
-        for index in 0..self.scene.lights.len() {
+        for index in 0..self.scene.lights().len() {
             let sample = match self.tables.delta_sample(index) {
                 Some(sample) => Some(*sample),
-                None => self.scene.lights[index].sample_for_reflection(&vertex.surface.surface_point(), sampler),
+                None => self.scene.lights()[index].sample_for_reflection(&vertex.surface.surface_point(), sampler),
             };
             if let Some(sample) = sample
                 && let Some(incident) = self.visible(vertex, &sample)

@@ -6,9 +6,9 @@ use glam::Vec3A;
 use snowblue_geometry::ray::SurfacePoint;
 
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
-use crate::light_field::SnowAt;
-use crate::scene::objects::SurfaceInteraction;
-use crate::spectrum::Spectrum;
+use snowblue_light_field::SnowAt;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::spectrum::Spectrum;
 
 /// A surface on a path, ready to be shaded.
 pub(in crate::integrators) struct Vertex<'a> {

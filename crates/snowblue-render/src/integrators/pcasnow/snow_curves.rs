@@ -8,9 +8,9 @@ use std::sync::Arc;
 use snowblue_database::lookup::SnowMix;
 use snowblue_database::{CompressedTable, DatabaseError, PcaSnow};
 
-use crate::scene::material::snow::SnowKinds;
-use crate::scene::objects::{Objects, SurfaceInteraction};
-use crate::spectrum::SAMPLES;
+use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::objects::{Objects, SurfaceInteraction};
+use snowblue_scene::spectrum::SAMPLES;
 
 /// The curves of a material's snow.
 #[derive(Debug)]

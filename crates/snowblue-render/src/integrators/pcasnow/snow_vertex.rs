@@ -8,10 +8,10 @@ use snowblue_geometry::chord::{Chord, Line};
 use snowblue_geometry::ray::narrow;
 
 use super::snow_curves::SnowCurves;
-use crate::scene::objects::SurfaceInteraction;
-use crate::scene::queries::SceneQueries;
-use crate::scene::{PathMode, PcaSnowSettings};
-use crate::spectrum::Spectrum;
+use snowblue_scene::objects::SurfaceInteraction;
+use snowblue_scene::queries::SceneQueries;
+use snowblue_scene::spectrum::Spectrum;
+use snowblue_scene::{PathMode, PcaSnowSettings};
 
 /// PCASnow: its settings, and the curves of the snow of each material.
 #[derive(Debug, Clone, Copy)]
@@ -48,37 +48,17 @@ impl<'a> PcaSnow<'a> {
         let Some(curves) = &self.curves[surface.material] else { unreachable!("all snow has curves") };
         let curves = curves.at(queries.objects(), surface);
         let mut snow = SnowVertex { settings: self.settings, curves, surface, straight: None };
-        snow.straight = snow.chord(queries, self.settings.path.straight_direction(surface), f32::INFINITY);
+        snow.straight = snow.chord(queries, straight_direction(self.settings.path, surface), f32::INFINITY);
         snow
     }
 }
 
-impl PathMode {
-    /// Direction of the path that does not depend on the light.
-    #[inline]
-    pub(crate) fn straight_direction(self, surface: &SurfaceInteraction) -> Vec3A {
-        match self {
-            Self::View => surface.direction,
-            Self::Normal | Self::Light | Self::Brightest => -surface.normal,
-        }
-    }
-
-    /// Whether light comes along that path.
-    #[inline]
-    pub(in crate::integrators) fn uses_straight(self) -> bool {
-        match self {
-            Self::View | Self::Normal | Self::Brightest => true,
-            Self::Light => false,
-        }
-    }
-
-    /// Whether light comes along lines to the light.
-    #[inline]
-    pub(in crate::integrators) fn uses_lines(self) -> bool {
-        match self {
-            Self::Light | Self::Brightest => true,
-            Self::View | Self::Normal => false,
-        }
+/// Direction of the path through snow that does not depend on the light.
+#[inline]
+pub(in crate::integrators) fn straight_direction(path: PathMode, surface: &SurfaceInteraction) -> Vec3A {
+    match path {
+        PathMode::View => surface.direction,
+        PathMode::Normal | PathMode::Light | PathMode::Brightest => -surface.normal,
     }
 }
 

@@ -39,11 +39,11 @@ use snowblue_geometry::ray::SurfacePoint;
 
 use super::snow_vertex::{SnowVertex, depth_cm};
 use crate::integrators::path::carried::{Carried, LightTables, Source};
-use crate::sampling::Sampler;
-use crate::scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
-use crate::scene::objects::Side;
-use crate::scene::queries::SceneQueries;
-use crate::scene::{Emission, Scene};
+use snowblue_scene::light::{IncidentLight, Light, LightDirection, LightSample, SamplingTechniques};
+use snowblue_scene::objects::Side;
+use snowblue_scene::queries::SceneQueries;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::{Emission, Scene};
 
 /// A path of light through the snow.
 #[derive(Debug, Clone, Copy)]
@@ -68,7 +68,7 @@ impl SnowVertex<'_> {
     ) -> C {
         let mut transmitted = C::ZERO;
         let emission = self.settings.emission;
-        for (index, light) in scene.lights.iter().enumerate() {
+        for (index, light) in scene.lights().iter().enumerate() {
             let mut add = |sample: &LightSample| {
                 let source = Source::new(scene, tables, index, sample, emission);
                 if let Some(radiance) = self.through::<C>(tables, queries, &source, sample) {

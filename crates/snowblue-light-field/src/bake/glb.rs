@@ -1,0 +1,208 @@
+//! Binary glTF 2.0 (Khronos Group 2021, ISO/IEC 12113:2022): a mesh for each object, y up.
+//!
+//! The material is unlit (`KHR_materials_unlit`), so that a viewer shows `COLOR_0` as it is.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use glam::Vec3;
+use serde_json::{Map, Value, json};
+use snowblue_base::atomic_file::write_atomically;
+use snowblue_base::files::FileError;
+use snowblue_color::LinearRgb;
+use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
+use snowblue_geometry::ray::narrow;
+
+use crate::bake::metadata::{attributes, generator, of_file, of_snow};
+use crate::bake::{BakedObject, BakedScene};
+use snowblue_scene::provenance::Provenance;
+
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34_962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
+/// Bytes of the header of the file, and of a chunk.
+const FILE_HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
+
+/// Writes a baked scene of linear sRGB as GLB, completely or not at all: `POSITION`, `NORMAL`, `_LAMP_0` and so on,
+/// `_SKY`, and as `COLOR_0` a preview of what leaves the surface.
+///
+/// # Errors
+///
+/// When the file cannot be written.
+///
+/// # Panics
+///
+/// When the scene is baked as spectra, which a GLB cannot hold.
+pub fn write_glb(baked: &BakedScene, provenance: &Provenance, path: &Path) -> Result<(), FileError> {
+    let parts = Parts::new(baked, provenance);
+    let written = write_atomically(path, |file| {
+        let mut writer = BufWriter::new(file);
+        parts.write(&mut writer)?;
+        writer.flush()
+    });
+    written.map_err(|source| FileError::Write { path: path.into(), source })
+}
+
+/// The bytes of the file that [`write_glb`] writes.
+///
+/// # Errors
+///
+/// When a GLB cannot hold so many.
+///
+/// # Panics
+///
+/// When the scene is baked as spectra, which a GLB cannot hold.
+pub fn glb_bytes(baked: &BakedScene, provenance: &Provenance) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    Parts::new(baked, provenance).write(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The JSON and the binary chunk of a file.
+#[derive(Default)]
+struct Parts {
+    json: Vec<u8>,
+    binary: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Parts {
+    fn new(baked: &BakedScene, provenance: &Provenance) -> Self {
+        assert_eq!(baked.channels.count(), 3, "a GLB holds linear sRGB");
+        let names = attributes(baked, |lamp| format!("_LAMP_{lamp}"), "_SKY");
+        let preview = Preview::of(baked);
+        let mut parts = Self::default();
+        let (mut nodes, mut meshes) = (Vec::new(), Vec::new());
+        for (number, object) in baked.objects.iter().enumerate() {
+            let accessors = parts.add_object(object, &names, &preview);
+            let extras: Map<String, Value> =
+                of_snow(object, &names).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+            nodes.push(json!({ "name": object.name, "mesh": number }));
+            let primitive = json!({
+                "attributes": accessors.attributes, "indices": accessors.indices, "material": 0, "mode": 4
+            });
+            meshes.push(json!({ "name": object.name, "primitives": [primitive], "extras": extras }));
+        }
+        let mut extras: Map<String, Value> =
+            of_file(baked, provenance).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect();
+        let attribute = |(name, kind): &(String, &str)| json!({ "name": name, "kind": kind });
+        extras.insert("attributes".to_owned(), names.iter().map(attribute).collect());
+        extras.insert(
+            "color_0_content".to_owned(),
+            json!("exitance: J and the irradiance by all light, at most 1, mapped into sRGB"),
+        );
+        extras.insert("color_0_scale_w_m2".to_owned(), json!(preview.scale_w_m2));
+        let document = json!({
+            "asset": { "version": "2.0", "generator": generator(provenance) },
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "scene": 0,
+            "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>(), "extras": extras }],
+            "nodes": nodes,
+            "meshes": meshes,
+            "materials": [{
+                "name": "snow",
+                "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
+                "extensions": { "KHR_materials_unlit": {} }
+            }],
+            "accessors": parts.accessors,
+            "bufferViews": parts.views,
+            "buffers": [{ "byteLength": parts.binary.len() }],
+        });
+        parts.json = document.to_string().into_bytes();
+        // Chunks are multiples of four bytes; all numbers have four.
+        parts.json.resize(parts.json.len().next_multiple_of(4), b' ');
+        parts
+    }
+
+    /// Adds the numbers of an object.
+    fn add_object(&mut self, object: &BakedObject, names: &[(String, &'static str)], preview: &Preview) -> Accessors {
+        let positions: Vec<Vec3> = object.positions.iter().map(|position| y_up(*position)).collect();
+        let low = positions.iter().fold(Vec3::INFINITY, |low, position| low.min(*position));
+        let high = positions.iter().fold(Vec3::NEG_INFINITY, |high, position| high.max(*position));
+        let position = self.add_vectors(positions.iter().flat_map(|position| position.to_array()));
+        self.accessors[position]["min"] = json!(low.to_array());
+        self.accessors[position]["max"] = json!(high.to_array());
+        let normal = self.add_vectors(object.normals.iter().flat_map(|normal| y_up(*normal).to_array()));
+        let color = self.add_vectors(object.exitance.iter().flat_map(|exitance| preview.colour(*exitance)));
+        let mut attributes: Map<String, Value> = [("POSITION", position), ("NORMAL", normal), ("COLOR_0", color)]
+            .map(|(name, k)| (name.to_owned(), json!(k)))
+            .into_iter()
+            .collect();
+        for ((name, _), flux) in names.iter().zip(&object.flux) {
+            attributes.insert(name.clone(), json!(self.add_vectors(flux.iter().copied())));
+        }
+        Accessors { attributes, indices: self.add_indices(&object.triangles) }
+    }
+
+    /// Adds vectors of three numbers, and returns their accessor.
+    fn add_vectors(&mut self, numbers: impl Iterator<Item = f32>) -> usize {
+        let start = self.binary.len();
+        self.binary.extend(numbers.flat_map(f32::to_le_bytes));
+        let count = (self.binary.len() - start) / 12;
+        self.add_accessor(start, ARRAY_BUFFER, json!({ "componentType": FLOAT, "type": "VEC3", "count": count }))
+    }
+
+    fn add_indices(&mut self, triangles: &[[u32; 3]]) -> usize {
+        let start = self.binary.len();
+        self.binary.extend(triangles.iter().flatten().flat_map(|vertex| vertex.to_le_bytes()));
+        let count = 3 * triangles.len();
+        let accessor = json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": count });
+        self.add_accessor(start, ELEMENT_ARRAY_BUFFER, accessor)
+    }
+
+    /// Adds an accessor of the bytes from `start` on.
+    fn add_accessor(&mut self, start: usize, target: u32, mut accessor: Value) -> usize {
+        let length = self.binary.len() - start;
+        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }));
+        accessor["bufferView"] = json!(self.views.len() - 1);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn write(&self, writer: &mut impl Write) -> std::io::Result<()> {
+        let length = |length: usize| u32::try_from(length).map_err(std::io::Error::other).map(u32::to_le_bytes);
+        writer.write_all(b"glTF")?;
+        writer.write_all(&2_u32.to_le_bytes())?;
+        writer.write_all(&length(FILE_HEADER + 2 * CHUNK_HEADER + self.json.len() + self.binary.len())?)?;
+        for (name, content) in [(b"JSON", &self.json), (b"BIN\0", &self.binary)] {
+            writer.write_all(&length(content.len())?)?;
+            writer.write_all(name)?;
+            writer.write_all(content)?;
+        }
+        Ok(())
+    }
+}
+
+/// The accessors of an object.
+struct Accessors {
+    attributes: Map<String, Value>,
+    indices: usize,
+}
+
+/// How `COLOR_0` shows an exitance: as a PNG shows the radiance of a diffuse surface that sends it out.
+struct Preview {
+    /// The exitance that is shown as 1, in W/m².
+    scale_w_m2: f64,
+}
+
+impl Preview {
+    fn of(baked: &BakedScene) -> Self {
+        let exitances = baked.objects.iter().flat_map(|object| &object.exitance);
+        let radiances = exitances.map(|exitance| *exitance * FRAC_1_PI);
+        Self { scale_w_m2: PI / baked.exposure.display_factor(radiances) }
+    }
+
+    fn colour(&self, exitance: LinearRgb) -> [f32; 3] {
+        let LinearRgb { r, g, b } = (exitance * self.scale_w_m2.recip()).displayable();
+        [r, g, b].map(narrow)
+    }
+}
+
+/// A vector of the scene in the axes of glTF.
+fn y_up(vector: Vec3) -> Vec3 {
+    (Y_UP_TO_Z_UP.transpose() * vector.as_dvec3()).as_vec3()
+}

@@ -1,0 +1,36 @@
+//! The lamps of a scene, and the light of each of them alone.
+
+use crate::{BodyField, FieldScene, LampInSnow, LightField};
+use snowblue_scene::Scene;
+
+/// A lamp whose light has an attribute of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lamp {
+    /// What it is [called](snowblue_scene::light::Light::name): its `type` in a scene file, or `sun`.
+    pub kind: &'static str,
+    /// Index among the lights of the scene.
+    pub(super) light: usize,
+}
+
+/// The lamps of a scene in its order: all lights but skies.
+pub(super) fn lamps(scene: &Scene) -> Vec<Lamp> {
+    let numbered = scene.lights().iter().enumerate();
+    numbered.filter(|(_, one)| !one.is_sky()).map(|(light, one)| Lamp { kind: one.name(), light }).collect()
+}
+
+/// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
+pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result<LightField, (usize, String)> {
+    let light = &scene.lights()[lamp.light];
+    let inside = field.lamp_inside(lamp.light).map(|lamp| LampInSnow { light: 0, ..lamp.clone() });
+    let alone = FieldScene {
+        objects: scene.objects(),
+        lights: std::slice::from_ref(light),
+        snow: &|object| field.of_object(object).map(BodyField::snow).cloned(),
+        lamps_in_snow: inside.as_slice(),
+        reflectance: &|_| None,
+        max_bounces: 0,
+        viewer: None,
+        settings: scene.description().light_field,
+    };
+    LightField::new(&alone)
+}

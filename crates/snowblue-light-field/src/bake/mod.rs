@@ -1,0 +1,308 @@
+//! The light field of a scene on its snow, for other renderers: the net flux J outwards at the vertices of triangle
+//! meshes, as glTF or PLY.
+//!
+//! Snow sends out L(μ) = Σ R₀ F + K(μ) J/π (see [the light field](crate)). J contains all that light does inside the
+//! snow, and it is linear in the light: each lamp has an attribute of its own, which may be scaled. The rest is one
+//! attribute: the sky, and all light by way of other surfaces. It is the total less the lamps. Another renderer then
+//! needs J, the polynomial of K, and the irradiance F of all light on the surface.
+//!
+//! J is negative where more light enters than leaves: on lit faces.
+//!
+//! **Simplifications.** R₀ is not exported: it is nearly 1/π. Of snow of layers the top layer's K is, of a mask that at
+//! its 0. Faces of snow
+//! within other snow of the same body have no meaning; J there is 0, or that of the surface nearby.
+
+mod escape_polynomial;
+mod glb;
+mod lamps;
+mod metadata;
+mod metering;
+mod ply;
+mod relighting;
+mod subdivision;
+mod surface_mesh;
+mod vertices;
+
+#[cfg(test)]
+mod tests;
+
+use arrayvec::ArrayVec;
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+use snowblue_base::ParameterRange;
+use snowblue_color::LinearRgb;
+use snowblue_transport::ordinates::HalfSpace;
+
+use crate::{BodyField, LightField};
+use snowblue_scene::Scene;
+use snowblue_scene::film::Exposure;
+use snowblue_scene::film::sensor::Sensor;
+use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
+
+use lamps::{field_of, lamps};
+use snowblue_geometry::ray::narrow;
+use subdivision::subdivide;
+use surface_mesh::SurfaceMesh;
+use vertices::Vertices;
+
+pub use escape_polynomial::EscapePolynomial;
+pub use glb::{glb_bytes, write_glb};
+pub use lamps::Lamp;
+pub use metering::WeightedLight;
+pub use ply::write_ply;
+pub use relighting::{LitSnow, LitSurface, Relighting};
+
+/// Greatest length of an edge of a baked mesh.
+pub const STEP_RANGE: ParameterRange = ParameterRange { quantity: "step", least: 0.01, greatest: 1e5, unit: "mm" };
+/// Most vertices of all snow together.
+pub const MOST_VERTICES: usize = 1 << 22;
+/// Most numbers of all attributes together, 1 GiB.
+const MOST_NUMBERS: usize = 1 << 28;
+/// Width of the whole grid of wavelengths, to which band densities refer, in nm.
+const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
+/// Default length of edges, in cells of the light field at the surface.
+const DEFAULT_CELLS: f64 = 2.0;
+
+/// What the attributes hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Channels {
+    /// Linear sRGB, in W/m² as the film of a rendering weights them.
+    #[default]
+    Rgb,
+    /// The 31 wavelengths of the scene, in W/(m² nm).
+    Spectrum,
+}
+
+/// How a light field is baked.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BakeOptions {
+    /// Greatest length of an edge, in m; none for twice the cells of the light field at the surface of each body.
+    pub step_m: Option<f64>,
+    /// What the attributes hold.
+    pub channels: Channels,
+    /// One attribute for all light, instead of one for each lamp and one for the rest.
+    pub is_total: bool,
+}
+
+/// Why a light field cannot be baked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BakeError {
+    /// No object is snow.
+    #[error("the scene has no snow")]
+    NoSnow,
+    /// The integrator does not solve for the light field.
+    #[error("the scene has no light field: its integrator must be diffusion or hybrid")]
+    NoField,
+    /// The triangles are too small.
+    #[error("the snow has more than {most} vertices with edges of at most {step_mm} mm, so the step must be greater")]
+    TooManyVertices {
+        /// The bound of the vertices.
+        most: usize,
+        /// The greatest length of an edge, in mm.
+        step_mm: f64,
+    },
+    /// A lamp has no light field.
+    #[error("object \"{object}\" {reason}")]
+    Field {
+        /// Name of the object.
+        object: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// The light field on the snow of a scene.
+#[derive(Debug)]
+pub struct BakedScene {
+    /// The lamps, in the order of their attributes.
+    pub lamps: Vec<Lamp>,
+    /// What the attributes hold.
+    pub channels: Channels,
+    /// All objects of snow.
+    pub objects: Vec<BakedObject>,
+    /// Brightness of the preview.
+    pub exposure: Exposure,
+    /// Wavelengths of the scene, in nm.
+    wavelengths_nm: [f64; SAMPLES],
+    is_false_color: bool,
+}
+
+/// The light field on an object of snow.
+#[derive(Debug)]
+pub struct BakedObject {
+    /// Name of the object in the scene.
+    pub name: String,
+    /// Vertices in scene space, in m.
+    pub positions: Vec<Vec3>,
+    /// Outward unit normals of the vertices.
+    pub normals: Vec<Vec3>,
+    /// The vertices of each triangle, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The net flux J outwards by each lamp, and last by the sky and other surfaces: all channels of the first vertex,
+    /// then of the second.
+    pub flux: Vec<Vec<f32>>,
+    /// What leaves the surface in all, J and the irradiance, as linear sRGB in W/m².
+    pub exitance: Vec<LinearRgb>,
+    /// What the snow is.
+    pub snow: SnowSurface,
+    /// Its reflection and escape functions.
+    pub half_space: HalfSpace,
+}
+
+/// The functions and lengths of the surface of snow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SnowSurface {
+    /// The escape function K.
+    pub escape: EscapePolynomial,
+    /// Extrapolation length q, in transport mean free paths.
+    pub extrapolation: f64,
+    /// Transport mean free path at the middle wavelength, in m.
+    pub transport_length_m: f64,
+    /// Greatest length of an edge, in m.
+    pub step_m: f64,
+}
+
+impl Channels {
+    /// Number of values of an attribute at a vertex.
+    #[must_use]
+    pub fn count(self) -> usize {
+        match self {
+            Self::Rgb => 3,
+            Self::Spectrum => SAMPLES,
+        }
+    }
+
+    /// The values of a flux, in W/m² as a band density.
+    fn values(self, flux: &Spectrum, sensor: &Sensor) -> ArrayVec<f32, SAMPLES> {
+        match self {
+            Self::Rgb => {
+                let LinearRgb { r, g, b } = rgb(flux, sensor);
+                [r, g, b].map(narrow).into_iter().collect()
+            }
+            Self::Spectrum => (*flux * narrow(1.0 / BAND_WIDTH_NM)).0.into(),
+        }
+    }
+}
+
+fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
+    LinearRgb::from_xyz(sensor.xyz(flux))
+}
+
+/// Bakes the light field of a scene. `progress` is called with the number of solutions that are done and of all:
+/// one for all lights, and one for each lamp.
+///
+/// # Errors
+///
+/// When there is no snow, a lamp has no light field, or there would be too many vertices.
+pub fn bake(
+    scene: &Scene,
+    field: &LightField,
+    options: BakeOptions,
+    progress: &dyn Fn(usize, usize),
+) -> Result<BakedScene, BakeError> {
+    let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
+    progress(1, lamps.len() + 1);
+    let numbers = options.channels.count() * (lamps.len() + 1);
+    let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
+    let mut surfaces = surfaces(scene, field, step_m, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
+    let mut sky: Vec<Vec<f32>> =
+        surfaces.iter().map(|surface| surface.flux(field, options.channels, scene.sensor())).collect();
+    for surface in &mut surfaces {
+        surface.baked.exitance = surface.exitance(field, scene.sensor());
+    }
+    for (number, lamp) in lamps.iter().enumerate() {
+        let alone = field_of(lamp, scene, field).map_err(|(object, reason)| BakeError::Field {
+            object: scene.objects().list()[object].name.clone(),
+            reason,
+        })?;
+        for (surface, sky) in surfaces.iter_mut().zip(&mut sky) {
+            let flux = surface.flux(&alone, options.channels, scene.sensor());
+            sky.iter_mut().zip(&flux).for_each(|(rest, value)| *rest -= value);
+            surface.baked.flux.push(flux);
+        }
+        progress(number + 2, lamps.len() + 1);
+    }
+    let finished = surfaces.into_iter().zip(sky).map(|(mut surface, sky)| {
+        surface.baked.flux.push(sky);
+        surface.baked
+    });
+    Ok(BakedScene {
+        lamps,
+        channels: options.channels,
+        objects: finished.collect(),
+        exposure: scene.film().exposure,
+        wavelengths_nm: *scene.sensor().wavelengths_nm(),
+        is_false_color: !scene.sensor().is_standard_observer(),
+    })
+}
+
+/// An object of snow to be baked.
+#[derive(Debug)]
+struct Surface {
+    /// Index of the object in the scene.
+    object: usize,
+    /// Points where the light is read.
+    points: Vec<Vec3>,
+    baked: BakedObject,
+}
+
+/// The surfaces of all snow, with edges of at most a length in m that depends on the body.
+fn surfaces(
+    scene: &Scene,
+    field: &LightField,
+    step_m: impl Fn(&BodyField) -> f64,
+    most_vertices: usize,
+) -> Result<Vec<Surface>, BakeError> {
+    let (mut surfaces, mut count) = (Vec::new(), 0);
+    for (number, object) in scene.objects().list().iter().enumerate() {
+        let (Some(body), Some(mut mesh)) = (field.of_object(number), SurfaceMesh::of(&object.shape)) else { continue };
+        let step_m = step_m(body);
+        let too_many = BakeError::TooManyVertices { most: most_vertices, step_mm: 1e3 * step_m };
+        let edge_m = narrow(step_m).min(mesh.longest_edge_m());
+        if !subdivide(&mut mesh, edge_m, most_vertices.saturating_sub(count)) {
+            return Err(too_many);
+        }
+        let Vertices { positions, normals, inset, triangles } = Vertices::of(&mesh);
+        if positions.is_empty() {
+            continue;
+        }
+        count += positions.len();
+        if count > most_vertices {
+            return Err(too_many);
+        }
+        let top = body.snow().top();
+        let half_space = top.half_space();
+        let snow = SnowSurface {
+            escape: EscapePolynomial::of(half_space),
+            extrapolation: half_space.extrapolation(),
+            transport_length_m: top.transport_length_m().into(),
+            step_m,
+        };
+        let (flux, exitance) = (Vec::new(), Vec::new());
+        let (name, half_space) = (object.name.clone(), half_space.clone());
+        let baked = BakedObject { name, positions, normals, triangles, flux, exitance, snow, half_space };
+        surfaces.push(Surface { object: number, points: inset, baked });
+    }
+    if surfaces.is_empty() { Err(BakeError::NoSnow) } else { Ok(surfaces) }
+}
+
+impl Surface {
+    /// The net flux at all vertices.
+    fn flux(&self, field: &LightField, channels: Channels, sensor: &Sensor) -> Vec<f32> {
+        let Some(body) = field.of_object(self.object) else { return Vec::new() };
+        let values = |(point, normal)| channels.values(&body.flux(point, normal), sensor);
+        self.places().flat_map_iter(values).collect()
+    }
+
+    /// What leaves the surface at all vertices.
+    fn exitance(&self, field: &LightField, sensor: &Sensor) -> Vec<LinearRgb> {
+        let Some(body) = field.of_object(self.object) else { return Vec::new() };
+        self.places().map(|(point, normal)| rgb(&body.exitance(point, normal), sensor)).collect()
+    }
+
+    /// The points where the light is read, with normals.
+    fn places(&self) -> impl IndexedParallelIterator<Item = (Vec3A, Vec3A)> {
+        let vertices = self.points.par_iter().zip(&self.baked.normals);
+        vertices.map(|(point, normal)| (Vec3A::from(*point), Vec3A::from(*normal)))
+    }
+}

@@ -1,0 +1,184 @@
+//! The light of one lamp or sky after the other on the same snow, for programs in which they move.
+//!
+//! The grid inside the snow and the vertices of its surface are made once. Light is linear, so a program adds up the
+//! lights, each with its own solution, and scales them as it likes. A clear sky is two of them: the sun and the sky
+//! without it.
+
+use std::sync::Arc;
+
+use glam::Vec3A;
+use rayon::prelude::*;
+use snowblue_base::files::FileSource;
+use snowblue_color::LinearRgb;
+use snowblue_geometry::ray::SurfacePoint;
+
+use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
+use crate::{BodyField, FieldScene, LampInSnow, LightField, LitPoint, visit_lights};
+use snowblue_scene::Scene;
+use snowblue_scene::SceneError;
+use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
+use snowblue_scene::light::{Light, LightOrigin};
+use snowblue_scene::material::Material;
+use snowblue_scene::objects::{Object, Side, SurfaceInteraction};
+use snowblue_scene::queries::SceneQueries;
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+
+/// Samples of a sky at each vertex, by each way of sampling.
+const SKY_SAMPLES: u32 = 64;
+
+/// The snow of a scene, to be lit by one light at a time.
+#[derive(Debug)]
+pub struct Relighting {
+    pub(super) scene: Scene,
+    /// That of the last light; it is taken and put back when it is solved for again.
+    field: Option<LightField>,
+    pub(super) surfaces: Vec<Surface>,
+}
+
+/// The snow under one light.
+#[derive(Debug)]
+pub struct LitSnow {
+    pub(super) light: Arc<Light>,
+    /// The strength of the light as linear sRGB: the radiant intensity of a point, the irradiance of a surface that
+    /// faces a distant light or the sun. Other lights have the radiance that reaches a place; here they have none.
+    pub strength: LinearRgb,
+    /// Each object of snow.
+    pub surfaces: Vec<LitSurface>,
+}
+
+/// A light on an object of snow, at each vertex. The surface sends out the radiance
+/// L(μ) = R₀ V F + (H + K(μ) J)/π, with F the irradiance by the light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LitSurface {
+    /// The net flux J outwards as linear sRGB, in W/m² as the film of a rendering weights them.
+    pub flux: Vec<LinearRgb>,
+    /// The irradiance H by other surfaces, the same.
+    pub diffuse_irradiance: Vec<LinearRgb>,
+    /// V F of a sky, the same: what the surface receives of it directly. Empty for lamps and the sun, whose F follows
+    /// from where they are.
+    pub sky_irradiance: Vec<LinearRgb>,
+    /// The visibility V of a lamp or the sun: 0 in shadow, else 1. It is 1 where the surface faces away, and for a sky.
+    pub visibility: Vec<f32>,
+}
+
+impl Relighting {
+    /// Divides the surface of the snow of a scene into triangles with edges of at most so many cells of its light
+    /// field, by default two.
+    ///
+    /// # Errors
+    ///
+    /// When there is no snow, or there would be too many vertices.
+    pub fn new(scene: Scene, field: LightField, cells_per_edge: Option<f64>) -> Result<Self, BakeError> {
+        let cells = cells_per_edge.unwrap_or(DEFAULT_CELLS);
+        let surfaces = surfaces(&scene, &field, |body| cells * body.step_m(), MOST_VERTICES)?;
+        Ok(Self { scene, field: Some(field), surfaces })
+    }
+
+    /// The objects of snow, without light.
+    pub fn objects(&self) -> impl ExactSizeIterator<Item = &BakedObject> {
+        self.surfaces.iter().map(|surface| &surface.baked)
+    }
+
+    /// Unknowns of a solution at each wavelength.
+    pub fn node_count(&self) -> usize {
+        self.field.as_ref().map_or(0, LightField::node_count)
+    }
+
+    /// Lights above the snow: the lamps, and then the sun and the sky without it, or an overcast sky. `files` holds the
+    /// coefficients of a clear sky where they are not embedded.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`SceneDescription::build`].
+    pub fn lights(
+        &self,
+        lamps: Vec<LightDescription>,
+        sky: Option<SkyDescription>,
+        files: &dyn FileSource,
+    ) -> Result<Vec<Arc<Light>>, SceneError> {
+        let description =
+            SceneDescription { lights: lamps, sky, film: *self.scene.film(), ..SceneDescription::default() };
+        description.lights_over(self.scene.materials(), files)
+    }
+
+    /// The [strength](Light::strength) of a light as linear sRGB.
+    fn strength(&self, light: &Light) -> LinearRgb {
+        rgb(&light.strength(), self.scene.sensor())
+    }
+
+    /// The radiance of a sky in a unit direction, as linear sRGB.
+    pub fn radiance(&self, sky: &Light, direction: Vec3A) -> LinearRgb {
+        rgb(&sky.power(&LightOrigin::Distant(direction)), self.scene.sensor())
+    }
+
+    /// Solves for the light of a lamp or a sky without any other.
+    pub fn light(&mut self, light: &Arc<Light>) -> LitSnow {
+        let (light, strength) = (Arc::clone(light), self.strength(light));
+        LitSnow { surfaces: self.lit(&light), strength, light }
+    }
+
+    fn lit(&mut self, light: &Arc<Light>) -> Vec<LitSurface> {
+        let Self { scene, surfaces, .. } = self;
+        let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
+        let position = light.central_sample().and_then(|sample| sample.origin.position());
+        let holder = position.and_then(|position| scene.objects().around(position, is_snow));
+        let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: light.inner_lamp()? }));
+        let reflectance = |surface: &SurfaceInteraction| match &scene.materials()[surface.material] {
+            Material::Diffuse(diffuse) => Some(diffuse.reflectance(scene.objects(), surface)),
+            Material::Snow(_) => None,
+        };
+        let Some(field) = self.field.take() else { return Vec::new() };
+        let field = field.relit(&FieldScene {
+            objects: scene.objects(),
+            lights: std::slice::from_ref(light),
+            snow: &|_| None,
+            lamps_in_snow: inside.as_slice(),
+            reflectance: &reflectance,
+            max_bounces: scene.integrator().max_bounces,
+            viewer: None,
+            settings: scene.description().light_field,
+        });
+        let of_surface = |surface: &Surface| surface.lit(scene, &field, light);
+        let lit = surfaces.iter().map(of_surface).collect();
+        self.field = Some(field);
+        lit
+    }
+}
+
+impl Surface {
+    /// The light of a lamp or a sky at all vertices.
+    fn lit(&self, scene: &Scene, field: &LightField, light: &Light) -> LitSurface {
+        let values = |of: &(dyn Fn(&BodyField, SurfacePoint) -> Spectrum + Sync)| -> Vec<LinearRgb> {
+            let Some(body) = field.of_object(self.object) else { return Vec::new() };
+            let places = self.places().map(|(point, normal)| of(body, SurfacePoint { point, normal }));
+            places.map(|spectrum| rgb(&spectrum, scene.sensor())).collect()
+        };
+        let central = light.central_sample();
+        let visibility = |queries: &mut SceneQueries, (point, normal)| {
+            let surface = SurfacePoint { point, normal };
+            let is_hidden = central.is_some_and(|sample| {
+                sample.incident_at(&surface).is_some()
+                    && !sample.is_visible(queries, &surface, Side::Outer(self.object))
+            });
+            if is_hidden { 0.0 } else { 1.0 }
+        };
+        // The same numbers at all vertices, so that a flat face has no noise.
+        let samplers = (0..SKY_SAMPLES).map(|index| Sampler::new(3, 0, index));
+        let received = |queries: &mut SceneQueries, (point, normal)| {
+            let lit = LitPoint { surface: SurfacePoint { point, normal }, side: Side::Outer(self.object) };
+            let mut sum = Spectrum::ZERO;
+            visit_lights(queries, &[light], &lit, samplers.clone(), &mut |_, irradiance| sum += irradiance);
+            rgb(&sum, scene.sensor())
+        };
+        LitSurface {
+            flux: values(&|body, surface| body.flux(surface.point, surface.normal)),
+            diffuse_irradiance: values(&|body, surface| body.diffuse_irradiance(&surface)),
+            sky_irradiance: match central {
+                Some(_) => Vec::new(),
+                None => self.places().map_init(|| SceneQueries::new(scene.objects()), received).collect(),
+            },
+            visibility: self.places().map_init(|| SceneQueries::new(scene.objects()), visibility).collect(),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The light in a body of snow, to be read at its surface and inside.
+
+use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::Vec3A;
+use snowblue_field::{Fluence, MOST_GROUPS, SnowBody, SpectralNodes, SurfaceValues};
+use snowblue_geometry::ray::SurfacePoint;
+use wide::f32x4;
+
+use super::snowpack::{KindOptics, Snowpack};
+use snowblue_scene::objects::{Objects, SurfaceInteraction};
+use snowblue_scene::sampling::Sampler;
+use snowblue_scene::spectrum::Spectrum;
+
+/// Most spectral nodes.
+pub(super) const MOST_NODES: usize = MOST_GROUPS * snowblue_field::GROUP;
+
+/// The light in a body of snow.
+pub struct BodyField {
+    pub(super) body: SnowBody,
+    /// For lights of each spectrum.
+    pub(super) lit: Vec<LitFluence>,
+    pub(super) nodes: SpectralNodes,
+    pub(super) snow: Arc<Snowpack>,
+    /// ℓ* of the whole pack at each wavelength, in m.
+    pub(super) transport_lengths_m: Vec<f64>,
+    /// If its cells have sizes for a viewer: the factor of these sizes that makes them fit into the memory.
+    pub(super) view_factor: Option<f64>,
+}
+
+/// The light at a point of the surface of a body, with the snow there.
+#[derive(Clone, Copy)]
+pub struct SnowAt<'f> {
+    /// The light of the body.
+    pub field: &'f BodyField,
+    /// The number of the kind of snow.
+    pub kind: usize,
+    /// The optics of this kind.
+    pub optics: &'f KindOptics,
+}
+
+/// The light in a body by lights of one spectrum.
+pub(super) struct LitFluence {
+    pub(super) fluence: Fluence,
+    /// What the surface sends out, J + Σ F + H.
+    pub(super) exitance: SurfaceValues,
+    /// The irradiance H by uniform skies and other surfaces, if there is any.
+    pub(super) diffuse: Option<SurfaceValues>,
+    /// ℓ* times the spectrum: spectra over this are smooth in the absorption.
+    pub(super) scale: Spectrum,
+}
+
+impl BodyField {
+    /// The light at a hit, with the snow there: of a mix one of its kinds, by the sampler.
+    #[inline]
+    pub fn at(&self, objects: &Objects, surface: &SurfaceInteraction, sampler: &mut Sampler) -> SnowAt<'_> {
+        let mix = self.snow.kinds.at_surface(objects, surface);
+        let kind = if mix.is_mixed() { mix.pick(sampler.next_four()[0]) } else { mix.first };
+        SnowAt { field: self, kind, optics: &self.snow.optics[kind] }
+    }
+
+    /// The snow.
+    pub fn snow(&self) -> &Arc<Snowpack> {
+        &self.snow
+    }
+
+    /// The irradiance H by uniform skies and other surfaces, in W m⁻² as a band density.
+    pub fn diffuse_irradiance(&self, surface: &SurfacePoint) -> Spectrum {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        self.sum(|lit| {
+            let groups = self.body.surface_value(lit.diffuse.as_ref()?, point, normal)?;
+            Some(self.spectrum(groups, &lit.scale))
+        })
+    }
+
+    /// Radiance that leaves a surface point, the same in all directions: the exitance over π.
+    pub fn mean_radiance(&self, surface: &SurfacePoint) -> Spectrum {
+        self.exitance(surface.point, surface.normal) * FRAC_1_PI
+    }
+
+    /// The fluence rate inside, in W m⁻² as a band density.
+    pub fn fluence(&self, point: Vec3A) -> Spectrum {
+        self.sum(|lit| Some(self.spectrum(self.body.fluence(&lit.fluence, point.as_dvec3())?, &lit.scale)))
+    }
+
+    /// Size of the cells at the surface, in m.
+    pub fn step_m(&self) -> f64 {
+        self.body.step_m()
+    }
+
+    /// What leaves the surface, the net flux and the irradiance, in W m⁻² as a band density.
+    pub(crate) fn exitance(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.exitance, point, normal)?, &lit.scale)))
+    }
+
+    /// What leaves the surface, as a sum over the spectral nodes.
+    pub(super) fn brightness(&self, surface: &SurfacePoint) -> f32 {
+        let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
+        let values = self.lit.iter().filter_map(|lit| self.body.surface_value(&lit.exitance, point, normal));
+        values.flatten().map(f32x4::reduce_add).sum()
+    }
+
+    /// The net flux outwards through the surface, in W m⁻² as a band density.
+    pub fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
+        let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
+        self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
+    }
+
+    /// The sum over the lights of all spectra.
+    fn sum(&self, term: impl Fn(&LitFluence) -> Option<Spectrum>) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        self.lit.iter().filter_map(term).for_each(|spectrum| sum += spectrum);
+        sum
+    }
+
+    /// All wavelengths of a quantity at the spectral nodes: by its logarithm, or directly where it is not positive.
+    pub(super) fn spectrum(&self, groups: impl Iterator<Item = f32x4>, scale: &Spectrum) -> Spectrum {
+        let mut at_nodes = [0.0; MOST_NODES];
+        for (values, group) in at_nodes.chunks_exact_mut(snowblue_field::GROUP).zip(groups) {
+            values.copy_from_slice(group.as_array());
+        }
+        let indices = self.nodes.indices();
+        let at_nodes = &mut at_nodes[..indices.len()];
+        let is_positive = at_nodes.iter().all(|value| *value > 0.0);
+        for (value, index) in at_nodes.iter_mut().zip(indices) {
+            let scale = scale.0[*index];
+            *value = if scale > 0.0 { *value / scale } else { 0.0 };
+            if is_positive {
+                *value = value.max(f32::MIN_POSITIVE).ln();
+            }
+        }
+        let value = |wavelength: usize| {
+            let value = self.nodes.interpolate(wavelength, at_nodes);
+            (if is_positive { value.exp() } else { value }) * scale.0[wavelength]
+        };
+        Spectrum(std::array::from_fn(value))
+    }
+}
+
+impl SnowAt<'_> {
+    /// Radiance that leaves a surface point without that of directed light, (K(μ) J + H)/π, in W m⁻² sr⁻¹ as a band
+    /// density. It may be negative where the surface is lit: it lacks what does not return of the light that the
+    /// reflection function reflects.
+    pub fn diffuse_radiance(&self, surface: &SurfacePoint, cos_exit: f32) -> Spectrum {
+        let flux = self.field.flux(surface.point, surface.normal) * (self.optics.escape(cos_exit) * FRAC_1_PI);
+        let mut sum = self.field.diffuse_irradiance(surface) * FRAC_1_PI;
+        sum += flux;
+        sum
+    }
+}
+
+impl std::fmt::Debug for BodyField {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("BodyField").field("nodes", &self.body.node_count()).finish_non_exhaustive()
+    }
+}

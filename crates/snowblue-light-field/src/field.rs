@@ -1,0 +1,178 @@
+//! The light in all snow of a scene.
+
+use glam::Vec3A;
+use snowblue_field::{SpectralNodes, Survey};
+use snowblue_geometry::ray::SurfacePoint;
+
+use super::body_field::{BodyField, LitFluence};
+use super::bright_snow::BrightSnow;
+use super::field_scene::FieldScene;
+use super::illumination::{LampInSnow, illuminations};
+use super::lit_bodies::{PreparedBody, solve};
+use super::solid::Solid;
+use snowblue_scene::objects::Objects;
+
+/// Most bodies of snow. Each has a grid, and is lit by all others.
+const MOST_BODIES: usize = 1000;
+
+/// The light in all snow of a scene.
+#[derive(Debug)]
+pub struct LightField {
+    bodies: Vec<BodyField>,
+    /// The body of each object.
+    body_of: Vec<Option<usize>>,
+    lamps_in_snow: Vec<LampInSnow>,
+    bright_snow: BrightSnow,
+    /// The lights of each solution, by their indices in the scene.
+    lights: Vec<Vec<usize>>,
+    /// Solutions that are not of an earlier light field.
+    solved_count: usize,
+}
+
+/// A solution: its lights, by their indices in the scene, and what it is in each body.
+type LitBodies = (Vec<usize>, Vec<LitFluence>);
+
+impl LightField {
+    /// Solves for the light of all bodies.
+    ///
+    /// # Errors
+    ///
+    /// With the object's index and the reason, if a body has no grid.
+    pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
+        let mut body_of = vec![None; scene.objects.list().len()];
+        let mut solids = Vec::new();
+        for object in 0..body_of.len() {
+            if body_of[object].is_some() {
+                continue;
+            }
+            let Some(snow) = (scene.snow)(object) else { continue };
+            if solids.len() == MOST_BODIES {
+                return Err((
+                    object,
+                    format!(
+                        "is one body of snow more than the {MOST_BODIES} that this integrator takes: give touching \
+                         objects the same 'body'"
+                    ),
+                ));
+            }
+            scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
+            let solid = Solid::new(scene.objects, object)
+                .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
+            let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
+            solids.push((solid, snow, survey));
+        }
+        // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
+        let thickest = solids
+            .iter()
+            .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
+        let nodes =
+            thickest.map(|(_, snow, survey)| SpectralNodes::for_layers(&snow.spectra(survey.mean_thickness_m())));
+        let mut prepared = Vec::with_capacity(solids.len());
+        for (solid, snow, survey) in solids {
+            let Some(nodes) = &nodes else { break };
+            let object = solid.object;
+            let one = PreparedBody::new(solid, &survey, snow, nodes, scene);
+            prepared.push(one.map_err(|reason| (object, reason))?);
+        }
+        Ok(Self::lit(prepared, body_of, scene, Vec::new()))
+    }
+
+    /// Solves for the light of other lamps in the same bodies. The solutions start from one of the present light, so
+    /// they depend on it within their tolerance.
+    pub(crate) fn relit(self, scene: &FieldScene) -> Self {
+        let (mut prepared, solutions, body_of) = self.into_parts(scene.objects);
+        if let Some((_, lit)) = solutions.into_iter().next() {
+            prepared.iter_mut().zip(lit).for_each(|(one, lit)| one.before = Some(lit.fluence));
+        }
+        Self::lit(prepared, body_of, scene, Vec::new())
+    }
+
+    /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
+    /// others. The light field is the same, to the last bit, as a new one.
+    pub(crate) fn relit_where_changed(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
+        let (prepared, mut solutions, body_of) = self.into_parts(scene.objects);
+        solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
+        Self::lit(prepared, body_of, scene, solutions)
+    }
+
+    /// The bodies without light, the solutions, and the body of each object.
+    fn into_parts(self, objects: &Objects) -> (Vec<PreparedBody<'_>>, Vec<LitBodies>, Vec<Option<usize>>) {
+        let Self { bodies, body_of, lights, .. } = self;
+        let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
+        let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
+            let object = body_of.iter().position(|body| *body == Some(number));
+            let solid = object.and_then(|object| Solid::new(objects, object));
+            let BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor } = one;
+            solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
+            let solid = solid.expect("a body with a light field has an object and bounds");
+            PreparedBody { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None }
+        });
+        (prepared.collect(), solutions, body_of)
+    }
+
+    /// Solves for the light in bodies where it is not known.
+    fn lit(
+        prepared: Vec<PreparedBody>,
+        body_of: Vec<Option<usize>>,
+        scene: &FieldScene,
+        mut known: Vec<LitBodies>,
+    ) -> Self {
+        let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
+        let (mut lights, mut solved_count) = (Vec::new(), 0);
+        for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
+            let of_bodies = match known.iter().position(|(lights, _)| *lights == illumination.indices) {
+                Some(number) => known.swap_remove(number).1,
+                None => {
+                    solved_count += 1;
+                    solve(scene, &illumination, &prepared, &body_of)
+                }
+            };
+            lit.iter_mut().zip(of_bodies).for_each(|(lit, one)| lit.push(one));
+            lights.push(illumination.indices);
+        }
+        let bodies = prepared.into_iter().zip(lit).map(|(one, lit)| {
+            let PreparedBody { body, nodes, snow, transport_lengths_m, view_factor, .. } = one;
+            BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor }
+        });
+        let bodies: Vec<BodyField> = bodies.collect();
+        let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
+        Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow, lights, solved_count }
+    }
+
+    /// The number of its solutions that are not of an earlier light field.
+    pub fn solved_count(&self) -> usize {
+        self.solved_count
+    }
+
+    /// Counts all solutions as those of an earlier light field.
+    pub fn keep_all(&mut self) {
+        self.solved_count = 0;
+    }
+
+    /// A light of the scene as a lamp inside snow, if it is one.
+    pub fn lamp_inside(&self, light: usize) -> Option<&LampInSnow> {
+        self.lamps_in_snow.iter().find(|lamp| lamp.light == light)
+    }
+
+    /// Samples the direction of a path that goes on from a diffuse surface, from three numbers in [0, 1): half of the
+    /// paths go towards bright snow. Returns it with the factor cos θ / (π p) of the path's throughput, p its density.
+    pub fn sample_reflection(&self, surface: &SurfacePoint, numbers: [f32; 3]) -> (Vec3A, f32) {
+        self.bright_snow.sample(surface, numbers)
+    }
+
+    /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.
+    pub fn view_factor(&self) -> Option<f64> {
+        self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
+    }
+
+    /// Unknowns of a solution at each wavelength, of all bodies.
+    pub(crate) fn node_count(&self) -> usize {
+        self.bodies.iter().map(|body| body.body.node_count()).sum()
+    }
+
+    /// The light in the body that an object of snow belongs to.
+    #[inline]
+    pub fn of_object(&self, object: usize) -> Option<&BodyField> {
+        self.body_of[object].map(|body| &self.bodies[body])
+    }
+}

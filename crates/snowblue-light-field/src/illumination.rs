@@ -1,0 +1,83 @@
+//! The lights of a scene by their spectra.
+//!
+//! Light is solved for at few wavelengths, and what lies between is interpolated relative to the spectrum of the light.
+//! So lights of different spectra have solutions of their own.
+
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use snowblue_field::{SpectralNodes, VolumeSource};
+
+use snowblue_scene::light::Light;
+use snowblue_scene::light::emitter::InnerLamp;
+use snowblue_scene::spectrum::Spectrum;
+
+/// Largest difference of proportional spectra, relative to their maximum.
+const SAME_SPECTRUM: f32 = 1e-3;
+
+/// A lamp inside snow.
+#[derive(Debug, Clone)]
+pub struct LampInSnow {
+    /// Index of the light in the scene.
+    pub(crate) light: usize,
+    /// An object of its body.
+    pub(crate) object: usize,
+    pub(crate) lamp: InnerLamp,
+}
+
+impl LampInSnow {
+    /// The source of diffuse light that it is.
+    pub(super) fn source(&self, nodes: &SpectralNodes) -> VolumeSource {
+        let InnerLamp { position, radius_m, intensity } = &self.lamp;
+        VolumeSource {
+            centre: position.as_dvec3(),
+            radius_m: f64::from(*radius_m),
+            power: nodes.gather(|wavelength| 4.0 * PI * intensity.0[wavelength]).collect(),
+        }
+    }
+}
+
+/// Lights of proportional spectra.
+pub(super) struct Illumination<'a> {
+    /// Their indices in the scene.
+    pub(super) indices: Vec<usize>,
+    pub(super) lights: Vec<&'a Light>,
+    /// Those of them that are inside snow.
+    pub(super) lamps: Vec<&'a LampInSnow>,
+    /// Their spectrum; none if it varies, as that of an image.
+    pub(super) spectrum: Option<Spectrum>,
+}
+
+/// Gathers lights of proportional spectra. Dark ones are left out.
+pub(super) fn illuminations<'a>(lights: &'a [Arc<Light>], lamps: &'a [LampInSnow]) -> Vec<Illumination<'a>> {
+    let mut found: Vec<Illumination> = Vec::new();
+    for (index, light) in lights.iter().enumerate() {
+        let spectrum = light.uniform_power().copied();
+        // A dark light would be proportional to all others.
+        if spectrum.is_some_and(|spectrum| spectrum.maximum() <= 0.0) {
+            continue;
+        }
+        let lamp = lamps.iter().find(|lamp| lamp.light == index);
+        let same = |one: &&mut Illumination| match (&one.spectrum, &spectrum) {
+            (Some(one), Some(other)) => are_proportional(one, other),
+            _ => false,
+        };
+        match found.iter_mut().find(same) {
+            Some(one) => {
+                one.indices.push(index);
+                one.lights.push(light);
+                one.lamps.extend(lamp);
+            }
+            None => {
+                let lamps = lamp.into_iter().collect();
+                found.push(Illumination { indices: vec![index], lights: vec![light], lamps, spectrum });
+            }
+        }
+    }
+    found
+}
+
+fn are_proportional(one: &Spectrum, other: &Spectrum) -> bool {
+    let [scale, other_scale] = [one, other].map(Spectrum::maximum);
+    one.0.iter().zip(other.0).all(|(a, b)| (a * other_scale - b * scale).abs() <= SAME_SPECTRUM * scale * other_scale)
+}

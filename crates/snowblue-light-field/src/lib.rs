@@ -1,0 +1,34 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # The light field
+//!
+//! The light that enters at the surface, of lamps ([`surface_light`]) and by other surfaces ([`gather`]), determines
+//! the fluence rate inside ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow
+//! then sends out
+//!
+//! L(μ) = Σ R₀(μ, μ₀, Δϕ) F + K(μ) J/π.
+
+pub mod bake;
+mod body_field;
+mod bright_snow;
+mod end_depth;
+mod field;
+mod field_scene;
+mod gather;
+mod illumination;
+mod lit_bodies;
+mod near_light;
+mod of_scene;
+mod snowpack;
+mod solid;
+mod surface_light;
+
+pub use body_field::{BodyField, SnowAt};
+pub use end_depth::{EndDepth, WalkEndsByDepth};
+pub use field::LightField;
+pub use field_scene::FieldScene;
+pub use illumination::LampInSnow;
+pub use near_light::{LightWeights, NearLight};
+pub use of_scene::{SnowOfMaterials, snowpacks};
+pub use snowpack::{KindOptics, Snowpack};
+pub use surface_light::{LitPoint, visit_lights};

@@ -1,0 +1,119 @@
+//! The light field of a scene: its snow with optics, its lamps inside snow, and who looks.
+
+use std::sync::Arc;
+
+use snowblue_field::SnowOptics;
+
+use super::end_depth::WalkEndsByDepth;
+use super::field::LightField;
+use super::field_scene::{FieldScene, Viewer};
+use super::illumination::LampInSnow;
+use super::snowpack::{KindOptics, Snowpack};
+use snowblue_base::KeyPath;
+use snowblue_scene::Scene;
+use snowblue_scene::SceneError;
+use snowblue_scene::assembling::changes::Changes;
+use snowblue_scene::material::Material;
+use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::objects::{Object, SurfaceInteraction};
+use snowblue_scene::spectrum::SAMPLES;
+
+/// The snow of each material, by its index; none of other materials.
+pub type SnowOfMaterials<T> = Vec<Option<Arc<T>>>;
+
+/// Where random walks end in a kind of snow of a material, for a transport mean free path in m, if there are any.
+pub(crate) type WalkEndsOf<'a> = dyn Fn(usize, usize, f64) -> Option<WalkEndsByDepth> + 'a;
+
+/// The snow of a scene with its optics, by `rays` through the grains of each kind.
+///
+/// # Errors
+///
+/// If the constants of some snow do not cover a wavelength.
+pub fn snowpacks(
+    scene: &Scene,
+    kinds: &SnowOfMaterials<SnowKinds>,
+    rays: u32,
+    walk_ends: &WalkEndsOf,
+) -> Result<SnowOfMaterials<Snowpack>, SceneError> {
+    let of_material = |(material, kinds): (usize, &Option<Arc<SnowKinds>>)| {
+        let Some(kinds) = kinds else { return Ok(None) };
+        let optics = kinds.samples.iter().enumerate().map(|(kind, sample)| {
+            let optics = SnowOptics::new(sample, scene.wavelengths_nm(), rays)
+                .map_err(|error| scene.material_path(material).error(format!("cannot be rendered: {error}")))?;
+            let ends = walk_ends(material, kind, optics.transport_lengths_m[SAMPLES / 2]);
+            Ok(KindOptics::new(optics, ends))
+        });
+        let optics = optics.collect::<Result<_, SceneError>>()?;
+        Ok(Some(Arc::new(Snowpack { kinds: Arc::clone(kinds), optics })))
+    };
+    kinds.iter().enumerate().map(of_material).collect()
+}
+
+impl LightField {
+    /// Solves for the light in all snow of a scene.
+    ///
+    /// # Errors
+    ///
+    /// If a body has no grid, or a light other than a point or a sphere lies inside snow.
+    pub fn of_scene(scene: &Scene, snow: &SnowOfMaterials<Snowpack>) -> Result<Self, SceneError> {
+        let of_object = |object: usize| snow[scene.objects().list()[object].material].clone();
+        with_field_scene(scene, &of_object, |field_scene| {
+            Self::new(field_scene).map_err(|(object, reason)| {
+                let name = &scene.objects().list()[object].name;
+                KeyPath::root("object").error(format!("\"{name}\" {reason}")).into()
+            })
+        })
+    }
+
+    /// The light field in the same snow of a scene whose lights have changed.
+    ///
+    /// # Errors
+    ///
+    /// If a light other than a point or a sphere lies inside snow.
+    pub fn after_changes(self, scene: &Scene, changes: &Changes) -> Result<Self, SceneError> {
+        with_field_scene(scene, &|_| None, |field_scene| {
+            Ok(self.relit_where_changed(field_scene, &|light| changes.has_light(light)))
+        })
+    }
+}
+
+/// Calls a function with what the light field needs of a scene. `snow` gives the snow of an object.
+fn with_field_scene<T>(
+    scene: &Scene,
+    snow: &dyn Fn(usize) -> Option<Arc<Snowpack>>,
+    call: impl FnOnce(&FieldScene) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    let lamps_in_snow = lamps_in_snow(scene)?;
+    call(&FieldScene {
+        objects: scene.objects(),
+        lights: scene.lights(),
+        snow,
+        lamps_in_snow: &lamps_in_snow,
+        reflectance: &|surface: &SurfaceInteraction| match &scene.materials()[surface.material] {
+            Material::Diffuse(diffuse) => Some(diffuse.reflectance(scene.objects(), surface)),
+            Material::Snow(_) => None,
+        },
+        max_bounces: scene.integrator().max_bounces,
+        viewer: Some(Viewer {
+            position: scene.view().position,
+            pixel_rad: f64::from(scene.view().vertical_fov_deg.to_radians()) / f64::from(scene.film().height),
+        }),
+        settings: scene.description().light_field,
+    })
+}
+
+fn lamps_in_snow(scene: &Scene) -> Result<Vec<LampInSnow>, SceneError> {
+    let is_snow = |object: &Object| scene.materials()[object.material].is_snow();
+    let mut found = Vec::new();
+    for (index, light) in scene.lights().iter().enumerate() {
+        let position = light.central_sample().and_then(|sample| sample.origin.position());
+        let Some(object) = position.and_then(|position| scene.objects().around(position, is_snow)) else { continue };
+        let lamp = light.inner_lamp().ok_or_else(|| {
+            let name = &scene.objects().list()[object].name;
+            let reason = format!("lies inside the snow of \"{name}\"; there, lights are points or spheres");
+            KeyPath::root("light").index(index).error(reason)
+        })?;
+        found.push(LampInSnow { light: index, object, lamp });
+    }
+    Ok(found)
+}

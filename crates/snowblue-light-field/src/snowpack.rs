@@ -1,0 +1,164 @@
+//! The snow of a body as the light field sees it: its kinds, and what the surface of each does to light.
+
+use std::sync::Arc;
+
+use glam::Vec3A;
+use snowblue_field::{CellBox, Diffusion, GROUP, LayerSpectrum, SnowOptics, SpectralNodes};
+use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_transport::ordinates::HalfSpace;
+
+use super::end_depth::{EndDepth, WalkEndsByDepth};
+use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::objects::Objects;
+use snowblue_scene::spectrum::{SAMPLES, Spectrum};
+
+/// The snow of a body: its kinds with their optics, layers from the top. Snow that is the same everywhere is one kind.
+#[derive(Debug)]
+pub struct Snowpack {
+    /// The kinds, and where each lies.
+    pub kinds: Arc<SnowKinds>,
+    pub(crate) optics: Vec<KindOptics>,
+}
+
+/// The optics of a kind of snow.
+#[derive(Debug)]
+pub struct KindOptics {
+    optics: SnowOptics,
+    /// ℓ* at the middle wavelength, in m.
+    transport_length_m: f32,
+    /// κ there, in 1/m.
+    extinction_per_m: f32,
+    /// Where random walks end, if there are any.
+    walk_ends: Option<WalkEndsByDepth>,
+}
+
+impl Snowpack {
+    /// The uppermost layer, or the snow at a mask's 0.
+    pub fn top(&self) -> &KindOptics {
+        &self.optics[0]
+    }
+
+    /// The snow at a point of the surface of the body of an object; of a mix the kind with the larger share.
+    pub fn at_surface(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> &KindOptics {
+        &self.optics[self.kinds.at_surface_point(objects, object, surface).pick(0.5)]
+    }
+
+    /// The least transport mean free path, in m.
+    pub(super) fn least_transport_length_m(&self) -> f64 {
+        let lengths = self.optics.iter().flat_map(|kind| &kind.optics.transport_lengths_m);
+        lengths.copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The kinds in snow of some thickness, in m. Those of a mask count alike.
+    pub fn spectra(&self, thickness_m: f64) -> Vec<LayerSpectrum<'_>> {
+        let ranges_m = self.kinds.ranges_m();
+        let share = if self.kinds.are_layers() { 1.0 } else { (ranges_m.len() as f64).recip() };
+        let within_m = |depth_m: f64| depth_m.clamp(0.0, thickness_m);
+        let kinds = self.optics.iter().zip(ranges_m);
+        kinds
+            .map(|(kind, [start_m, end_m])| LayerSpectrum {
+                transport_lengths_m: &kind.optics.transport_lengths_m,
+                absorption_per_m: &kind.optics.absorption_per_m,
+                thickness_m: share * (within_m(end_m) - within_m(start_m)),
+            })
+            .collect()
+    }
+
+    /// The transport mean free path of snow of some thickness, in m, at each wavelength, in m: that of the kinds one
+    /// after the other.
+    pub(super) fn transport_lengths_m(&self, thickness_m: f64) -> Vec<f64> {
+        let layers = self.spectra(thickness_m);
+        let inverse =
+            |layer: &LayerSpectrum, k: usize| layer.thickness_m / (thickness_m * layer.transport_lengths_m[k]);
+        let length_m = |k: usize| layers.iter().map(|layer| inverse(layer, k)).sum::<f64>().recip();
+        (0..SAMPLES).map(length_m).collect()
+    }
+
+    /// The snow of a cell of the body of an object, for each group of spectral nodes.
+    pub(super) fn diffusion<'a>(
+        &'a self,
+        objects: &'a Objects,
+        object: usize,
+        nodes: &SpectralNodes,
+    ) -> impl Fn(&CellBox) -> Vec<Diffusion> + Sync + use<'a> {
+        let of_kinds: Vec<Vec<Diffusion>> = self.optics.iter().map(|kind| kind.diffusion(nodes)).collect();
+        let groups = nodes.indices().len() / GROUP;
+        move |cell| {
+            if let [everywhere] = &*of_kinds {
+                return everywhere.clone();
+            }
+            let shares = self.kinds.shares(objects, object, cell);
+            let mixture =
+                |group: usize| Diffusion::mixture(shares.iter().map(|(kind, share)| (*share, of_kinds[*kind][group])));
+            (0..groups).map(mixture).collect()
+        }
+    }
+}
+
+impl KindOptics {
+    /// The optics of some snow.
+    pub(crate) fn new(optics: SnowOptics, walk_ends: Option<WalkEndsByDepth>) -> Self {
+        let transport_length_m = narrow(optics.transport_lengths_m[SAMPLES / 2]);
+        let reduced = 1.0 - narrow(optics.half_space.phase().asymmetry());
+        let extinction_per_m = (transport_length_m * reduced).recip();
+        Self { optics, transport_length_m, extinction_per_m, walk_ends }
+    }
+
+    fn diffusion(&self, nodes: &SpectralNodes) -> Vec<Diffusion> {
+        let lengths = nodes.gather(|index| narrow(self.optics.transport_lengths_m[index]));
+        let absorption = nodes.gather(|index| narrow(self.optics.absorption_per_m[index]));
+        let snow = |(transport_length_m, absorption_per_m)| Diffusion { transport_length_m, absorption_per_m };
+        lengths.zip(absorption).map(snow).collect()
+    }
+
+    /// The reflection function R₀ of a surface with a normal, in 1/sr: for light from the unit vector `to_light` that
+    /// leaves against the unit vector `direction`, both of rays that run backwards from the camera.
+    pub fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
+        let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
+        // Both directions of propagation, projected on the surface.
+        let incident = normal * cos_incidence - to_light;
+        let exitant = -direction - normal * cos_exit;
+        let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
+        let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
+        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)].map(f64::from);
+        narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
+    }
+
+    /// The escape function K.
+    #[inline]
+    pub fn escape(&self, cos: f32) -> f32 {
+        narrow(self.optics.half_space.escape(f64::from(cos)))
+    }
+
+    /// Reflectance of much of the snow for light at a cosine of incidence: e^{−4 K(μ₀) √(μ_a ℓ*/3)} (Kokhanovsky & Zege
+    /// 2004, *Scattering optics of snow*, doi:10.1364/AO.43.001589).
+    pub fn deep_reflectance(&self, cos: f32) -> Spectrum {
+        let SnowOptics { transport_lengths_m, absorption_per_m, .. } = &self.optics;
+        let lost = |k: usize| 4.0 * (absorption_per_m[k] * transport_lengths_m[k] / 3.0).sqrt();
+        Spectrum(std::array::from_fn(|k| (-self.escape(cos) * narrow(lost(k))).exp()))
+    }
+
+    /// Mean displacement of the ends of random walks that enter at a cosine, along the surface, in m.
+    pub fn mean_displacement_m(&self, end_depth: EndDepth, cos: f32) -> f32 {
+        let ends = self.walk_ends.as_ref().map(|ends| ends[end_depth as usize].at(f64::from(cos)));
+        ends.map_or(0.0, |ends| narrow(ends.displacement) * self.transport_length_m)
+    }
+
+    /// The half-space of the snow.
+    #[inline]
+    pub fn half_space(&self) -> &HalfSpace {
+        &self.optics.half_space
+    }
+
+    /// Transport mean free path at the middle wavelength, in m.
+    #[inline]
+    pub fn transport_length_m(&self) -> f32 {
+        self.transport_length_m
+    }
+
+    /// Extinction coefficient at the middle wavelength, in 1/m.
+    #[inline]
+    pub fn extinction_per_m(&self) -> f32 {
+        self.extinction_per_m
+    }
+}

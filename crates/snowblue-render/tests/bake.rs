@@ -1,0 +1,400 @@
+//! Energy, agreement with renderings, closed surfaces and files of baked light fields.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3, Vec3A};
+use snowblue_base::files::FilesInMemory;
+use snowblue_color::LinearRgb;
+use snowblue_field::{GRAIN_RAYS, SnowOptics};
+use snowblue_geometry::mesh_files::read_mesh_file;
+use snowblue_render::Integrator;
+use snowblue_render::bake::{
+    BakeOptions, BakedObject, BakedScene, Channels, LitSnow, LitSurface, WeightedLight, write_glb, write_ply,
+};
+use snowblue_render::raster::PixelPosition;
+use snowblue_render::render::pixel_radiance;
+use snowblue_scene::camera::View;
+use snowblue_scene::description::SceneDescription;
+use snowblue_scene::file::SceneFile;
+use snowblue_scene::light::Light;
+use snowblue_scene::spectrum::{SAMPLES, WAVELENGTH_STEP_NM, wavelengths_nm};
+use snowblue_transport::SnowSample;
+
+/// Width of the whole grid of wavelengths, to which band densities refer, in nm.
+const BAND_WIDTH_NM: f64 = SAMPLES as f64 * WAVELENGTH_STEP_NM;
+const HEAD: &str = "[camera]\nposition = [0, -3, 0]\nlook_at = [0, 0, 0]\n[film]\nwidth = 1\nheight = 1\n\
+    [integrator]\ntype = \"diffusion\"\nsamples_per_pixel = 1\nmax_bounces = 0\n\
+    [material.snow]\ntype = \"snow\"\ngrain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n\
+    [material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n";
+const BLOCK: &str = "[[object]]\nshape = \"box\"\nsize = [0.3, 0.1, 0.3]\nmaterial = \"snow\"\n";
+const LAMP_BEHIND: &str =
+    "[[light]]\ntype = \"point\"\nposition = [0.05, 0.3, 0.02]\nradiant_intensity_w_sr = 5\nilluminant = \"E\"\n";
+const OTHER_LAMP: &str =
+    "[[light]]\ntype = \"point\"\nposition = [0.4, 0.1, 0.3]\nradiant_intensity_w_sr = 2\nilluminant = \"A\"\n";
+const SKY: &str = "[environment]\nradiance_w_m2_sr = 1\nilluminant = \"D65\"\n";
+
+fn integrator(text: &str) -> Integrator {
+    prepared(&SceneFile::parse(format!("{HEAD}{text}"), "scene.toml").unwrap().description)
+}
+
+fn prepared(description: &SceneDescription) -> Integrator {
+    Integrator::prepare(&description.build(&FilesInMemory::default()).unwrap()).unwrap()
+}
+
+/// With coarse cells and few rays through grains, which saves time: for light that is compared with itself only.
+fn coarse(text: &str, max_bounces: u32) -> Integrator {
+    let text = format!("{HEAD}[light_field]\nstep_mm = 12\n{text}");
+    let text = text.replace("max_bounces = 0", &format!("max_bounces = {max_bounces}"));
+    let mut description = SceneFile::parse(text, "scene.toml").unwrap().description;
+    description.light_field.grain_rays = 1 << 12;
+    prepared(&description)
+}
+
+fn with_bounces(text: &str) -> Integrator {
+    let text = format!("{HEAD}{text}").replace("max_bounces = 0", "max_bounces = 4");
+    prepared(&SceneFile::parse(text, "scene.toml").unwrap().description)
+}
+
+fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene {
+    integrator.bake(BakeOptions { step_m: Some(step_m), channels, is_total: false }, &|_, _| {}).unwrap()
+}
+
+fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|vertex| object.positions[vertex as usize].as_dvec3());
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// What snow takes up through its surface is what it absorbs, ∫ μ_a φ dV. At 400 nm it is hardly anything, so that as
+/// much light leaves a block as enters it.
+#[test]
+fn the_net_flux_through_a_block_is_what_it_absorbs() {
+    let integrator = integrator(&format!("{LAMP_BEHIND}{BLOCK}"));
+    let baked = baked(&integrator, 0.0025, Channels::Spectrum);
+    let object = &baked.objects[0];
+    let field = integrator.light_field().unwrap().of_object(0).unwrap();
+    let optics = SnowOptics::new(&SnowSample::default(), &wavelengths_nm(), GRAIN_RAYS).unwrap();
+    for (wavelength, share) in [(0, 0.0..0.01), (10, 0.0..0.03), (20, 0.01..0.2), (30, 0.1..0.6)] {
+        let (mut enters, mut leaves) = (0.0, 0.0);
+        for triangle in &object.triangles {
+            let corners = triangle.iter().map(|vertex| object.flux[0][*vertex as usize * SAMPLES + wavelength]);
+            let flux = area_m2(object, *triangle) * f64::from(corners.sum::<f32>()) / 3.0 * BAND_WIDTH_NM;
+            if flux > 0.0 { leaves += flux } else { enters -= flux }
+        }
+        let counts = [36, 12, 36];
+        let cell = DVec3::new(0.3, 0.1, 0.3) / DVec3::from_array(counts.map(f64::from));
+        let mut absorbed = 0.0;
+        for k in 0..counts.iter().product() {
+            let place = [k / (counts[1] * counts[2]), k / counts[2] % counts[1], k % counts[2]];
+            let place = DVec3::from_array(place.map(|index: i32| f64::from(index) + 0.5)) * cell;
+            let point = (place - DVec3::new(0.15, 0.05, 0.15)).as_vec3a();
+            absorbed += f64::from(field.fluence(point).0[wavelength]) * cell.element_product();
+        }
+        absorbed *= optics.absorption_per_m[wavelength];
+        // The flux falls off steeply at the edges of the lit face. Read every 10 mm, it misses the balance by 2.6 %.
+        let error = (enters - leaves - absorbed) / enters;
+        assert!(error.abs() < 0.01, "{wavelength}: {enters} {leaves} {absorbed}");
+        assert!(share.contains(&(absorbed / enters)), "{wavelength}: {enters} {absorbed}");
+    }
+}
+
+#[test]
+fn the_attributes_add_up_to_the_whole_flux() {
+    for (others, bounces, rest) in [("", 0, 0.0..0.005), (SKY, 0, 0.1..1e3), ("", 4, 0.005..1e3)] {
+        let floor = "[[object]]\nshape = \"plane\"\nposition = [0, 0, -0.2]\nmaterial = \"grey\"\n";
+        let text = format!("{LAMP_BEHIND}{OTHER_LAMP}{others}{BLOCK}{floor}");
+        let integrator = coarse(&text, bounces);
+        let baked = baked(&integrator, 0.05, Channels::Rgb);
+        assert_eq!(baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>(), ["point", "point"]);
+        let (object, field) = (&baked.objects[0], integrator.light_field().unwrap().of_object(0).unwrap());
+        let mut greatest_rest = 0.0_f64;
+        for vertex in 0..object.positions.len() {
+            // Points on faces, away from edges where the field ends.
+            if object.positions[vertex].abs().to_array().iter().filter(|x| **x > 0.049).count() != 1 {
+                continue;
+            }
+            let (point, normal) = (object.positions[vertex].into(), object.normals[vertex].into());
+            let LinearRgb { g: whole, .. } =
+                LinearRgb::from_xyz(integrator.scene().sensor().xyz(&field.flux(point, normal)));
+            let green: Vec<f64> = object.flux.iter().map(|values| f64::from(values[3 * vertex + 1])).collect();
+            let sum: f64 = green.iter().sum();
+            // The light is read a fiftieth of a step away from the vertex.
+            assert!((sum - whole).abs() < 0.05 * whole.abs() + 0.05, "{vertex}: {sum} {whole}");
+            greatest_rest = greatest_rest.max((green[2] / green[..2].iter().map(|one| one.abs()).sum::<f64>()).abs());
+        }
+        assert!(rest.contains(&greatest_rest), "{others} {bounces}: {greatest_rest}");
+    }
+}
+
+/// On the dark side of a block, K J/π of the file is the radiance of a rendering.
+#[test]
+fn dark_snow_has_the_radiance_of_a_rendering() {
+    let mut integrator = integrator(&format!("{LAMP_BEHIND}{BLOCK}"));
+    let baked = baked(&integrator, 0.02, Channels::Spectrum);
+    let object = &baked.objects[0];
+    let mut compared = 0;
+    for vertex in (0..object.positions.len()).step_by(7) {
+        let (position, normal) = (Vec3A::from(object.positions[vertex]), Vec3A::from(object.normals[vertex]));
+        let is_within = position.x.abs() < 0.12 && position.z.abs() < 0.12;
+        if normal.y > -0.99 || !is_within {
+            continue;
+        }
+        for cos in [1.0_f32, 0.5] {
+            let eye = position + normal * cos + Vec3A::X * (1.0 - cos * cos).sqrt();
+            let view = View { position: eye, look_at: position, up: Vec3A::Z, vertical_fov_deg: 1e-4 };
+            assert!(integrator.set_view(&view));
+            let radiance = pixel_radiance(&integrator, PixelPosition { x: 0, y: 0 });
+            for wavelength in [3, 15, 30] {
+                let flux = f64::from(object.flux[0][vertex * SAMPLES + wavelength]) * BAND_WIDTH_NM;
+                let expected = object.snow.escape.at(cos.into()) * flux / PI;
+                let ratio = expected / f64::from(radiance.0[wavelength]);
+                assert!((ratio - 1.0).abs() < 0.02, "{position} {cos} {wavelength}: {ratio}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 30, "{compared}");
+}
+
+/// A lamp in the middle of a ball sends J = I/R² through its surface, in blue light. Another lamp comes first.
+#[test]
+fn a_lamp_inside_snow_has_its_own_attribute() {
+    let inside = "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nradiant_intensity_w_sr = 1\nilluminant = \"E\"\n";
+    let ball = "[[object]]\nshape = \"sphere\"\nradius = 0.05\nmaterial = \"snow\"\n";
+    let integrator = integrator(&format!("{LAMP_BEHIND}{inside}{ball}"));
+    let baked = baked(&integrator, 0.01, Channels::Spectrum);
+    let flux = &baked.objects[0].flux[1];
+    let mean = flux.iter().step_by(SAMPLES).map(|value| f64::from(*value)).sum::<f64>() * BAND_WIDTH_NM
+        / baked.objects[0].positions.len() as f64;
+    let expected = f64::from(integrator.scene().lights()[1].strength().0[0]) / 0.05_f64.powi(2);
+    assert!((mean / expected - 1.0).abs() < 0.04, "{mean} {expected}");
+    assert!(baked.objects[0].flux[0].iter().any(|value| *value < 0.0), "the other lamp lights one side");
+}
+
+#[test]
+fn files_hold_the_meshes_and_their_attributes() {
+    let ball = "[[object]]\nshape = \"sphere\"\nradius = 0.03\nposition = [0, -0.2, 0.1]\nmaterial = \"snow\"\n";
+    let integrator = coarse(&format!("{LAMP_BEHIND}{OTHER_LAMP}{SKY}{BLOCK}{ball}"), 0);
+    let provenance = integrator.provenance();
+    let folder = tempfile::tempdir().unwrap();
+    let baked = baked(&integrator, 0.03, Channels::Rgb);
+    let count: usize = baked.objects.iter().map(|object| object.positions.len()).sum();
+
+    let glb = folder.path().join("snow.glb");
+    write_glb(&baked, &provenance, &glb).unwrap();
+    let bytes = std::fs::read(&glb).unwrap();
+    let file = gltf::Gltf::from_slice(&bytes).unwrap();
+    let mut names = Vec::new();
+    for (mesh, object) in file.meshes().zip(&baked.objects) {
+        assert_eq!(mesh.name(), Some(object.name.as_str()));
+        let primitive = mesh.primitives().next().unwrap();
+        names = primitive.attributes().map(|(semantic, _)| semantic.to_string()).collect();
+        assert!(primitive.attributes().all(|(_, accessor)| accessor.count() == object.positions.len()));
+        let extras = mesh.extras().as_ref().unwrap().get();
+        let named = ["escape_polynomial", "extrapolation_length", "_LAMP_0 + _LAMP_1 + _SKY", "transport_mean_free"];
+        assert!(named.iter().all(|name| extras.contains(name)), "{extras}");
+    }
+    names.sort();
+    assert_eq!(names, ["COLOR_0", "NORMAL", "POSITION", "_LAMP_0", "_LAMP_1", "_SKY"]);
+    let extras = file.default_scene().unwrap().extras().as_ref().unwrap().get().to_owned();
+    assert!(["scene_hash", "color_0_scale_w_m2", "snowblue 0."].iter().all(|name| extras.contains(name)), "{extras}");
+    let mesh = read_mesh_file(&glb, None).unwrap();
+    assert_eq!(mesh.positions.len(), count);
+    assert!(mesh.attributes["blue"].iter().all(|value| (0.0..=1.0).contains(value)));
+    let [x, y, z] = baked.objects[0].positions[0].to_array();
+    assert_eq!(mesh.positions[0], Vec3::new(x, z, -y), "y is up");
+
+    for channels in [Channels::Rgb, Channels::Spectrum] {
+        let baked = self::baked(&integrator, 0.03, channels);
+        let ply = folder.path().join("snow.ply");
+        write_ply(&baked, &provenance, &ply).unwrap();
+        let mesh = read_mesh_file(&ply, None).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.positions[0]), (count, baked.objects[0].positions[0]));
+        assert_eq!(mesh.attributes.len(), 3 + 3 * channels.count());
+        let (first, last) = match channels {
+            Channels::Rgb => ("r", "b"),
+            Channels::Spectrum => ("400nm", "700nm"),
+        };
+        let bits = |value: f32| value.to_bits();
+        assert_eq!(bits(mesh.attributes[&format!("lamp_1_{first}")][0]), bits(baked.objects[0].flux[1][0]));
+        let last_of_sky = *baked.objects[1].flux[2].last().unwrap();
+        assert_eq!(bits(mesh.attributes[&format!("sky_{last}")][count - 1]), bits(last_of_sky));
+    }
+}
+
+#[test]
+fn what_cannot_be_baked_is_named() {
+    let floor = "[[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n";
+    let error = |integrator: &Integrator, options| integrator.bake(options, &|_, _| {}).unwrap_err().to_string();
+    assert_eq!(error(&integrator(&format!("{SKY}{floor}")), BakeOptions::default()), "the scene has no snow");
+    let tiny = BakeOptions { step_m: Some(1e-5), ..BakeOptions::default() };
+    let many = error(&coarse(&format!("{SKY}{BLOCK}"), 0), tiny);
+    assert!(many.contains("4194304 vertices") && many.contains("0.01 mm"), "{many}");
+    let text = format!("{HEAD}{SKY}{BLOCK}").replace("type = \"diffusion\"", "type = \"pcasnow\"");
+    let without = prepared(&SceneFile::parse(text, "scene.toml").unwrap().description);
+    assert!(error(&without, BakeOptions::default()).contains("no light field"));
+}
+
+/// A length in cells of the light field of the first object.
+fn cells_of(integrator: &Integrator, length_m: f64) -> Option<f64> {
+    Some(length_m / integrator.light_field()?.of_object(0)?.step_m())
+}
+
+/// A lamp that moved gives the light of a scene that was built with it, whatever lamp there was before.
+#[test]
+fn relighting_forgets_the_last_lamp() {
+    let other_block =
+        "[[object]]\nshape = \"box\"\nsize = [0.1, 0.1, 0.3]\nposition = [0.12, -0.12, 0]\nmaterial = \"snow\"\n";
+    // Two blocks light each other.
+    let of_lamp = |lamp: &str| coarse(&format!("{lamp}{BLOCK}{other_block}"), 4);
+    // One lamp is behind, one inside the snow.
+    let inside = OTHER_LAMP.replace("[0.4, 0.1, 0.3]", "[0.05, 0.01, 0.02]");
+    let (behind, inside) = (of_lamp(LAMP_BEHIND), of_lamp(&inside));
+    let lamps = [&behind, &inside].map(|integrator| Arc::clone(&integrator.scene().lights()[0]));
+    let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
+    let fresh = [&behind, &inside].map(|integrator| integrator.bake(options, &|_, _| {}).unwrap());
+    let cells = cells_of(&behind, 0.02);
+    let mut relighting = behind.into_relighting(cells).unwrap();
+    for number in [1, 0, 1] {
+        let lit = relighting.light(&lamps[number]).surfaces;
+        assert_eq!(lit.len(), 2);
+        let values = |object: &BakedObject| object.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
+        let greatest = fresh[number].objects.iter().map(values).fold(0.0, f64::max);
+        for (object, lit) in fresh[number].objects.iter().zip(&lit) {
+            for (vertex, flux) in lit.flux.iter().enumerate() {
+                let green = f64::from(object.flux[0][3 * vertex + 1]);
+                // Light between blocks is gathered from solutions with a residual of 10⁻³, which start elsewhere.
+                assert!((flux.g - green).abs() < 1e-3 * greatest, "{number} {vertex}: {} {green}", flux.g);
+            }
+        }
+    }
+}
+
+/// What leaves the surface less the net flux is all irradiance: that of the lamp where it is visible, and H.
+#[test]
+fn visibility_and_irradiance_are_those_of_the_lamp() {
+    let screen =
+        "[[object]]\nshape = \"box\"\nsize = [0.2, 0.01, 0.1]\nposition = [0.1, 0.12, 0.1]\nmaterial = \"grey\"\n";
+    let integrator = with_bounces(&format!("{LAMP_BEHIND}{BLOCK}{screen}"));
+    let lamp = Arc::clone(&integrator.scene().lights()[0]);
+    let position = lamp.central_sample().and_then(|sample| sample.origin.position()).unwrap();
+    let options = BakeOptions { step_m: Some(0.01), is_total: true, ..BakeOptions::default() };
+    let baked = integrator.bake(options, &|_, _| {}).unwrap();
+    let cells = cells_of(&integrator, 0.01);
+    let LitSnow { mut surfaces, strength, .. } = integrator.into_relighting(cells).unwrap().light(&lamp);
+    let (lit, intensity) = (surfaces.remove(0), strength.g);
+    let object = &baked.objects[0];
+    let (mut hidden, mut seen) = (0, 0);
+    for vertex in 0..object.positions.len() {
+        // Cells away from the edges of faces and of the shadow, over which the exitance is smoothed.
+        let place = object.positions[vertex];
+        let is_on_lit_face = place.y > 0.0499 && place.x.abs() < 0.12 && place.z.abs() < 0.12;
+        let is_clear = place.x < -0.06 || place.z < -0.04;
+        let is_shadow = place.x > 0.02 && place.z > 0.09;
+        if !is_on_lit_face || !(is_clear || is_shadow) {
+            continue;
+        }
+        let offset = position - Vec3A::from(place);
+        let direct = intensity * f64::from(offset.y) / f64::from(offset.length()).powi(3);
+        let expected = direct * f64::from(lit.visibility[vertex]) + lit.diffuse_irradiance[vertex].g;
+        let irradiance = object.exitance[vertex].g - lit.flux[vertex].g;
+        assert!((irradiance - expected).abs() < 0.02 * direct, "{place}: {irradiance} {expected} {direct}");
+        assert_eq!(lit.visibility[vertex] > 0.5, is_clear, "{place}");
+        if is_clear { seen += 1 } else { hidden += 1 }
+    }
+    assert!(hidden > 20 && seen > 100, "{hidden} {seen}");
+}
+
+/// A block under a sky: its light as baked, and that of each light of the sky alone.
+fn under_sky(sky: &str) -> (BakedObject, Vec<(Arc<Light>, LinearRgb, LitSurface)>) {
+    let integrator = with_bounces(&format!("[light_field]\nstep_mm = 12\n{sky}{BLOCK}"));
+    let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
+    let baked = integrator.bake(options, &|_, _| {}).unwrap().objects.remove(0);
+    let sky = integrator.scene().description().sky.clone();
+    let cells = cells_of(&integrator, 0.02);
+    let mut relighting = integrator.into_relighting(cells).unwrap();
+    let lights = relighting.lights(Vec::new(), sky, &FilesInMemory::default()).unwrap();
+    let lit = |light: Arc<Light>| {
+        let LitSnow { strength, mut surfaces, .. } = relighting.light(&light);
+        (light, strength, surfaces.remove(0))
+    };
+    (baked, lights.into_iter().map(lit).collect())
+}
+
+/// Whether a vertex lies on a face at least two cells from its edges, over which the exitance is smoothed.
+fn is_inner(object: &BakedObject, vertex: usize) -> bool {
+    let reach = Vec3::new(0.15, 0.05, 0.15) - 0.024;
+    let (place, normal) = (object.positions[vertex].abs(), object.normals[vertex].abs());
+    (0..3).all(|axis| normal[axis] > 0.5 || place[axis] < reach[axis])
+}
+
+/// The net flux by the sun and by the sky without it add up to that of both, and what leaves the surface less the flux
+/// is the irradiance by both.
+#[test]
+fn the_sun_and_its_sky_one_by_one_are_the_light_of_a_clear_day() {
+    let sun = "sun = { elevation_deg = 30, azimuth_deg = 40 }";
+    let (baked, lit) = under_sky(&format!("[sky]\n{sun}\nground_albedo = 0.8\n"));
+    let [(sun, strength, by_sun), (dome, of_dome, by_sky)] = &lit[..] else { panic!("{lit:?}") };
+    assert!(sun.name() == "sun" && dome.is_sky());
+    let to_sun = sun.central_sample().unwrap().origin.direction_from(Vec3A::ZERO).direction;
+    assert!(of_dome.g == 0.0 && by_sun.sky_irradiance.is_empty());
+    let greatest = baked.flux[0].iter().map(|flux| f64::from(flux.abs())).fold(0.0, f64::max);
+    let mut count = 0;
+    for vertex in (0..baked.positions.len()).filter(|vertex| is_inner(&baked, *vertex)) {
+        let flux = by_sun.flux[vertex].g + by_sky.flux[vertex].g;
+        let expected = f64::from(baked.flux[0][3 * vertex + 1]);
+        assert!((flux - expected).abs() < 5e-3 * greatest, "{vertex}: {flux} {expected}");
+        let facing = f64::from(baked.normals[vertex].dot(to_sun.into()).max(0.0));
+        let direct = strength.g * facing * f64::from(by_sun.visibility[vertex]);
+        let irradiance = direct + by_sky.sky_irradiance[vertex].g;
+        let expected = baked.exitance[vertex].g - flux;
+        // Samples of the sky at each element have some noise.
+        assert!((irradiance - expected).abs() < 0.02 * strength.g, "{vertex}: {irradiance} {expected}");
+        count += 1;
+    }
+    assert!(count > 100, "{count}");
+}
+
+/// A wall receives 0.396 of the light that level ground receives under the overcast sky of the CIE:
+/// ∫ (1 + 2 cos θ)/3 sin²θ cos φ dθ dφ = 2 (π/4 + 2/3)/3 over the quarter of the sphere, and 7π/9 on the ground.
+#[test]
+fn a_wall_receives_its_share_of_an_overcast_sky() {
+    let (baked, lit) = under_sky("[sky]\ntype = \"overcast\"\nsun = { elevation_deg = 30 }\n");
+    let [(_, _, by_sky)] = &lit[..] else { panic!("{lit:?}") };
+    let mean = |is_face: &dyn Fn(Vec3) -> bool| {
+        let is_of_face = |vertex: &usize| is_inner(&baked, *vertex) && is_face(baked.normals[*vertex]);
+        let values: Vec<f64> =
+            (0..baked.positions.len()).filter(is_of_face).map(|vertex| by_sky.sky_irradiance[vertex].g).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let (top, wall) = (mean(&|normal| normal.z > 0.5), mean(&|normal| normal.y.abs() > 0.5));
+    let share = (PI / 4.0 + 2.0 / 3.0) * 2.0 / (7.0 * PI / 3.0);
+    assert!((wall / top / share - 1.0).abs() < 0.02, "{wall} {top} {share}");
+    assert!(mean(&|normal| normal.z < -0.5) < 1e-3 * top);
+}
+
+/// Behind a block, nine of ten vertices of the dark faces stay below 2.8 times the brightest of a display; with a lamp
+/// inside, all but one in fifty stay below its brightest. The factor follows the strength of the lamps.
+#[test]
+fn the_exposure_fits_the_light_through_the_snow() {
+    let inside = OTHER_LAMP.replace("[0.4, 0.1, 0.3]", "[0.05, 0.01, 0.02]");
+    for (lamp, of_fifty, level) in [(LAMP_BEHIND, 45, 2.8), (&inside, 49, 0.95)] {
+        let integrator = coarse(&format!("{lamp}{BLOCK}"), 0);
+        let light = Arc::clone(&integrator.scene().lights()[0]);
+        let mut relighting = integrator.into_relighting(None).unwrap();
+        let snow = relighting.light(&light);
+        let factor = |factor| relighting.exposure_factor(&[WeightedLight { snow: &snow, factor }]);
+        let shown = factor(1.0).unwrap();
+        assert!((factor(4.0).unwrap() / (0.25 * shown) - 1.0).abs() < 1e-9);
+        assert!(factor(0.0).is_none() && relighting.exposure_factor(&[]).is_none());
+        let escape = relighting.objects().next().unwrap().snow.escape.at(0.8);
+        let brightest = |flux: &LinearRgb| flux.r.max(flux.g).max(flux.b) * escape / PI;
+        let mut leaving: Vec<f64> =
+            snow.surfaces[0].flux.iter().filter(|flux| flux.luminance() > 0.0).map(brightest).collect();
+        leaving.sort_by(f64::total_cmp);
+        let quantile = leaving[leaving.len() * of_fifty / 50];
+        assert!((shown * quantile / level - 1.0).abs() < 0.1, "{lamp}: {}", shown * quantile);
+    }
+}

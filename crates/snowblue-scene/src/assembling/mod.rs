@@ -1,0 +1,233 @@
+//! From a description to a scene: reads the files that it names, and checks that all of it fits together.
+
+mod carved;
+pub mod changes;
+mod closed;
+mod gltf_lights;
+mod gltf_material;
+mod gltf_scene;
+mod landscape;
+mod light;
+mod material;
+mod object;
+mod placing;
+mod recorded_files;
+mod sky;
+mod snow;
+mod sources;
+mod texture;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::Scene;
+use crate::camera::{PinholeCamera, View};
+use crate::description::SceneDescription;
+use crate::error::SceneError;
+use crate::film::FilmSettings;
+use crate::film::sensor::Sensor;
+use crate::film::white_balance::WhiteBalance;
+use crate::integrator::IntegratorKind;
+use crate::light::{Light, irradiance_by_sky};
+use crate::material::Material;
+use crate::objects::Objects;
+use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
+
+use changes::Changes;
+use gltf_scene::{GltfScene, read_gltf};
+use material::build_materials;
+use object::ObjectBuilder;
+use recorded_files::RecordedFiles;
+use snowblue_base::files::FileSource;
+use sources::Sources;
+
+/// What there is in a scene without its described lights.
+struct Solids {
+    objects: Arc<Objects>,
+    materials: Arc<Vec<Material>>,
+    gltf_lights: Vec<Arc<Light>>,
+    gltf_view: Option<View>,
+    /// Hashes of the files that were read, by name.
+    files: BTreeMap<String, u64>,
+}
+
+/// The described lights, and hashes of the files that were read for them.
+type DescribedLights = (Vec<Arc<Light>>, BTreeMap<String, u64>);
+
+impl SceneDescription {
+    /// Builds the scene, with files from `files`.
+    ///
+    /// # Errors
+    ///
+    /// When a value is out of range, or a file is missing or malformed. The error names the path of the value in the
+    /// description, or the file.
+    pub fn build(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        self.check()?;
+        self.build_checked(files)
+    }
+
+    /// Builds the scene of a description that was checked.
+    pub(crate) fn build_checked(&self, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        self.build_with(None, None, files)
+    }
+
+    /// Builds the scene like [`build`](Self::build), and shares what is the same with an earlier one, whose files were
+    /// the same. Its pictures are identical to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`build`](Self::build).
+    pub fn build_after(&self, earlier: &Scene, files: &dyn FileSource) -> Result<Scene, SceneError> {
+        let changes = Changes::new(&earlier.description, self);
+        self.check()?;
+        if changes.solids {
+            return self.build_checked(files);
+        }
+        let (described, of_gltf) = earlier.lights.split_at(earlier.described_lights);
+        let solids = Solids {
+            objects: Arc::clone(&earlier.objects),
+            materials: Arc::clone(&earlier.materials),
+            gltf_lights: of_gltf.to_vec(),
+            // With a camera in the description, that of a glTF does not matter.
+            gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            files: earlier.solid_files.clone(),
+        };
+        let lights = (!changes.any_light()).then(|| (described.to_vec(), earlier.light_files.clone()));
+        self.build_with(Some(solids), lights, files)
+    }
+
+    fn build_with(
+        &self,
+        solids: Option<Solids>,
+        lights: Option<DescribedLights>,
+        files: &dyn FileSource,
+    ) -> Result<Scene, SceneError> {
+        let solids = solids.map_or_else(|| self.solids(files), Ok)?;
+        let (mut lights, light_files) = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
+        let described_lights = lights.len();
+        lights.extend(solids.gltf_lights);
+        if lights.is_empty() {
+            return Err(KeyPath::root("light")
+                .error("is missing, and there is neither [environment] nor [sky]")
+                .into());
+        }
+        let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
+        let sensor = self.balanced(sensor, &lights)?;
+        let Solids { objects, materials, gltf_view, files: solid_files, .. } = solids;
+        let (view, path) = self.view(gltf_view)?;
+        if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
+            let name = &objects.list()[index].name;
+            return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
+        }
+        let camera = PinholeCamera::new(&view, self.film.width as f32 / self.film.height as f32);
+        let camera = camera
+            .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
+        Ok(Scene {
+            camera,
+            view,
+            objects,
+            materials,
+            lights,
+            described_lights,
+            film: self.film,
+            integrator: self.integrator.clone(),
+            wavelengths_nm: *sensor.wavelengths_nm(),
+            sensor,
+            table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
+            description: self.clone(),
+            solid_files,
+            light_files,
+        })
+    }
+
+    /// A sensor that sees the light of the film's white balance as white.
+    fn balanced(&self, sensor: Sensor, lights: &[Arc<Light>]) -> Result<Sensor, KeyError> {
+        let FilmSettings { white, false_color, .. } = self.film;
+        if false_color.is_some() || white == WhiteBalance::default() {
+            return Ok(sensor);
+        }
+        let wrong = |reason: &str| KeyPath::root("film").key("white").error(format!("is \"{white}\", but {reason}"));
+        let spectrum = match white {
+            WhiteBalance::Illuminant(illuminant) => {
+                LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
+            }
+            WhiteBalance::Sky => irradiance_by_sky(lights),
+        };
+        if spectrum.maximum() <= 0.0 {
+            return Err(wrong("there is no sky, sun or distant lamp above"));
+        }
+        sensor.balanced(&spectrum).ok_or_else(|| wrong("the light has a colour outside of sRGB"))
+    }
+
+    /// Builds all that is no described light.
+    fn solids(&self, files: &dyn FileSource) -> Result<Solids, SceneError> {
+        let files = RecordedFiles::new(files);
+        let sources = Sources::new(&files, self.film.false_color);
+        let mut materials = build_materials(&self.materials, &sources)?;
+        let mut objects = Vec::new();
+        let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
+        for (index, object) in self.objects.iter().enumerate() {
+            objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
+        }
+        let gltf = match &self.gltf {
+            None => GltfScene::default(),
+            Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind)?,
+        };
+        objects.extend(gltf.objects);
+        let objects = Objects::new(objects);
+        if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
+            let reason = format!("has a body \"{body}\" of several materials; this integrator takes one");
+            return Err(KeyPath::root("object").error(reason).into());
+        }
+        Ok(Solids {
+            objects: Arc::new(objects),
+            materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
+            gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
+            gltf_view: gltf.view,
+            files: files.hashes(),
+        })
+    }
+
+    /// Builds the lights of the description for materials that were built, with hashes of the files that were read for
+    /// them.
+    fn described_lights(&self, materials: &[Material], files: &dyn FileSource) -> Result<DescribedLights, SceneError> {
+        let files = RecordedFiles::new(files);
+        let sources = Sources::new(&files, self.film.false_color);
+        let mut lights = Vec::with_capacity(self.lights.len() + 1);
+        for (index, light) in self.lights.iter().enumerate() {
+            lights.push(light::build_light(&KeyPath::root("light").index(index), light, &sources)?);
+        }
+        if let Some(environment) = &self.environment {
+            lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
+        }
+        lights.extend(sky::build_sky(self, materials, &sources)?);
+        Ok((lights.into_iter().map(Arc::new).collect(), files.hashes()))
+    }
+
+    /// Builds the lights of a description for materials that were built.
+    pub fn lights_over(&self, materials: &[Material], files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
+        self.check()?;
+        Ok(self.described_lights(materials, files)?.0)
+    }
+
+    /// The view of the camera, or that of the glTF, and its path in the description.
+    fn view(&self, of_gltf: Option<View>) -> Result<(View, KeyPath), SceneError> {
+        if let Some(camera) = &self.camera {
+            return Ok((camera.view(), KeyPath::root("camera")));
+        }
+        let reason = "is missing, and there is no glTF with a perspective camera";
+        let view = of_gltf.ok_or_else(|| KeyPath::root("camera").error(reason))?;
+        Ok((view, KeyPath::root("gltf").key("camera")))
+    }
+}
+
+/// A body whose objects differ in material.
+fn body_of_two(objects: &Objects) -> Option<&str> {
+    let mut materials = BTreeMap::new();
+    let named = objects.list().iter().filter_map(|object| Some((object.body.as_deref()?, object.material)));
+    named
+        .filter(|(body, material)| materials.entry(*body).or_insert(*material) != material)
+        .map(|(body, _)| body)
+        .next()
+}

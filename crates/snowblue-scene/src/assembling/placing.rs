@@ -1,0 +1,64 @@
+//! Places of objects in the scene.
+
+use glam::{DAffine3, DMat3, DVec3, EulerRot, Mat3A, Vec3A};
+use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
+use snowblue_geometry::mesh_files::is_y_up;
+use snowblue_geometry::ray::narrow;
+use snowblue_geometry::transform::Transform;
+
+use crate::description::range::GREATEST_COORDINATE_M;
+use crate::description::value::point;
+use crate::description::{ObjectSettings, Scale, UpAxis};
+
+/// Where a shape is, how it is turned and how it is stretched.
+pub(super) struct Placing {
+    pub(super) position: Vec3A,
+    rotation: DMat3,
+    pub(super) scale: DVec3,
+}
+
+impl Placing {
+    /// That of an object.
+    pub(super) fn of(settings: &ObjectSettings) -> Self {
+        let scale = match settings.scale {
+            Scale::Uniform(scale) => DVec3::splat(scale),
+            Scale::Axes(scales) => DVec3::from(scales.map(|scale| f64::from(narrow(scale)))),
+        };
+        Self { position: point(settings.position), rotation: rotation(settings.rotation_deg), scale }
+    }
+
+    /// The directions of the shape's axes in the scene.
+    pub(super) fn axes(&self) -> Mat3A {
+        self.rotation.as_mat3().into()
+    }
+
+    /// From the shape's coordinates into the scene.
+    pub(super) fn to_scene(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(self.rotation * DMat3::from_diagonal(self.scale), self.position.as_dvec3())
+    }
+}
+
+/// Turns the coordinates of a mesh file upright: by the axis that is up, or by that of its format.
+pub(super) fn upright(file: &str, up: Option<UpAxis>) -> DAffine3 {
+    let y_up = up.map_or_else(|| is_y_up(file.as_ref()), |up| up == UpAxis::Y);
+    DAffine3::from_mat3(if y_up { Y_UP_TO_Z_UP } else { DMat3::IDENTITY })
+}
+
+/// The rotations about x, then y, then z by some degrees.
+pub(super) fn rotation(rotation_deg: [f64; 3]) -> DMat3 {
+    let [x, y, z] = rotation_deg.map(|degrees| f64::from(narrow(degrees)).to_radians());
+    DMat3::from_euler(EulerRot::ZYX, z, y, x)
+}
+
+/// The placement by a map, or what is wrong with it.
+pub(super) fn placement(to_scene: &DAffine3) -> Result<Transform, String> {
+    Transform::new(to_scene).ok_or_else(|| "its transform flattens it, but must keep its volume".to_owned())
+}
+
+/// Refuses bounds that reach farther than a scene may.
+pub(super) fn check_reach(reach_m: f32) -> Result<(), String> {
+    if f64::from(reach_m) <= GREATEST_COORDINATE_M {
+        return Ok(());
+    }
+    Err(format!("reaches to {reach_m} m, but must lie within {GREATEST_COORDINATE_M} m"))
+}

@@ -1,0 +1,63 @@
+//! Snow.
+
+use snowblue_base::files::check_formats;
+use snowblue_geometry::images::png_image::PngImage;
+use snowblue_geometry::ray::narrow;
+use snowblue_transport::SnowSample;
+use snowblue_transport::layer_file::{LayerFile, LayerFileError};
+use snowblue_transport::sample::SnowKeys;
+
+use crate::assembling::sources::Sources;
+use crate::assembling::texture::build_texture;
+use crate::description::{LayeredSnowDescription, MaskDescription, MaskedSnowDescription, SnowDescription};
+use crate::error::SceneError;
+use crate::file::line_of;
+use crate::layering::Layering;
+use crate::material::mask::Mask;
+use crate::material::snow::Snow;
+use snowblue_base::{KeyError, KeyPath};
+
+/// Builds snow, whose tables of constants must cover the wavelengths of the picture.
+pub(super) fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sources) -> Result<Snow, SceneError> {
+    let built = match snow {
+        SnowDescription::Uniform(keys) => Snow::Uniform(sample(path, keys)?),
+        SnowDescription::Layers(snow) => build_layers(&path.key("layers"), snow, sources)?,
+        SnowDescription::Masked(MaskedSnowDescription { mask, between: [first, last] }) => Snow::Masked {
+            mask: build_mask(&path.key("mask"), mask, sources)?,
+            between: [sample(path, first)?, sample(path, last)?],
+        },
+    };
+    for sample in built.samples() {
+        for wavelength_nm in sources.wavelengths_nm {
+            sample.check_wavelength(wavelength_nm).map_err(|error| path.error(format!("has no constants: {error}")))?;
+        }
+    }
+    Ok(built)
+}
+
+fn sample(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {
+    keys.sample().map_err(|error| path.error(error))
+}
+
+fn build_layers(path: &KeyPath, snow: &LayeredSnowDescription, sources: &Sources) -> Result<Snow, SceneError> {
+    let file = sources.open(path, &snow.layers)?;
+    check_formats(&file.path)?;
+    let text = file.text();
+    let LayerFile { layers, .. } = LayerFile::parse(&text).map_err(|LayerFileError { span, reason }| {
+        let line = line_of(&text, span.map_or(0, |span| span.start));
+        SceneError::Text { path: file.path.clone(), line, reason }
+    })?;
+    let samples = layers.iter().map(|layer| layer.sample).collect();
+    Ok(Snow::Layers { samples, layering: Layering::new(&layers, snow.layers_top) })
+}
+
+fn build_mask(path: &KeyPath, mask: &MaskDescription, sources: &Sources) -> Result<Mask, SceneError> {
+    match mask {
+        MaskDescription::Texture(texture) => {
+            build_texture(path, texture, sources, PngImage::encoded_rgb).map(Mask::RasterImage)
+        }
+        MaskDescription::Attribute { attribute, range } => {
+            Ok(Mask::Attribute { name: attribute.clone(), range: range.map(narrow) })
+        }
+    }
+}

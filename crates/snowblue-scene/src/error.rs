@@ -1,0 +1,28 @@
+//! Errors of this crate. Every message names the file, and the line if there is one.
+
+use std::path::PathBuf;
+
+use snowblue_base::KeyError;
+use snowblue_base::files::FileError;
+
+/// Why a scene cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// A file of a scene cannot be read or used.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A text is not valid, has an unknown or missing key, or a value is out of range. It is a scene file, layers of
+    /// snow, or a spectrum.
+    #[error("{}:{line}: {reason}", path.display())]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Its line, counted from 1.
+        line: usize,
+        /// The quantity, its value and its range.
+        reason: String,
+    },
+    /// A value of a description breaks a rule.
+    #[error(transparent)]
+    Description(#[from] KeyError),
+}

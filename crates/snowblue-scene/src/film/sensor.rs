@@ -1,0 +1,334 @@
+//! From spectra to tristimulus values: those of the CIE 1931 observer, or false colours.
+//!
+//! A false colour shows the light of three wavelengths, of the infrared too, as red, green and blue. The wavelengths of
+//! the image then reach from the least to the greatest of these, and all lights have equal power at each of them, so
+//! surfaces that reflect or transmit all wavelengths equally are grey.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Mul};
+
+use glam::Vec4;
+use serde::{Deserialize, Serialize};
+use snowblue_color::{ChromaticAdaptation, Colorimeter, Illuminant, LinearRgb, Observer, Xyz};
+use snowblue_geometry::ray::narrow;
+
+use crate::spectrum::light_spectrum::LightSpectrum;
+use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+
+/// Number of wavelengths in a SIMD register.
+const REGISTER_WIDTH: usize = 4;
+
+/// The wavelengths that a false colour shows as red, green and blue.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FalseColor {
+    /// Shown as red, in nm.
+    pub red_nm: f64,
+    /// Shown as green, in nm.
+    pub green_nm: f64,
+    /// Shown as blue, in nm.
+    pub blue_nm: f64,
+}
+
+/// Least range of the wavelengths of a false colour, in nm, so that they ascend.
+const LEAST_SPAN_NM: f64 = 3.0;
+
+/// Least wavelength of a false colour, in nm.
+const LEAST_NM: f64 = 300.0;
+
+impl FalseColor {
+    /// The wavelengths of a picture, in nm.
+    pub(crate) fn wavelengths_nm(self) -> [f64; SAMPLES] {
+        self.grid().0
+    }
+
+    /// Wavelengths in equal steps, of which the nearest are moved onto the three, and the places of the three.
+    fn grid(self) -> ([f64; SAMPLES], [usize; 3]) {
+        const LAST: usize = SAMPLES - 1;
+        let shown_nm = [self.red_nm, self.green_nm, self.blue_nm];
+        let mut sorted_nm = shown_nm.to_vec();
+        sorted_nm.sort_by(f64::total_cmp);
+        sorted_nm.dedup();
+        let (low_nm, high_nm) = (sorted_nm[0], sorted_nm[sorted_nm.len() - 1]);
+        let span_nm = (high_nm - low_nm).max(LEAST_SPAN_NM);
+        // A short range lies within the wavelengths for which the tables of ice have constants.
+        let first_nm = low_nm.min(high_nm - span_nm).max(LEAST_NM);
+        let step_nm = span_nm / LAST as f64;
+        let mut grid_nm: [f64; SAMPLES] = std::array::from_fn(|k| first_nm + k as f64 * step_nm);
+        let mut free = 0;
+        for (number, &nm) in sorted_nm.iter().enumerate() {
+            let distance = |place: &usize| (grid_nm[*place] - nm).abs();
+            // Those that follow need places too.
+            let last = LAST + 1 + number - sorted_nm.len();
+            let nearest = (free..=last).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(last);
+            grid_nm[nearest] = nm;
+            free = nearest + 1;
+        }
+        let place = |nm: f64| grid_nm.iter().position(|other| other.total_cmp(&nm).is_eq()).unwrap_or(LAST);
+        (grid_nm, shown_nm.map(place))
+    }
+}
+
+/// Converts spectra to tristimulus values.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    /// X, Y and Z of one unit at each wavelength.
+    weights: [Xyz; SAMPLES],
+    /// The weights of X, Y and Z in single precision. The last register is padded with 0.
+    registers: [[Vec4; 3]; SAMPLES.div_ceil(REGISTER_WIDTH)],
+    wavelengths_nm: [f64; SAMPLES],
+    /// Light in which a grey surface is neutral, of luminance 1.
+    white: Spectrum,
+    is_standard_observer: bool,
+}
+
+/// The light of one sample as a sensor measures it: X, Y, Z and the sum of the magnitudes of all wavelengths, which is
+/// finite only if each of them is. One register holds all four.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SensorSample(Vec4);
+
+impl SensorSample {
+    /// No light.
+    pub const ZERO: Self = Self(Vec4::ZERO);
+
+    /// A sample from X, Y, Z and the sum of magnitudes.
+    #[inline]
+    pub fn from_array(values: [f32; 4]) -> Self {
+        Self(Vec4::from_array(values))
+    }
+
+    /// Tristimulus values X, Y and Z.
+    #[inline]
+    pub fn xyz(self) -> [f32; 3] {
+        self.0.truncate().to_array()
+    }
+
+    /// Luminance Y.
+    #[inline]
+    pub fn luminance(self) -> f32 {
+        self.0.y
+    }
+
+    /// Sum of the magnitudes of all wavelengths.
+    #[inline]
+    pub fn magnitude(self) -> f32 {
+        self.0.w
+    }
+}
+
+impl Add for SensorSample {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl AddAssign for SensorSample {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Mul<f32> for SensorSample {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, factor: f32) -> Self {
+        Self(self.0 * factor)
+    }
+}
+
+impl Sum for SensorSample {
+    fn sum<I: Iterator<Item = Self>>(samples: I) -> Self {
+        samples.fold(Self::ZERO, Self::add)
+    }
+}
+
+impl Sensor {
+    /// The CIE 1931 observer on the grid of 400–700 nm.
+    ///
+    /// # Panics
+    ///
+    /// Never: the tables of the observer and of D65 cover the grid.
+    pub fn cie_1931() -> Self {
+        let colorimeter = Colorimeter::new(Observer::Cie1931, Illuminant::E, &wavelengths_nm())
+            .expect("the observer's table covers 400–700 nm");
+        let mut weights = [Xyz::default(); SAMPLES];
+        weights.copy_from_slice(colorimeter.weights());
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).expect("the table of D65 covers 400–700 nm");
+        Self { is_standard_observer: true, ..Self::new(weights, wavelengths_nm(), daylight.relative) }
+    }
+
+    /// Three wavelengths as the primaries of sRGB.
+    pub(crate) fn false_color(colour: FalseColor) -> Self {
+        let (wavelengths_nm, [red, green, blue]) = colour.grid();
+        let mut weights = [LinearRgb::default(); SAMPLES];
+        weights[red].r = 1.0;
+        weights[green].g = 1.0;
+        weights[blue].b = 1.0;
+        Self::new(weights.map(LinearRgb::xyz), wavelengths_nm, Spectrum::ONE)
+    }
+
+    /// The same for eyes or a camera that see a light as white; none if its colour is outside of sRGB.
+    pub(crate) fn balanced(self, white: &Spectrum) -> Option<Self> {
+        let white = *white * narrow(self.xyz(white).y.recip());
+        let [from_white, to_white] = [white, self.white].map(|white| self.xyz(&white));
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(from_white);
+        // Within sRGB all responses of the cones are positive; NaN is not.
+        if ![r, g, b].into_iter().all(|channel| channel > 0.0) {
+            return None;
+        }
+        let adaptation = ChromaticAdaptation { from_white, to_white };
+        let weights = self.weights.map(|weight| adaptation.apply(weight));
+        Some(Self { is_standard_observer: self.is_standard_observer, ..Self::new(weights, self.wavelengths_nm, white) })
+    }
+
+    fn new(weights: [Xyz; SAMPLES], wavelengths_nm: [f64; SAMPLES], white: Spectrum) -> Self {
+        let mut registers = [[Vec4::ZERO; 3]; SAMPLES.div_ceil(REGISTER_WIDTH)];
+        for (index, weight) in weights.iter().enumerate() {
+            let xyz = [weight.x, weight.y, weight.z];
+            for (register, value) in registers[index / REGISTER_WIDTH].iter_mut().zip(xyz) {
+                register[index % REGISTER_WIDTH] = narrow(value);
+            }
+        }
+        Self { weights, registers, wavelengths_nm, white, is_standard_observer: false }
+    }
+
+    /// Tristimulus values of a radiance.
+    pub fn xyz(&self, radiance: &Spectrum) -> Xyz {
+        let terms = self.weights.iter().zip(&radiance.0).map(|(&weight, &value)| weight * f64::from(value));
+        terms.fold(Xyz::default(), |sum, term| sum + term)
+    }
+
+    /// The same in single precision, for the samples of an image, with the sum of magnitudes.
+    #[inline]
+    pub fn sample(&self, radiance: &Spectrum) -> SensorSample {
+        let (whole, rest) = radiance.0.as_chunks::<REGISTER_WIDTH>();
+        let mut last = [0.0; REGISTER_WIDTH];
+        last[..rest.len()].copy_from_slice(rest);
+        let (mut sums, mut magnitudes) = ([Vec4::ZERO; 3], Vec4::ZERO);
+        for (values, weights) in whole.iter().chain([&last]).zip(&self.registers) {
+            let values = Vec4::from_array(*values);
+            magnitudes += values.abs();
+            for (sum, weights) in sums.iter_mut().zip(weights) {
+                *sum += *weights * values;
+            }
+        }
+        let [x, y, z] = sums.map(Vec4::element_sum);
+        SensorSample::from_array([x, y, z, magnitudes.element_sum()])
+    }
+
+    /// Whether it is the CIE 1931 observer, not a false colour.
+    pub fn is_standard_observer(&self) -> bool {
+        self.is_standard_observer
+    }
+
+    /// X, Y, Z and magnitude of a power at each wavelength.
+    pub fn weights_of(&self, power: &Spectrum) -> [[f32; 4]; SAMPLES] {
+        let mut terms = self.weights.iter().zip(&power.0);
+        [(); SAMPLES].map(|()| {
+            terms.next().map_or([0.0; 4], |(weight, &power)| {
+                let [x, y, z] = [weight.x, weight.y, weight.z].map(|weight| narrow(weight) * power);
+                [x, y, z, power]
+            })
+        })
+    }
+
+    /// The albedo of a surface as a colour: a grey surface is neutral.
+    pub fn albedo_rgb(&self, reflectance: &Spectrum) -> LinearRgb {
+        LinearRgb::from_xyz(self.xyz(&(*reflectance * self.white)))
+    }
+
+    /// The wavelengths of the spectra, in nm.
+    pub fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
+        &self.wavelengths_nm
+    }
+
+    /// Luminance of one unit at each wavelength.
+    pub fn luminance(&self) -> Spectrum {
+        Spectrum(self.weights.map(|weight| narrow(weight.y)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_energy_light_of_one_watt_has_luminance_one() {
+        let sensor = Sensor::cie_1931();
+        assert!((sensor.xyz(&Spectrum::ONE).y - 1.0).abs() < 1e-12);
+        assert!((sensor.luminance().dot(&Spectrum::ONE) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn daylight_is_neutral() {
+        let daylight = LightSpectrum::illuminant(Illuminant::D65).unwrap();
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(Sensor::cie_1931().xyz(&daylight.relative));
+        // Tolerance: steps of 10 nm, and no light below 400 nm and above 700 nm.
+        for channel in [r, g, b] {
+            assert!((channel - 1.0).abs() < 0.01, "{r} {g} {b}");
+        }
+    }
+
+    #[test]
+    fn single_and_double_precision_agree() {
+        let sensor = Sensor::cie_1931();
+        let ramp = Spectrum(std::array::from_fn(|k| 1e-9 * (1.0 + k as f32).powi(3)));
+        let (exact, sample) = (sensor.xyz(&ramp), sensor.sample(&ramp));
+        let ([x, y, z], magnitude) = (sample.xyz(), sample.magnitude());
+        // Eight products per lane, each with a relative error of at most 2⁻²⁴, and their sums.
+        for (single, exact) in [x, y, z].into_iter().zip([exact.x, exact.y, exact.z]) {
+            assert!((f64::from(single) / exact - 1.0).abs() < 10.0 / f64::from(1 << 24), "{single} {exact}");
+        }
+        assert!((f64::from(magnitude) / (31.0 * ramp.mean()) - 1.0).abs() < 1e-6);
+        assert!(!sensor.sample(&Spectrum::constant(f32::NAN)).magnitude().is_finite());
+    }
+
+    #[test]
+    fn grey_surfaces_are_neutral() {
+        let LinearRgb { r, g, b } = Sensor::cie_1931().albedo_rgb(&Spectrum::constant(0.5));
+        // Tolerance as above.
+        for channel in [r, g, b] {
+            assert!((channel - 0.5).abs() < 0.005, "{r} {g} {b}");
+        }
+    }
+
+    /// Of a light of any strength.
+    #[test]
+    fn a_grey_surface_is_neutral_in_the_light_that_looks_white() {
+        let bulb = LightSpectrum::illuminant(Illuminant::A).unwrap();
+        for strength in [1e-3, 1.0, 70.0] {
+            let sensor = Sensor::cie_1931().balanced(&(bulb.relative * strength)).unwrap();
+            let LinearRgb { r, g, b } = sensor.albedo_rgb(&Spectrum::constant(0.5));
+            // D65 at 31 wavelengths is neutral within 0.4 %.
+            assert!([r, g, b].iter().all(|channel| (channel / 0.5 - 1.0).abs() < 0.004), "{strength}: {r} {g} {b}");
+        }
+    }
+
+    #[test]
+    fn false_colours_show_three_wavelengths_and_keep_white() {
+        for (red_nm, green_nm, blue_nm, middle) in [
+            (1600.0, 850.0, 400.0, 11),
+            (1030.0, 1029.0, 550.0, 29),
+            (550.0, 1030.0, 1030.0, 30),
+            (2500.0, 2500.0, 2500.0, 30),
+        ] {
+            let colour = FalseColor { red_nm, green_nm, blue_nm };
+            let grid = colour.wavelengths_nm();
+            assert!(grid.windows(2).all(|pair| pair[0] < pair[1]), "{grid:?}");
+            let sensor = Sensor::false_color(colour);
+            let as_wavelength = Spectrum(grid.map(narrow));
+            for (spectrum, expected) in [(Spectrum::ONE, [1.0; 3]), (as_wavelength, [red_nm, green_nm, blue_nm])] {
+                let LinearRgb { r, g, b } = LinearRgb::from_xyz(sensor.xyz(&spectrum));
+                for (channel, expected) in [r, g, b].into_iter().zip(expected) {
+                    assert!((channel / expected - 1.0).abs() < 1e-6, "{r} {g} {b}");
+                }
+            }
+            assert!((grid[middle] - green_nm).abs() < 1e-9, "{grid:?}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! The integrators and their settings, and those of the light field in snow.
+
+use serde::{Deserialize, Serialize};
+use snowblue_field::GRAIN_RAYS;
+
+use snowblue_geometry::chord::Exit;
+
+/// How the radiance of snow is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IntegratorKind {
+    /// PCASnow: the curves of a slab, looked up for one straight line.
+    PcaSnow,
+    /// The light field inside the snow by diffusion, read at its surface.
+    Diffusion,
+    /// Random walks that end in the light field inside the snow.
+    #[default]
+    Hybrid,
+    /// A volumetric path tracer, the ground truth: slow, and unbiased for any shape.
+    Reference,
+}
+
+impl IntegratorKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::PcaSnow, Self::Diffusion, Self::Hybrid, Self::Reference];
+
+    /// Its name in scene files and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PcaSnow => "pcasnow",
+            Self::Diffusion => "diffusion",
+            Self::Hybrid => "hybrid",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// Whether it reads the light field inside snow, which must be closed then.
+    pub fn has_light_field(self) -> bool {
+        matches!(self, Self::Diffusion | Self::Hybrid)
+    }
+}
+
+/// The integrator, and how many paths it traces and how long.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IntegratorSettings {
+    /// The integrator.
+    #[serde(rename = "type")]
+    pub kind: IntegratorKind,
+    /// Samples per pixel, each of one path.
+    pub samples_per_pixel: u32,
+    /// Standard error of a pixel relative to its luminance below which it gets no further samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_target: Option<f64>,
+    /// Greatest number of surfaces after the first on a path; 0 is direct light only.
+    pub max_bounces: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Settings of PCASnow.
+    pub pcasnow: PcaSnowSettings,
+}
+
+impl Default for IntegratorSettings {
+    fn default() -> Self {
+        Self {
+            kind: IntegratorKind::default(),
+            samples_per_pixel: 64,
+            noise_target: None,
+            max_bounces: 8,
+            seed: 1,
+            pcasnow: PcaSnowSettings::default(),
+        }
+    }
+}
+
+/// How PCASnow treats snow. The other integrators have no use for it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PcaSnowSettings {
+    /// The straight path that stands for all paths of light through the snow.
+    pub path: PathMode,
+    /// Where the path ends.
+    pub exit: Exit,
+    /// The light that enters at the end of the path.
+    pub emission: Emission,
+    /// A constant reflectance, 0–1, instead of that of the curves: the paper's local model. Thin snow then reflects and
+    /// transmits more light than it receives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<f64>,
+    /// A file with a table of curves; the embedded table if absent. The curves of snow that the table does not hold are
+    /// solved for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+}
+
+/// The straight path that stands for all paths of light through the snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PathMode {
+    /// Along the viewing ray, as in the paper. Snow seen obliquely looks thicker than it is, and black where the exit
+    /// does not face the light.
+    View,
+    /// Along the inward normal: exact for a slab, from every viewing direction.
+    Normal,
+    /// Along the line to the light.
+    Light,
+    /// The brighter of `Normal` and `Light`, by luminance.
+    #[default]
+    Brightest,
+}
+
+impl PathMode {
+    /// All modes.
+    pub const ALL: [Self; 4] = [Self::Brightest, Self::Normal, Self::Light, Self::View];
+
+    /// Its name in scene files and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::View => "view",
+            Self::Normal => "normal",
+            Self::Light => "light",
+            Self::Brightest => "brightest",
+        }
+    }
+
+    /// Whether light comes along the path that does not depend on it.
+    #[inline]
+    pub fn uses_straight(self) -> bool {
+        match self {
+            Self::View | Self::Normal | Self::Brightest => true,
+            Self::Light => false,
+        }
+    }
+
+    /// Whether light comes along lines to the light.
+    #[inline]
+    pub fn uses_lines(self) -> bool {
+        match self {
+            Self::Light | Self::Brightest => true,
+            Self::View | Self::Normal => false,
+        }
+    }
+}
+
+/// Which light counts where the straight path leaves the snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Emission {
+    /// The irradiance of the light there, with distance, angle and shadows.
+    #[default]
+    Transmitted,
+    /// The paper's simpler form: the light's relative spectrum with luminance 1, as a radiance, without
+    /// distance or shadows.
+    Relative,
+}
+
+/// The grid of the light field in each body of snow, for the integrators that have one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightFieldSettings {
+    /// Greatest memory of the grid of a body, in MiB.
+    pub memory_mib: u32,
+    /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_mm: Option<f64>,
+    /// About how many nodes the grid of a body has, instead of a size of its cells; more if the snow needs smaller
+    /// ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<u32>,
+    /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
+    #[serde(skip)]
+    pub grain_rays: u32,
+}
+
+impl Default for LightFieldSettings {
+    fn default() -> Self {
+        Self { memory_mib: 1024, step_mm: None, nodes: None, grain_rays: GRAIN_RAYS }
+    }
+}

@@ -1,0 +1,137 @@
+//! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
+
+use glam::Vec3A;
+use snowblue_geometry::ray::narrow;
+use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
+
+use crate::light::direction_table::{DirectionTable, longitude_rad};
+use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::sample::LightOrigin;
+use crate::spectrum::light_spectrum::LightSpectrum;
+use crate::spectrum::{SAMPLES, Spectrum, wavelengths_nm};
+
+/// Columns of the table by which directions are sampled; it has half as many rows.
+const COLUMNS: u16 = 512;
+
+/// The light of the sky without the sun.
+#[derive(Debug)]
+pub(crate) struct SkyDome {
+    model: Model,
+    table: DirectionTable,
+}
+
+/// How radiance depends on direction.
+#[derive(Debug)]
+enum Model {
+    Clear(Box<ClearRadiance>),
+    /// Relative to a spectrum.
+    Overcast(Spectrum),
+}
+
+/// Radiance of a clear sky.
+#[derive(Debug)]
+struct ClearRadiance {
+    sky: ClearSky,
+    to_sun: Vec3A,
+    resampling: Resampling,
+}
+
+/// From the wavelengths of the sky model to those of a picture, as band densities.
+#[derive(Debug)]
+pub(crate) struct Resampling {
+    /// For each wavelength the node of the model before it, and weights of that node and the next.
+    terms: [(usize, [f32; 2]); SAMPLES],
+    /// Whether all wavelengths take the mean.
+    is_grey: bool,
+}
+
+impl Resampling {
+    /// Multiplies radiance by `scale`. In false colour the light is as strong at all wavelengths.
+    pub(crate) fn new(scale: f64, is_false_color: bool) -> Self {
+        /// A band density is a quantity per nm times the width of the grid, in nm.
+        const BAND_NM: f64 = 10.0 * SAMPLES as f64;
+        let term = |nm: f64| {
+            let node = WAVELENGTHS_NM.partition_point(|at| *at <= nm).clamp(1, WAVELENGTHS_NM.len() - 1) - 1;
+            let share = (nm - WAVELENGTHS_NM[node]) / (WAVELENGTHS_NM[node + 1] - WAVELENGTHS_NM[node]);
+            (node, [1.0 - share, share].map(|weight| narrow(scale * BAND_NM * weight)))
+        };
+        Self { terms: wavelengths_nm().map(term), is_grey: is_false_color }
+    }
+
+    /// The band density of a quantity per nm at the model's wavelengths.
+    pub(crate) fn spectrum(&self, nodes: &[f64; WAVELENGTHS_NM.len()]) -> Spectrum {
+        let nodes = nodes.map(narrow);
+        let spectrum =
+            Spectrum(self.terms.map(|(node, [before, after])| before * nodes[node] + after * nodes[node + 1]));
+        if self.is_grey { Spectrum::constant(narrow(spectrum.mean())) } else { spectrum }
+    }
+}
+
+impl SkyDome {
+    /// The sky around a sun in the unit direction `to_sun`.
+    pub(crate) fn clear(sky: ClearSky, to_sun: Vec3A, resampling: Resampling) -> Option<Self> {
+        Self::new(Model::Clear(Box::new(ClearRadiance { sky, to_sun, resampling })))
+    }
+
+    /// An overcast sky that gives level ground an irradiance in W/m², as a band density.
+    pub(crate) fn overcast(irradiance: &Spectrum) -> Option<Self> {
+        Self::new(Model::Overcast(*irradiance * narrow(OVERCAST_IRRADIANCE_SR.recip())))
+    }
+
+    fn new(model: Model) -> Option<Self> {
+        let (width, height) = (COLUMNS, COLUMNS / 2);
+        let brightness = |row: u16, column: u16| {
+            let polar = std::f32::consts::PI * (f32::from(row) + 0.5) / f32::from(height);
+            let longitude = longitude_rad((f32::from(column) + 0.5) / f32::from(width));
+            let (sin, z) = polar.sin_cos();
+            LightSpectrum::luminance(&model.radiance(Vec3A::new(sin * longitude.cos(), sin * longitude.sin(), z)))
+        };
+        let bright: Vec<f32> = (0..height)
+            .flat_map(|row| (0..width).map(move |column| (row, column)))
+            .map(|(r, c)| brightness(r, c))
+            .collect();
+        let table = DirectionTable::new(width.into(), &bright, 0.0)?;
+        Some(Self { model, table })
+    }
+}
+
+impl Emitter for SkyDome {
+    fn name(&self) -> &'static str {
+        "sky"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::Sky
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        None
+    }
+
+    fn le(&self, origin: &LightOrigin) -> Spectrum {
+        self.model.radiance(origin.direction())
+    }
+
+    fn sample_li(&self, _from: Vec3A, numbers: [f32; 2]) -> Option<LightOrigin> {
+        Some(LightOrigin::Distant(self.table.sample(numbers)))
+    }
+
+    fn pdf_li(&self, _from: Vec3A, origin: &LightOrigin) -> f32 {
+        self.table.density_per_sr(origin.direction())
+    }
+}
+
+impl Model {
+    fn radiance(&self, direction: Vec3A) -> Spectrum {
+        if direction.z <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        match self {
+            Self::Clear(clear) => {
+                let cos_sun = f64::from(direction.dot(clear.to_sun)).clamp(-1.0, 1.0);
+                clear.resampling.spectrum(&clear.sky.radiance_at_nodes(direction.z.into(), cos_sun))
+            }
+            Self::Overcast(zenith) => *zenith * narrow(overcast_relative_radiance(direction.z.into())),
+        }
+    }
+}

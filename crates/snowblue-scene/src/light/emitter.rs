@@ -1,0 +1,124 @@
+//! What a kind of light says of itself: the interface between the file of each kind and all that uses lights.
+
+use std::f32::consts::PI;
+use std::fmt::Debug;
+
+use glam::Vec3A;
+use snowblue_geometry::ray::Ray;
+
+use crate::light::sample::{LightOrigin, SpotCone};
+use crate::spectrum::Spectrum;
+use crate::spectrum::light_spectrum::LightSpectrum;
+
+/// A kind of light.
+///
+/// A light without extent needs the first three methods only; one with extent samples itself, and one with a surface or
+/// a disc says what rays hit. A light whose spectrum varies over it says what it emits.
+pub(crate) trait Emitter: Debug + Send + Sync + 'static {
+    /// What the light is called.
+    fn name(&self) -> &'static str;
+
+    /// Where the light is.
+    fn bounds(&self) -> Bounds;
+
+    /// The spectrum of all its points and directions; none if they differ.
+    fn uniform(&self) -> Option<&EmissionSpectrum>;
+
+    /// The power of an origin: radiant intensity in W/sr of a point, irradiance of a facing surface in W/m² of a
+    /// direction, radiance in W m⁻² sr⁻¹ of all others, as a band density.
+    fn le(&self, _origin: &LightOrigin) -> Spectrum {
+        self.uniform().map_or(Spectrum::ZERO, |emission| emission.power)
+    }
+
+    /// The spectrum of an origin scaled to luminance Y = 1; zero where the light is dark.
+    fn relative(&self, origin: &LightOrigin) -> Spectrum {
+        if let Some(emission) = self.uniform() {
+            return emission.relative;
+        }
+        let power = self.le(origin);
+        let luminance = LightSpectrum::luminance(&power);
+        if luminance > 0.0 { power * luminance.recip() } else { Spectrum::ZERO }
+    }
+
+    /// A point or direction of a light with extent as seen from a point, by two numbers in [0, 1); none if the light
+    /// does not shine there. An even sky is not asked.
+    fn sample_li(&self, _from: Vec3A, _numbers: [f32; 2]) -> Option<LightOrigin> {
+        None
+    }
+
+    /// Density of [`sample_li`](Self::sample_li) in directions from that point, in 1/sr.
+    fn pdf_li(&self, _from: Vec3A, _origin: &LightOrigin) -> f32 {
+        0.0
+    }
+
+    /// Where a ray hits the emitting side of a surface before `limit_m`, or a disc.
+    fn hit(&self, _ray: &Ray, _limit_m: f32) -> Option<LightOrigin> {
+        None
+    }
+
+    /// The irradiance of a facing surface by a disc, in W/m² as a band density.
+    fn normal_irradiance(&self) -> Spectrum {
+        Spectrum::ZERO
+    }
+
+    /// The light as a lamp inside snow; none if it cannot be one.
+    fn inner_lamp(&self) -> Option<InnerLamp> {
+        None
+    }
+}
+
+/// Where a light is. How it is sampled and seen follows from this.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Bounds {
+    /// A point in m, and the cone in which it shines if it is a spot.
+    Point(Vec3A, Option<SpotCone>),
+    /// One direction: a unit vector from the scene towards the light.
+    Direction(Vec3A),
+    /// A surface.
+    Surface {
+        /// Its middle, in m.
+        centre: Vec3A,
+        /// Its area as it is seen over π, in m².
+        spread_m2: f32,
+    },
+    /// A disc of directions about a unit vector towards the light, so small that rays do not find it by chance.
+    Disc(Vec3A),
+    /// All directions.
+    Sky,
+    /// All directions, and all alike, so that the cosine of a surface samples it best.
+    EvenSky,
+}
+
+/// The spectrum of a light that is the same everywhere on it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EmissionSpectrum {
+    /// The power of every origin, as of [`Emitter::le`].
+    pub(crate) power: Spectrum,
+    /// The same spectrum scaled to luminance Y = 1.
+    pub(crate) relative: Spectrum,
+}
+
+impl EmissionSpectrum {
+    /// Light of a spectrum and a power, summed over 400–700 nm.
+    pub(crate) fn new(spectrum: &LightSpectrum, power: f32) -> Self {
+        Self { power: spectrum.unit * power, relative: spectrum.relative }
+    }
+}
+
+/// A lamp inside snow: a ball that shines in all directions, or a point.
+#[derive(Debug, Clone)]
+pub struct InnerLamp {
+    /// Its centre, in m.
+    pub position: Vec3A,
+    /// Its radius in m, 0 for a point.
+    pub radius_m: f32,
+    /// Radiant intensity in W/sr, as a band density.
+    pub intensity: Spectrum,
+}
+
+impl InnerLamp {
+    /// A sphere of a radiance in W m⁻² sr⁻¹, as a band density.
+    pub(crate) fn sphere(position: Vec3A, radius_m: f32, radiance: Spectrum) -> Self {
+        Self { position, radius_m, intensity: radiance * (PI * radius_m * radius_m) }
+    }
+}

@@ -1,0 +1,308 @@
+//! A light of a scene, and the techniques that sample it.
+//!
+//! Where several techniques sample a light, p is the sum of their densities: the balance heuristic of multiple
+//! importance sampling (Veach & Guibas 1995, "Optimally combining sampling techniques for Monte Carlo rendering",
+//! doi:10.1145/218380.218498).
+
+use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::Vec3A;
+use snowblue_geometry::ray::{Ray, SurfacePoint};
+
+use crate::light::emitter::{Bounds, Emitter, InnerLamp};
+use crate::light::sample::{Falloff, LightOrigin, LightSample};
+use crate::sampling::{Sampler, cosine_direction, uniform_hemisphere_direction};
+use crate::spectrum::Spectrum;
+
+/// Where distant lights are seen from: they are the same from everywhere.
+const ANYWHERE: Vec3A = Vec3A::ZERO;
+
+/// A light of a scene.
+#[derive(Debug, Clone)]
+pub struct Light {
+    emitter: Arc<dyn Emitter>,
+    bounds: Bounds,
+    is_visible: bool,
+}
+
+/// A way of sampling a point or a direction of a light.
+#[derive(Debug, Clone, Copy)]
+pub enum SamplingTechnique {
+    /// That of the light itself as seen from a point.
+    OfLight(Vec3A),
+    /// Proportional to the cosine with the normal of a surface point, p = cos θ / π.
+    Cosine(SurfacePoint),
+    /// Uniform in the hemisphere above a surface point, p = 1 / 2π.
+    Hemisphere(SurfacePoint),
+}
+
+/// The techniques that sample one light, each used once.
+pub type SamplingTechniques = [Option<SamplingTechnique>; 3];
+
+/// What a ray finds of a light with extent.
+#[derive(Debug, Clone, Copy)]
+pub struct LightHit {
+    /// Radiance along the ray, as a band density.
+    pub radiance: Spectrum,
+    /// Distance along the ray in m, infinite for a sky.
+    pub distance_m: f32,
+}
+
+impl Light {
+    /// A light that the camera sees if it has an extent.
+    pub(crate) fn new(emitter: impl Emitter) -> Self {
+        Self { bounds: emitter.bounds(), emitter: Arc::new(emitter), is_visible: true }
+    }
+
+    /// The same light, seen by the camera or not. It lights the scene in any case.
+    pub(crate) fn with_visibility(self, is_visible: bool) -> Self {
+        Self { is_visible, ..self }
+    }
+
+    /// What it is called: its `type` in a scene file, `sun` or `sky`.
+    pub fn name(&self) -> &'static str {
+        self.emitter.name()
+    }
+
+    /// Whether it shines from all sides.
+    pub fn is_sky(&self) -> bool {
+        match self.bounds {
+            Bounds::Sky | Bounds::EvenSky => true,
+            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Surface { .. } | Bounds::Disc(_) => false,
+        }
+    }
+
+    /// The radiant intensity of a point in W/sr, or the irradiance of a surface that faces a distant light or the sun
+    /// in W/m², as a band density. Other lights have the radiance that reaches a place; here they have none.
+    pub fn strength(&self) -> Spectrum {
+        match self.bounds {
+            Bounds::Point(..) | Bounds::Direction(_) => self.uniform_power().copied().unwrap_or(Spectrum::ZERO),
+            Bounds::Disc(_) => self.emitter.normal_irradiance(),
+            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => Spectrum::ZERO,
+        }
+    }
+
+    /// Whether rays can hit it.
+    #[inline]
+    pub fn has_extent(&self) -> bool {
+        self.delta_sample().is_none()
+    }
+
+    /// Whether it is so small that rays do not find it by chance.
+    pub fn is_small(&self) -> bool {
+        match self.bounds {
+            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Disc(_) => true,
+            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => false,
+        }
+    }
+
+    /// Whether it shines evenly from all sides, so that only rays find it.
+    pub fn is_diffuse(&self) -> bool {
+        match self.bounds {
+            Bounds::EvenSky => true,
+            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => false,
+        }
+    }
+
+    /// The light as a lamp inside snow; none if it cannot be one.
+    pub fn inner_lamp(&self) -> Option<InnerLamp> {
+        self.emitter.inner_lamp()
+    }
+
+    /// The one sample of a light without extent.
+    #[inline]
+    pub fn delta_sample(&self) -> Option<LightSample> {
+        let (origin, falloff) = match self.bounds {
+            Bounds::Point(position, cone) => {
+                (LightOrigin::Point(position), cone.map_or(Falloff::Natural, Falloff::Spot))
+            }
+            Bounds::Direction(to_light) => (LightOrigin::Distant(to_light), Falloff::Natural),
+            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => return None,
+        };
+        Some(LightSample { origin, falloff })
+    }
+
+    /// The one sample of a light without extent, or a sample of the sun; none for other lights.
+    pub fn small_sample(&self, sampler: &mut Sampler) -> Option<LightSample> {
+        match self.bounds {
+            Bounds::Disc(_) => self.sample(0, &[Some(SamplingTechnique::OfLight(ANYWHERE)), None, None], sampler),
+            Bounds::Point(..) | Bounds::Direction(_) => self.delta_sample(),
+            Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => None,
+        }
+    }
+
+    /// A sample at the light's centre whose irradiance depends on neither distance nor angle; none for a sky.
+    pub fn central_sample(&self) -> Option<LightSample> {
+        let origin = match self.bounds {
+            Bounds::Point(centre, _) | Bounds::Surface { centre, .. } => LightOrigin::Point(centre),
+            Bounds::Direction(to_light) | Bounds::Disc(to_light) => LightOrigin::Distant(to_light),
+            Bounds::Sky | Bounds::EvenSky => return None,
+        };
+        Some(LightSample { origin, falloff: Falloff::None })
+    }
+
+    /// The technique that samples a light for reflection, besides the cosine of the path's next ray. An even sky has
+    /// none: only that ray finds it.
+    fn reflection_technique(&self, surface: &SurfacePoint) -> Option<SamplingTechnique> {
+        match self.bounds {
+            Bounds::Surface { .. } | Bounds::Disc(_) | Bounds::Sky => Some(SamplingTechnique::OfLight(surface.point)),
+            Bounds::Point(..) | Bounds::Direction(_) | Bounds::EvenSky => None,
+        }
+    }
+
+    /// One sample of a light with extent for reflection at a surface. It counts together with the path's next ray
+    /// ([`hit_radiance`](Self::hit_radiance)).
+    pub fn sample_for_reflection(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> Option<LightSample> {
+        let technique = self.reflection_technique(surface)?;
+        self.sample(0, &[Some(technique), Some(SamplingTechnique::Cosine(*surface)), None], sampler)
+    }
+
+    /// Samples of a light with extent as seen from a surface, which count together: one for each technique.
+    pub fn samples_at(&self, surface: &SurfacePoint, sampler: &mut Sampler) -> [Option<LightSample>; 2] {
+        let cosine = self.is_sky().then_some(SamplingTechnique::Cosine(*surface));
+        let techniques = [self.reflection_technique(surface), cosine, None];
+        [0, 1].map(|chosen| self.sample(chosen, &techniques, sampler))
+    }
+
+    /// Radiance that a path's ray finds from this light before `limit_m`, weighted against
+    /// [`sample_for_reflection`](Self::sample_for_reflection). The ray starts at the camera, or at a surface with the
+    /// density of its cosine.
+    pub fn hit_radiance(&self, ray: &Ray, limit_m: f32, from: Option<&SurfacePoint>) -> Option<Spectrum> {
+        let origin = self.origin_on(ray, limit_m)?;
+        let Some(surface) = from else {
+            return self.is_visible.then(|| self.power(&origin));
+        };
+        let own = self.density(&SamplingTechnique::Cosine(*surface), &origin);
+        let other = self.reflection_technique(surface).map_or(0.0, |technique| self.density(&technique, &origin));
+        let weight = if other > 0.0 { own / (own + other) } else { 1.0 };
+        Some(self.power(&origin) * weight)
+    }
+
+    /// Unweighted radiance that a ray finds from this light before `limit_m`, and its distance in m. Visibility to the
+    /// camera does not matter.
+    pub fn full_hit_radiance(&self, ray: &Ray, limit_m: f32) -> Option<LightHit> {
+        let origin = self.origin_on(ray, limit_m)?;
+        Some(LightHit { radiance: self.power(&origin), distance_m: origin.direction_from(ray.origin).distance_m })
+    }
+
+    /// The point or direction of a light with extent that a ray hits before `limit_m`.
+    #[inline]
+    pub(super) fn origin_on(&self, ray: &Ray, limit_m: f32) -> Option<LightOrigin> {
+        let is_open = limit_m == f32::INFINITY;
+        match self.bounds {
+            Bounds::Point(..) | Bounds::Direction(_) => None,
+            Bounds::Surface { .. } => self.emitter.hit(ray, limit_m),
+            Bounds::Disc(_) => self.emitter.hit(ray, limit_m).filter(|_| is_open),
+            Bounds::Sky | Bounds::EvenSky => is_open.then_some(LightOrigin::Distant(ray.direction)),
+        }
+    }
+
+    /// The techniques that sample light for snow, which enters at `exit` or along the line from the point `lines`, or
+    /// both.
+    pub fn techniques_through(&self, exit: Option<&SurfacePoint>, lines: Option<&SurfacePoint>) -> SamplingTechniques {
+        let distant = Some(SamplingTechnique::OfLight(ANYWHERE));
+        match self.bounds {
+            Bounds::Point(..) | Bounds::Direction(_) => [None; 3],
+            Bounds::Surface { .. } => {
+                [exit, lines, None].map(|surface| surface.map(|surface| SamplingTechnique::OfLight(surface.point)))
+            }
+            Bounds::Disc(_) => [distant, None, None],
+            // A line that leaves through a side may do so with the full cosine, although it grazes its own surface.
+            Bounds::Sky | Bounds::EvenSky => [
+                exit.copied().map(SamplingTechnique::Cosine),
+                lines.copied().map(SamplingTechnique::Hemisphere),
+                distant.filter(|_| !self.is_diffuse()),
+            ],
+        }
+    }
+
+    /// One sample by technique number `chosen` of several that are used once each.
+    pub fn sample(&self, chosen: usize, techniques: &SamplingTechniques, sampler: &mut Sampler) -> Option<LightSample> {
+        let technique = techniques[chosen].as_ref()?;
+        let [u, v, ..] = sampler.next_four();
+        let origin = self.sample_origin(technique, [u, v])?;
+        let density: f32 = techniques.iter().flatten().map(|technique| self.density(technique, &origin)).sum();
+        let spread_m2 = match self.bounds {
+            Bounds::Surface { spread_m2, .. } => spread_m2,
+            Bounds::Point(..) | Bounds::Direction(_) | Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => 0.0,
+        };
+        let falloff = Falloff::Sampled { density, spread_m2 };
+        (density > 0.0).then_some(LightSample { origin, falloff })
+    }
+
+    pub(super) fn sample_origin(&self, technique: &SamplingTechnique, numbers: [f32; 2]) -> Option<LightOrigin> {
+        let [u, v] = numbers;
+        match technique {
+            SamplingTechnique::OfLight(from) => self.emitter.sample_li(*from, numbers),
+            SamplingTechnique::Cosine(surface) => Some(LightOrigin::Distant(cosine_direction(surface.normal, u, v))),
+            SamplingTechnique::Hemisphere(surface) => {
+                Some(LightOrigin::Distant(uniform_hemisphere_direction(surface.normal, u, v)))
+            }
+        }
+    }
+
+    /// Density with which a technique samples an origin: per m² of an area light, per sr of directions.
+    pub(super) fn density(&self, technique: &SamplingTechnique, origin: &LightOrigin) -> f32 {
+        let (point, density_per_sr) = match technique {
+            SamplingTechnique::OfLight(from) => (*from, self.emitter.pdf_li(*from, origin)),
+            SamplingTechnique::Cosine(SurfacePoint { point, normal }) => {
+                (*point, normal.dot(origin.direction_from(*point).direction).max(0.0) * FRAC_1_PI)
+            }
+            SamplingTechnique::Hemisphere(SurfacePoint { point, normal }) => {
+                let above = normal.dot(origin.direction_from(*point).direction) > 0.0;
+                (*point, if above { 0.5 * FRAC_1_PI } else { 0.0 })
+            }
+        };
+        density_per_sr / origin.area_per_solid_angle(point)
+    }
+
+    /// The power of an origin that is the same for all origins of the light; none if they differ.
+    pub fn uniform_power(&self) -> Option<&Spectrum> {
+        self.emitter.uniform().map(|emission| &emission.power)
+    }
+
+    /// The power of an origin: radiant intensity of a point light, irradiance of a directional light, radiance of all
+    /// others, as a band density.
+    #[inline]
+    pub fn power(&self, origin: &LightOrigin) -> Spectrum {
+        self.emitter.le(origin)
+    }
+
+    /// The spectrum of an origin scaled to luminance Y = 1.
+    pub fn relative(&self, origin: &LightOrigin) -> Spectrum {
+        self.emitter.relative(origin)
+    }
+
+    /// Whether a camera ray meets it before `limit_m` as a lamp or the sun, on which the exposure of a picture does not
+    /// depend. A sky is part of the picture.
+    pub fn is_seen_as_emitter(&self, ray: &Ray, limit_m: f32) -> bool {
+        !self.is_sky() && self.is_visible && self.origin_on(ray, limit_m).is_some()
+    }
+}
+
+/// The irradiance of level ground by skies, the sun and distant lights, in W/m² as a band density.
+pub fn irradiance_by_sky(lights: &[Arc<Light>]) -> Spectrum {
+    /// Samples of a light with extent.
+    const SAMPLES: u32 = 1 << 12;
+    let ground = SurfacePoint { point: Vec3A::ZERO, normal: Vec3A::Z };
+    let mut sum = Spectrum::ZERO;
+    for light in lights {
+        let mut add = |sample: &LightSample, share: f32| {
+            if let Some(incident) = sample.incident_at(&ground) {
+                sum += light.power(&sample.origin) * (share * incident.irradiance_per_power);
+            }
+        };
+        match light.bounds {
+            Bounds::Point(..) | Bounds::Surface { .. } => {}
+            Bounds::Direction(_) => light.delta_sample().iter().for_each(|sample| add(sample, 1.0)),
+            Bounds::Disc(_) | Bounds::Sky | Bounds::EvenSky => {
+                for index in 0..SAMPLES {
+                    let samples = light.samples_at(&ground, &mut Sampler::new(0, 0, index));
+                    samples.iter().flatten().for_each(|sample| add(sample, (SAMPLES as f32).recip()));
+                }
+            }
+        }
+    }
+    sum
+}

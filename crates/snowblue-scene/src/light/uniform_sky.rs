@@ -1,0 +1,48 @@
+//! A sky that is the same in all directions.
+
+use serde::{Deserialize, Serialize};
+use snowblue_geometry::ray::narrow;
+
+use crate::description::value::visible;
+use crate::light::emitter::{Bounds, EmissionSpectrum, Emitter};
+use crate::light::keys::{LightKeys, RADIANCE};
+use crate::light::techniques::Light;
+use crate::spectrum::light_spectrum::LightSpectrum;
+use snowblue_base::{KeyError, KeyPath};
+
+/// The strength of a uniform sky.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkyGlow {
+    /// Its radiance over 400–700 nm, in W/(m² sr).
+    pub radiance_w_m2_sr: f64,
+    /// Whether it is visible to the camera.
+    #[serde(default = "visible")]
+    pub visible: bool,
+}
+
+/// A sky of the same radiance in W m⁻² sr⁻¹ in all directions.
+#[derive(Debug, Clone, Copy)]
+struct UniformSky(EmissionSpectrum);
+
+impl LightKeys for SkyGlow {
+    fn light(&self, path: &KeyPath, spectrum: &LightSpectrum) -> Result<Light, KeyError> {
+        RADIANCE.check(&path.key("radiance_w_m2_sr"), self.radiance_w_m2_sr)?;
+        let emission = EmissionSpectrum::new(spectrum, narrow(self.radiance_w_m2_sr));
+        Ok(Light::new(UniformSky(emission)).with_visibility(self.visible))
+    }
+}
+
+impl Emitter for UniformSky {
+    fn name(&self) -> &'static str {
+        "sky"
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::EvenSky
+    }
+
+    fn uniform(&self) -> Option<&EmissionSpectrum> {
+        Some(&self.0)
+    }
+}

@@ -1,0 +1,45 @@
+//! Materials: what objects are made of.
+
+pub mod diffuse;
+pub mod mask;
+pub mod snow;
+pub mod texture;
+
+use snowblue_geometry::shape::Shape;
+
+use diffuse::Diffuse;
+use snow::Snow;
+use texture::Texture;
+
+/// The material of an object.
+#[derive(Debug)]
+pub enum Material {
+    /// A Lambertian surface.
+    Diffuse(Diffuse),
+    /// Snow.
+    Snow(Box<Snow>),
+}
+
+impl Material {
+    /// The snow, if it is one.
+    pub fn snow(&self) -> Option<&Snow> {
+        match self {
+            Self::Diffuse(_) => None,
+            Self::Snow(snow) => Some(snow),
+        }
+    }
+
+    /// Whether it is snow.
+    pub fn is_snow(&self) -> bool {
+        self.snow().is_some()
+    }
+
+    /// Checks that a shape has what the material needs; the error says what is missing.
+    pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
+        match self {
+            Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
+            Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
+            Self::Snow(snow) => snow.check(shape),
+        }
+    }
+}

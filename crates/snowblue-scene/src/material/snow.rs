@@ -1,0 +1,342 @@
+//! Snow: what it is made of, and where. How it is rendered is the business of the integrators.
+//!
+//! Snow that varies by a mask is the first sample where the mask is 0, the second where it is 1, and has properties in
+//! proportion between. Inside a body it is the snow of the nearest point of the surface. Integrators compute with a few
+//! kinds of it ([`SnowKinds`]) and interpolate between these.
+
+use glam::Vec3A;
+use snowblue_field::CellBox;
+use snowblue_geometry::ray::{SurfacePoint, narrow};
+use snowblue_geometry::shape::Shape;
+use snowblue_transport::optics::{Impurities, Substance};
+use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
+use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
+
+use crate::layering::Layering;
+use crate::material::mask::Mask;
+use crate::objects::{Objects, SurfaceInteraction};
+use crate::spectrum::SAMPLES;
+
+/// Largest relative difference of the scattering and absorption coefficients of a mean of two kinds of snow from those
+/// of the snow between.
+const COEFFICIENT_TOLERANCE: f64 = 0.01;
+/// The same of the rate √(3 μ_a μ_tr) at which light decays: through 100 cm of snow it decays by some e¹⁰.
+const DECAY_TOLERANCE: f64 = 0.002;
+/// Most halvings of the range of a mask: at most 65 kinds.
+const MOST_HALVINGS: u32 = 6;
+/// Rays through grains by which kinds are compared. All use the same rays, so that their differences have less noise.
+const COMPARING_RAYS: u32 = 1 << 12;
+
+/// Snow, and where its parts lie.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each material")]
+pub enum Snow {
+    /// The same everywhere.
+    Uniform(SnowSample),
+    /// Layers.
+    Layers {
+        /// The snow of each layer, top first.
+        samples: Vec<SnowSample>,
+        /// Where the layers lie.
+        layering: Layering,
+    },
+    /// Snow that varies between two samples.
+    Masked {
+        /// Where it is which.
+        mask: Mask,
+        /// The snow at the mask's 0 and at its 1.
+        between: [SnowSample; 2],
+    },
+}
+
+/// A few kinds of snow, and where each lies.
+#[derive(Debug)]
+pub struct SnowKinds {
+    /// The kinds.
+    pub samples: Vec<SnowSample>,
+    places: Places,
+}
+
+/// Where kinds of snow lie.
+#[derive(Debug)]
+enum Places {
+    Everywhere,
+    Layers(Layering),
+    /// The mask, and its ascending values at which the kinds lie, from 0 to 1.
+    Mask(Mask, Vec<f32>),
+}
+
+/// The snow at a place: a mix of two kinds, or one of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KindMix {
+    /// The number of the first kind.
+    pub first: usize,
+    /// The number of the second kind.
+    pub second: usize,
+    /// The share of the second kind; 0 if there is one kind.
+    pub share: f32,
+}
+
+impl Snow {
+    /// Checks that a shape has what a mask needs; the error says what is missing.
+    pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
+        match self {
+            Self::Uniform(_) | Self::Layers { .. } => Ok(()),
+            Self::Masked { mask, .. } => mask.check(shape),
+        }
+    }
+
+    /// The samples that it is made of, at least one: layers from the top, the two of a mask.
+    pub fn samples(&self) -> &[SnowSample] {
+        match self {
+            Self::Uniform(sample) => std::slice::from_ref(sample),
+            Self::Layers { samples, .. } => samples,
+            Self::Masked { between, .. } => between,
+        }
+    }
+
+    /// The kinds of snow for some wavelengths that the samples cover.
+    pub fn kinds(&self, wavelengths_nm: &[f64; SAMPLES]) -> SnowKinds {
+        match self {
+            Self::Uniform(sample) => SnowKinds { samples: vec![*sample], places: Places::Everywhere },
+            Self::Layers { samples, layering } => {
+                SnowKinds { samples: samples.clone(), places: Places::Layers(layering.clone()) }
+            }
+            Self::Masked { mask, between } => {
+                let first = Kind::new(0.0, between, wavelengths_nm);
+                let mut kinds = vec![first];
+                let last = Kind::new(1.0, between, wavelengths_nm);
+                add_kinds(&mut kinds, last, MOST_HALVINGS, &|at| Kind::new(at, between, wavelengths_nm));
+                let values = kinds.iter().map(|kind| narrow(kind.at)).collect();
+                let samples = kinds.iter().map(|kind| kind.sample).collect();
+                SnowKinds { samples, places: Places::Mask(mask.clone(), values) }
+            }
+        }
+    }
+}
+
+/// A kind of snow at a value of a mask.
+#[derive(Debug, Clone, PartialEq)]
+struct Kind {
+    at: f64,
+    sample: SnowSample,
+    /// The transport and absorption coefficients μ_tr and μ_a at the first, the middle and the last wavelength, in 1/m.
+    coefficients: [[f64; 2]; 3],
+}
+
+impl Kind {
+    fn new(at: f64, between: &[SnowSample; 2], wavelengths_nm: &[f64; SAMPLES]) -> Self {
+        let sample = sample_between(between, at);
+        let demand = Demand::of_sample(&sample, wavelengths_nm);
+        let plan = TallyPlan { degree: 1, rays: COMPARING_RAYS, seed: 1 };
+        let tallies = GrainTallies::new(&Population::of_sample(&sample), &demand, &plan);
+        let coefficients = [0, SAMPLES / 2, SAMPLES - 1].map(|index| {
+            let medium = tallies.medium(&sample, wavelengths_nm[index], None);
+            let lost = medium.scattering.one_minus_albedo;
+            let transport_per_m = medium.extinction_per_m * (1.0 - (1.0 - lost) * medium.scattering.asymmetry());
+            [transport_per_m, medium.extinction_per_m * lost]
+        });
+        Self { at, sample, coefficients }
+    }
+
+    /// Whether the kind is the even mix of two others, within the tolerances.
+    fn is_mean_of(&self, first: &Self, last: &Self) -> bool {
+        let decay = |[transport, absorption]: [f64; 2]| (transport * absorption).sqrt();
+        let is_near = |mean: f64, value: f64, tolerance: f64| (mean - value).abs() <= tolerance * value;
+        let mut ends = first.coefficients.iter().zip(&last.coefficients).zip(&self.coefficients);
+        ends.all(|((one, other), own)| {
+            (0..2).all(|k| is_near(0.5 * (one[k] + other[k]), own[k], COEFFICIENT_TOLERANCE))
+                && is_near(0.5 * (decay(*one) + decay(*other)), decay(*own), DECAY_TOLERANCE)
+        })
+    }
+}
+
+/// Adds the kinds after the last one up to `last`: halves the interval until the middle is a mean of its ends.
+fn add_kinds(kinds: &mut Vec<Kind>, last: Kind, halvings: u32, kind_at: &dyn Fn(f64) -> Kind) {
+    let first = &kinds[kinds.len() - 1];
+    let middle = kind_at(0.5 * (first.at + last.at));
+    if halvings > 0 && !middle.is_mean_of(first, &last) {
+        add_kinds(kinds, middle, halvings - 1, kind_at);
+        add_kinds(kinds, last, halvings - 1, kind_at);
+    } else {
+        kinds.push(last);
+    }
+}
+
+/// The snow at a value of a mask: every property is in proportion between two samples of one measure of size and one
+/// table of ice.
+fn sample_between([first, last]: &[SnowSample; 2], at: f64) -> SnowSample {
+    let between = |first: f64, last: f64| first + at * (last - first);
+    let law = |first: &TruncatedNormal, last: &TruncatedNormal| TruncatedNormal {
+        min: between(first.min, last.min),
+        max: between(first.max, last.max),
+        mean: between(first.mean, last.mean),
+        standard_deviation: between(first.standard_deviation, last.standard_deviation),
+    };
+    let content = |sample: &SnowSample, substance: Substance| {
+        let found = sample.impurities.present().find(|(other, _)| *other == substance);
+        found.map_or(0.0, |(_, mass_fraction_ng_g)| mass_fraction_ng_g)
+    };
+    let impurities = Substance::ALL.iter().fold(Impurities::none(), |impurities, substance| {
+        impurities.with(*substance, between(content(first, *substance), content(last, *substance)))
+    });
+    SnowSample {
+        grain_size: GrainSize {
+            min_um: between(first.grain_size.min_um, last.grain_size.min_um),
+            max_um: between(first.grain_size.max_um, last.grain_size.max_um),
+            measure: first.grain_size.measure,
+        },
+        sphericity: law(&first.sphericity, &last.sphericity),
+        facetness: law(&first.facetness, &last.facetness),
+        density_kg_m3: between(first.density_kg_m3, last.density_kg_m3),
+        water_saturation: between(first.water_saturation, last.water_saturation),
+        impurities,
+        temperature_c: between(first.temperature_c, last.temperature_c),
+        ice: first.ice,
+    }
+}
+
+impl KindMix {
+    /// One kind alone.
+    const fn one(kind: usize) -> Self {
+        Self { first: kind, second: kind, share: 0.0 }
+    }
+
+    /// One of the kinds, with the probability of its share, by a number in [0, 1).
+    #[inline]
+    pub fn pick(&self, number: f32) -> usize {
+        if number < self.share { self.second } else { self.first }
+    }
+
+    /// Whether there are two kinds to choose from.
+    #[inline]
+    pub fn is_mixed(&self) -> bool {
+        self.share > 0.0
+    }
+}
+
+impl SnowKinds {
+    /// Whether there is one kind only.
+    #[inline]
+    pub fn is_uniform(&self) -> bool {
+        self.samples.len() == 1
+    }
+
+    /// Whether the kinds are layers.
+    pub fn are_layers(&self) -> bool {
+        matches!(self.places, Places::Layers(_))
+    }
+
+    /// The depths between which each kind lies, in m, if they are layers; else each lies everywhere.
+    pub fn ranges_m(&self) -> Vec<[f64; 2]> {
+        match &self.places {
+            Places::Layers(layering) => layering.ranges_m().collect(),
+            Places::Everywhere | Places::Mask(..) => vec![[f64::NEG_INFINITY, f64::INFINITY]; self.samples.len()],
+        }
+    }
+
+    /// The snow at a hit.
+    #[inline]
+    pub fn at_surface(&self, objects: &Objects, surface: &SurfaceInteraction) -> KindMix {
+        match &self.places {
+            Places::Everywhere => KindMix::one(0),
+            Places::Layers(layering) => {
+                KindMix::one(layering.at_surface(objects, surface.object, &surface.surface_point()))
+            }
+            Places::Mask(mask, values) => mix_at(values, mask.at(objects, surface)),
+        }
+    }
+
+    /// The snow at a point of the surface of the body of an object.
+    pub fn at_surface_point(&self, objects: &Objects, object: usize, surface: &SurfacePoint) -> KindMix {
+        match &self.places {
+            Places::Layers(layering) => KindMix::one(layering.at_surface(objects, object, surface)),
+            Places::Everywhere | Places::Mask(..) => self.at_point(objects, object, surface.point),
+        }
+    }
+
+    /// The snow at a point in the body of an object.
+    pub fn at_point(&self, objects: &Objects, object: usize, point: Vec3A) -> KindMix {
+        match &self.places {
+            Places::Everywhere => KindMix::one(0),
+            Places::Layers(layering) => KindMix::one(layering.at_point(objects, object, point)),
+            Places::Mask(mask, values) => {
+                let nearest = objects.nearest(object, point);
+                nearest.map_or(KindMix::one(0), |surface| mix_at(values, mask.at(objects, &surface)))
+            }
+        }
+    }
+
+    /// The share of each kind in the snow of a cell of the body of an object. The shares add up to 1.
+    pub fn shares(&self, objects: &Objects, object: usize, cell: &CellBox) -> Vec<(usize, f32)> {
+        match &self.places {
+            Places::Everywhere => vec![(0, 1.0)],
+            Places::Layers(layering) => layering.shares(objects, object, cell).into_iter().enumerate().collect(),
+            Places::Mask(..) => {
+                let KindMix { first, second, share } = self.at_point(objects, object, cell.centre.as_vec3a());
+                vec![(first, 1.0 - share), (second, share)]
+            }
+        }
+    }
+}
+
+/// The kinds around a value of a mask.
+fn mix_at(values: &[f32], value: f32) -> KindMix {
+    let second = values.partition_point(|other| *other < value).clamp(1, values.len() - 1);
+    let first = second - 1;
+    let share = (value - values[first]) / (values[second] - values[first]);
+    KindMix { first, second, share: share.clamp(0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use snowblue_transport::optics::IceTable;
+    use snowblue_transport::sample::SnowKeys;
+
+    use super::*;
+    use crate::spectrum::wavelengths_nm;
+
+    #[test]
+    fn kinds_of_a_mask_lie_close_where_the_snow_changes_much() {
+        let sizes = |size_um: f64| SnowKeys { grain_size_um: Some(vec![size_um]), ..SnowKeys::default() };
+        let snow = |keys: SnowKeys| keys.sample().unwrap();
+        let mask = || Mask::Attribute { name: "age".to_owned(), range: [0.0, 1.0] };
+        let varied = Snow::Masked { mask: mask(), between: [snow(sizes(100.0)), snow(sizes(1600.0))] };
+        let SnowKinds { samples, places: Places::Mask(_, values) } = varied.kinds(&wavelengths_nm()) else {
+            panic!("a mask has kinds at its values")
+        };
+        assert_eq!((values[0].to_bits(), values[values.len() - 1].to_bits()), (0.0_f32.to_bits(), 1.0_f32.to_bits()));
+        assert!(values.windows(2).all(|pair| pair[0] < pair[1]) && (6..=65).contains(&values.len()), "{values:?}");
+        // Scattering goes as 1/size: fine snow needs more kinds than coarse snow.
+        assert!(values[values.len() / 2] < 0.3, "{values:?}");
+        let middle = samples.iter().zip(&values).find(|(_, at)| (**at - 0.25).abs() < 1e-6);
+        assert!(middle.is_none_or(|(sample, _)| (sample.grain_size.middle_um() - 475.0).abs() < 1e-3));
+        // Snow that is nearly the same needs no kinds between.
+        let even = Snow::Masked { mask: mask(), between: [snow(sizes(400.0)), snow(sizes(420.0))] };
+        assert_eq!(even.kinds(&wavelengths_nm()).samples.len(), 2);
+    }
+
+    #[test]
+    fn between_two_samples_every_property_is_in_proportion() {
+        let clean = SnowSample::default();
+        let dirty = SnowSample {
+            density_kg_m3: 500.0,
+            water_saturation: 0.2,
+            impurities: Impurities::none().with(Substance::BlackCarbon, 100.0),
+            ice: IceTable::default(),
+            ..clean
+        };
+        let middle = sample_between(&[clean, dirty], 0.25);
+        assert!((middle.density_kg_m3 - 350.0).abs() < 1e-9 && (middle.water_saturation - 0.05).abs() < 1e-12);
+        assert_eq!(middle.impurities, Impurities::none().with(Substance::BlackCarbon, 25.0));
+        assert_eq!((sample_between(&[clean, dirty], 0.0), sample_between(&[clean, dirty], 1.0)), (clean, dirty));
+    }
+
+    #[test]
+    fn a_value_of_a_mask_lies_between_two_kinds() {
+        let values = [0.0, 0.25, 1.0];
+        assert_eq!(mix_at(&values, 0.0), KindMix { first: 0, second: 1, share: 0.0 });
+        assert_eq!(mix_at(&values, 0.625), KindMix { first: 1, second: 2, share: 0.5 });
+        assert_eq!(mix_at(&values, 1.0), KindMix { first: 1, second: 2, share: 1.0 });
+    }
+}

@@ -1,0 +1,136 @@
+//! Textures: images on surfaces.
+//!
+//! | shape | texture coordinates |
+//! |---|---|
+//! | mesh, height field | those of the mesh: (0, 0) is the lower left corner of the image, (1, 1) the upper right |
+//! | box, plane | in metres: the image is `width_m` wide, centred on each face, and repeats |
+//! | sphere | once around: the centre of the image faces −y, its upper edge is the top of the sphere |
+//!
+//! Images on the sides of a box are upright as seen from outside, that on the top as seen from the front (−y). All
+//! coordinates are in object space. Interpolation is bilinear and periodic.
+
+use glam::Vec2;
+use snowblue_geometry::shape::Shape;
+use snowblue_geometry::texture_coordinates::TextureCoordinates;
+
+use crate::objects::{Objects, SurfaceInteraction};
+
+/// An image that repeats.
+#[derive(Debug, Clone)]
+pub struct Texture {
+    width: usize,
+    height: usize,
+    /// Row by row from the top.
+    pixels: Vec<[f32; 3]>,
+    /// Width of the image on shapes with coordinates in metres.
+    width_m: f32,
+}
+
+impl Texture {
+    /// An image with `width` pixels a row, row by row from the top, `width_m` wide on shapes with coordinates in
+    /// metres.
+    pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>, width_m: f32) -> Self {
+        Self { width, height: pixels.len() / width, pixels, width_m }
+    }
+
+    /// Memory that it takes, in bytes.
+    pub(crate) fn bytes(&self) -> f64 {
+        size_of_val(self.pixels.as_slice()) as f64
+    }
+
+    /// Checks that a shape has texture coordinates; the error says what is missing.
+    pub(crate) fn check(shape: &Shape) -> Result<(), String> {
+        let Some(mesh) = shape.mesh() else {
+            return Ok(());
+        };
+        match mesh.triangles().uv.iter().find(|uv| !uv.is_finite()) {
+            Some(uv) => Err(format!("texture coordinates of a vertex are {}, {}, but must be finite", uv.x, uv.y)),
+            None if mesh.triangles().uv.is_empty() => {
+                Err("the material has a texture, but the mesh has no texture coordinates".into())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The three channels at a hit.
+    pub(crate) fn at(&self, objects: &Objects, surface: &SurfaceInteraction) -> [f32; 3] {
+        self.value(match objects.texture_coordinates_at(surface) {
+            TextureCoordinates::Image(place) => place,
+            TextureCoordinates::Metres(place) => {
+                let height_m = self.width_m * self.height as f32 / self.width as f32;
+                0.5 + place / Vec2::new(self.width_m, height_m)
+            }
+        })
+    }
+
+    fn value(&self, place: Vec2) -> [f32; 3] {
+        let (columns, right) = neighbours(place.x, self.width);
+        let (rows, down) = neighbours(1.0 - place.y, self.height);
+        let mut value = [0.0; 3];
+        for (row, share_down) in [(rows[0], 1.0 - down), (rows[1], down)] {
+            for (column, share_right) in [(columns[0], 1.0 - right), (columns[1], right)] {
+                let pixel = self.pixels[row * self.width + column];
+                value.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += share_down * share_right * channel);
+            }
+        }
+        value
+    }
+}
+
+/// The pixels on both sides of a coordinate in a periodic image, and the weight of the second.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept within the pixels")]
+fn neighbours(place: f32, count: usize) -> ([usize; 2], f32) {
+    let from_first = (place - place.floor()) * count as f32 - 0.5 + count as f32;
+    let before = from_first.floor();
+    let pixel = before as usize % count;
+    ([pixel, (pixel + 1) % count], from_first - before)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+
+    use super::*;
+
+    fn close(one: Vec2, other: (f32, f32)) -> bool {
+        (one - Vec2::from(other)).length() < 1e-6
+    }
+
+    #[test]
+    fn pixels_are_met_in_their_middles_and_joined_by_straight_lines() {
+        let grey = |value: f32| [value; 3];
+        // Two rows of three: 0 1 2 above 3 4 5.
+        let texture = Texture::new(3, (0..6).map(|value| grey(value as f32)).collect(), 1.0);
+        let at = |x: f32, y: f32| texture.value(Vec2::new(x, y))[0];
+        for (x, y, expected) in [
+            (1.0 / 6.0, 0.75, 0.0),
+            (5.0 / 6.0, 0.75, 2.0),
+            (0.5, 0.25, 4.0),
+            (0.5, 0.5, 2.5),
+            (1.0 / 3.0, 0.25, 3.5),
+            // Half-way over the right edge, to the first pixel again; and far away the same.
+            (1.0, 0.75, 1.0),
+            (-7.0, 3.75, 1.0),
+        ] {
+            assert!((at(x, y) - expected).abs() < 1e-5, "{x}, {y}: {}", at(x, y));
+        }
+    }
+
+    #[test]
+    fn sides_of_a_box_are_seen_upright_and_a_sphere_from_its_front() {
+        let on_box = |own: [f32; 3], normal: Vec3A| match TextureCoordinates::on_box(own.into(), normal) {
+            TextureCoordinates::Metres(place) => place,
+            TextureCoordinates::Image(_) => panic!("a box is measured in metres"),
+        };
+        assert!(close(on_box([0.2, -1.0, 0.3], Vec3A::NEG_Y), (0.2, 0.3)));
+        assert!(close(on_box([0.2, 1.0, 0.3], Vec3A::Y), (-0.2, 0.3)), "from behind, right is left");
+        assert!(close(on_box([1.0, 0.2, 0.3], Vec3A::X), (0.2, 0.3)));
+        assert!(close(on_box([0.2, 0.3, 1.0], Vec3A::Z), (0.2, 0.3)));
+        let on_sphere = |own: Vec3A| match TextureCoordinates::on_sphere(own) {
+            TextureCoordinates::Image(place) => place,
+            TextureCoordinates::Metres(_) => panic!("a picture goes once around a sphere"),
+        };
+        assert!(close(on_sphere(Vec3A::NEG_Y), (0.5, 0.5)) && close(on_sphere(Vec3A::X), (0.75, 0.5)));
+        assert!((on_sphere(Vec3A::Z).y - 1.0).abs() < 1e-6);
+    }
+}

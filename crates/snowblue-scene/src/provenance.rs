@@ -1,0 +1,211 @@
+//! What an image is made from. Parts of an image can be merged only if they agree in it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use snowblue_base::files::FileSource;
+use snowblue_base::hash::Fnv1a;
+
+use crate::Scene;
+use crate::description::SceneDescription;
+use crate::film::FilmSettings;
+use crate::film::white_balance::WhiteBalance;
+use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings};
+
+/// The name of the list of files.
+const FILES: &str = "files";
+
+/// Names and values of everything that the samples of an image depend on: the version of this crate, the description of
+/// the scene, the content of the files that it names, and the table. The number of samples and the exposure do not
+/// belong to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Provenance(Vec<(String, String)>);
+
+impl Provenance {
+    /// What a scene was built from, its settings, and the hash of the table of curves if its integrator reads one.
+    pub fn of(scene: &Scene, table_hash: Option<u64>) -> Self {
+        Self::new(&scene.description, table_hash, &scene.file_hashes())
+    }
+
+    /// What a scene would be built from that names the same files and reads the same table as this one, without
+    /// building it.
+    pub fn of_same_files(&self, scene: &SceneDescription, files: &dyn FileSource) -> Self {
+        let names: Vec<String> = self.get(FILES).and_then(|names| serde_json::from_str(names).ok()).unwrap_or_default();
+        let hash = |name: &str| files.read(name).ok().map(|bytes| Fnv1a::of(&bytes));
+        let hashes = names.iter().filter_map(|name| Some((name.as_str(), hash(name)?))).collect();
+        let table = self.get("table").and_then(|hash| u64::from_str_radix(hash, 16).ok());
+        Self::new(scene, table, &hashes)
+    }
+
+    /// That of a description, with hashes of the files that it names.
+    fn new(scene: &SceneDescription, table: Option<u64>, files: &BTreeMap<&str, u64>) -> Self {
+        let (film, integrator) = (&scene.film, &scene.integrator);
+        let colours = match film.false_color {
+            None if film.white == WhiteBalance::default() => "as seen".to_owned(),
+            None => format!("as seen, white: {}", film.white),
+            Some(colour) => format!("{} {} {} nm", colour.red_nm, colour.green_nm, colour.blue_nm),
+        };
+        let mut entries = vec![
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scene", format!("{:016x}", scene_hash(scene, files))),
+            ("width", film.width.to_string()),
+            ("height", film.height.to_string()),
+            ("seed", integrator.seed.to_string()),
+            ("max bounces", integrator.max_bounces.to_string()),
+            ("noise target", integrator.noise_target.map_or("none".to_owned(), |target| target.to_string())),
+            ("integrator", integrator.kind.name().to_owned()),
+            ("colours", colours),
+        ];
+        if integrator.kind == IntegratorKind::PcaSnow {
+            let PcaSnowSettings { path, exit, emission, reflectance, table: _ } = &integrator.pcasnow;
+            let reflectance = reflectance.map_or("of the curves".to_owned(), |share| share.to_string());
+            entries.push(("path", path.name().to_owned()));
+            entries.push(("pcasnow", format!("{exit:?}, {emission:?}, reflectance {reflectance}").to_lowercase()));
+        }
+        entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
+        if integrator.kind.has_light_field() {
+            let LightFieldSettings { memory_mib, step_mm, nodes, grain_rays } = scene.light_field;
+            entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
+            let cells = match (step_mm, nodes) {
+                (Some(step_mm), _) => format!("{step_mm} mm"),
+                (None, Some(nodes)) => format!("for {nodes} nodes"),
+                (None, None) => "chosen".to_owned(),
+            };
+            entries.push(("cells of the light field", cells));
+        }
+        if !files.is_empty() {
+            entries.push((FILES, serde_json::json!(files.keys().collect::<Vec<_>>()).to_string()));
+        }
+        Self(entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+    }
+
+    /// The value of a name.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.0.iter().find(|(one, _)| one == name).map(|(_, value)| &**value)
+    }
+
+    /// Describes the first difference to another provenance; none if both are equal.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let (name, value) = self.0.iter().find(|(name, value)| other.get(name) != Some(value))?;
+        // These values are hashes.
+        match &**name {
+            "scene" => return Some("the scene, or a file that it names, differs".to_owned()),
+            "table" => return Some("the table differs".to_owned()),
+            _ => {}
+        }
+        Some(format!("{name} is {value} in one and {} in the other", other.get(name).unwrap_or("not given")))
+    }
+
+    /// Parses what [`Display`](fmt::Display) writes. Lines without a colon are ignored.
+    pub fn parse(text: &str) -> Self {
+        let entry = |line: &str| line.split_once(": ").map(|(name, value)| (name.to_owned(), value.to_owned()));
+        Self(text.lines().filter_map(entry).collect())
+    }
+}
+
+impl fmt::Display for Provenance {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let lines: Vec<String> = self.0.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+        formatter.write_str(&lines.join("\n"))
+    }
+}
+
+/// The hash of a scene's description, as TOML, and of the files that were read for it. The settings that have entries
+/// of their own are left out.
+fn scene_hash(scene: &SceneDescription, files: &BTreeMap<&str, u64>) -> u64 {
+    let mut description = scene.clone();
+    (description.film, description.integrator) = (FilmSettings::default(), IntegratorSettings::default());
+    description.light_field = LightFieldSettings::default();
+    let mut hash = Fnv1a::default();
+    hash.add(description.to_toml().as_bytes());
+    for (name, content) in files {
+        hash.add(name.as_bytes());
+        hash.add(&content.to_le_bytes());
+    }
+    hash.value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::SceneFile;
+    use snowblue_base::files::FilesInMemory;
+
+    #[test]
+    fn scenes_differ_with_their_values_and_with_the_files_that_they_name() {
+        let gltf = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}],
+            "buffers": [{"uri": "a%20b.bin", "byteLength": 3}]}"#;
+        let text = "gltf = \"models/a.gltf\"\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
+                    [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
+        let mut hashes = Vec::new();
+        let mut files = FilesInMemory::from([("models/a.gltf", gltf), ("models/a b.bin", "abc")]);
+        files.insert("sky.csv", "400,1\n700,2\n");
+        let mut hash = |text: &str, files: &FilesInMemory| {
+            let scene = SceneFile::parse(text, "scene.toml").unwrap().description.build(files).unwrap();
+            hashes.push(scene_hash(&scene.description, &scene.file_hashes()));
+            // The same without building the scene.
+            let provenance = Provenance::of(&scene, None);
+            let again = Provenance::parse(&provenance.to_string()).of_same_files(&scene.description, files);
+            assert_eq!(again, provenance);
+        };
+        hash(text, &files);
+        hash(&text.replace("sr = 1", "sr = 2"), &files);
+        for (name, content) in [("models/a b.bin", "abd"), ("sky.csv", "400,1\n700,3\n"), ("other.csv", "400,1\n")] {
+            files.insert(name, content);
+            hash(text, &files);
+        }
+        hash(
+            &format!(
+                "# A comment, and settings that have entries of their own.\n{text}[film]\nwidth = 3\n\
+            [light_field]\nstep_mm = 3\n"
+            ),
+            &files,
+        );
+        assert_eq!(hashes[3], hashes[4], "a file that is not named");
+        assert_eq!(hashes[4], hashes[5], "neither the wording of the file nor settings");
+        hashes.truncate(4);
+        hashes.sort_unstable();
+        hashes.dedup();
+        assert_eq!(hashes.len(), 4);
+    }
+
+    #[test]
+    fn another_file_is_noticed_without_building_the_scene() {
+        let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n\
+                    [environment]\nradiance_w_m2_sr = 1\nspectrum = \"sky.csv\"\n";
+        let mut files = FilesInMemory::from([("sky.csv", "400,1\n700,2\n")]);
+        let scene = SceneFile::parse(text, "scene.toml").unwrap().description;
+        let built = Provenance::of(&scene.build(&files).unwrap(), None);
+        let difference =
+            |scene: &SceneDescription, files: &FilesInMemory| built.difference(&built.of_same_files(scene, files));
+        assert_eq!(difference(&scene, &files), None);
+        let mut other = scene.clone();
+        other.integrator.seed = 7;
+        assert_eq!(difference(&other, &files).unwrap(), "seed is 1 in one and 7 in the other");
+        files.insert("sky.csv", "400,1\n700,3\n");
+        assert!(difference(&scene, &files).unwrap().contains("a file that it names, differs"));
+        assert!(difference(&scene, &FilesInMemory::default()).unwrap().contains("a file that it names, differs"));
+    }
+
+    #[test]
+    fn only_pcasnow_has_a_table_and_settings_of_its_own() {
+        let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n[environment]\nradiance_w_m2_sr = 1\n";
+        let mut scene = SceneFile::parse(text, "scene.toml").unwrap().description;
+        for kind in IntegratorKind::ALL {
+            scene.integrator.kind = kind;
+            let scene = scene.build(&FilesInMemory::default()).unwrap();
+            let provenance = Provenance::of(&scene, None);
+            let names = ["table", "path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
+            let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
+            assert_eq!(names, [curves, curves, curves, field], "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn differences_are_named() {
+        let one = Provenance::parse("version: 1\nseed: 1");
+        let other = Provenance::parse("version: 1\nseed: 2\nnonsense");
+        assert_eq!(one.difference(&Provenance::parse(&one.to_string())), None);
+        assert_eq!(one.difference(&other).unwrap(), "seed is 1 in one and 2 in the other");
+    }
+}

@@ -1,0 +1,121 @@
+//! Ray queries to the objects of a scene, counted. Each thread has its own.
+
+use glam::Vec3A;
+use snowblue_geometry::chord::{Chord, Exit, Line, chord, parts};
+use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
+
+use crate::objects::{Objects, Side, SurfaceInteraction, set_object};
+
+/// Counts of the queries of a rendering.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Statistics {
+    /// Camera rays.
+    pub camera_rays: u64,
+    /// Rays from one surface to the next.
+    pub indirect_rays: u64,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Lines through snow.
+    pub depth_lines: u64,
+    /// Lines through snow that crossed its surface an odd number of times, because the mesh is open. The last crossing
+    /// is ignored, and with it the snow behind it.
+    pub odd_depth_lines: u64,
+    /// Samples that are not numbers or too bright to be summed; they count as black.
+    pub unusable_samples: u64,
+}
+
+impl Statistics {
+    /// The sum of two counts.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            camera_rays: self.camera_rays + other.camera_rays,
+            indirect_rays: self.indirect_rays + other.indirect_rays,
+            shadow_rays: self.shadow_rays + other.shadow_rays,
+            depth_lines: self.depth_lines + other.depth_lines,
+            odd_depth_lines: self.odd_depth_lines + other.odd_depth_lines,
+            unusable_samples: self.unusable_samples + other.unusable_samples,
+        }
+    }
+
+    /// Rays and lines of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.camera_rays + self.indirect_rays + self.shadow_rays + self.depth_lines
+    }
+}
+
+/// Queries to the objects of a scene.
+#[derive(Debug)]
+pub struct SceneQueries<'scene> {
+    objects: &'scene Objects,
+    /// Buffer for the crossings of one line.
+    crossings: Vec<Crossing>,
+    /// Counts of the queries so far.
+    pub statistics: Statistics,
+}
+
+impl<'scene> SceneQueries<'scene> {
+    /// Starts with zero counts.
+    pub fn new(objects: &'scene Objects) -> Self {
+        Self { objects, crossings: Vec::with_capacity(16), statistics: Statistics::default() }
+    }
+
+    /// The objects of the scene.
+    pub fn objects(&self) -> &'scene Objects {
+        self.objects
+    }
+
+    /// First hit of a camera ray.
+    #[inline]
+    pub fn camera_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.statistics.camera_rays += 1;
+        self.objects.first_hit(ray)
+    }
+
+    /// First hit of a ray that leaves a surface.
+    pub fn indirect_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.statistics.indirect_rays += 1;
+        self.objects.first_hit(ray)
+    }
+
+    /// Origin of a ray that leaves an object's surface on the side of the normal.
+    #[inline]
+    pub fn off_surface(&self, object: usize, surface: &SurfacePoint) -> Vec3A {
+        off_surface(surface.point, surface.normal, self.objects.reach_m(object))
+    }
+
+    /// Whether nothing occludes a target from a point just off one side of a surface.
+    #[inline]
+    pub(crate) fn sees(&mut self, from: Vec3A, side: Side, target: Vec3A) -> bool {
+        let offset = target - from;
+        let distance_m = offset.length();
+        self.is_unoccluded(&Ray { origin: from, direction: offset / distance_m }, distance_m, side)
+    }
+
+    /// Whether nothing occludes a distant light from a point just off one side of a surface.
+    #[inline]
+    pub(crate) fn sees_distant(&mut self, from: Vec3A, side: Side, direction: Vec3A) -> bool {
+        self.is_unoccluded(&Ray { origin: from, direction }, f32::INFINITY, side)
+    }
+
+    #[inline]
+    fn is_unoccluded(&mut self, ray: &Ray, limit_m: f32, side: Side) -> bool {
+        self.statistics.shadow_rays += 1;
+        !self.objects.occluded(ray, limit_m, side)
+    }
+
+    /// Depth of a straight path through the solid that an object is or belongs to.
+    #[inline]
+    pub fn chord(&mut self, object: usize, line: &Line, exit: Exit) -> Option<Chord> {
+        self.statistics.depth_lines += 1;
+        let ray = Ray { origin: line.point, direction: line.direction };
+        if let Some(convex) = self.objects.convex(object) {
+            let mut pair = convex.pair(&ray)?;
+            set_object(object, &mut pair);
+            return chord(std::iter::once(&pair), line, exit);
+        }
+        let odd = self.objects.crossings(object, &ray, line.end_m, &mut self.crossings);
+        self.statistics.odd_depth_lines += u64::from(odd);
+        Some(chord(parts(&mut self.crossings), line, exit)?.with_unit_normal())
+    }
+}

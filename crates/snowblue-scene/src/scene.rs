@@ -1,0 +1,151 @@
+//! A scene: camera, objects, materials, lights, and settings of the film and the integrator.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::camera::{PinholeCamera, View};
+use crate::description::{CameraDescription, SceneDescription};
+use crate::film::FilmSettings;
+use crate::film::ImageSize;
+use crate::film::sensor::Sensor;
+use crate::integrator::IntegratorSettings;
+use crate::light::Light;
+use crate::material::Material;
+use crate::objects::Objects;
+use crate::spectrum::SAMPLES;
+use snowblue_base::KeyPath;
+
+/// Everything that a picture depends on. A clone shares what is large.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub(crate) camera: PinholeCamera,
+    /// The view of the camera.
+    pub(crate) view: View,
+    pub(crate) objects: Arc<Objects>,
+    /// Objects refer to these by index. Those of the description come first, in the order of their names.
+    pub(crate) materials: Arc<Vec<Material>>,
+    /// The lights of the description, and then those of a glTF.
+    pub(crate) lights: Vec<Arc<Light>>,
+    /// How many of them the description has.
+    pub(crate) described_lights: usize,
+    pub(crate) film: FilmSettings,
+    pub(crate) integrator: IntegratorSettings,
+    pub(crate) sensor: Sensor,
+    /// The wavelengths of all spectra, in nm.
+    pub(crate) wavelengths_nm: [f64; SAMPLES],
+    /// The file of the table for PCASnow, if the description names one.
+    pub(crate) table_file: Option<PathBuf>,
+    /// What the scene was built from.
+    pub(crate) description: SceneDescription,
+    /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
+    pub(crate) light_files: BTreeMap<String, u64>,
+    pub(crate) solid_files: BTreeMap<String, u64>,
+}
+
+impl Scene {
+    /// The camera.
+    pub fn camera(&self) -> &PinholeCamera {
+        &self.camera
+    }
+
+    /// The view of the camera.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// What turns spectra into colours.
+    pub fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+
+    /// The wavelengths of all spectra, in nm.
+    pub fn wavelengths_nm(&self) -> &[f64; SAMPLES] {
+        &self.wavelengths_nm
+    }
+
+    /// The file of the table for PCASnow, if the description names one.
+    pub fn table_file(&self) -> Option<&Path> {
+        self.table_file.as_deref()
+    }
+
+    /// The objects.
+    pub fn objects(&self) -> &Objects {
+        &self.objects
+    }
+
+    /// The materials; objects refer to these by index.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &[Arc<Light>] {
+        &self.lights
+    }
+
+    /// Size and brightness of the picture.
+    pub fn film(&self) -> &FilmSettings {
+        &self.film
+    }
+
+    /// The integrator and its settings.
+    pub fn integrator(&self) -> &IntegratorSettings {
+        &self.integrator
+    }
+
+    /// What the scene was built from, with the changes made since.
+    pub fn description(&self) -> &SceneDescription {
+        &self.description
+    }
+
+    /// Hashes of the files that were read, by name.
+    pub fn file_hashes(&self) -> BTreeMap<&str, u64> {
+        self.solid_files.iter().chain(&self.light_files).map(|(name, hash)| (&**name, *hash)).collect()
+    }
+
+    /// The path in the description of a material, given by its index; that of all materials for one of a glTF.
+    pub fn material_path(&self, material: usize) -> KeyPath {
+        let path = KeyPath::root("material");
+        self.description.materials.keys().nth(material).map_or(path.clone(), |name| path.key(name))
+    }
+
+    /// Sets the number of samples per pixel, at least one.
+    pub fn set_samples_per_pixel(&mut self, samples: u32) {
+        self.integrator.samples_per_pixel = samples.max(1);
+        self.description.integrator = self.integrator.clone();
+    }
+
+    /// Sets the greatest number of surfaces after the first on a path.
+    pub fn set_max_bounces(&mut self, bounces: u32) {
+        self.integrator.max_bounces = bounces;
+        self.description.integrator = self.integrator.clone();
+    }
+
+    /// Sets the seed of the random numbers.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.integrator.seed = seed;
+        self.description.integrator = self.integrator.clone();
+    }
+
+    /// Sets the size of the picture; the vertical field of view stays. A size has at least one pixel.
+    pub fn set_image_size(&mut self, size: ImageSize) {
+        (self.film.width, self.film.height) = (size.width.max(1), size.height.max(1));
+        self.description.film = self.film;
+        let view = self.view;
+        self.set_view(&view);
+    }
+
+    /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
+    ///
+    /// It does not check that the camera stays out of snow.
+    pub fn set_view(&mut self, view: &View) -> bool {
+        let aspect = self.film.width as f32 / self.film.height as f32;
+        let Some(camera) = PinholeCamera::new(view, aspect) else {
+            return false;
+        };
+        (self.camera, self.view) = (camera, *view);
+        self.description.camera = Some(CameraDescription::from(view));
+        true
+    }
+}
