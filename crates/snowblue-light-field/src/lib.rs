@@ -2,7 +2,7 @@
 //!
 //! # The light field
 //!
-//! The light that enters at the surface, of lamps ([`surface_light`]) and by other surfaces ([`gather`]), determines
+//! The light that enters at the surface, of lamps (`surface_light`) and by other surfaces (`gather`), determines
 //! the fluence rate inside ([`snowblue_field`]), and that the net flux J through the surface at each wavelength. Snow
 //! then sends out
 //!
