@@ -21,7 +21,7 @@ impl Step {
     }
 }
 
-/// The path to a value in a document, such as `object[3].size`.
+/// The path to a value in a document, such as `object[3].size` or `material."old snow"`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyPath(Vec<Step>);
 
@@ -67,8 +67,11 @@ impl fmt::Display for KeyPath {
         }
         for (number, step) in self.0.iter().enumerate() {
             match step {
-                Step::Key(key) if number == 0 => formatter.write_str(key)?,
-                Step::Key(key) => write!(formatter, ".{key}")?,
+                Step::Key(key) => {
+                    let is_bare = key.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
+                    let (dot, quote) = (if number == 0 { "" } else { "." }, if is_bare { "" } else { "\"" });
+                    write!(formatter, "{dot}{quote}{key}{quote}")?;
+                }
                 Step::Index(index) => write!(formatter, "[{index}]")?,
             }
         }

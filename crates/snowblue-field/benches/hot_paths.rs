@@ -25,7 +25,7 @@ fn block() -> SnowBody {
     });
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.3, 0.6));
     let options = GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: None };
-    SnowBody::new(&body, options, snow.len(), &|_| snow.to_vec(), Q)
+    SnowBody::uniform(&body, options, &snow, Q)
 }
 
 /// The grid and its matrices.

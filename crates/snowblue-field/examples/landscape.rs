@@ -60,7 +60,7 @@ fn main() {
     };
     let options = GridOptions { step_m: STEP_M, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let start = Instant::now();
-    let body = SnowBody::new(&counted, options, 1, &|_| vec![snow], 0.714);
+    let body = SnowBody::uniform(&counted, options, &[snow], 0.714);
     let built = start.elapsed();
     let up = axes.z_axis.as_vec3();
     let light: Vec<f32x4> = body.surface().iter().map(|one| f32x4::splat(one.normal.dot(up).max(0.0))).collect();

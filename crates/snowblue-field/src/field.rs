@@ -70,20 +70,32 @@ pub struct Fluence {
     flux: SurfaceValues,
 }
 
+/// Snow that varies from cell to cell.
+#[derive(Clone, Copy)]
+pub struct SnowOfCells<'a> {
+    /// Number of groups of four wavelengths.
+    pub groups: usize,
+    /// The snow of a cell, for each group.
+    pub of_cell: &'a (dyn Fn(&CellBox) -> Vec<Diffusion> + Sync),
+    /// Extrapolation length q in units of ℓ*.
+    pub extrapolation: f64,
+}
+
 impl SnowBody {
-    /// Divides a body into cells and prepares its equations. `snow` gives the snow of a cell for each of `groups`
-    /// groups of four wavelengths, and `extrapolation` is the extrapolation length q in units of ℓ*.
+    /// Divides a body of one snow into cells and prepares its equations. The snow is given for each group of four
+    /// wavelengths, with its extrapolation length q in units of ℓ*.
+    pub fn uniform(body: &dyn Body, options: GridOptions, snow: &[Diffusion], extrapolation: f64) -> Self {
+        let of_cell = |_: &CellBox| snow.to_vec();
+        Self::new(body, options, &SnowOfCells { groups: snow.len(), of_cell: &of_cell, extrapolation })
+    }
+
+    /// Divides a body into cells and prepares its equations.
     ///
     /// # Panics
     ///
-    /// If `snow` gives fewer groups.
-    pub fn new(
-        body: &dyn Body,
-        options: GridOptions,
-        groups: usize,
-        snow: &(dyn Fn(&CellBox) -> Vec<Diffusion> + Sync),
-        extrapolation: f64,
-    ) -> Self {
+    /// If a cell has fewer groups than all have.
+    pub fn new(body: &dyn Body, options: GridOptions, snow: &SnowOfCells) -> Self {
+        let SnowOfCells { groups, of_cell: snow, extrapolation } = *snow;
         let grid = Grid::new(body, options);
         let of_cell = |cell| snow(&CellBox { centre: grid.cell_centre(cell), size: grid.cell_size(cell) });
         let of_cells: Vec<Vec<Diffusion>> = grid.cells.par_iter().map(of_cell).collect();

@@ -21,7 +21,7 @@ mod system;
 mod vectors;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{CellBox, Fluence, SnowBody, SolveOptions, SurfaceValues};
+pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfaceValues};
 pub use fixed_point::{Product, solve_fixed_point};
 pub use grid::GridOptions;
 pub use optics::{GRAIN_RAYS, SnowOptics};

@@ -66,7 +66,7 @@ fn flat_slabs_of_coarse_cells_have_the_solution_of_one_dimension() {
         let body = BoxBody { centre: DVec3::ZERO, size: DVec3::new(width_m, width_m, thickness_m), axes };
         let sizes = EvenSizes(SizeLimits { flat_m: 1.01 * size_m, detailed_m: 0.51 * size_m });
         let options = GridOptions { step_m: 0.5 * size_m, shift: DVec3::new(0.3, 0.2, 0.4), sizes: Some(&sizes) };
-        let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+        let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
         let lit = |element: &SurfaceElement| {
             let rise = f64::from(element.normal.dot(axes.z_axis.as_vec3()));
             // The sides are lit as the slab's own field would be there, so that the slab is as good as infinite.
@@ -113,7 +113,7 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
     let sizes = EvenSizes(SizeLimits { flat_m: 0.41, detailed_m: 0.21 });
     let options = GridOptions { step_m: 0.2, shift: DVec3::ZERO, sizes: Some(&sizes) };
     let red = Diffusion { absorption_per_m: f32x4::splat(0.23), ..snow() };
-    let prepared = SnowBody::new(&body, options, 1, &|_| vec![red], Q);
+    let prepared = SnowBody::uniform(&body, options, &[red], Q);
     let up = axes.z_axis.as_vec3();
     let light: Vec<f32x4> =
         prepared.surface().iter().map(|element| f32x4::splat(element.normal.dot(up).max(0.0))).collect();
@@ -134,7 +134,7 @@ fn cells_wider_than_light_reaches_have_the_flux_of_a_half_space() {
 fn the_flux_is_linear_in_the_light() {
     let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.5));
     let options = GridOptions { step_m: 0.1, shift: DVec3::splat(0.3), sizes: None };
-    let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+    let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
     let one: Vec<f32x4> = prepared.surface().iter().map(|element| f32x4::splat(element.point.x + 0.5)).collect();
     let other: Vec<f32x4> = prepared.surface().iter().map(|element| f32x4::splat(-element.normal.z)).collect();
     let both: Vec<f32x4> = one.iter().zip(&other).map(|(one, other)| *one + *other).collect();
@@ -171,7 +171,7 @@ fn a_hole_in_a_slab_has_the_light_of_a_fine_grid() {
     let step_m = 0.0125;
     let [fine, seen] = [None, Some(&sizes as &dyn CellSizes)].map(|sizes| {
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
-        let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+        let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
         let light = downward_light(&prepared);
         let fluence = prepared.solve(&[&light], SolveOptions::default());
         (prepared, fluence)
@@ -220,7 +220,7 @@ fn light_is_conserved_where_cells_change_their_size() {
             absorption_per_m: f32x4::splat(narrow(absorption)),
         };
         let options = GridOptions { step_m: 0.015, shift: DVec3::ZERO, sizes: Some(&sizes) };
-        let prepared = SnowBody::new(&body, options, 1, &|_| vec![nearly_white], Q);
+        let prepared = SnowBody::uniform(&body, options, &[nearly_white], Q);
         let light = downward_light(&prepared);
         let fluence = prepared.solve(&[&light], SolveOptions::default());
         let flux = prepared.element_flux(&fluence, &[&light]);
@@ -265,7 +265,7 @@ fn the_flux_is_continuous_where_cells_change_their_size() {
         greatest_m: 0.2,
     };
     let options = GridOptions { step_m: 0.02, shift: DVec3::ZERO, sizes: Some(&sizes) };
-    let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+    let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
     let lamp = DVec3::new(0.2, 0.1, 0.5).as_vec3();
     let lit = |element: &SurfaceElement| {
         let way = lamp - element.point;
@@ -303,7 +303,7 @@ fn a_landscape_with_a_hole_has_few_nodes() {
         greatest_m: 1.0,
     };
     let options = GridOptions { step_m: 0.0078, shift: DVec3::ZERO, sizes: Some(&sizes) };
-    let prepared = SnowBody::new(&slope, options, 0, &|_| Vec::new(), Q);
+    let prepared = SnowBody::uniform(&slope, options, &[], Q);
     assert!(prepared.node_count() < 250_000, "{}", prepared.node_count());
     let area = |holds: &dyn Fn(DVec3) -> bool| -> f64 {
         let elements = prepared.surface().iter().filter(|element| holds(axes.transpose() * element.point.as_dvec3()));

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, EulerRot};
 use snowblue_field::shapes::{Ball, BoxBody};
-use snowblue_field::{CellBox, Diffusion, GridOptions, SnowBody, SolveOptions, SurfaceElement};
+use snowblue_field::{CellBox, Diffusion, GridOptions, SnowBody, SnowOfCells, SolveOptions, SurfaceElement};
 use wide::f32x4;
 
 const Q: f64 = 0.714;
@@ -33,8 +33,7 @@ fn slabs_have_the_solution_of_one_dimension() {
     for (thickness_m, step_m) in [(0.01, 0.005), (0.05, 0.02), (0.15, 0.02), (0.3, 0.02)] {
         let width_m = 8.0 * thickness_m;
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(width_m, width_m, thickness_m));
-        let prepared =
-            SnowBody::new(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }, 1, &|_| vec![snow()], Q);
+        let prepared = SnowBody::uniform(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }, &[snow()], Q);
         // The sides are lit as the slab's own field would be there, so that the slab is as good as infinite: F = 1 on
         // the front, and on the sides no flux, 4 F = φ.
         let light: Vec<f32x4> = prepared
@@ -120,7 +119,8 @@ fn layers_have_the_solution_of_one_dimension_wherever_their_faces_lie_in_the_cel
     for step_m in [0.002, 0.005, 0.01] {
         let width_m = 6.0 * step_m;
         let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(width_m, width_m, thickness_m));
-        let prepared = SnowBody::new(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }, 1, &shares, Q);
+        let snow = SnowOfCells { groups: 1, of_cell: &shares, extrapolation: Q };
+        let prepared = SnowBody::new(&body, GridOptions { step_m, shift: DVec3::ZERO, sizes: None }, &snow);
         let lit = |element: &SurfaceElement| match element.normal.z {
             0.5.. => f32x4::ONE,
             ..-0.5 => f32x4::ZERO,
@@ -197,7 +197,7 @@ fn balls_have_the_solution_by_spherical_harmonics() {
     let toward = DVec3::new(0.5, 0.85, 0.2).normalize();
     for (step_m, allowed_mean, allowed_worst) in [(0.005, 0.035, 0.08), (0.0025, 0.015, 0.04)] {
         let options = GridOptions { step_m, shift: DVec3::new(0.3, 0.2, 0.4), sizes: None };
-        let prepared = SnowBody::new(&body, options, 1, &|_| vec![snow()], Q);
+        let prepared = SnowBody::uniform(&body, options, &[snow()], Q);
         let lit = |element: &SurfaceElement| f32x4::splat(element.normal.dot(toward.as_vec3()).max(0.0));
         let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
         let fluence = prepared.solve(&[&light], SolveOptions::default());
@@ -232,7 +232,7 @@ fn light_is_conserved_without_absorption() {
     };
     let white = Diffusion { transport_length_m: f32x4::splat(TRANSPORT_LENGTH_M), absorption_per_m: f32x4::ZERO };
     let options = GridOptions { step_m: 0.01, shift: DVec3::ZERO, sizes: None };
-    let prepared = SnowBody::new(&turned, options, 1, &|_| vec![white], Q);
+    let prepared = SnowBody::uniform(&turned, options, &[white], Q);
     let lit = |element: &SurfaceElement| f32x4::splat(element.normal.z.max(0.0));
     let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
     let fluence = prepared.solve(&[&light], SolveOptions::default());
@@ -253,7 +253,7 @@ fn a_shift_of_the_grid_changes_little() {
     let body = BoxBody::aligned(DVec3::ZERO, size);
     let lamp = DVec3::new(0.05, 0.3, 0.02);
     let leaving = |shift: DVec3| -> Vec<f32> {
-        let prepared = SnowBody::new(&body, GridOptions { step_m: 0.004, shift, sizes: None }, 1, &|_| vec![snow()], Q);
+        let prepared = SnowBody::uniform(&body, GridOptions { step_m: 0.004, shift, sizes: None }, &[snow()], Q);
         let lit = |element: &SurfaceElement| {
             let way = lamp.as_vec3() - element.point;
             f32x4::splat(element.normal.dot(way).max(0.0) / way.length().powi(3))

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use snowblue_field::{
-    CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SnowBody, SolveOptions, SpectralNodes, SurfaceValues,
-    Survey, VolumeSource, fit_sizes, solve_fixed_point,
+    CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SnowBody, SnowOfCells, SolveOptions, SpectralNodes,
+    SurfaceValues, Survey, VolumeSource, fit_sizes, solve_fixed_point,
 };
 use snowblue_geometry::ray::{SurfacePoint, narrow};
 use wide::f32x4;
@@ -185,7 +185,8 @@ impl<'a> PreparedBody<'a> {
         let options = GridOptions { step_m, shift: DVec3::ZERO, sizes };
         let of_cell = snow.diffusion(solid.objects, solid.object, &nodes);
         // The extrapolation lengths of kinds of snow differ by less than 0.002.
-        let body = SnowBody::new(&solid, options, groups, &of_cell, snow.top().half_space().extrapolation());
+        let extrapolation = snow.top().half_space().extrapolation();
+        let body = SnowBody::new(&solid, options, &SnowOfCells { groups, of_cell: &of_cell, extrapolation });
         drop(of_cell);
         Ok(Self { solid, body, nodes, snow, transport_lengths_m, view_factor, before: None })
     }

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use snowblue_base::KeyError;
 use snowblue_base::files::FileError;
-use snowblue_database::DatabaseError;
 use snowblue_scene::{SceneError, SceneFile};
 
 /// Why a scene cannot be loaded or rendered, or an image not written. An integrator that was prepared always renders.
@@ -13,9 +12,6 @@ pub enum RenderError {
     /// A scene cannot be built, or a method cannot render it.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A table of curves for PCASnow cannot be used.
-    #[error(transparent)]
-    Table(#[from] DatabaseError),
     /// An image cannot be encoded.
     #[error("{0}")]
     EncodeImage(String),

@@ -51,6 +51,7 @@ fn curves_of_the_table_and_curves_that_are_solved_agree() {
             format!("{}{}{}{LAMPS}", pcasnow("path = \"normal\""), material("snow", &keys), backlit("snow", 0.0));
         let mut of_table = integrator(&text, None, &[]);
         assert!(of_table.notes().is_empty(), "{:?}", of_table.notes());
+        assert!(of_table.provenance().get("table").is_some());
         let mut other = analytic_table();
         other.axes.facetness = vec![0.9];
         let scene = snow::scene(&text, &[]);

@@ -9,12 +9,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::Vec3A;
 use snow::{SNOW, analytic_table, extinction_per_cm, integrator, pcasnow, prepared, radiance, scene};
 use snowblue_color::LinearRgb;
-use snowblue_render::Integrator;
 use snowblue_render::film::Film;
+use snowblue_render::film::channels::channels;
 use snowblue_render::film::image_file::write_exr;
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::scene::light::Panorama;
 use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
+use snowblue_render::{Aovs, Integrator};
 use snowblue_stat::{Moments, sidak_level, z_p_value};
 
 /// Thickness of the slab, in cm.
@@ -32,6 +34,22 @@ fn slab(keys: &str, lights: &str) -> Integrator {
 
 fn sky(illuminant: &str) -> String {
     format!("[environment]\nradiance_w_m2_sr = 1\nilluminant = \"{illuminant}\"\n")
+}
+
+/// 10 nm times the sum of the spectral channels is the power of the light.
+#[test]
+fn spectral_channels_add_up_to_the_power() {
+    for illuminant in ["E", "A", "D65"] {
+        let integrator = integrator(&format!("{}{}", pcasnow(""), sky(illuminant)), Some(&analytic_table()), &[]);
+        let (scene, aovs) = (integrator.scene(), Aovs { spectrum: true, ..Aovs::default() });
+        let mut sums = accumulator(scene, aovs, &all_samples(scene).window());
+        render_missing(&integrator, &all_samples(scene), &mut sums, RenderControl::default());
+        let spectral = channels(&sums).into_iter().filter(|channel| channel.name.starts_with("S0."));
+        let values: Vec<f32> = spectral.map(|channel| channel.values[0]).collect();
+        assert_eq!(values.len(), 31);
+        let total = 10.0 * values.iter().sum::<f32>();
+        assert!((total - 1.0).abs() < 1e-5, "{illuminant}: {total}");
+    }
 }
 
 /// Moments of 16 independent images of one pixel, at three wavelengths.

@@ -173,7 +173,12 @@ fn mistakes_in_the_settings_of_pcasnow_are_named_with_file_line_value_and_range(
     }
     let scene = load(&format!("{SCENE}[integrator.pcasnow]\ntable = \"gone.nc\"\n"), Some(PLY)).unwrap();
     let message = Integrator::prepare(&scene).unwrap_err().to_string();
-    assert!(message.contains("gone.nc: cannot be read: ") && !message.contains('\n'), "{message}");
+    assert!(
+        message.starts_with("integrator.pcasnow.table cannot be used: ")
+            && message.contains("gone.nc: ")
+            && !message.contains('\n'),
+        "{message}"
+    );
 }
 
 #[test]

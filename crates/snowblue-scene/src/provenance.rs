@@ -188,16 +188,16 @@ mod tests {
     }
 
     #[test]
-    fn only_pcasnow_has_a_table_and_settings_of_its_own() {
+    fn only_pcasnow_has_settings_of_its_own() {
         let text = "[camera]\nposition = [0, 0, 1]\nlook_at = [0, 1, 1]\n[environment]\nradiance_w_m2_sr = 1\n";
         let mut scene = SceneFile::parse(text, "scene.toml").unwrap().description;
         for kind in IntegratorKind::ALL {
             scene.integrator.kind = kind;
             let scene = scene.build(&FilesInMemory::default()).unwrap();
             let provenance = Provenance::of(&scene, None);
-            let names = ["table", "path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
+            let names = ["path", "pcasnow", "light field"].map(|name| provenance.get(name).is_some());
             let [curves, field] = [kind == IntegratorKind::PcaSnow, kind.has_light_field()];
-            assert_eq!(names, [curves, curves, curves, field], "{kind:?}");
+            assert_eq!(names, [curves, curves, field], "{kind:?}");
         }
     }
 

@@ -11,7 +11,7 @@ pub enum TransportError {
     /// A mean grain size whose range leaves the model's range.
     #[error(
         "mean grain size is {mean_um} µm, but its range of ± {half_range_um} µm must lie in {}–{} µm: give a mean of \
-         {least_um}–{greatest_um} µm, or the range as MIN:MAX", least_um - half_range_um, greatest_um + half_range_um
+         {least_um}–{greatest_um} µm, or the ends of the range", least_um - half_range_um, greatest_um + half_range_um
     )]
     MeanSize {
         /// Mean given, in µm.

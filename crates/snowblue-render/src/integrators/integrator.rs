@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use snowblue_base::KeyPath;
 use snowblue_database::CompressedTable;
 use snowblue_geometry::ray::Ray;
 
@@ -225,7 +226,10 @@ fn table_of<'a>(
         return Ok(Some(Cow::Borrowed(table)));
     }
     if let Some(file) = scene.table_file() {
-        return Ok(Some(Cow::Owned(CompressedTable::open(file)?)));
+        let table = CompressedTable::open(file).map_err(|error| {
+            KeyPath::root("integrator").key("pcasnow").key("table").error(format!("cannot be used: {error}"))
+        })?;
+        return Ok(Some(Cow::Owned(table)));
     }
     Ok(embedded_table().map(Cow::Borrowed))
 }

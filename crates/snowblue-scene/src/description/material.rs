@@ -142,7 +142,8 @@ pub struct MaskedSnowDescription {
 fn two_snows<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[SnowKeys; 2], D::Error> {
     let snows = Vec::<SnowKeys>::deserialize(deserializer)?;
     let count = snows.len();
-    snows.try_into().map_err(|_| D::Error::custom(format!("has {count} snows, but must have two")))
+    let snow = if count == 1 { "snow" } else { "snows" };
+    snows.try_into().map_err(|_| D::Error::custom(format!("has {count} {snow}, but must have two")))
 }
 
 /// Where the first layer of snow begins, from which all depths count vertically.

@@ -69,6 +69,8 @@
 //!                          # type = "half_space" (only removed): point, normal (out of it)
 //! ```
 //!
+//! Powers of lights are totals of 31 bands of 10 nm around 400, 410, …, 700 nm.
+//!
 //! Boxes and spheres are placed by their centre, a mesh by its own origin, a plane by any point of it. A plane faces z
 //! until it is turned. Rotations are about x, then y, then z, each counter-clockwise seen from the axis' tip; scale
 //! comes before rotation, position after. File names are relative to the folder of the scene file. glTF has y upwards

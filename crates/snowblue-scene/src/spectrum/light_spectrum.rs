@@ -16,7 +16,7 @@ const LEAST_MAXIMUM: f64 = 1e-30;
 /// The shape of a light's spectrum, normalized in two ways.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightSpectrum {
-    /// Band density with a total power of 1 over 400–700 nm.
+    /// Band density with a total power of 1 over 31 bands of 10 nm around 400, 410, …, 700 nm.
     pub unit: Spectrum,
     /// Band density with a luminance Y of 1.
     pub relative: Spectrum,
@@ -32,7 +32,7 @@ impl LightSpectrum {
     ///
     /// At equal power an incandescent bulb emits more red light than the noon sky:
     /// ```
-    /// # use snowblue_render::scene::spectrum::light_spectrum::LightSpectrum;
+    /// # use snowblue_scene::spectrum::light_spectrum::LightSpectrum;
     /// # use snowblue_color::Illuminant;
     /// let (bulb, noon) = (LightSpectrum::illuminant(Illuminant::A)?, LightSpectrum::illuminant(Illuminant::D65)?);
     /// assert!(bulb.unit.0[30] > 2.0 * noon.unit.0[30]);

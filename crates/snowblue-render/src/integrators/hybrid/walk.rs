@@ -22,11 +22,12 @@
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, TAU};
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
 use std::sync::Arc;
 
+use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
@@ -45,8 +46,15 @@ use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
 /// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
-/// flat, and its radius.
+/// flat, and its radius. No edge is near, and the body is thick.
 const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+/// Points around an entry that are looked at.
+const PROBES: usize = 4;
+/// Distance of the points at which a flat surface must lie in the tangent plane.
+const PLANE_RADIUS_LENGTHS: f32 = 6.0;
+/// Least radius of curvature of a surface that counts as flat. On a ball of r ℓ* the light field at the surface is too
+/// dark by some 3/r.
+const LEAST_CURVATURE_RADIUS_LENGTHS: f32 = 200.0;
 
 /// Follows walks into snow.
 #[derive(Debug)]
@@ -166,12 +174,28 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// How deep walks from a point of the surface end.
-    pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
-        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
+    /// How deep walks from a point of the surface end. `turn` in [0, 1) turns the points around it that are looked at.
+    pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction, turn: f32) -> EndDepth {
+        let length_m = at.optics.transport_length_m();
+        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * length_m);
         let below = surface.point - surface.normal * below_m;
-        let is_flat = self.scene.objects().holds_deeply(surface.object, below, radius_m);
+        let is_flat = self.scene.objects().holds_deeply(surface.object, below, radius_m)
+            && self.is_plane_around(surface, length_m, turn);
         if is_flat { EndDepth::Flat } else { EndDepth::Edge }
+    }
+
+    /// Whether the surface of a body lies in the tangent plane around a point.
+    fn is_plane_around(&self, surface: &SurfaceInteraction, length_m: f32, turn: f32) -> bool {
+        let objects = self.scene.objects();
+        let radius_m = PLANE_RADIUS_LENGTHS * length_m;
+        // The distance of a circle from its tangent.
+        let height_m = radius_m * PLANE_RADIUS_LENGTHS / (2.0 * LEAST_CURVATURE_RADIUS_LENGTHS);
+        around(surface.normal, turn).into_iter().all(|aside: Vec3A| {
+            let origin = surface.point + aside * radius_m + surface.normal * height_m;
+            let ray = Ray { origin, direction: -surface.normal };
+            let is_hit = |member: &usize| objects.list()[*member].shape.first_hit(&ray, 2.0 * height_m).is_some();
+            objects.body_of(surface.object).iter().any(is_hit)
+        })
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
@@ -308,6 +332,15 @@ impl<'scene> WalkTracer<'scene> {
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);
         walk.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
     }
+}
+
+/// Directions along a plane, evenly around, turned by a part of a whole turn.
+pub(crate) fn around(normal: Vec3A, turn: f32) -> [Vec3A; PROBES] {
+    let (side, up) = normal.any_orthonormal_pair();
+    std::array::from_fn(|probe| {
+        let (sin, cos) = (TAU * (probe as f32 + turn) / PROBES as f32).sin_cos();
+        side * cos + up * sin
+    })
 }
 
 /// The end of a walk, once both that in the body and that in the half-space have ended.

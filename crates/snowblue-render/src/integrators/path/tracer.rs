@@ -16,7 +16,7 @@
 //! The throughput of a path is 1 until its first surface. Light there may be carried as the sensor's response instead
 //! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
@@ -24,7 +24,7 @@ use snowblue_geometry::ray::{Ray, SurfacePoint};
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
-use crate::integrators::hybrid::walk::WalkTracer;
+use crate::integrators::hybrid::walk::{WalkTracer, around};
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
@@ -40,9 +40,8 @@ use snowblue_scene::sampling::{Sampler, cosine_direction};
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{Emission, Scene};
 
-/// Points around a surface point that lamps must light alike, their distance and their height above the surface, in
+/// Distance of the points around a surface point that lamps must light alike, and their height above the surface, in
 /// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
-const PROBES: usize = 4;
 const PROBE_RADIUS_LENGTHS: f32 = 3.0;
 const PROBE_HEIGHT_LENGTHS: f32 = 0.5;
 /// Distance within which the light of a lamp is uneven, in transport mean free paths.
@@ -129,16 +128,16 @@ impl<'a> PathTracer<'a> {
         let Some(surface) = hit else { return PathRadiance { first, later: None } };
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            let end_depth = self.walks.as_ref().map(|walks| walks.end_depth(snow, &surface));
-            // Where light and snow are even, the field is the mean of the walks, without their noise.
-            if let Some(end_depth) = end_depth
-                && (end_depth != EndDepth::Flat || !self.is_evenly_lit(snow, &surface, sampler))
-                && let Some(walks) = &mut self.walks
-            {
-                return PathRadiance {
-                    first,
-                    later: Some(walks.walk((snow, end_depth), &surface, camera_ray, sampler)),
-                };
+            if let Some(walks) = &self.walks {
+                let [turn, ..] = sampler.next_four();
+                let end_depth = walks.end_depth(snow, &surface, turn);
+                // Where light and snow are even, the field is the mean of the walks, without their noise.
+                if (end_depth != EndDepth::Flat || !self.is_evenly_lit(snow, &surface, turn))
+                    && let Some(walks) = &mut self.walks
+                {
+                    let walked = walks.walk((snow, end_depth), &surface, camera_ray, sampler);
+                    return PathRadiance { first, later: Some(walked) };
+                }
             }
             first += self.field_light(snow, &vertex, camera_ray, sampler);
             return PathRadiance { first, later: None };
@@ -151,14 +150,11 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Whether each lamp shines alike on the points around a point of a flat surface.
-    fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, sampler: &mut Sampler) -> bool {
+    fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, turn: f32) -> bool {
         let length_m = snow.optics.transport_length_m();
-        let [turn, ..] = sampler.next_four();
-        let (side, up) = surface.normal.any_orthonormal_pair();
         let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
-        let probes: [SurfacePoint; PROBES] = std::array::from_fn(|probe| {
-            let (sin, cos) = (TAU * (probe as f32 + turn) / PROBES as f32).sin_cos();
-            let point = middle + (side * cos + up * sin) * (PROBE_RADIUS_LENGTHS * length_m);
+        let probes = around(surface.normal, turn).map(|aside| {
+            let point = middle + aside * (PROBE_RADIUS_LENGTHS * length_m);
             SurfacePoint { point, normal: surface.normal }
         });
         let lights = self.scene.lights().iter().enumerate();
