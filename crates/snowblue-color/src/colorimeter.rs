@@ -237,8 +237,8 @@ mod tests {
                 steps(390, 710, 16),
                 [steps(400, 500, 3), steps(507, 720, 20)].concat(),
             ] {
-                let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, light, &own_nm).unwrap();
-                let half = of_spectrum.xyz(&vec![0.5; own_nm.len()]);
+                let colorimeter = Colorimeter::for_spectrum(Observer::Cie1931, light, &own_nm).unwrap();
+                let half = colorimeter.xyz(&vec![0.5; own_nm.len()]);
                 for (half, bare) in [(half.x, bare.x), (half.y, bare.y), (half.z, bare.z)] {
                     // Rounding of up to 301 terms.
                     assert!((half / (0.5 * bare) - 1.0).abs() < 1e-13, "{half} {bare} {own_nm:?}");
@@ -252,8 +252,8 @@ mod tests {
     fn a_spectrum_is_interpolated_linearly_unless_its_steps_are_fine() {
         let curve = |nm: f64| 1.0 + 0.001 * nm;
         let at = |own_nm: &[f64]| {
-            let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::D65, own_nm).unwrap();
-            of_spectrum.xyz(&own_nm.iter().map(|nm| curve(*nm)).collect::<Vec<_>>())
+            let colorimeter = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::D65, own_nm).unwrap();
+            colorimeter.xyz(&own_nm.iter().map(|nm| curve(*nm)).collect::<Vec<_>>())
         };
         let tens = at(&visible_grid_nm());
         let plain = colorimeter(Illuminant::D65, &visible_grid_nm()).unwrap();
@@ -269,10 +269,10 @@ mod tests {
     #[test]
     fn fine_equal_steps_keep_detail() {
         let luminance = |own_nm: &[f64]| {
-            let of_spectrum = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::E, own_nm).unwrap();
-            assert_eq!(of_spectrum.wavelengths_nm(), own_nm);
+            let colorimeter = Colorimeter::for_spectrum(Observer::Cie1931, Illuminant::E, own_nm).unwrap();
+            assert_eq!(colorimeter.wavelengths_nm(), own_nm);
             let is_between = |nm: &f64| if nm % 10.0 == 0.0 { 0.0 } else { 1.0 };
-            of_spectrum.xyz(&own_nm.iter().map(is_between).collect::<Vec<_>>()).y
+            colorimeter.xyz(&own_nm.iter().map(is_between).collect::<Vec<_>>()).y
         };
         let fives = |first: u32, last: u32| (first..=last).step_by(5).map(f64::from).collect::<Vec<_>>();
         for own_nm in [fives(400, 700), fives(395, 705), fives(380, 780)] {

@@ -134,7 +134,7 @@ fn chroma_and_hue_weights(roots: Vector) -> [Vector; 2] {
     let (a, b) = (dot(to_a, roots), dot(to_b, roots));
     let chroma = a.hypot(b);
     let (cos, sin) = (a / chroma, b / chroma);
-    let sum = |of_a: f64, of_b: f64| [0, 1, 2].map(|cone| of_a * to_a[cone] + of_b * to_b[cone]);
+    let sum = |a_weight: f64, b_weight: f64| [0, 1, 2].map(|cone| a_weight * to_a[cone] + b_weight * to_b[cone]);
     [sum(cos, sin), sum(-HUE_WEIGHT * sin, HUE_WEIGHT * cos)]
 }
 
@@ -183,8 +183,12 @@ fn nearest_on_boundary(slopes: [Vector; 2], target: [f64; 2], limits: Vector) ->
 
 const fn cone_slopes() -> Matrix {
     let [red, green, blue] = transpose(compose(XYZ_TO_CONES, rgb_to_xyz(RgbSpace::Srgb)));
-    let [of_red, of_green, of_blue] = PRIMARY_LUMINANCES;
-    [multiply(red, [1.0 / of_red; 3]), multiply(green, [1.0 / of_green; 3]), multiply(blue, [1.0 / of_blue; 3])]
+    let [red_luminance, green_luminance, blue_luminance] = PRIMARY_LUMINANCES;
+    [
+        multiply(red, [1.0 / red_luminance; 3]),
+        multiply(green, [1.0 / green_luminance; 3]),
+        multiply(blue, [1.0 / blue_luminance; 3]),
+    ]
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ impl Axes {
     /// The thicknesses, angles and wavelengths of the embedded table for one sample.
     #[must_use]
     pub fn of_sample(sample: &TableSample) -> Self {
-        let axis = |one: &PropertyValue| PropertyAxis { property: one.property, values: vec![one.value] };
+        let axis = |value: &PropertyValue| PropertyAxis { property: value.property, values: vec![value.value] };
         Self {
             grain_sizes_um: vec![sample.grain_size_um],
             facetness: vec![sample.facetness],

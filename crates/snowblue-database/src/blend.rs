@@ -114,8 +114,8 @@ impl Blend {
         let skipped = if table.axes.diffuse { per_light } else { 0 };
         let mut blended = vec![0.0; per_sample - skipped];
         for Weighted { index, weight } in &self.samples {
-            let one = &components.coefficients[index * per_sample + skipped..(index + 1) * per_sample];
-            blended.iter_mut().zip(one).for_each(|(sum, value)| *sum += weight * f64::from(*value));
+            let coefficients = &components.coefficients[index * per_sample + skipped..(index + 1) * per_sample];
+            blended.iter_mut().zip(coefficients).for_each(|(sum, value)| *sum += weight * f64::from(*value));
         }
         blended
     }

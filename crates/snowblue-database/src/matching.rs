@@ -213,15 +213,15 @@ pub fn closest(target: &Target, problem: &Problem, options: &OrdinatesOptions) -
         return Err(DatabaseError::DarkTarget);
     }
     let alternatives = alternatives(problem)?;
-    for one in std::iter::once(problem).chain(&alternatives) {
-        one.check(target.colorimeter.wavelengths_nm())?;
+    for problem in std::iter::once(problem).chain(&alternatives) {
+        problem.check(target.colorimeter.wavelengths_nm())?;
     }
     options.streams.check()?;
     let search = Search::new(target, problem, options);
     let mut found = vec![search.closest(problem)?];
     for other in &alternatives {
         match search.closest(other) {
-            Ok(new) if found.iter().all(|one| one.light != new.light) => found.push(new),
+            Ok(new) if found.iter().all(|earlier| earlier.light != new.light) => found.push(new),
             Ok(_) | Err(DatabaseError::NoLight { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -369,7 +369,7 @@ impl<'t> Search<'t> {
             fluxes.into_iter().map(|fluxes| fluxes.transmittance).collect()
         };
         let by_wavelength: Vec<Vec<f64>> = self.target.colorimeter.wavelengths_nm().par_iter().map(at).collect();
-        let one = |(number, thickness_cm): (usize, &f64)| {
+        let matched = |(number, thickness_cm): (usize, &f64)| {
             let spectrum: Vec<f64> = by_wavelength.iter().map(|values| values[number]).collect();
             let light = self.target.colorimeter.xyz(&spectrum);
             let difference = if light.y >= MIN_LUMINANCE {
@@ -379,7 +379,7 @@ impl<'t> Search<'t> {
             };
             Match { sample, thickness_cm: *thickness_cm, light, difference }
         };
-        thicknesses_cm.iter().enumerate().map(one).collect()
+        thicknesses_cm.iter().enumerate().map(matched).collect()
     }
 }
 

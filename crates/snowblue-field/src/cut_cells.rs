@@ -113,15 +113,15 @@ impl CutCells {
         }
         found.sort_by_key(|(key, _)| *key);
         // Cells that the surface only touches may be inside or outside.
-        let touched = found.chunk_by(|one, other| one.0 == other.0).map(|of_cell| {
-            let (key, finest) = (of_cell[0].0, place(of_cell[0].0));
+        let touched = found.chunk_by(|one, other| one.0 == other.0).map(|samples| {
+            let (key, finest) = (samples[0].0, place(samples[0].0));
             let level = level_at(finest);
             (key, is_empty(level, finest.map(|k| k >> level)).then(|| Box::new([0.0; CELL_PARTS])))
         });
         let touched: Vec<(u64, Option<Box<[f32; CELL_PARTS]>>)> = touched.collect();
         let mut covered = Vec::new();
-        for Scan { level, columns, covered: of_columns, .. } in scans {
-            for ([x, y], column) in columns[2].iter().zip(of_columns) {
+        for Scan { level, columns, covered: covered_columns, .. } in scans {
+            for ([x, y], column) in columns[2].iter().zip(covered_columns) {
                 for (z, inside) in column.cut {
                     let finest = [*x, *y, z].map(|k| k << level);
                     if level_at(finest) == level {

@@ -98,8 +98,8 @@ impl SnowBody {
         let SnowOfCells { groups, of_cell: snow, extrapolation } = *snow;
         let grid = Grid::new(body, options);
         let of_cell = |cell| snow(&CellBox { centre: grid.cell_centre(cell), size: grid.cell_size(cell) });
-        let of_cells: Vec<Vec<Diffusion>> = grid.cells.par_iter().map(of_cell).collect();
-        let of_group = |group: usize| of_cells.iter().map(|groups| groups[group]).collect();
+        let cell_groups: Vec<Vec<Diffusion>> = grid.cells.par_iter().map(of_cell).collect();
+        let of_group = |group: usize| cell_groups.iter().map(|groups| groups[group]).collect();
         let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
         let surface_nodes = SurfaceNodes::new(&grid);
@@ -122,11 +122,11 @@ impl SnowBody {
         }
         let light = vec![f32x4::ONE; self.grid.surface.len()];
         let nodes = self.solve_group(group, &light, SolveOptions::default());
-        let of_grid = self.flux_of_grid(&nodes, &light);
+        let grid_flux = self.flux_of_grid(&nodes, &light);
         let mut missing = vec![f32x4::ZERO; light.len()];
         for (wide, elements) in wide_cells {
             for index in elements {
-                missing[index] = wide.missing_flux(of_grid[index], self.grid.thickness_m[index]);
+                missing[index] = wide.missing_flux(grid_flux[index], self.grid.thickness_m[index]);
             }
         }
         missing

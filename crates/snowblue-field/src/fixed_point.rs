@@ -67,7 +67,11 @@ pub fn solve_fixed_point(
             }
             let lengths = norms(&next);
             let columns = columns.into_iter().zip(&lengths);
-            norm = problems.iter_mut().zip(columns).map(|(one, (column, length))| one.add(column, *length)).collect();
+            norm = problems
+                .iter_mut()
+                .zip(columns)
+                .map(|(problem, (column, length))| problem.add(column, *length))
+                .collect();
             basis.push(divided(&next, &lengths));
         }
         for (group, problem) in problems.iter().enumerate() {
@@ -186,14 +190,14 @@ mod tests {
         let solution = solve_fixed_point(&constant, &mut product, 1e-4, 1000);
         for ((solution, constant), loss) in solution.iter().zip(&constant).zip(losses) {
             let balance = along_tube(loss, solution).into_iter().zip(constant).zip(solution);
-            let (mut square, mut of_light) = ([0.0; 4], [0.0; 4]);
+            let (mut square, mut light_square) = ([0.0; 4], [0.0; 4]);
             for ((reflected, constant), value) in balance {
                 let missed = (reflected + *constant - *value).to_array();
                 (0..4).for_each(|k| square[k] += missed[k] * missed[k]);
-                (0..4).for_each(|k| of_light[k] += constant.to_array()[k].powi(2));
+                (0..4).for_each(|k| light_square[k] += constant.to_array()[k].powi(2));
             }
-            for (square, of_light) in square.into_iter().zip(of_light) {
-                assert!(square.sqrt() <= 2e-4 * of_light.sqrt(), "{loss}: {square} {of_light}");
+            for (square, light_square) in square.into_iter().zip(light_square) {
+                assert!(square.sqrt() <= 2e-4 * light_square.sqrt(), "{loss}: {square} {light_square}");
             }
         }
         // To sum reflections without loss, as many as patches squared would be needed.

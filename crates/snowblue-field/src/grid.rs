@@ -99,18 +99,18 @@ impl Grid {
         };
         let mut leaves: Vec<(u64, Leaf)> = leaves.into_iter().map(|leaf| (key(leaf.origin()), leaf)).collect();
         leaves.par_sort_unstable_by_key(|(key, _)| *key);
-        let CutCells { cells: of_cut, surface, thickness_m } = cut;
+        let CutCells { cells: cuts, surface, thickness_m } = cut;
         let is_cut: Vec<bool> =
-            leaves.iter().map(|(key, _)| of_cut.binary_search_by_key(key, |cell| cell.key).is_ok()).collect();
+            leaves.iter().map(|(key, _)| cuts.binary_search_by_key(key, |cell| cell.key).is_ok()).collect();
         let uncut = leaves.iter().zip(&is_cut).filter(|(_, is_cut)| !**is_cut).map(|((_, leaf), _)| *leaf);
         let mut is_inside = inside(body, &lattice, &uncut.collect::<Vec<Leaf>>()).into_iter();
-        let (mut cells, mut cut_cells) = (Vec::new(), Vec::with_capacity(of_cut.len()));
-        let mut of_cut = of_cut.into_iter();
+        let (mut cells, mut cut_cells) = (Vec::new(), Vec::with_capacity(cuts.len()));
+        let mut cuts = cuts.into_iter();
         for ((_, leaf), is_cut) in leaves.iter().zip(is_cut) {
             let mut cut = NONE;
             if is_cut {
                 cut = number(cut_cells.len());
-                cut_cells.extend(of_cut.next().map(|cell| CutCell { inside: cell.inside, surface: cell.surface }));
+                cut_cells.extend(cuts.next().map(|cell| CutCell { inside: cell.inside, surface: cell.surface }));
             } else if is_inside.next() != Some(true) {
                 continue;
             }
@@ -328,8 +328,8 @@ fn number_nodes(cells: &mut [Cell]) -> Nodes {
         for parent in parents {
             for term in &expansions[*parent as usize] {
                 let weight = share * term.weight;
-                match terms.iter_mut().find(|one| one.free == term.free) {
-                    Some(one) => one.weight += weight,
+                match terms.iter_mut().find(|known| known.free == term.free) {
+                    Some(known) => known.weight += weight,
                     None => terms.push(Term { weight, ..*term }),
                 }
             }

@@ -217,8 +217,9 @@ mod tests {
             // ∮ n dA = 0 and ∮ x·n dA = 3 V (Gauss).
             let flux: f64 = elements
                 .iter()
-                .map(|one| {
-                    f64::from(one.area_m2) * (one.point.as_dvec3() - body.bounds()[0]).dot(one.normal.as_dvec3())
+                .map(|element| {
+                    f64::from(element.area_m2)
+                        * (element.point.as_dvec3() - body.bounds()[0]).dot(element.normal.as_dvec3())
                 })
                 .sum();
             assert!((flux / (3.0 * expected_volume) - 1.0).abs() < 0.02, "{flux} {expected_volume}");

@@ -59,13 +59,13 @@ impl SurfaceNodes {
         }
         let (mut area_m2, mut weight) = (std::mem::take(&mut nodes.area_m2), Vec::new());
         weight.resize(area_m2.len(), [0.0; SIDES]);
-        let mut of_elements = vec![1.0; grid.surface.len()];
+        let mut element_weights = vec![1.0; grid.surface.len()];
         for (cell, elements) in grid.surface_cells() {
-            of_elements[elements].fill(0.25_f32.powi(cell.level.into()));
+            element_weights[elements].fill(0.25_f32.powi(cell.level.into()));
         }
         nodes.visit_elements(grid, &mut |index, place, side, area| {
             area_m2[place][side] += area;
-            weight[place][side] += area * of_elements[index];
+            weight[place][side] += area * element_weights[index];
         });
         Self { area_m2, weight, ..nodes }
     }
@@ -181,12 +181,13 @@ impl SurfaceNodes {
         for cell in grid.cells.iter().filter(|cell| cell.cut != NONE) {
             let terms = cell.corners.iter().flat_map(|corner| grid.terms(*corner));
             let nodes: Vec<(u32, f32)> = terms.map(|term| (self.number[term.free as usize], term.weight)).collect();
-            for (here, there) in nodes.iter().flat_map(|here| nodes.iter().map(move |there| (here, there))) {
-                let around = &mut neighbours[here.0 as usize];
-                let cells = here.1 * there.1;
-                match around.iter_mut().find(|(number, _)| *number == there.0) {
+            for (node, neighbour) in nodes.iter().flat_map(|node| nodes.iter().map(move |neighbour| (node, neighbour)))
+            {
+                let around = &mut neighbours[node.0 as usize];
+                let cells = node.1 * neighbour.1;
+                match around.iter_mut().find(|(number, _)| *number == neighbour.0) {
                     Some((_, sum)) => *sum += cells,
-                    None => around.push((there.0, cells)),
+                    None => around.push((neighbour.0, cells)),
                 }
             }
         }
@@ -197,22 +198,22 @@ impl SurfaceNodes {
     /// area and for each orientation apart. With a guide, nodes count less the more they differ in it: light does not
     /// leak from a bright surface to a dark one beside it.
     fn spread(&self, neighbours: &[Neighbours], means: &NodeFlux, guide: Option<&[[f32; SIDES]]>) -> NodeFlux {
-        let mean = |here: usize, side: usize| {
+        let mean = |node: usize, side: usize| {
             // It has no weight.
-            if self.area_m2[here][side] <= 0.0 {
+            if self.area_m2[node][side] <= 0.0 {
                 return f32x4::ZERO;
             }
             let (mut sum, mut area_m2) = (f32x4::ZERO, 0.0);
-            for (there, cells) in &neighbours[here] {
-                let there = *there as usize;
-                let likeness = guide.map_or(1.0, |guide| likeness(guide[here][side], guide[there][side]));
-                let weight = self.area_m2[there][side] * likeness * cells;
-                sum += means[there][side] * weight;
+            for (neighbour, cells) in &neighbours[node] {
+                let neighbour = *neighbour as usize;
+                let likeness = guide.map_or(1.0, |guide| likeness(guide[node][side], guide[neighbour][side]));
+                let weight = self.area_m2[neighbour][side] * likeness * cells;
+                sum += means[neighbour][side] * weight;
                 area_m2 += weight;
             }
             quotient(sum, area_m2)
         };
-        (0..means.len()).into_par_iter().map(|here| std::array::from_fn(|side| mean(here, side))).collect()
+        (0..means.len()).into_par_iter().map(|node| std::array::from_fn(|side| mean(node, side))).collect()
     }
 
     /// The means at the nodes, times their weights.

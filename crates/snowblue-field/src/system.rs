@@ -93,11 +93,12 @@ impl System {
             let mut row: Vec<(u32, f32x4)> = Vec::with_capacity(64);
             for free in rows {
                 row.clear();
-                for one in &uses[use_starts[free] as usize..use_starts[free + 1] as usize] {
-                    let number = one.cell as usize;
+                for corner_use in &uses[use_starts[free] as usize..use_starts[free + 1] as usize] {
+                    let number = corner_use.cell as usize;
                     let cell = &grid.cells[number];
                     for corner in 0..CORNERS {
-                        let value = cell_entry(number, cell, entry(one.corner.into(), corner)) * one.weight;
+                        let value =
+                            cell_entry(number, cell, entry(corner_use.corner.into(), corner)) * corner_use.weight;
                         for term in grid.terms(cell.corners[corner]) {
                             let value = value * term.weight;
                             match row.iter_mut().find(|(column, _)| *column == term.free) {
@@ -233,9 +234,9 @@ impl WideCell {
     }
 
     /// What is missing in the grid's flux at an element, for snow of a thickness in m. All is over Σ K F, and
-    /// `of_grid` is for the same light everywhere.
-    pub(crate) fn missing_flux(&self, of_grid: f32x4, thickness_m: f32) -> f32x4 {
-        self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m) * (self.half_space - of_grid)
+    /// `grid_flux` is for the same light everywhere.
+    pub(crate) fn missing_flux(&self, grid_flux: f32x4, thickness_m: f32) -> f32x4 {
+        self.share * part(HALF_SPACE_DEPTHS, self.decay_per_m * thickness_m) * (self.half_space - grid_flux)
     }
 }
 
@@ -301,8 +302,8 @@ fn uses(grid: &Grid) -> (Vec<u32>, Vec<Use>) {
     for (number, corner, term) in corners() {
         let place = &mut next[term.free as usize];
         #[expect(clippy::cast_possible_truncation, reason = "fewer than 2^31 cells of eight corners")]
-        let one = Use { cell: number as u32, corner: corner as u8, weight: term.weight };
-        uses[*place as usize] = one;
+        let corner_use = Use { cell: number as u32, corner: corner as u8, weight: term.weight };
+        uses[*place as usize] = corner_use;
         *place += 1;
     }
     (starts, uses)

@@ -69,9 +69,10 @@ impl Figure {
         let file = |suffix: &str, bytes: Vec<u8>| FigureFile { name: format!("{name}{suffix}"), bytes };
         let mut files = match &self.drawing {
             Drawing::Svg(svg) => vec![file(".svg", svg.clone().into_bytes())],
-            Drawing::Renderings(renderings) => {
-                renderings.iter().map(|one| file(&format!("_{}.png", one.name), one.png.clone())).collect()
-            }
+            Drawing::Renderings(renderings) => renderings
+                .iter()
+                .map(|rendering| file(&format!("_{}.png", rendering.name), rendering.png.clone()))
+                .collect(),
         };
         files.push(file(".csv", self.numbers.csv().into_bytes()));
         files.extend(

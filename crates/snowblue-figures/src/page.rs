@@ -37,13 +37,13 @@ pub fn index(sections: &[Section]) -> String {
 }
 
 /// Links to the figures of the paper, or to those beyond it.
-fn contents(sections: &[Section], of_paper: bool) -> String {
+fn contents(sections: &[Section], is_in_paper: bool) -> String {
     let link = |Section { recipe, figure }: &Section| {
         format!("<li>{}<a href=\"#{}\">{}</a></li>\n", label(recipe), recipe.name, escaped(figure.title))
     };
     let links: String =
-        sections.iter().filter(|section| section.recipe.in_paper.is_some() == of_paper).map(link).collect();
-    let (title, kind) = if of_paper { ("The paper, recomputed", "paper") } else { ("Beyond the paper", "beyond") };
+        sections.iter().filter(|section| section.recipe.in_paper.is_some() == is_in_paper).map(link).collect();
+    let (title, kind) = if is_in_paper { ("The paper, recomputed", "paper") } else { ("Beyond the paper", "beyond") };
     if links.is_empty() {
         return String::new();
     }

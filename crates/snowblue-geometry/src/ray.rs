@@ -96,7 +96,7 @@ pub fn narrow(value: f64) -> f32 {
 /// across.
 pub fn off_surface(point: Vec3A, normal: Vec3A, reach_m: f32) -> Vec3A {
     let [point, normal] =
-        [point + normal * (REACH_FRACTION * reach_m), normal].map(|one| f32x4::from(one.extend(0.0).to_array()));
+        [point + normal * (REACH_FRACTION * reach_m), normal].map(|vector| f32x4::from(vector.extend(0.0).to_array()));
     let [x, y, z, _] = offset(point, normal).to_array();
     Vec3A::new(x, y, z)
 }

@@ -215,9 +215,9 @@ mod tests {
         // A quarter of the 80,000 lines pass through the centre of a triangle, and half so near a corner or edge that
         // single precision cannot decide.
         assert!(crossed >= 20_000 && kept <= crossed + 40_000 && tested == 320_000, "{crossed} {kept}");
-        let one = FourTriangles::new(fan().into_iter().take(1));
+        let single_triangle = FourTriangles::new(fan().into_iter().take(1));
         let through = ShearedRay::new(&Ray { origin: Vec3A::new(0.25, 0.1, 1.0), direction: Vec3A::NEG_Z });
-        assert_eq!(through.candidates(&one), 1, "unused lanes are culled");
+        assert_eq!(through.candidates(&single_triangle), 1, "unused lanes are culled");
     }
 
     #[test]

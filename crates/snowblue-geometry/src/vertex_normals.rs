@@ -27,7 +27,7 @@ const FLAT_COS: f32 = 1.0 - 1e-6;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct VertexNormals {
     /// Of each vertex; zero where there is no normal or more than one.
-    of_vertices: Vec<Vec3>,
+    normals: Vec<Vec3>,
     /// Of triangles at creases, in the order of their indices.
     at_creases: Vec<CreaseTriangle>,
 }
@@ -36,36 +36,36 @@ pub struct VertexNormals {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CreaseTriangle {
     triangle: u32,
-    of_corners: [Vec3; 3],
+    corner_normals: [Vec3; 3],
 }
 
 impl VertexNormals {
     /// One normal for each vertex, of any length. A vertex whose normal is zero or not finite has none.
     pub fn new(normals: impl IntoIterator<Item = Vec3>) -> Self {
-        let of_vertices = normals.into_iter().map(Vec3::normalize_or_zero).collect();
-        Self { of_vertices, at_creases: Vec::new() }
+        let normals = normals.into_iter().map(Vec3::normalize_or_zero).collect();
+        Self { normals, at_creases: Vec::new() }
     }
 
     /// The normals of a mesh by the angles and normals of its triangles. Vertices at the same position count as one.
     /// Triangles without area have no part in them.
     pub fn smooth(positions: &[Vec3], indices: &[[u32; 3]]) -> Self {
         let surface = Surface::new(positions, indices);
-        let mut of_vertices = surface.normals();
-        let creases = surface.corners_at_creases(&of_vertices);
-        let at_crease = |triangle: usize| surface.at_crease(triangle, &of_vertices, &creases);
+        let mut normals = surface.normals();
+        let creases = surface.corners_at_creases(&normals);
+        let at_crease = |triangle: usize| surface.at_crease(triangle, &normals, &creases);
         let at_creases: Vec<_> = (0..indices.len()).into_par_iter().filter_map(at_crease).collect();
-        if at_creases.is_empty() && of_vertices.iter().all(|normal| *normal == Vec3::ZERO) {
-            of_vertices.clear();
+        if at_creases.is_empty() && normals.iter().all(|normal| *normal == Vec3::ZERO) {
+            normals.clear();
         }
-        for at in 0..of_vertices.len() {
-            of_vertices[at] = of_vertices[surface.vertices[at] as usize];
+        for at in 0..normals.len() {
+            normals[at] = normals[surface.vertices[at] as usize];
         }
-        Self { of_vertices, at_creases }
+        Self { normals, at_creases }
     }
 
     /// Whether there are none, so that all faces are flat.
     pub fn is_empty(&self) -> bool {
-        self.of_vertices.is_empty()
+        self.normals.is_empty()
     }
 
     /// The interpolated unit normal of a triangle at some barycentric weights; none where it is that of the face.
@@ -75,10 +75,10 @@ impl VertexNormals {
         if self.is_empty() {
             return None;
         }
-        let mut corners = vertices.map(|at| self.of_vertices[at as usize]);
+        let mut corners = vertices.map(|at| self.normals[at as usize]);
         if corners.contains(&Vec3::ZERO) {
-            let found = self.at_creases.binary_search_by_key(&triangle, |one| one.triangle).ok()?;
-            corners = self.at_creases[found].of_corners;
+            let found = self.at_creases.binary_search_by_key(&triangle, |crease| crease.triangle).ok()?;
+            corners = self.at_creases[found].corner_normals;
         }
         let sum: Vec3 = corners.into_iter().zip(weights).map(|(normal, weight)| normal * weight).sum();
         sum.try_normalize()
@@ -89,11 +89,11 @@ impl VertexNormals {
     pub(crate) fn append(&mut self, other: &Self, triangles: u32, map: &DMat3) {
         let (normal_map, mirrors) = (map.inverse().transpose(), map.determinant() < 0.0);
         let transformed = |normal: Vec3| (normal_map * normal.as_dvec3()).normalize_or_zero().as_vec3();
-        self.of_vertices.extend(other.of_vertices.iter().copied().map(transformed));
-        self.at_creases.extend(other.at_creases.iter().map(|one| {
-            let [a, b, c] = one.of_corners.map(transformed);
-            let of_corners = if mirrors { [a, c, b] } else { [a, b, c] };
-            CreaseTriangle { triangle: one.triangle + triangles, of_corners }
+        self.normals.extend(other.normals.iter().copied().map(transformed));
+        self.at_creases.extend(other.at_creases.iter().map(|crease| {
+            let [a, b, c] = crease.corner_normals.map(transformed);
+            let corner_normals = if mirrors { [a, c, b] } else { [a, b, c] };
+            CreaseTriangle { triangle: crease.triangle + triangles, corner_normals }
         }));
     }
 }
@@ -164,12 +164,12 @@ impl<'a> Surface<'a> {
         if !face.has_area() || corners.iter().all(|at| normals[*at] != Vec3::ZERO) {
             return None;
         }
-        let of_corners = corners.map(|at| match normals[at] {
+        let corner_normals = corners.map(|at| match normals[at] {
             Vec3::ZERO => self.corner_normal(creases.group(at), face.normal),
-            of_vertex => of_vertex,
+            vertex_normal => vertex_normal,
         });
-        let is_flat = of_corners.iter().all(|normal| normal.dot(face.normal) >= FLAT_COS);
-        (!is_flat).then_some(CreaseTriangle { triangle: triangle as u32, of_corners })
+        let is_flat = corner_normals.iter().all(|normal| normal.dot(face.normal) >= FLAT_COS);
+        (!is_flat).then_some(CreaseTriangle { triangle: triangle as u32, corner_normals })
     }
 
     /// The normal of a triangle's corner among all corners at its vertex, by the normal of the triangle.
@@ -265,8 +265,8 @@ mod tests {
         let triangles: Vec<_> = indices.iter().map(|vertices| vertices.map(|at| positions[at as usize])).collect();
         let apart = corners(&triangles);
         let normals = VertexNormals::smooth(&apart.0, &apart.1);
-        let of_corners: Vec<Vec3> = indices.iter().flatten().map(|at| true_normals[*at as usize]).collect();
-        assert!(greatest_error_deg(&normals, &of_corners, &apart.1) < 1.0);
+        let corner_normals: Vec<Vec3> = indices.iter().flatten().map(|at| true_normals[*at as usize]).collect();
+        assert!(greatest_error_deg(&normals, &corner_normals, &apart.1) < 1.0);
     }
 
     /// The sides of a cube, each two triangles or four.
@@ -324,7 +324,7 @@ mod tests {
         indices.extend([[0, 0, 1], [5, 5, 5], [lonely, lonely + 1, lonely], [2, 1, 2]]);
         let normals = VertexNormals::smooth(&positions, &indices);
         assert!(greatest_error_deg(&normals, &true_normals, &indices[..sound]) < 1.0);
-        assert!(normals.of_vertices.iter().all(|normal| normal.is_finite()));
+        assert!(normals.normals.iter().all(|normal| normal.is_finite()));
         assert_eq!(normals.at(0, indices[sound + 2], [0.2, 0.3, 0.5]), None);
         let given = VertexNormals::new([Vec3::Z * 3.0, Vec3::NAN, Vec3::ZERO, Vec3::X, Vec3::Z]);
         assert_eq!(given.at(0, [0, 4, 0], [0.2, 0.3, 0.5]), Some(Vec3::Z));
@@ -355,13 +355,13 @@ mod tests {
         let map = DMat3::from_diagonal(DVec3::new(2.0, 1.0, -3.0));
         let mut whole = VertexNormals::default();
         whole.append(&part, 0, &DMat3::IDENTITY);
-        assert!(whole.of_vertices.iter().zip(&part.of_vertices).all(|(one, other)| one.abs_diff_eq(*other, 1e-6)));
+        assert!(whole.normals.iter().zip(&part.normals).all(|(one, other)| one.abs_diff_eq(*other, 1e-6)));
         whole.append(&part, 2, &map);
         let weights = [0.2, 0.3, 0.5];
-        let one = part.at(1, indices[1], weights).unwrap().as_dvec3();
+        let normal = part.at(1, indices[1], weights).unwrap().as_dvec3();
         let [a, b, c] = indices[1].map(|at| at + 6);
-        let other = whole.at(3, [a, c, b], [0.2, 0.5, 0.3]).unwrap().as_dvec3();
-        let transformed = (map.inverse().transpose() * one).normalize();
-        assert!(other.dot(transformed) > 0.999, "{other} {transformed}");
+        let appended = whole.at(3, [a, c, b], [0.2, 0.5, 0.3]).unwrap().as_dvec3();
+        let transformed = (map.inverse().transpose() * normal).normalize();
+        assert!(appended.dot(transformed) > 0.999, "{appended} {transformed}");
     }
 }

@@ -105,19 +105,19 @@ pub(crate) fn match_color<'py>(
         let missed = missed.map(|nearest| format!("the colour is out of reach: it is {}", nearest.deviation(&target)));
         Ok((found, missed))
     })?;
-    let row = |one: &Match| {
+    let row = |matched: &Match| {
         let dict = PyDict::new(py);
         let shown = |xyz| LinearRgb::from_xyz(xyz).display_hex();
-        dict.set_item("grain_size_um", one.sample.grain_size.middle_um())?;
-        dict.set_item("density_kg_m3", one.sample.density_kg_m3)?;
-        dict.set_item("thickness_cm", one.thickness_cm)?;
-        dict.set_item("delta_e", one.difference.at_middle_grey)?;
-        dict.set_item("delta_e_2000", one.difference.at_middle_grey_2000)?;
-        dict.set_item("within_reach", one.within_reach())?;
-        dict.set_item("Y", one.light.y)?;
-        dict.set_item("exposure_stops", (color.y / one.light.y).log2())?;
-        dict.set_item("hex", shown(one.light.with_luminance(color.y)))?;
-        dict.set_item("hex_transmitted", shown(one.light))?;
+        dict.set_item("grain_size_um", matched.sample.grain_size.middle_um())?;
+        dict.set_item("density_kg_m3", matched.sample.density_kg_m3)?;
+        dict.set_item("thickness_cm", matched.thickness_cm)?;
+        dict.set_item("delta_e", matched.difference.at_middle_grey)?;
+        dict.set_item("delta_e_2000", matched.difference.at_middle_grey_2000)?;
+        dict.set_item("within_reach", matched.within_reach())?;
+        dict.set_item("Y", matched.light.y)?;
+        dict.set_item("exposure_stops", (color.y / matched.light.y).log2())?;
+        dict.set_item("hex", shown(matched.light.with_luminance(color.y)))?;
+        dict.set_item("hex_transmitted", shown(matched.light))?;
         Ok(dict)
     };
     Ok((found.iter().map(row).collect::<PyResult<_>>()?, missed))

@@ -182,9 +182,9 @@ impl Scene {
             let write = if is_glb { write_glb } else { write_ply };
             write(&baked, &provenance, &path).map_err(failure)?;
         }
-        let of_all = PyDict::new(py);
-        of_all.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
-        of_all.set_item("provenance", provenance.to_string())?;
+        let bake_dict = PyDict::new(py);
+        bake_dict.set_item("lamps", baked.lamps.iter().map(|lamp| lamp.kind).collect::<Vec<_>>())?;
+        bake_dict.set_item("provenance", provenance.to_string())?;
         let objects = baked.objects.iter().map(|object| {
             let dict = baked_object(py, &baked, object)?;
             if content.reflection {
@@ -195,7 +195,7 @@ impl Scene {
             }
             Ok(dict)
         });
-        std::iter::once(Ok(of_all)).chain(objects).collect()
+        std::iter::once(Ok(bake_dict)).chain(objects).collect()
     }
 }
 

@@ -16,16 +16,16 @@ use crate::work::{input, run};
 pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let all = PyDict::new(py);
     for parameter in PARAMETERS {
-        let one = PyDict::new(py);
-        one.set_item("title", parameter.title)?;
-        one.set_item("unit", parameter.range.unit)?;
-        one.set_item("least", parameter.range.least)?;
-        one.set_item("greatest", parameter.range.greatest)?;
-        one.set_item("default", parameter.default)?;
-        one.set_item("text", parameter.text)?;
-        one.set_item("effect", parameter.effect)?;
-        one.set_item("source", parameter.source)?;
-        all.set_item(parameter.key, one)?;
+        let dict = PyDict::new(py);
+        dict.set_item("title", parameter.title)?;
+        dict.set_item("unit", parameter.range.unit)?;
+        dict.set_item("least", parameter.range.least)?;
+        dict.set_item("greatest", parameter.range.greatest)?;
+        dict.set_item("default", parameter.default)?;
+        dict.set_item("text", parameter.text)?;
+        dict.set_item("effect", parameter.effect)?;
+        dict.set_item("source", parameter.source)?;
+        all.set_item(parameter.key, dict)?;
     }
     Ok(all)
 }
@@ -35,7 +35,9 @@ pub(crate) fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 pub(crate) fn resolved<'py>(py: Python<'py>, snow: Snow) -> PyResult<Bound<'py, PyDict>> {
     let sample = snow.sample()?;
     let dict = PyDict::new(py);
-    let numbers = |one: &TruncatedNormal| [one.min, one.max, one.mean, one.standard_deviation];
+    let numbers = |distribution: &TruncatedNormal| {
+        [distribution.min, distribution.max, distribution.mean, distribution.standard_deviation]
+    };
     dict.set_item("grain_size_um", [sample.grain_size.min_um, sample.grain_size.max_um])?;
     dict.set_item("size_measure", sample.grain_size.measure.name())?;
     dict.set_item("facetness", numbers(&sample.facetness))?;

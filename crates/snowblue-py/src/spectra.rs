@@ -143,26 +143,28 @@ pub(crate) fn bsdf<'py>(
     })?;
     let dict = PyDict::new(py);
     for (name, patches) in [
-        ("brdf", (|one| &one.reflection) as fn(&Distribution) -> &Vec<monte_carlo::Patch>),
-        ("btdf", |one| &one.transmission),
+        ("brdf", (|distribution| &distribution.reflection) as fn(&Distribution) -> &Vec<monte_carlo::Patch>),
+        ("btdf", |distribution| &distribution.transmission),
     ] {
-        let rows: Vec<Estimate> =
-            distributions.iter().flat_map(|one| patches(one).iter().map(|patch| patch.bsdf_per_sr)).collect();
+        let rows: Vec<Estimate> = distributions
+            .iter()
+            .flat_map(|distribution| patches(distribution).iter().map(|patch| patch.bsdf_per_sr))
+            .collect();
         add(&dict, &[(name, |row| *row)], &rows, true)?;
     }
     let quantities: [Quantity<Distribution>; 3] = [
-        ("reflectance", |one| one.reflectance),
-        ("transmittance", |one| one.transmittance),
-        ("direct", |one| one.direct),
+        ("reflectance", |distribution| distribution.reflectance),
+        ("transmittance", |distribution| distribution.transmittance),
+        ("direct", |distribution| distribution.direct),
     ];
     add(&dict, &quantities, &distributions, true)?;
-    if let Some(one) = distributions.first() {
-        let of_patches =
-            |value: fn(&monte_carlo::Patch) -> f64| -> Vec<f64> { one.reflection.iter().map(value).collect() };
+    if let Some(distribution) = distributions.first() {
+        let patch_values =
+            |value: fn(&monte_carlo::Patch) -> f64| -> Vec<f64> { distribution.reflection.iter().map(value).collect() };
         for (name, values) in [
-            ("theta", of_patches(|patch| patch.theta_deg)),
-            ("phi", of_patches(|patch| patch.phi_deg)),
-            ("solid_angle", of_patches(|patch| patch.solid_angle_sr)),
+            ("theta", patch_values(|patch| patch.theta_deg)),
+            ("phi", patch_values(|patch| patch.phi_deg)),
+            ("solid_angle", patch_values(|patch| patch.solid_angle_sr)),
         ] {
             dict.set_item(name, PyArray1::from_vec(py, values))?;
         }
@@ -184,11 +186,11 @@ fn of_several(control: &Control, part: usize, parts: usize) -> impl Fn(monte_car
 
 /// Adds an array for each quantity, and one of its standard errors.
 fn add<R>(dict: &Bound<'_, PyDict>, quantities: &[Quantity<R>], rows: &[R], with_errors: bool) -> PyResult<()> {
-    for (name, of_row) in quantities {
-        let array = |part: fn(Estimate) -> f64| -> Vec<f64> { rows.iter().map(|row| part(of_row(row))).collect() };
-        dict.set_item(name, PyArray1::from_vec(dict.py(), array(|one| one.value)))?;
+    for (name, quantity) in quantities {
+        let array = |part: fn(Estimate) -> f64| -> Vec<f64> { rows.iter().map(|row| part(quantity(row))).collect() };
+        dict.set_item(name, PyArray1::from_vec(dict.py(), array(|estimate| estimate.value)))?;
         if with_errors {
-            let errors = PyArray1::from_vec(dict.py(), array(|one| one.standard_error));
+            let errors = PyArray1::from_vec(dict.py(), array(|estimate| estimate.standard_error));
             dict.set_item(format!("{name}_se"), errors)?;
         }
     }

@@ -63,7 +63,7 @@ fn boundary(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     Grouped::new(vertices, edges).visit_mut(|edges| {
         edges.sort_unstable();
         for uses in edges.chunk_by(|one, other| one.1 == other.1).filter(|uses| uses.len() % 2 == 1) {
-            let forward = 2 * uses.iter().filter(|one| one.2).count() > uses.len();
+            let forward = 2 * uses.iter().filter(|edge| edge.2).count() > uses.len();
             let (low, high, _) = uses[0];
             boundary.push(if forward { [low, high] } else { [high, low] });
         }
@@ -99,8 +99,8 @@ mod tests {
         let [top, bottom] = [Vec3::Z, Vec3::NEG_Z];
         let around = [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Y];
         let faces = |at: usize| {
-            let (one, next) = (around[at], around[(at + 1) % 4]);
-            [[one, next, top], [next, one, bottom]]
+            let (corner, next) = (around[at], around[(at + 1) % 4]);
+            [[corner, next, top], [next, corner, bottom]]
         };
         let octahedron = TriangleMesh::from_triangles(&(0..4).flat_map(faces).collect::<Vec<_>>());
         check(&snow_on_mesh(&octahedron, 0.0, |_, _| 0.3).unwrap(), 2.0 * 0.3 / 3.0);

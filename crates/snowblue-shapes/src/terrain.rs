@@ -370,9 +370,9 @@ impl<'a> Refinement<'a> {
             let down = slope(levels[far][column], levels[near][column], near - far, step_m.y);
             let steepness = DVec3::new(across, down, 1.0).length();
             let found = triangles.at(DVec2::new(column as f64, row as f64) / f64::from(PRINT_SAMPLES));
-            let here = levels[row][column];
-            (here.top_m - found.top_m).abs() > tolerance_m * steepness
-                || (here.bottom_m - found.bottom_m).abs() > tolerance_m.max(self.tolerance_m)
+            let sampled = levels[row][column];
+            (sampled.top_m - found.top_m).abs() > tolerance_m * steepness
+                || (sampled.bottom_m - found.bottom_m).abs() > tolerance_m.max(self.tolerance_m)
         })
     }
 
@@ -504,8 +504,10 @@ impl Planes {
             }
         }
         let (weights, plane) = best;
-        let sum = |level: fn(&Levels) -> f64| weights.iter().zip(&plane.levels).map(|(w, one)| w * level(one)).sum();
-        Levels { bottom_m: sum(|one| one.bottom_m), top_m: sum(|one| one.top_m) }
+        let sum = |level: fn(&Levels) -> f64| {
+            weights.iter().zip(&plane.levels).map(|(weight, levels)| weight * level(levels)).sum()
+        };
+        Levels { bottom_m: sum(|levels| levels.bottom_m), top_m: sum(|levels| levels.top_m) }
     }
 }
 

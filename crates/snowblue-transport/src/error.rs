@@ -113,9 +113,9 @@ pub(crate) fn find_by_name<T: Copy>(
     all: &[T],
     name_of: fn(T) -> &'static str,
 ) -> Result<T, TransportError> {
-    all.iter().copied().find(|one| name_of(*one) == name).ok_or_else(|| TransportError::Unknown {
+    all.iter().copied().find(|value| name_of(*value) == name).ok_or_else(|| TransportError::Unknown {
         quantity,
         name: name.to_owned(),
-        known: all.iter().map(|one| name_of(*one)).collect::<Vec<_>>().join(", "),
+        known: all.iter().map(|value| name_of(*value)).collect::<Vec<_>>().join(", "),
     })
 }

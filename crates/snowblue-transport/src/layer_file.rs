@@ -125,8 +125,8 @@ fn read_layer(value: &Spanned<DeValue>, index: usize, ice: IceTable) -> Result<L
     let snow = SnowKeys { ice: Some(ice.name().to_owned()), ..snow };
     let sample = snow.sample().map_err(|SnowKeyError { key, impurity, error }| {
         let given = keys.get(key);
-        let of_impurity = impurity.and_then(|name| given?.get_ref().as_table()?.get(name.as_str()));
-        LayerFileError::at(of_impurity.or(given).map_or(value.span(), Spanned::span), error)
+        let given_impurity = impurity.and_then(|name| given?.get_ref().as_table()?.get(name.as_str()));
+        LayerFileError::at(given_impurity.or(given).map_or(value.span(), Spanned::span), error)
     })?;
     let layer = Layer { sample, thickness_cm };
     layer.check().map_err(|error| LayerFileError::at(thickness.span(), error))?;
@@ -142,13 +142,13 @@ mod tests {
     fn values_are_numbers_or_lists() {
         let text = "[[layer]]\nthickness_cm = 3\ngrain_size_um = 200\nfacetness = 0.5\nsphericity = 0.9\n\
                     [[layer]]\nthickness_cm = 2\ngrain_size_um = [100, 300]\nfacetness = [0, 1, 0.5, 0.2]\n";
-        let [one, other] = LayerFile::parse(text).unwrap().layers[..] else { panic!("two layers") };
+        let [first, second] = LayerFile::parse(text).unwrap().layers[..] else { panic!("two layers") };
         let ends = |sample: &SnowSample| (sample.grain_size.min_um, sample.grain_size.max_um);
-        assert_eq!((ends(&one.sample), ends(&other.sample)), ((150.0, 250.0), (100.0, 300.0)));
-        assert_eq!(one.sample.facetness, TruncatedNormal::facetness_around(0.5));
-        assert_eq!(one.sample.sphericity, TruncatedNormal::exactly(0.9));
+        assert_eq!((ends(&first.sample), ends(&second.sample)), ((150.0, 250.0), (100.0, 300.0)));
+        assert_eq!(first.sample.facetness, TruncatedNormal::facetness_around(0.5));
+        assert_eq!(first.sample.sphericity, TruncatedNormal::exactly(0.9));
         let wide = TruncatedNormal { min: 0.0, max: 1.0, mean: 0.5, standard_deviation: 0.2 };
-        assert_eq!(other.sample.facetness, wide);
+        assert_eq!(second.sample.facetness, wide);
     }
 
     #[test]

@@ -127,7 +127,7 @@ mod tests {
         let tomograms = tomograms();
         assert_eq!((tomograms.len(), tomograms[0].kind), (32, "MF"));
         assert!((tomograms[31].structure.surface_area_m2_kg - 13.12).abs() < 1e-12);
-        let enhancements: Vec<f64> = tomograms.iter().map(|one| one.optics.path_enhancement).collect();
+        let enhancements: Vec<f64> = tomograms.iter().map(|tomogram| tomogram.optics.path_enhancement).collect();
         assert!((mean_and_deviation(&enhancements).mean - 1.53).abs() < 0.01);
     }
 

@@ -32,7 +32,7 @@ mod tests {
     fn the_default_sample_has_the_defaults_of_its_parameters() {
         let SnowSample { grain_size, sphericity, facetness, density_kg_m3, water_saturation, temperature_c, .. } =
             SnowSample::default();
-        let of_sample = [
+        let values = [
             (GRAIN_SIZE, grain_size.middle_um()),
             (SURFACE_AREA, SnowType::Rounded.surface_area_m2_kg()),
             (SPHERICITY, sphericity.mean),
@@ -41,7 +41,7 @@ mod tests {
             (WATER_SATURATION, water_saturation),
             (TEMPERATURE, temperature_c),
         ];
-        for (parameter, value) in of_sample {
+        for (parameter, value) in values {
             assert!((parameter.default - value).abs() < 1e-12, "{}: {value}", parameter.key);
         }
     }

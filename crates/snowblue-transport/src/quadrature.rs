@@ -67,21 +67,21 @@ impl Quadrature {
 
 /// P_n(x) and P_n'(x) for |x| < 1 by the three-term recurrence.
 fn legendre_with_derivative(n: usize, x: f64) -> (f64, f64) {
-    let (mut before, mut here) = (0.0, 1.0);
+    let (mut before, mut legendre) = (0.0, 1.0);
     for l in 0..n {
         let l = l as f64;
-        (before, here) = (here, ((2.0 * l + 1.0) * x * here - l * before) / (l + 1.0));
+        (before, legendre) = (legendre, ((2.0 * l + 1.0) * x * legendre - l * before) / (l + 1.0));
     }
-    (here, n as f64 * (x * here - before) / (x * x - 1.0))
+    (legendre, n as f64 * (x * legendre - before) / (x * x - 1.0))
 }
 
 /// P_0(x) … P_{count−1}(x), for |x| ≤ 1, into `values`.
 pub(crate) fn legendre_polynomials(x: f64, values: &mut [f64]) {
-    let (mut before, mut here) = (0.0, 1.0);
+    let (mut before, mut legendre) = (0.0, 1.0);
     for (l, value) in values.iter_mut().enumerate() {
-        *value = here;
+        *value = legendre;
         let l = l as f64;
-        (before, here) = (here, ((2.0 * l + 1.0) * x * here - l * before) / (l + 1.0));
+        (before, legendre) = (legendre, ((2.0 * l + 1.0) * x * legendre - l * before) / (l + 1.0));
     }
 }
 

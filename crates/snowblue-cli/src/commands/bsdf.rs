@@ -113,11 +113,12 @@ impl Bsdf {
 /// A row for each patch.
 fn results(distributions: &[Distribution], made: &Metadata) -> DataTable {
     let mut rows = Vec::new();
-    for one in distributions {
-        for (side, patches) in [("reflection", &one.reflection), ("transmission", &one.transmission)] {
+    for distribution in distributions {
+        for (side, patches) in [("reflection", &distribution.reflection), ("transmission", &distribution.transmission)]
+        {
             rows.extend(patches.iter().map(|patch| {
                 let Estimate { value, standard_error } = patch.bsdf_per_sr;
-                let centre = [patch.theta_deg, patch.phi_deg, patch.solid_angle_sr, one.wavelength_nm];
+                let centre = [patch.theta_deg, patch.phi_deg, patch.solid_angle_sr, distribution.wavelength_nm];
                 let numbers = centre.into_iter().chain([value, standard_error]);
                 std::iter::once(Cell::word(side)).chain(numbers.map(Cell::from)).collect()
             }));
@@ -129,17 +130,17 @@ fn results(distributions: &[Distribution], made: &Metadata) -> DataTable {
 /// Metadata followed by the fluxes at each wavelength.
 fn with_fluxes(distributions: &[Distribution], made: &Metadata) -> Metadata {
     let fluxes = |quantity: fn(&Distribution) -> Estimate| {
-        let words = distributions.iter().map(|one| {
-            let Estimate { value, standard_error } = quantity(one);
-            format!("{} ± {} at {} nm", format_number(value), format_number(standard_error), one.wavelength_nm)
+        let words = distributions.iter().map(|distribution| {
+            let Estimate { value, standard_error } = quantity(distribution);
+            format!("{} ± {} at {} nm", format_number(value), format_number(standard_error), distribution.wavelength_nm)
         });
         words.collect::<Vec<_>>().join(", ")
     };
     let mut metadata = made.clone();
     metadata.extend([
-        ("reflectance", fluxes(|one| one.reflectance)),
-        ("transmittance", fluxes(|one| one.transmittance)),
-        ("direct", fluxes(|one| one.direct)),
+        ("reflectance", fluxes(|distribution| distribution.reflectance)),
+        ("transmittance", fluxes(|distribution| distribution.transmittance)),
+        ("direct", fluxes(|distribution| distribution.direct)),
     ]);
     metadata
 }

@@ -90,12 +90,14 @@ impl Match {
             ("target", self.target.to_string()),
             ("observer", Observer::Cie1931.name().to_owned()),
         ];
-        let of_first = self.sample.metadata_of(&found[0].sample).into_iter();
+        let first_row_metadata = self.sample.metadata_of(&found[0].sample).into_iter();
         // Other rows have other grain sizes and densities.
-        metadata
-            .extend(of_first.map(|(name, value)| (if name == "snow" { "snow of the first row" } else { name }, value)));
+        metadata.extend(
+            first_row_metadata
+                .map(|(name, value)| (if name == "snow" { "snow of the first row" } else { name }, value)),
+        );
         metadata.push(("seed", self.ordinates.seed.to_string()));
-        let rows = found.iter().map(|one| self.row(one, target.color)).collect();
+        let rows = found.iter().map(|matched| self.row(matched, target.color)).collect();
         self.output.write(&DataTable { columns: COLUMNS.to_vec(), rows, metadata }, quiet)?;
         if !found[0].within_reach() {
             print_message(&self.out_of_reach(&found[0], &target));

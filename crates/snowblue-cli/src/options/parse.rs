@@ -173,7 +173,7 @@ pub(crate) fn wavelengths(words: &str) -> Result<Wavelengths, String> {
 
 pub(crate) fn span(words: &str) -> Result<Span, String> {
     match numbers(words)?[..] {
-        [one] => Ok(Span { min: one, max: one }),
+        [value] => Ok(Span { min: value, max: value }),
         [min, max] if min < max => Ok(Span { min, max }),
         [min, max] => Err(format!("the range must ascend, but {max} follows {min}")),
         _ => Err("give one value (10) or a range (5:30)".to_owned()),

@@ -172,7 +172,7 @@ impl SnowOptions {
         let describe = |ImpurityAmount { substance, ng_g }: &ImpurityAmount| {
             format!("{substance}={} ng/g ({})", format_number(*ng_g), substance.source())
         };
-        let present: Vec<String> = self.impurity.iter().filter(|one| one.ng_g > 0.0).map(describe).collect();
+        let present: Vec<String> = self.impurity.iter().filter(|amount| amount.ng_g > 0.0).map(describe).collect();
         if !present.is_empty() {
             metadata.push(("impurities", present.join(", ")));
         }

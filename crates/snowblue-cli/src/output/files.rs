@@ -10,14 +10,14 @@ use super::failure::{Failure, Outcome};
 
 /// Parses the path of an output, of which - is the standard output.
 pub(crate) fn output_path() -> impl TypedValueParser<Value = PathBuf> {
-    let of_dash = |path: PathBuf| if path == Path::new("-") { PathBuf::from(STANDARD_OUTPUT) } else { path };
-    PathBufValueParser::new().map(of_dash)
+    let without_dash = |path: PathBuf| if path == Path::new("-") { PathBuf::from(STANDARD_OUTPUT) } else { path };
+    PathBufValueParser::new().map(without_dash)
 }
 
-/// The ending of an output's name, in lower case. A stream without one has the ending `of_stream`.
-pub(crate) fn ending(path: &Path, of_stream: &str) -> String {
+/// The ending of an output's name, in lower case. A stream without one has the ending `stream_ending`.
+pub(crate) fn ending(path: &Path, stream_ending: &str) -> String {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
-    ending.unwrap_or_else(|| if is_stream(path) { of_stream.to_owned() } else { String::new() })
+    ending.unwrap_or_else(|| if is_stream(path) { stream_ending.to_owned() } else { String::new() })
 }
 
 /// Checks that a file can be written at a path.

@@ -246,11 +246,11 @@ impl CompactSnow {
         let [through, back] = [&transmittance, &reflectance].map(|samples| Chebyshev2::interpolate(samples));
         let differences = |polynomial: &Chebyshev2, samples: &[Vec<[f64; 3]>]| {
             let point = |(x, row): (&f64, &Vec<[f64; 3]>)| {
-                let of_row = ys.iter().zip(row).map(|(y, exact)| {
+                let row_differences = ys.iter().zip(row).map(|(y, exact)| {
                     let ours = polynomial.at(*x, *y);
                     (0..3).map(|channel| (ours[channel] - exact[channel]).abs()).fold(0.0, f64::max)
                 });
-                of_row.fold(0.0, f64::max)
+                row_differences.fold(0.0, f64::max)
             };
             xs.iter().zip(samples).map(point).fold(0.0, f64::max)
         };
@@ -296,7 +296,7 @@ fn samples(
     let solved = solve_without_errors(&slab, options)?;
     let count = slab.wavelengths_nm.len();
     let spectra: Vec<_> = solved.chunks_exact(count).collect();
-    let darkest = solved.iter().find(|one| one.transmittance.value <= LEAST_TRANSMITTANCE);
+    let darkest = solved.iter().find(|radiometry| radiometry.transmittance.value <= LEAST_TRANSMITTANCE);
     if let Some(Radiometry { thickness_cm, .. }) = darkest {
         return Err(CompactError::Dark { thickness_cm: *thickness_cm });
     }
@@ -309,10 +309,12 @@ fn samples(
         (0..thicknesses_m.len()).map(row).collect()
     };
     Ok(Samples {
-        transmittance: rows(&|case| logarithms(spectra[case].iter().map(|one| one.transmittance.value).collect(), 1.0)),
+        transmittance: rows(&|case| {
+            logarithms(spectra[case].iter().map(|radiometry| radiometry.transmittance.value).collect(), 1.0)
+        }),
         reflectance: rows(&|case| {
             let thickness_m = 1e-2 * spectra[case][0].thickness_cm;
-            logarithms(spectra[case].iter().map(|one| one.reflectance.value).collect(), thickness_m)
+            logarithms(spectra[case].iter().map(|radiometry| radiometry.reflectance.value).collect(), thickness_m)
         }),
     })
 }

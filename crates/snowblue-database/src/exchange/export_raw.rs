@@ -51,7 +51,8 @@ pub fn export_raw(table: &AnyTable, path: &Path) -> Result<(), DatabaseError> {
             .collect::<Vec<_>>(),
         "arrays": arrays,
         "recipe": space.map(|_| RECIPE),
-        "metadata": metadata.iter().map(|one| (one.name.clone(), json!(one.value))).collect::<serde_json::Map<_, _>>(),
+        "metadata": metadata.iter().map(|entry| (entry.name.clone(), json!(entry.value)))
+            .collect::<serde_json::Map<_, _>>(),
     });
     let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
     write_bytes(&beside, &bytes)?;

@@ -65,7 +65,12 @@ pub fn fewest_components(table: &Table, space: Space, criteria: &Criteria) -> Re
         vec![None]
     };
     let mut failing = Quantity::Transmittance;
-    let max = decompositions.iter().map(|(_, one)| one.singular_values().len()).min().unwrap_or(0).min(MAX_COMPONENTS);
+    let max = decompositions
+        .iter()
+        .map(|(_, decomposition)| decomposition.singular_values().len())
+        .min()
+        .unwrap_or(0)
+        .min(MAX_COMPONENTS);
     // Both quantities are evaluated for each number, since errors need not decrease with every component.
     'counts: for count in 1..=max {
         for (quantity, decomposition) in &decompositions {

@@ -287,8 +287,10 @@ impl Comparison<'_> {
     /// The errors of one quantity.
     fn errors(&self, quantity: Quantity, between_samples: bool, angles_deg: Interval) -> OffGridErrors {
         let all = self.relative_errors(quantity);
-        let bright: Vec<RelativeError> = all.iter().filter(|one| one.solved > BRIGHT_VALUE).copied().collect();
-        let spread_of = |errors: &[RelativeError]| spread(errors.iter().map(|one| one.error.abs()));
+        let bright: Vec<RelativeError> =
+            all.iter().filter(|relative_error| relative_error.solved > BRIGHT_VALUE).copied().collect();
+        let spread_of =
+            |errors: &[RelativeError]| spread(errors.iter().map(|relative_error| relative_error.error.abs()));
         let (relative_spread, bright_spread) = (spread_of(&all), spread_of(&bright));
         let lab = |values: &[f64]| Lab::from_xyz(self.colorimeter.xyz(values), self.colorimeter.white());
         let delta_e = spread(self.answers.iter().map(|answer| {
@@ -335,16 +337,16 @@ impl Comparison<'_> {
 impl Point {
     /// The point in words, as by [`Axes::describe`].
     fn describe(&self) -> String {
-        let one = |value: f64| vec![round(value)];
-        let axis = |value: &PropertyValue| PropertyAxis { property: value.property, values: one(value.value) };
+        let single_value = |value: f64| vec![round(value)];
+        let axis = |value: &PropertyValue| PropertyAxis { property: value.property, values: single_value(value.value) };
         let axes = Axes {
-            grain_sizes_um: one(self.sample.grain_size_um),
-            facetness: one(self.sample.facetness),
-            densities_kg_m3: one(self.sample.density_kg_m3),
+            grain_sizes_um: single_value(self.sample.grain_size_um),
+            facetness: single_value(self.sample.facetness),
+            densities_kg_m3: single_value(self.sample.density_kg_m3),
             properties: self.sample.properties.iter().map(axis).collect(),
             diffuse: false,
-            angles_deg: one(f64::from(self.angle_deg)),
-            thicknesses_cm: one(f64::from(self.thickness_cm)),
+            angles_deg: single_value(f64::from(self.angle_deg)),
+            thicknesses_cm: single_value(f64::from(self.thickness_cm)),
             wavelengths_nm: vec![0.0],
         };
         axes.describe(0)

@@ -53,7 +53,7 @@ impl<'snow> SnowMix<'snow> {
         let (mut mixed, mut second) = ([0.0; PADDED_COMPONENTS], [0.0; PADDED_COMPONENTS]);
         self.first.transmittance_coefficients(thickness_cm, angle_deg, &mut mixed);
         self.second.transmittance_coefficients(thickness_cm, angle_deg, &mut second);
-        mixed.iter_mut().zip(second).for_each(|(one, other)| *one += self.fraction * (other - *one));
+        mixed.iter_mut().zip(second).for_each(|(mixed, second)| *mixed += self.fraction * (second - *mixed));
         self.first.transmittance_basis.transmittance(&mixed, spectrum);
     }
 
@@ -75,7 +75,7 @@ impl<'snow> SnowMix<'snow> {
         let [first_cm, second_cm] = [self.first, self.second].map(|snow| snow.equivalent_thickness_cm(thickness_cm));
         first.coefficients(first_cm, angle_deg, &mut mixed);
         second.coefficients(second_cm, angle_deg, &mut other);
-        mixed.iter_mut().zip(other).for_each(|(one, other)| *one += self.fraction * (other - *one));
+        mixed.iter_mut().zip(other).for_each(|(mixed, other)| *mixed += self.fraction * (other - *mixed));
         let [first_factor, second_factor] = [first_cm, second_cm].map(|h| h / (h + OFFSET_CM));
         let factor = first_factor * (second_factor / first_factor).powf(self.fraction);
         let scale = Scale { factor, log2: mixed[self.first.count] };

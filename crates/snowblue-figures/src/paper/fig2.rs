@@ -401,8 +401,8 @@ fn surface(canvas: &mut Canvas, index: f64) -> Result<(), FigureError> {
     let grain_normal = DVec2::new(edge[edge.len() - 3].x, middle);
     canvas.arrow(grain_normal.into(), (grain_normal - DVec2::Y * 84.0).into(), Stroke::solid(INK, 1.8));
     words(canvas, grain_normal + DVec2::new(8.0, -74.0), "n", INK);
-    let of_facet = 0.5 * (edge[1] + edge[2]) + normal(&edge[1..3]) * 30.0;
-    words(canvas, of_facet + DVec2::new(-4.0, -7.0), "m", GREY);
+    let facet_normal_end = 0.5 * (edge[1] + edge[2]) + normal(&edge[1..3]) * 30.0;
+    words(canvas, facet_normal_end + DVec2::new(-4.0, -7.0), "m", GREY);
     words(canvas, DVec2::new(upper.x + 14.0, lower.y - 16.0), "ice", "#3f6d94");
     words(canvas, DVec2::new(lower.x - 38.0, upper.y + 22.0), "air", GREY);
     canvas.text((upper.x, upper.y - 12.0), &format!("A grain's surface, facetness {FACETNESS}"), LABEL);

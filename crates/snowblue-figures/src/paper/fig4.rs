@@ -50,9 +50,9 @@ struct SnowPath {
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let paths = paths()?;
-    let row = |one: &SnowPath| {
-        let values = [one.depth_cm, one.angle_deg, one.exit.x, one.exit.y, one.brightness];
-        std::iter::once(Cell::Word(one.name.to_owned())).chain(values.map(Cell::from)).collect()
+    let row = |path: &SnowPath| {
+        let values = [path.depth_cm, path.angle_deg, path.exit.x, path.exit.y, path.brightness];
+        std::iter::once(Cell::Word(path.name.to_owned())).chain(values.map(Cell::from)).collect()
     };
     let columns = ["path", "depth_cm", "angle_deg", "exit_x_cm", "exit_y_cm", "relative_luminance"];
     Ok(Figure {
@@ -150,17 +150,17 @@ fn single(value: f64) -> f32 {
 }
 
 fn brightest(paths: &[SnowPath]) -> f64 {
-    paths.iter().map(|one| one.brightness).fold(0.0, f64::max)
+    paths.iter().map(|path| path.brightness).fold(0.0, f64::max)
 }
 
 fn look_ups(paths: &[SnowPath]) -> FigureTable {
     let brightest = brightest(paths);
-    let row = |one: &SnowPath| {
+    let row = |path: &SnowPath| {
         vec![
-            one.name.to_owned(),
-            format!("{:.1}", one.depth_cm),
-            format!("{:.1}", one.angle_deg),
-            format!("{:.1}", 100.0 * one.brightness / brightest),
+            path.name.to_owned(),
+            format!("{:.1}", path.depth_cm),
+            format!("{:.1}", path.angle_deg),
+            format!("{:.1}", 100.0 * path.brightness / brightest),
         ]
     };
     let columns = ["path", "d (cm)", "θ (°)", "light that arrives (%)"];
@@ -175,9 +175,9 @@ fn draw(paths: &[SnowPath]) -> String {
     let mut canvas = Canvas::new(1100.0, 582.0, "The quantities of a look-up, and the path modes");
     quantities(&mut canvas);
     let brightest = brightest(paths);
-    for (number, one) in paths.iter().enumerate() {
+    for (number, path) in paths.iter().enumerate() {
         let corner = DVec2::new(640.0 + 225.0 * (number % 2) as f64, 80.0 + 250.0 * (number / 2) as f64);
-        draw_path(&mut canvas, one, corner, brightest);
+        draw_path(&mut canvas, path, corner, brightest);
     }
     let made = [
         ("snowblue", env!("CARGO_PKG_VERSION").to_owned()),
@@ -265,21 +265,21 @@ fn draw_look_up(canvas: &mut Canvas, [entry, exit]: [DVec2; 2], normal: DVec2, l
 }
 
 /// One path mode, in a small scene.
-fn draw_path(canvas: &mut Canvas, one: &SnowPath, corner: DVec2, brightest: f64) {
+fn draw_path(canvas: &mut Canvas, path: &SnowPath, corner: DVec2, brightest: f64) {
     const SCALE: f64 = 2.9;
     let at = |position: DVec2| corner + DVec2::new(58.0, 46.0) + position * SCALE;
-    canvas.text((corner + DVec2::new(0.0, -14.0)).into(), one.name, TITLE);
-    canvas.text((corner + DVec2::new(0.0, 3.0)).into(), one.rule, SMALL);
+    canvas.text((corner + DVec2::new(0.0, -14.0)).into(), path.name, TITLE);
+    canvas.text((corner + DVec2::new(0.0, 3.0)).into(), path.rule, SMALL);
     drift(canvas, &at);
-    let (entry, exit, lamp_at) = (at(face(SEEN)), at(one.exit), at(LIGHT_CM));
+    let (entry, exit, lamp_at) = (at(face(SEEN)), at(path.exit), at(LIGHT_CM));
     let sight = (face(SEEN) - CAMERA_ABOVE_CM).normalize();
     canvas.arrow((entry - sight * 52.0).into(), entry.into(), Stroke::solid(SIGHT, 1.4));
     lamp(canvas, lamp_at, 4.0);
-    draw_look_up(canvas, [entry, exit], one.normal, lamp_at, 24.0);
-    let words = format!("d = {:.1} cm, θ = {:.0}°", one.depth_cm, one.angle_deg);
+    draw_look_up(canvas, [entry, exit], path.normal, lamp_at, 24.0);
+    let words = format!("d = {:.1} cm, θ = {:.0}°", path.depth_cm, path.angle_deg);
     canvas.text((corner + DVec2::new(0.0, 186.0)).into(), &words, Lettering { size: 12.0, ..LABEL });
-    let arrives = if one.brightness > 0.0 {
-        format!("light that arrives: {:.0} %", 100.0 * one.brightness / brightest)
+    let arrives = if path.brightness > 0.0 {
+        format!("light that arrives: {:.0} %", 100.0 * path.brightness / brightest)
     } else {
         "light that arrives: none".to_owned()
     };

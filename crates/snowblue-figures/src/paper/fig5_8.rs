@@ -52,7 +52,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     for (row, of) in rows.iter_mut().zip(&solved) {
         row.lights = (0..ANGLES_DEG.len())
             .map(|angle| of.spectrum(row.thickness, angle))
-            .map(|fluxes| colorimeter.xyz(&fluxes.iter().map(|one| one.transmittance).collect::<Vec<_>>()))
+            .map(|spectrum| colorimeter.xyz(&spectrum.iter().map(|fluxes| fluxes.transmittance).collect::<Vec<_>>()))
             .collect();
     }
     let factor = common_exposure(rows.iter().flat_map(|row| row.lights.iter().copied()));

@@ -24,10 +24,11 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let table = paper_table()?;
     let found = [judged(table, Space::Linear)?, judged(table, Space::Log)?];
     let rows = SPACES.iter().zip(&found).flat_map(|(space, found)| {
-        found.iter().enumerate().map(|(i, one)| {
+        found.iter().enumerate().map(|(i, fidelity)| {
             let mut row = vec![Cell::Word(space.name().to_owned()), (i as f64 + 1.0).into()];
-            let Fidelity { rmse, delta_e, perceptible_fraction, negative_values } = one;
-            let spreads = [rmse, delta_e].into_iter().flat_map(|one| [one.worst, one.percentile_99, one.mean]);
+            let Fidelity { rmse, delta_e, perceptible_fraction, negative_values } = fidelity;
+            let spreads =
+                [rmse, delta_e].into_iter().flat_map(|spread| [spread.worst, spread.percentile_99, spread.mean]);
             row.extend(spreads.chain([*perceptible_fraction, *negative_values as f64]).map(Cell::from));
             row
         })
@@ -70,7 +71,8 @@ fn judged(table: &SnowTable, space: Space) -> Result<Vec<Fidelity>, FigureError>
 
 fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
     let fewest = |found: &[Fidelity]| {
-        let kept = |one: &Fidelity| one.delta_e.worst < PERCEPTIBLE_DELTA_E && one.rmse.worst < PAPER_RMSE;
+        let kept =
+            |fidelity: &Fidelity| fidelity.delta_e.worst < PERCEPTIBLE_DELTA_E && fidelity.rmse.worst < PAPER_RMSE;
         found.iter().position(kept).map_or_else(|| format!("more than {MOST}"), |index| (index + 1).to_string())
     };
     let two = &found[0][PAPER - 1];
@@ -90,18 +92,21 @@ fn words(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
 }
 
 fn costs(found: &[Vec<Fidelity>; 2], curves: usize) -> FigureTable {
-    let row = |space: Space, count: usize, one: &Fidelity| {
+    let row = |space: Space, count: usize, fidelity: &Fidelity| {
         let mut cells = vec![format!("{} {count}", space.name())];
         cells.extend(
-            [one.delta_e.worst, one.delta_e.percentile_99, one.delta_e.mean].map(|value| format!("{value:.3}")),
+            [fidelity.delta_e.worst, fidelity.delta_e.percentile_99, fidelity.delta_e.mean]
+                .map(|value| format!("{value:.3}")),
         );
-        cells.push(format!("{:.2}", 100.0 * one.perceptible_fraction));
-        cells.extend([one.rmse.worst, one.rmse.percentile_99, one.rmse.mean].map(|value| format!("{value:.1e}")));
-        cells.push(one.negative_values.to_string());
+        cells.push(format!("{:.2}", 100.0 * fidelity.perceptible_fraction));
+        cells.extend(
+            [fidelity.rmse.worst, fidelity.rmse.percentile_99, fidelity.rmse.mean].map(|value| format!("{value:.1e}")),
+        );
+        cells.push(fidelity.negative_values.to_string());
         cells
     };
     let rows = SPACES.iter().zip(found).flat_map(|(space, found)| {
-        found.iter().enumerate().map(|(i, one)| row(*space, i + 1, one)).collect::<Vec<_>>()
+        found.iter().enumerate().map(|(i, fidelity)| row(*space, i + 1, fidelity)).collect::<Vec<_>>()
     });
     let columns =
         ["l'", "ΔE worst", "ΔE 99 %", "ΔE mean", "% above 2.3", "RMSE worst", "RMSE 99 %", "RMSE mean", "negative"];
@@ -114,8 +119,8 @@ type Measure = fn(&Fidelity) -> &Spread;
 fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
     let mut chart = Chart::new(1120.0, 460.0, "Errors of l' principal components");
     let measures: [(&str, f64, Measure); 2] = [
-        ("ΔE*ab under D65", PERCEPTIBLE_DELTA_E, |one| &one.delta_e),
-        ("RMSE of transmittance", PAPER_RMSE, |one| &one.rmse),
+        ("ΔE*ab under D65", PERCEPTIBLE_DELTA_E, |fidelity| &fidelity.delta_e),
+        ("RMSE of transmittance", PAPER_RMSE, |fidelity| &fidelity.rmse),
     ];
     let counts = || Axis::linear(1.0, MOST as f64, MOST as f64 - 1.0);
     let area = |index: usize| {
@@ -123,7 +128,8 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         Area { left, right: left + 215.0, top: 66.0, bottom: 370.0 }
     };
     for (index, (name, limit, measure)) in measures.into_iter().enumerate() {
-        let values = || found.iter().flatten().map(measure).flat_map(|one| [one.worst, one.percentile_99, one.mean]);
+        let values =
+            || found.iter().flatten().map(measure).flat_map(|spread| [spread.worst, spread.percentile_99, spread.mean]);
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
         let decade = |value: f64| 10_f64.powf(value);
         let y = Axis::logarithmic(decade(low.log10().floor()), decade(high.log10().ceil()));
@@ -131,12 +137,12 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         chart.line(&panel, &[(1.0, limit), (MOST as f64, limit)], LIMIT);
         for (colour, found) in COLOURS.iter().zip(found) {
             let points = |of: fn(&Spread) -> f64| -> Vec<(f64, f64)> {
-                found.iter().enumerate().map(|(i, one)| (i as f64 + 1.0, of(measure(one)))).collect()
+                found.iter().enumerate().map(|(i, fidelity)| (i as f64 + 1.0, of(measure(fidelity)))).collect()
             };
-            chart.line(&panel, &points(|one| one.worst), Stroke::solid(colour, 2.2));
-            chart.line(&panel, &points(|one| one.percentile_99), Stroke { colour, width: 1.6, dashes: "7 4" });
-            chart.line(&panel, &points(|one| one.mean), Stroke { colour, width: 1.6, dashes: "2 3" });
-            chart.dots(&panel, &points(|one| one.worst), colour);
+            chart.line(&panel, &points(|spread| spread.worst), Stroke::solid(colour, 2.2));
+            chart.line(&panel, &points(|spread| spread.percentile_99), Stroke { colour, width: 1.6, dashes: "7 4" });
+            chart.line(&panel, &points(|spread| spread.mean), Stroke { colour, width: 1.6, dashes: "2 3" });
+            chart.dots(&panel, &points(|spread| spread.worst), colour);
         }
     }
     let fractions = chart.panel(
@@ -145,7 +151,7 @@ fn draw(found: &[Vec<Fidelity>; 2], curves: usize) -> String {
         ["l', number of components", "Curves above ΔE*ab 2.3 (%)"],
     );
     for (colour, found) in COLOURS.iter().zip(found) {
-        let point = |(i, one): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * one.perceptible_fraction);
+        let point = |(i, fidelity): (usize, &Fidelity)| (i as f64 + 1.0, 100.0 * fidelity.perceptible_fraction);
         let points: Vec<(f64, f64)> = found.iter().enumerate().map(point).collect();
         chart.line(&fractions, &points, Stroke::solid(colour, 2.2));
         chart.dots(&fractions, &points, colour);

@@ -74,7 +74,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
 fn curves(table: &SnowTable) -> Result<Vec<Curve>, FigureError> {
     let axes = &table.axes;
     let index_of =
-        |values: &[f64], value: f64| values.iter().position(|one| (one - value).abs() < 1e-9).unwrap_or_default();
+        |values: &[f64], value: f64| values.iter().position(|known| (known - value).abs() < 1e-9).unwrap_or_default();
     let within = index_of(&axes.angles_deg, ANGLE_DEG) * axes.thicknesses_cm.len()
         + index_of(&axes.thicknesses_cm, THICKNESS_CM);
     let keep = |space: Space| {
@@ -131,13 +131,13 @@ impl Errors {
 
 fn errors_table(errors: [&Errors; 2]) -> FigureTable {
     let names = ["l' = 2 linear", "l' = 6 log"];
-    let row = |(name, one): (&str, &Errors)| {
+    let row = |(name, errors): (&str, &Errors)| {
         vec![
             name.to_owned(),
-            format!("{:.2e}", one.absolute),
-            format!("{:.2e}", one.rmse),
-            format!("{:.*}", if one.relative > 1.0 { 0 } else { 3 }, 100.0 * one.relative),
-            one.negative.to_string(),
+            format!("{:.2e}", errors.absolute),
+            format!("{:.2e}", errors.rmse),
+            format!("{:.*}", if errors.relative > 1.0 { 0 } else { 3 }, 100.0 * errors.relative),
+            errors.negative.to_string(),
         ]
     };
     let columns = ["components", "worst error of T", "worst RMSE", "worst error in %", "negative values"];

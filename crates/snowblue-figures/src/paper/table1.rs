@@ -30,11 +30,11 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let (paper, ours) = (Axes::paper(), snowblue_data::embedded().axes.clone());
     let rows = rows(&paper, &ours);
     let cells = |row: &Row| {
-        let one = |value: &f64| {
+        let value_cells = |value: &f64| {
             let of = |values: &[f64]| Cell::Word(if contains(values, *value) { "yes" } else { "no" }.to_owned());
             vec![Cell::Word(row.name.to_lowercase().replace(' ', "_")), (*value).into(), of(&row.paper), of(&row.ours)]
         };
-        row.ours.iter().map(one).collect::<Vec<_>>()
+        row.ours.iter().map(value_cells).collect::<Vec<_>>()
     };
     Ok(Figure {
         title: "The axes of the table",
@@ -78,18 +78,18 @@ fn rows(paper: &Axes, ours: &Axes) -> Vec<Row> {
 }
 
 fn contains(values: &[f64], value: f64) -> bool {
-    values.iter().any(|one| (one - value).abs() <= 1e-9 * value.abs())
+    values.iter().any(|known| (known - value).abs() <= 1e-9 * value.abs())
 }
 
 fn values_table(rows: &[Row], [paper, ours]: [&Axes; 2]) -> FigureTable {
     let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-    let one = |row: &Row| {
+    let line = |row: &Row| {
         let added: Vec<f64> = row.ours.iter().copied().filter(|value| !contains(&row.paper, *value)).collect();
         let name = if row.unit.is_empty() { row.name.to_owned() } else { format!("{} ({})", row.name, row.unit) };
         let shown = if row.paper.len() > 12 { "400 410 … 700".to_owned() } else { list(&row.paper) };
         vec![name, row.paper.len().to_string(), row.ours.len().to_string(), shown, list(&added)]
     };
-    let mut lines: Vec<Vec<String>> = rows.iter().map(one).collect();
+    let mut lines: Vec<Vec<String>> = rows.iter().map(line).collect();
     let curves = [paper, ours].map(|axes| axes.curves().to_string());
     lines.push([vec!["Curves".to_owned()], curves.to_vec(), vec![String::new(), String::new()]].concat());
     let columns = ["axis", "count", "embedded", "the paper's values", "added"];

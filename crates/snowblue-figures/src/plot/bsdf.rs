@@ -31,8 +31,8 @@ pub fn bsdf(distributions: &[Distribution], metadata: &[(&'static str, String)])
     let mut canvas = Canvas::new(WIDTH, HEIGHT, "Light scattered by snow, in the plane of incidence");
     let snow = [(CENTRE_X - RADIUS, TOP), (CENTRE_X + RADIUS, TOP)];
     canvas.band(&snow, &snow.map(|(x, _)| (x, BOTTOM)), SNOW, 1.0);
-    let reflected = |one: &Distribution| one.in_plane(&one.reflection);
-    let transmitted = |one: &Distribution| one.in_plane(&one.transmission);
+    let reflected = |distribution: &Distribution| distribution.in_plane(&distribution.reflection);
+    let transmitted = |distribution: &Distribution| distribution.in_plane(&distribution.transmission);
     let above = Half::new(distributions.iter().flat_map(reflected), TOP, 1.0);
     let below = Half::new(distributions.iter().flat_map(transmitted), BOTTOM, -1.0);
     let incidence = distributions.first().map_or(Incidence::Diffuse, |first| first.incidence);
@@ -45,10 +45,10 @@ pub fn bsdf(distributions: &[Distribution], metadata: &[(&'static str, String)])
         below.lambertian(&mut canvas, &first.transmission);
         incident(&mut canvas, &above, &below, incidence);
     }
-    for one in distributions {
-        let colour = wavelength_colour(one.wavelength_nm);
-        above.curve(&mut canvas, &reflected(one), &colour);
-        below.curve(&mut canvas, &transmitted(one), &colour);
+    for distribution in distributions {
+        let colour = wavelength_colour(distribution.wavelength_nm);
+        above.curve(&mut canvas, &reflected(distribution), &colour);
+        below.curve(&mut canvas, &transmitted(distribution), &colour);
     }
     legend(&mut canvas, distributions);
     canvas.finish(HEIGHT - 18.0, metadata)
@@ -112,9 +112,9 @@ impl Half {
     /// A line with a band of ± 1 standard error.
     fn curve(&self, canvas: &mut Canvas, points: &[PlanePoint], colour: &str) {
         let shifted = |sign: f64| -> Vec<Point> {
-            let point = |one: &PlanePoint| {
-                let Estimate { value, standard_error } = one.bsdf_per_sr;
-                self.point(one.theta_deg, (value + sign * standard_error).max(0.0))
+            let point = |plane_point: &PlanePoint| {
+                let Estimate { value, standard_error } = plane_point.bsdf_per_sr;
+                self.point(plane_point.theta_deg, (value + sign * standard_error).max(0.0))
             };
             points.iter().map(point).collect()
         };
@@ -153,20 +153,23 @@ fn incident(canvas: &mut Canvas, above: &Half, below: &Half, incidence: Incidenc
 fn legend(canvas: &mut Canvas, distributions: &[Distribution]) {
     let (x, mut y) = (CENTRE_X + RADIUS + 96.0, 96.0);
     let grey = Lettering { size: 12.0, fill: GREY, ..LABEL };
-    for one in distributions {
-        let colour = wavelength_colour(one.wavelength_nm);
+    for distribution in distributions {
+        let colour = wavelength_colour(distribution.wavelength_nm);
         canvas.line((x, y - 4.0), (x + 26.0, y - 4.0), Stroke::solid(&colour, 2.4));
         canvas.dot((x + 13.0, y - 4.0), 3.0, &colour);
-        canvas.text((x + 36.0, y), &format!("{} nm", one.wavelength_nm), Lettering { bold: true, ..LABEL });
-        for (name, flux) in [("R", one.reflectance), ("T", one.transmittance), ("direct", one.direct)] {
+        canvas.text((x + 36.0, y), &format!("{} nm", distribution.wavelength_nm), Lettering { bold: true, ..LABEL });
+        for (name, flux) in
+            [("R", distribution.reflectance), ("T", distribution.transmittance), ("direct", distribution.direct)]
+        {
             y += 16.0;
             canvas.text((x + 36.0, y), &format!("{name} = {}", with_error(flux)), grey);
         }
         y += 28.0;
     }
-    let lambertian =
-        distributions.first().map_or_else(String::new, |one| format!("Lambertian at {} nm", one.wavelength_nm));
-    let beam = distributions.iter().any(|one| one.incidence != Incidence::Diffuse);
+    let lambertian = distributions
+        .first()
+        .map_or_else(String::new, |distribution| format!("Lambertian at {} nm", distribution.wavelength_nm));
+    let beam = distributions.iter().any(|distribution| distribution.incidence != Incidence::Diffuse);
     let lines = [("2 4", GREY, lambertian.as_str()), ("6 4", LIGHT, "incident beam"), ("2 4", LIGHT, "direct light")];
     for (dashes, colour, words) in lines.into_iter().take(if beam { 3 } else { 1 }) {
         canvas.line((x, y - 4.0), (x + 26.0, y - 4.0), Stroke { colour, width: 1.2, dashes });

@@ -105,8 +105,8 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Lambertian shading of a height field, relative to that of a level surface.
 fn lit(height: &impl Fn(f64, f64) -> f64, x: f64, y: f64) -> f64 {
-    let here = height(x, y);
-    let (across, down) = (height(x + 1.0, y) - here, height(x, y + 1.0) - here);
+    let own_height = height(x, y);
+    let (across, down) = (height(x + 1.0, y) - own_height, height(x, y + 1.0) - own_height);
     (LIGHT[2] - across * LIGHT[0] - down * LIGHT[1]) / (1.0 + across * across + down * down).sqrt() - LIGHT[2]
 }
 

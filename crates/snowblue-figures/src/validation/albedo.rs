@@ -45,12 +45,12 @@ struct Prediction {
 
 pub(crate) fn figure() -> Result<Figure, FigureError> {
     let answers = answers()?;
-    let row = |(i, one): (usize, &PanelAlbedo)| {
-        let mut row = vec![one.wavelength_nm, one.thick.mean, one.thick.standard_deviation, answers.thick[i]];
-        row.push(answers.thick[i] - one.thick.mean);
-        row.extend([one.thin.mean, one.thin.standard_deviation]);
+    let row = |(i, albedo): (usize, &PanelAlbedo)| {
+        let mut row = vec![albedo.wavelength_nm, albedo.thick.mean, albedo.thick.standard_deviation, answers.thick[i]];
+        row.push(answers.thick[i] - albedo.thick.mean);
+        row.extend([albedo.thin.mean, albedo.thin.standard_deviation]);
         for thin in [&answers.thin, &answers.thin_refitted] {
-            row.extend([thin.middle[i], thin.low[i], thin.high[i], thin.middle[i] - one.thin.mean]);
+            row.extend([thin.middle[i], thin.low[i], thin.high[i], thin.middle[i] - albedo.thin.mean]);
         }
         row.into_iter().map(Cell::from).collect()
     };
@@ -91,24 +91,28 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
 
 fn answers() -> Result<Answers, snowblue_transport::TransportError> {
     let measured = albedo_over_black_panels();
-    let wavelengths_nm: Vec<f64> = measured.iter().map(|one| one.wavelength_nm).collect();
+    let wavelengths_nm: Vec<f64> = measured.iter().map(|albedo| albedo.wavelength_nm).collect();
     let snow = SnowSample { density_kg_m3: DENSITIES_KG_M3[1], ..SnowSample::default() };
     let model = AlbedoModel::new(&snow, &wavelengths_nm, &OrdinatesOptions::default())?;
     let data = |of: fn(&PanelAlbedo) -> MeanAndDeviation, from_nm: f64| -> Vec<MeasuredAlbedo> {
-        let one = |(index, one): (usize, &PanelAlbedo)| {
-            let MeanAndDeviation { mean, standard_deviation } = of(one);
+        let measured_albedo = |(index, albedo): (usize, &PanelAlbedo)| {
+            let MeanAndDeviation { mean, standard_deviation } = of(albedo);
             MeasuredAlbedo { wavelength: index, albedo: mean, standard_deviation }
         };
-        measured.iter().enumerate().filter(|(_, one)| one.wavelength_nm >= from_nm).map(one).collect()
+        measured.iter().enumerate().filter(|(_, albedo)| albedo.wavelength_nm >= from_nm).map(measured_albedo).collect()
     };
     let pack = Pack { snow, thickness_cm: THICK_CM, ground_albedo: GROUND_ALBEDO };
-    let thick = data(|one| one.thick, 0.0);
+    let thick = data(|albedo| albedo.thick, 0.0);
     let fits = [model.fit(&pack, &thick, Scale::Trusted)?, model.fit(&pack, &thick, Scale::Free)?];
     let finding = fits[0].finding();
     let bare = Pack { ground_albedo: 0.0, ..pack };
     let infrared = [
-        model.fit(&bare, &data(|one| one.thick, INFINITE_FROM_NM), Scale::Trusted)?,
-        model.fit(&Pack { thickness_cm: THIN_CM, ..bare }, &data(|one| one.thin, INFINITE_FROM_NM), Scale::Trusted)?,
+        model.fit(&bare, &data(|albedo| albedo.thick, INFINITE_FROM_NM), Scale::Trusted)?,
+        model.fit(
+            &Pack { thickness_cm: THIN_CM, ..bare },
+            &data(|albedo| albedo.thin, INFINITE_FROM_NM),
+            Scale::Trusted,
+        )?,
     ];
     let own = Finding { surface_area_m2_kg: infrared[1].surface_area_m2_kg.value, ..finding };
     Ok(Answers {
@@ -136,10 +140,10 @@ fn predict(
 
 fn fits(answers: &Answers) -> FigureTable {
     // A parameter without an error is fixed, or at the end of its range.
-    let fitted = |one: &Fitted, decimals: usize| {
-        let value = one.value;
-        if one.block_error > 0.0 {
-            format!("{value:.decimals$} ± {:.decimals$}", one.block_error)
+    let fitted = |parameter: &Fitted, decimals: usize| {
+        let value = parameter.value;
+        if parameter.block_error > 0.0 {
+            format!("{value:.decimals$} ± {:.decimals$}", parameter.block_error)
         } else {
             format!("{value}")
         }
@@ -147,9 +151,11 @@ fn fits(answers: &Answers) -> FigureTable {
     let row = |name: &str, fit: &Fit| {
         let [area, carbon, scale] = [fit.surface_area_m2_kg, fit.black_carbon_ng_g, fit.scale];
         let mut cells = vec![name.to_owned(), fitted(&area, 2), fitted(&carbon, 1), fitted(&scale, 4)];
-        cells.extend([(area, 2), (carbon, 1), (scale, 4)].map(|(one, n)| format!("{:.n$}", one.standard_error)));
+        cells.extend(
+            [(area, 2), (carbon, 1), (scale, 4)].map(|(parameter, n)| format!("{:.n$}", parameter.standard_error)),
+        );
         let correlations = [fit.area_carbon_correlation, fit.scale_area_correlation, fit.scale_carbon_correlation];
-        cells.extend(correlations.map(|one| format!("{one:+.2}")));
+        cells.extend(correlations.map(|correlation| format!("{correlation:+.2}")));
         cells.push(format!("{:.2}", fit.chi_square_per_freedom));
         cells
     };
@@ -182,7 +188,7 @@ fn fits(answers: &Answers) -> FigureTable {
 
 fn bands(answers: &Answers) -> FigureTable {
     let row = |(low, high): (f64, f64), name: String| {
-        let within = |one: &PanelAlbedo| (low..=high).contains(&one.wavelength_nm);
+        let within = |albedo: &PanelAlbedo| (low..=high).contains(&albedo.wavelength_nm);
         let indices: Vec<usize> = (0..answers.measured.len()).filter(|i| within(&answers.measured[*i])).collect();
         let error = |ours: &[f64], of: fn(&PanelAlbedo) -> f64| {
             let squares: f64 = indices.iter().map(|i| (ours[*i] - of(&answers.measured[*i])).powi(2)).sum();
@@ -192,9 +198,9 @@ fn bands(answers: &Answers) -> FigureTable {
         };
         vec![
             name,
-            error(&answers.thick, |one| one.thick.mean),
-            error(&answers.thin.middle, |one| one.thin.mean),
-            error(&answers.thin_refitted.middle, |one| one.thin.mean),
+            error(&answers.thick, |albedo| albedo.thick.mean),
+            error(&answers.thin.middle, |albedo| albedo.thin.mean),
+            error(&answers.thin_refitted.middle, |albedo| albedo.thin.mean),
         ]
     };
     let mut rows: Vec<Vec<String>> = BANDS_NM.iter().map(|band| row(*band, format!("{}–{}", band.0, band.1))).collect();
@@ -206,15 +212,15 @@ fn bands(answers: &Answers) -> FigureTable {
 /// Thin over thick, measured and predicted, for the middle and the ends of the unknown quantities.
 fn ratios(answers: &Answers) -> FigureTable {
     let row = |nm: &f64| {
-        let index = answers.measured.iter().position(|one| one.wavelength_nm >= *nm).unwrap_or_default();
-        let one = &answers.measured[index];
+        let index = answers.measured.iter().position(|albedo| albedo.wavelength_nm >= *nm).unwrap_or_default();
+        let albedo = &answers.measured[index];
         let ours = |thin: &Prediction| {
             let over = |thin: &[f64]| thin[index] / answers.thick[index];
             format!("{:.3} ({:.3}–{:.3})", over(&thin.middle), over(&thin.low), over(&thin.high))
         };
         vec![
             nm.to_string(),
-            format!("{:.3}", one.thin.mean / one.thick.mean),
+            format!("{:.3}", albedo.thin.mean / albedo.thick.mean),
             ours(&answers.thin),
             ours(&answers.thin_refitted),
         ]
@@ -240,9 +246,9 @@ fn draw(answers: &Answers) -> String {
     let middle = chart.panel(area(430.0, 600.0), [axis(), Axis::linear(-0.04, 0.08, 6.0)], ["", "Ours less measured"]);
     let names = ["Wavelength (nm)", "4.5 cm over 34 cm"];
     let lower = chart.panel(area(640.0, 810.0), [axis(), Axis::linear(0.9, 1.02, 6.0)], names);
-    let sets: [fn(&PanelAlbedo) -> MeanAndDeviation; 2] = [|one| one.thick, |one| one.thin];
+    let sets: [fn(&PanelAlbedo) -> MeanAndDeviation; 2] = [|albedo| albedo.thick, |albedo| albedo.thin];
     for (colour, of) in [THICK, THIN].into_iter().zip(sets) {
-        let measured = |sign: f64| answers.curve(|one, _| of(one).mean + sign * of(one).standard_deviation);
+        let measured = |sign: f64| answers.curve(|albedo, _| of(albedo).mean + sign * of(albedo).standard_deviation);
         chart.band(&upper, [&measured(-1.0), &measured(1.0)], Fill { colour: GREY, opacity: 0.25 });
         chart.sized_dots(&upper, &measured(0.0), colour, 1.7);
     }
@@ -250,7 +256,7 @@ fn draw(answers: &Answers) -> String {
     for (number, panel) in [&upper, &middle, &lower].into_iter().enumerate() {
         let curve = |thin: &[f64]| match number {
             0 => answers.curve(|_, i| thin[i]),
-            1 => answers.curve(|one, i| thin[i] - one.thin.mean),
+            1 => answers.curve(|albedo, i| thin[i] - albedo.thin.mean),
             _ => answers.curve(|_, i| thin[i] / answers.thick[i]),
         };
         let Prediction { middle, low, high } = &answers.thin;
@@ -262,9 +268,9 @@ fn draw(answers: &Answers) -> String {
         chart.line(panel, &curve(middle), Stroke::solid(THIN, 1.8));
         chart.line(panel, &curve(&own.middle), OWN);
     }
-    chart.sized_dots(&lower, &answers.curve(|one, _| one.thin.mean / one.thick.mean), THIN, 1.7);
+    chart.sized_dots(&lower, &answers.curve(|albedo, _| albedo.thin.mean / albedo.thick.mean), THIN, 1.7);
     chart.line(&upper, &answers.curve(|_, i| answers.thick[i]), Stroke::solid(THICK, 1.8));
-    chart.line(&middle, &answers.curve(|one, i| answers.thick[i] - one.thick.mean), Stroke::solid(THICK, 1.8));
+    chart.line(&middle, &answers.curve(|albedo, i| answers.thick[i] - albedo.thick.mean), Stroke::solid(THICK, 1.8));
     legend(&mut chart);
     let found = answers.fits[0].finding();
     let snow = format!("SSA {:.1} m²/kg, black carbon {:.0} ng/g", found.surface_area_m2_kg, found.black_carbon_ng_g);
@@ -276,7 +282,7 @@ const OWN: Stroke = Stroke { colour: THIN, width: 2.0, dashes: "7 4" };
 impl Answers {
     /// A quantity at each wavelength, from the measurement and its index.
     fn curve(&self, quantity: impl Fn(&PanelAlbedo, usize) -> f64) -> Vec<(f64, f64)> {
-        self.measured.iter().enumerate().map(|(i, one)| (one.wavelength_nm, quantity(one, i))).collect()
+        self.measured.iter().enumerate().map(|(i, albedo)| (albedo.wavelength_nm, quantity(albedo, i))).collect()
     }
 }
 

@@ -34,19 +34,20 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
     let mean =
         |quantity: fn(&Tomogram) -> f64| mean_and_deviation(&samples.iter().map(quantity).collect::<Vec<_>>()).mean;
     let theirs = GrainOptics {
-        extinction_ratio: mean(|one| one.optics.extinction_ratio),
-        path_enhancement: mean(|one| one.optics.path_enhancement),
-        asymmetry: mean(|one| one.optics.asymmetry),
+        extinction_ratio: mean(|tomogram| tomogram.optics.extinction_ratio),
+        path_enhancement: mean(|tomogram| tomogram.optics.path_enhancement),
+        asymmetry: mean(|tomogram| tomogram.optics.asymmetry),
     };
-    let point = |one: &Tomogram| Point { x: one.structure.density_kg_m3, y: one.optics.path_enhancement };
+    let point =
+        |tomogram: &Tomogram| Point { x: tomogram.structure.density_kg_m3, y: tomogram.optics.path_enhancement };
     let trend = fit_line(&samples.iter().map(point).collect::<Vec<_>>());
-    let row = |one: &Tomogram| {
-        let GrainOptics { extinction_ratio, path_enhancement, asymmetry } = one.optics;
-        let convex = one.structure.convex_extinction_per_m();
-        let mut cells = vec![Cell::Word(one.kind.to_owned())];
+    let row = |tomogram: &Tomogram| {
+        let GrainOptics { extinction_ratio, path_enhancement, asymmetry } = tomogram.optics;
+        let convex = tomogram.structure.convex_extinction_per_m();
+        let mut cells = vec![Cell::Word(tomogram.kind.to_owned())];
         let values = [
-            one.structure.density_kg_m3,
-            one.structure.surface_area_m2_kg,
+            tomogram.structure.density_kg_m3,
+            tomogram.structure.surface_area_m2_kg,
             extinction_ratio * convex,
             convex,
             path_enhancement,
@@ -102,20 +103,20 @@ fn our_grains() -> OurGrains {
 fn kinds(samples: &[Tomogram], ours: &GrainOptics) -> FigureTable {
     let row = |name: &str, of: &[&Tomogram]| {
         let mean = |quantity: fn(&Tomogram) -> f64, decimals: usize| {
-            let values = mean_and_deviation(&of.iter().map(|one| quantity(one)).collect::<Vec<_>>());
+            let values = mean_and_deviation(&of.iter().map(|tomogram| quantity(tomogram)).collect::<Vec<_>>());
             format!("{:.decimals$} ± {:.decimals$}", values.mean, values.standard_deviation)
         };
         vec![
             name.to_owned(),
             of.len().to_string(),
-            mean(|one| one.structure.density_kg_m3, 0),
-            mean(|one| one.structure.surface_area_m2_kg, 1),
-            mean(|one| one.optics.extinction_ratio, 3),
-            mean(|one| one.optics.path_enhancement, 2),
-            mean(|one| one.optics.asymmetry, 3),
+            mean(|tomogram| tomogram.structure.density_kg_m3, 0),
+            mean(|tomogram| tomogram.structure.surface_area_m2_kg, 1),
+            mean(|tomogram| tomogram.optics.extinction_ratio, 3),
+            mean(|tomogram| tomogram.optics.path_enhancement, 2),
+            mean(|tomogram| tomogram.optics.asymmetry, 3),
         ]
     };
-    let of_kind = |kind: &str| samples.iter().filter(|one| one.kind == kind).collect::<Vec<_>>();
+    let of_kind = |kind: &str| samples.iter().filter(|tomogram| tomogram.kind == kind).collect::<Vec<_>>();
     let mut rows: Vec<Vec<String>> = KINDS.iter().map(|(kind, name, _)| row(name, &of_kind(kind))).collect();
     rows.push(row("all", &samples.iter().collect::<Vec<_>>()));
     let (b, g) = (format!("{:.2}", ours.path_enhancement), format!("{:.3}", ours.asymmetry));
@@ -173,7 +174,7 @@ fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: Line) -> String {
         Area { left, right: left + 230.0, top: 66.0, bottom: 336.0 }
     };
     let density = || Axis::linear(100.0, 700.0, 3.0);
-    let convex = |one: &Tomogram| one.structure.convex_extinction_per_m() * 1e-3;
+    let convex = |tomogram: &Tomogram| tomogram.structure.convex_extinction_per_m() * 1e-3;
     let extinction = chart.panel(
         area(0),
         [Axis::linear(0.4, 1.6, 4.0), Axis::linear(0.2, 1.6, 4.0)],
@@ -189,12 +190,21 @@ fn draw(samples: &[Tomogram], ours: &GrainOptics, trend: Line) -> String {
     chart.line(&asymmetry, &[(100.0, ours.asymmetry), (700.0, ours.asymmetry)], OURS);
     for (kind, _, colour) in KINDS {
         let points = |quantity: &dyn Fn(&Tomogram) -> (f64, f64)| -> Vec<(f64, f64)> {
-            samples.iter().filter(|one| one.kind == kind).map(quantity).collect()
+            samples.iter().filter(|tomogram| tomogram.kind == kind).map(quantity).collect()
         };
-        let of_extinction = points(&|one| (convex(one), one.optics.extinction_ratio * convex(one)));
-        chart.dots(&extinction, &of_extinction, colour);
-        chart.dots(&paths, &points(&|one| (one.structure.density_kg_m3, one.optics.path_enhancement)), colour);
-        chart.dots(&asymmetry, &points(&|one| (one.structure.density_kg_m3, one.optics.asymmetry)), colour);
+        let extinction_points =
+            points(&|tomogram| (convex(tomogram), tomogram.optics.extinction_ratio * convex(tomogram)));
+        chart.dots(&extinction, &extinction_points, colour);
+        chart.dots(
+            &paths,
+            &points(&|tomogram| (tomogram.structure.density_kg_m3, tomogram.optics.path_enhancement)),
+            colour,
+        );
+        chart.dots(
+            &asymmetry,
+            &points(&|tomogram| (tomogram.structure.density_kg_m3, tomogram.optics.asymmetry)),
+            colour,
+        );
     }
     let mut entries = vec![
         Entry { name: "ours", symbol: Symbol::Line(OURS) },

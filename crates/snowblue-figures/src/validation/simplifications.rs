@@ -85,7 +85,8 @@ fn cases() -> Result<Vec<Case>, FigureError> {
     let colorimeter = daylight(&slab.wavelengths_nm)?;
     let simplifier = Simplifier::new(&slab, &OrdinatesOptions::default())?;
     let exact = simplifier.transmittance(Simplification::Exact);
-    let index_of = |nm: f64| slab.wavelengths_nm.iter().position(|one| (one - nm).abs() < 1e-9).unwrap_or_default();
+    let index_of =
+        |nm: f64| slab.wavelengths_nm.iter().position(|known_nm| (known_nm - nm).abs() < 1e-9).unwrap_or_default();
     let mut cases = Vec::new();
     for simplification in Simplification::ALL {
         let simple = simplifier.transmittance(simplification);
@@ -93,10 +94,10 @@ fn cases() -> Result<Vec<Case>, FigureError> {
         for (angle, angle_deg) in ANGLES_DEG.into_iter().enumerate().take(angles) {
             let cost = |thickness: usize| {
                 let case = thickness * ANGLES_DEG.len() + angle;
-                let (one, other) = (&simple[case], &exact[case]);
+                let (simple, exact) = (&simple[case], &exact[case]);
                 let difference =
-                    ColorDifference::between(colorimeter.xyz(one), colorimeter.xyz(other), colorimeter.white());
-                let error = |nm: &f64| one[index_of(*nm)] / other[index_of(*nm)] - 1.0;
+                    ColorDifference::between(colorimeter.xyz(simple), colorimeter.xyz(exact), colorimeter.white());
+                let error = |nm: &f64| simple[index_of(*nm)] / exact[index_of(*nm)] - 1.0;
                 Cost { difference, errors: COMPARED_NM.iter().map(error).collect() }
             };
             cases.push(Case { simplification, angle_deg, costs: (0..THICKNESSES_CM.len()).map(cost).collect() });
@@ -146,7 +147,8 @@ fn draw(cases: &[Case]) -> String {
     let mut chart = Chart::new(980.0, height + 150.0, "Errors of simplifications in the colour of transmitted light");
     let count = cases.len() as f64;
     let titles = ["ΔE*ab unexposed", "ΔE*ab at middle grey"];
-    let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
+    let quantities: [fn(&ColorDifference) -> f64; 2] =
+        [|difference| difference.as_given, |difference| difference.at_middle_grey];
     for (i, (title, quantity)) in titles.into_iter().zip(quantities).enumerate() {
         let left = 200.0 + 340.0 * i as f64;
         let area = Area { left, right: left + 310.0, top: 66.0, bottom: 66.0 + height };

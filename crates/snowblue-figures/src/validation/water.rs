@@ -57,7 +57,7 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         "hex",
         "hex_at_middle_grey",
     ];
-    let rows = THICKNESSES_CM.iter().zip(&lights).flat_map(|(cm, lights)| lights.iter().map(|one| (*cm, one)));
+    let rows = THICKNESSES_CM.iter().zip(&lights).flat_map(|(cm, lights)| lights.iter().map(|light| (*cm, light)));
     Ok(Figure {
         title: "Water in the pores and the colour behind snow",
         ours: "ΔE*ab (CIELAB, with D65 as white) of the light through wet snow against dry snow of equal dry density, \
@@ -69,8 +69,10 @@ pub(crate) fn figure() -> Result<Figure, FigureError> {
         drawing: Drawing::Svg(draw(&lights)),
         numbers: DataTable::new(&columns, rows.map(cells).collect()),
         tables: vec![
-            table("whole", "ΔE*ab of wet against dry snow, unexposed", &lights, |one| one.as_given),
-            table("hue", "The same, both exposed to middle grey: hue and chroma", &lights, |one| one.at_middle_grey),
+            table("whole", "ΔE*ab of wet against dry snow, unexposed", &lights, |difference| difference.as_given),
+            table("hue", "The same, both exposed to middle grey: hue and chroma", &lights, |difference| {
+                difference.at_middle_grey
+            }),
             brightness(&lights),
         ],
         warning: None,
@@ -127,7 +129,8 @@ fn draw(lights: &[Vec<Light>]) -> String {
     let mut chart = Chart::new(900.0, 640.0, "Colour of the light through wet snow against dry snow");
     let (top, bottom) = (66.0, 340.0);
     let axes = || [Axis::logarithmic(0.01, 1.0), Axis::logarithmic(LEAST, 100.0)];
-    let quantities: [fn(&ColorDifference) -> f64; 2] = [|one| one.as_given, |one| one.at_middle_grey];
+    let quantities: [fn(&ColorDifference) -> f64; 2] =
+        [|difference| difference.as_given, |difference| difference.at_middle_grey];
     let names = ["ΔE*ab unexposed", "ΔE*ab at middle grey"];
     for (i, (quantity, name)) in quantities.into_iter().zip(names).enumerate() {
         let left = 84.0 + 370.0 * i as f64;

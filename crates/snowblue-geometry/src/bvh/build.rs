@@ -116,7 +116,8 @@ impl Collapser<'_> {
         while children.len() < WIDTH {
             let areas =
                 children.iter().map(|&node| if self.is_leaf(node) { 0.0 } else { nodes[node].aabb().half_area() });
-            let (largest, area) = areas.enumerate().fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most });
+            let (largest, area) =
+                areas.enumerate().fold((0, 0.0), |most, child| if child.1 > most.1 { child } else { most });
             if area <= 0.0 {
                 break;
             }

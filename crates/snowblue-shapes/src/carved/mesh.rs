@@ -128,7 +128,7 @@ impl<'cells> Net<'cells> {
         let inside = self.cells[cell].inside();
         let (low, high) = (lattice.point(*at), lattice.point(at + UVec3::ONE));
         (0..patches.count).map(move |patch| {
-            let edges = (0..12).filter(|edge| is_crossed(inside, *edge) && patches.of_edges[*edge] == patch);
+            let edges = (0..12).filter(|edge| is_crossed(inside, *edge) && patches.edge_patches[*edge] == patch);
             let crossings = edges.clone().map(|edge| {
                 let [from, to] = ends(edge);
                 let [from_m, to_m] = [from, to].map(|corner| f64::from(distances_m[corner]));
@@ -148,7 +148,7 @@ impl<'cells> Net<'cells> {
             // The cells around the edge, counter-clockwise seen from its upper end. In each it has another place.
             let around = [0, u, u | v, v].map(|place| {
                 let cell = self.find(self.cells[cell].at - corner(place));
-                self.first_vertices[cell] + u32::from(self.patches[cell].of_edges[edge(axis, place)])
+                self.first_vertices[cell] + u32::from(self.patches[cell].edge_patches[edge(axis, place)])
             });
             let [a, b, c, d] = if inside & 1 == 1 {
                 around
@@ -198,8 +198,8 @@ mod tests {
     /// Every edge has two triangles, of the same orientation, and the triangles around a vertex are one ring.
     fn assert_manifold(mesh: &TriangleMesh, what: &str) {
         let topology = Topology::of(mesh);
-        let of_triangles = Topology { triangles: mesh.indices.len(), most_of_an_edge: 2, ..Topology::default() };
-        assert_eq!(topology, of_triangles, "{what}");
+        let expected = Topology { triangles: mesh.indices.len(), most_of_an_edge: 2, ..Topology::default() };
+        assert_eq!(topology, expected, "{what}");
         // From each vertex, the next vertex after each other one.
         let mut rings = vec![BTreeMap::new(); mesh.positions.len()];
         for &[a, b, c] in &mesh.indices {
@@ -280,8 +280,8 @@ mod tests {
             let mut angles_deg = Vec::new();
             for triangle in 0..mesh.indices.len() {
                 let [a, b, c] = mesh.corners(triangle);
-                for [at, one, other] in [[a, b, c], [b, c, a], [c, a, b]] {
-                    angles_deg.push((one - at).angle_between(other - at).to_degrees());
+                for [corner, next, previous] in [[a, b, c], [b, c, a], [c, a, b]] {
+                    angles_deg.push((next - corner).angle_between(previous - corner).to_degrees());
                 }
             }
             angles_deg.sort_unstable_by(f32::total_cmp);
@@ -421,12 +421,12 @@ mod tests {
 
     #[test]
     fn too_many_cells_and_nothing_left_are_errors() {
-        let one = ball(DVec3::ZERO, 5.0);
-        let Err(CarvedError::TooFine { least_m }) = carved(1e-3, &[one], &[]).mesh() else {
+        let solid = ball(DVec3::ZERO, 5.0);
+        let Err(CarvedError::TooFine { least_m }) = carved(1e-3, &[solid], &[]).mesh() else {
             panic!("10 000³ cells are too many")
         };
         // 6 · (10 m / h)² = 2²² at h = 0.012 m.
         assert!((0.0119..0.0123).contains(&least_m), "{least_m}");
-        assert_eq!(carved(0.1, &[one], &[ball(DVec3::ZERO, 6.0)]).mesh(), Err(CarvedError::Empty));
+        assert_eq!(carved(0.1, &[solid], &[ball(DVec3::ZERO, 6.0)]).mesh(), Err(CarvedError::Empty));
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Face {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Patches {
     /// The patch of each crossed edge. Edges that are not crossed have no meaning.
-    pub(super) of_edges: [u8; 12],
+    pub(super) edge_patches: [u8; 12],
     /// Number of patches.
     pub(super) count: u8,
 }
@@ -103,16 +103,16 @@ impl Patches {
     pub(super) fn new(inside: u8, other: Option<Face>) -> Self {
         let mut rings: [u8; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         for face in Face::ALL {
-            for [one, another] in face.links(inside, other == Some(face)) {
-                let (joined, into) = (rings[one], rings[another]);
+            for [edge, other_edge] in face.links(inside, other == Some(face)) {
+                let (joined, into) = (rings[edge], rings[other_edge]);
                 rings.iter_mut().filter(|ring| **ring == joined).for_each(|ring| *ring = into);
             }
         }
-        let mut patches = Self { of_edges: [0; 12], count: 0 };
+        let mut patches = Self { edge_patches: [0; 12], count: 0 };
         let mut known = [None; 12];
         for edge in (0..12).filter(|edge| is_crossed(inside, *edge)) {
             let patch = known[usize::from(rings[edge])].get_or_insert(patches.count);
-            patches.of_edges[edge] = *patch;
+            patches.edge_patches[edge] = *patch;
             patches.count = patches.count.max(*patch + 1);
         }
         patches
@@ -124,7 +124,7 @@ impl Patches {
         ambiguous.peek()?;
         let patches = Self::new(inside, None);
         ambiguous.find(|face| {
-            let [first, rest @ ..] = face.edges().map(|edge| patches.of_edges[edge]);
+            let [first, rest @ ..] = face.edges().map(|edge| patches.edge_patches[edge]);
             rest.iter().all(|patch| *patch == first)
         })
     }
@@ -190,8 +190,9 @@ mod tests {
             let Some(face) = Patches::pinched_face(inside) else { continue };
             pinched += 1;
             assert_eq!(Face::ALL.iter().filter(|face| face.is_ambiguous(inside)).count(), 1, "{inside:08b}");
-            let [one, two, other, last] = face.edges().map(|edge| Patches::new(inside, Some(face)).of_edges[edge]);
-            assert!(one != other && two != last && (one == two) != (one == last), "{inside:08b}");
+            let [first, second, third, last] =
+                face.edges().map(|edge| Patches::new(inside, Some(face)).edge_patches[edge]);
+            assert!(first != third && second != last && (first == second) != (first == last), "{inside:08b}");
         }
         assert!(pinched > 0);
     }
@@ -201,12 +202,12 @@ mod tests {
         for inside in 0..=255u8 {
             let patches = Patches::new(inside, None);
             for face in Face::ALL {
-                for [one, another] in face.links(inside, false) {
-                    assert_eq!(patches.of_edges[one], patches.of_edges[another]);
+                for [edge, other_edge] in face.links(inside, false) {
+                    assert_eq!(patches.edge_patches[edge], patches.edge_patches[other_edge]);
                     // A link of an ambiguous face cuts off a corner inside.
                     if face.is_ambiguous(inside) {
                         let shared: Vec<_> =
-                            ends(one).into_iter().filter(|corner| ends(another).contains(corner)).collect();
+                            ends(edge).into_iter().filter(|corner| ends(other_edge).contains(corner)).collect();
                         assert!(shared.len() == 1 && is_inside(inside, shared[0]), "{inside:08b}");
                     }
                 }

@@ -253,9 +253,15 @@ mod tests {
         let expected = whole.map(f32::from);
         assert_eq!(read(&file::<Gray8>(&whole, &tags, way)).unwrap().values, expected);
         assert_eq!(read(&file::<Gray16>(&whole.map(u16::from), &tags, way)).unwrap().values, expected);
-        let negative = expected.map(|one| -one);
-        assert_eq!(read(&file::<GrayI16>(&whole.map(|one| -i16::from(one)), &tags, way)).unwrap().values, negative);
-        assert_eq!(read(&file::<GrayI32>(&whole.map(|one| -i32::from(one)), &tags, way)).unwrap().values, negative);
+        let negative = expected.map(|height| -height);
+        assert_eq!(
+            read(&file::<GrayI16>(&whole.map(|height| -i16::from(height)), &tags, way)).unwrap().values,
+            negative
+        );
+        assert_eq!(
+            read(&file::<GrayI32>(&whole.map(|height| -i32::from(height)), &tags, way)).unwrap().values,
+            negative
+        );
         let values = file::<Gray64Float>(&whole.map(f64::from), &tags, PLAIN);
         assert_eq!(read(&values).unwrap().values, expected);
     }

@@ -62,10 +62,10 @@ pub(crate) fn least_squares(residuals: impl Fn(&[f64]) -> Vec<f64>, parameters: 
                         .collect()
                 },
             );
-            let there = at(&trial);
-            if there.norm_squared() < now.norm_squared() {
-                gained = Some(1.0 - there.norm_squared() / now.norm_squared());
-                (values, now) = (trial, there);
+            let trial_residuals = at(&trial);
+            if trial_residuals.norm_squared() < now.norm_squared() {
+                gained = Some(1.0 - trial_residuals.norm_squared() / now.norm_squared());
+                (values, now) = (trial, trial_residuals);
                 damping *= 0.1;
             } else {
                 damping *= 10.0;

@@ -180,7 +180,8 @@ impl AlbedoModel {
         let blocks: Vec<Vec<f64>> = measured
             .chunks(BLOCK)
             .map(|block| {
-                let others: Vec<MeasuredAlbedo> = measured.iter().filter(|one| !block.contains(one)).copied().collect();
+                let others: Vec<MeasuredAlbedo> =
+                    measured.iter().filter(|measurement| !block.contains(measurement)).copied().collect();
                 self.least(pack, &others, &from, scale).values
             })
             .collect();
@@ -198,7 +199,12 @@ impl AlbedoModel {
             let albedo = self.albedo(pack, &finding(values));
             let albedo = albedo.unwrap_or_else(|error| unreachable!("within checked ranges: {error}"));
             let factor = value_or_one(values);
-            measured.iter().map(|one| (factor * albedo[one.wavelength] - one.albedo) / one.standard_deviation).collect()
+            measured
+                .iter()
+                .map(|measurement| {
+                    (factor * albedo[measurement.wavelength] - measurement.albedo) / measurement.standard_deviation
+                })
+                .collect()
         };
         least_squares(residuals, &parameters[..count])
     }

@@ -60,12 +60,16 @@ impl GrainTallies {
         let constituents: Vec<Constituents> =
             demand.wavelengths_nm.iter().map(|wavelength_nm| Constituents::new(&sample, *wavelength_nm)).collect();
         let tally = |grains: &dyn Fn(&Constituents) -> Grains| {
-            let indices = || constituents.iter().map(|one| grains(one).relative_index);
+            let indices = || constituents.iter().map(|constituents| grains(constituents).relative_index);
             let range = indices().fold(f64::INFINITY, f64::min)..=indices().fold(f64::NEG_INFINITY, f64::max);
-            let strongest = constituents.iter().map(|one| grains(one).absorption_per_m).fold(0.0, f64::max);
+            let strongest =
+                constituents.iter().map(|constituents| grains(constituents).absorption_per_m).fold(0.0, f64::max);
             tally_cache::tally(TallyRequest::new(population, range, strongest * demand.largest_um * 1e-6, plan))
         };
-        Self { in_air: tally(&|one| one.in_air), in_water: demand.wet.then(|| tally(&|one| one.in_water)) }
+        Self {
+            in_air: tally(&|constituents| constituents.in_air),
+            in_water: demand.wet.then(|| tally(&|constituents| constituents.in_water)),
+        }
     }
 
     /// The medium of a sample within the demand at a wavelength; `without` leaves out one of the 16 batches of the

@@ -136,10 +136,12 @@ pub(super) struct TraceNodes {
 /// wavelengths, so snow with particles is traced at each wavelength. So is snow with much water: scattering by ice in
 /// water goes as (1 − n_ice/n_water)², of which the fourth decimal of n is up to 2.6 %.
 pub(super) fn trace_nodes(sample: &SnowSample, wavelengths_nm: &[f64], constituents: &[Constituents]) -> TraceNodes {
-    if sample.water_saturation > MOST_WATER || constituents.iter().any(|one| !one.particles.is_empty()) {
+    if sample.water_saturation > MOST_WATER
+        || constituents.iter().any(|constituents| !constituents.particles.is_empty())
+    {
         let count = wavelengths_nm.len();
-        let one = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
-        return TraceNodes { wavelengths_nm: wavelengths_nm.to_vec(), weights: (0..count).map(one).collect() };
+        let unit_weights = |place: usize| (0..count).map(|node| if node == place { 1.0 } else { 0.0 }).collect();
+        return TraceNodes { wavelengths_nm: wavelengths_nm.to_vec(), weights: (0..count).map(unit_weights).collect() };
     }
     let ice = Ice::new(sample.ice);
     let nodes = IndexNodes::new(&ice, wavelengths_nm);
@@ -158,7 +160,8 @@ impl Trace {
             let depths = order.iter().map(|i| scatterers.extinction_per_m * slab.thicknesses_cm[*i] * 0.01).collect();
             Node { scatterers, depths }
         };
-        let absorption = |one: &Constituents| Absorption::new(one, &Scatterers::new(&slab.sample, one));
+        let absorption =
+            |constituents: &Constituents| Absorption::new(constituents, &Scatterers::new(&slab.sample, constituents));
         Self {
             nodes: nodes.wavelengths_nm.iter().map(node).collect(),
             node_weights: nodes.weights,

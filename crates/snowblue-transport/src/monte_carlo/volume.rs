@@ -126,9 +126,9 @@ impl Volume {
             check_wavelengths(wavelengths_nm, sample)?;
         }
         let all_nodes = samples.iter().map(|sample| {
-            let of_wavelengths: Vec<Constituents> =
+            let constituents: Vec<Constituents> =
                 wavelengths_nm.iter().map(|wavelength_nm| Constituents::new(sample, *wavelength_nm)).collect();
-            trace_nodes(sample, wavelengths_nm, &of_wavelengths)
+            trace_nodes(sample, wavelengths_nm, &constituents)
         });
         let finest = all_nodes.max_by_key(|nodes| nodes.wavelengths_nm.len());
         let Some(finest) = finest else { return Ok(Vec::new()) };
@@ -358,7 +358,10 @@ mod tests {
         let path = PathLengths { ice_in_air_m: 2.0, ice_in_water_m: 0.0, pores_m: 9.0 };
         let mut found = [0.0; 3];
         volume.attenuation(&path, volume.least_absorption(&path), &mut found);
-        assert!(found.iter().all(|one| *one <= 1.0) && found.iter().any(|one| *one >= 1.0), "{found:?}");
+        assert!(
+            found.iter().all(|attenuation| *attenuation <= 1.0) && found.iter().any(|attenuation| *attenuation >= 1.0),
+            "{found:?}"
+        );
         assert!(found[2] < 0.5 * found[1], "{found:?}");
     }
 }

@@ -40,7 +40,7 @@ impl WalkEnds {
     #[must_use]
     pub fn new(node: &VolumeNode, transport_length_m: f64, depth: f64) -> Self {
         let mean_flight = 1.0 / (node.extinction_per_m() * transport_length_m);
-        let of_cosine = |cell: u32| {
+        let mean_end = |cell: u32| {
             let cos = f64::from(cell) / f64::from(CELLS);
             let mut sum = MeanEnd::default();
             for walk in 0..WALKS {
@@ -58,7 +58,7 @@ impl WalkEnds {
                 displacement: share * sum.displacement,
             }
         };
-        Self { means: (0..=CELLS).into_par_iter().map(of_cosine).collect() }
+        Self { means: (0..=CELLS).into_par_iter().map(mean_end).collect() }
     }
 
     /// The means at a cosine of incidence in 0–1.
@@ -104,10 +104,10 @@ fn turned([x, y, z]: [f64; 3], cos: f64, azimuth: f64) -> [f64; 3] {
     let sign = 1.0_f64.copysign(z);
     let a = -1.0 / (sign + z);
     let b = x * y * a;
-    let (one, other) = ([1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]);
+    let (tangent, bitangent) = ([1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]);
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let (across, aside) = (sin * azimuth.cos(), sin * azimuth.sin());
-    let turned: [f64; 3] = std::array::from_fn(|k| cos * [x, y, z][k] + across * one[k] + aside * other[k]);
+    let turned: [f64; 3] = std::array::from_fn(|k| cos * [x, y, z][k] + across * tangent[k] + aside * bitangent[k]);
     let length = turned.iter().map(|part| part * part).sum::<f64>().sqrt();
     turned.map(|part| part / length)
 }

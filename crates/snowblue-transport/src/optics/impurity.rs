@@ -208,7 +208,7 @@ mod tests {
         // A cell of 9 µm radius and 1 ng has a cross section of 254 µm², 254 m²/kg; its extinction efficiency is about
         // 1.
         assert!((200.0..600.0).contains(&Substance::SnowAlgae.at(500.0).extinction_m2_kg));
-        let absorbed = |one: Particles| one.extinction_m2_kg * (1.0 - one.albedo);
+        let absorbed = |particles: Particles| particles.extinction_m2_kg * (1.0 - particles.albedo);
         assert!((absorbed(Substance::BlackCarbon.at(550.0)) - 7500.0).abs() < 50.0);
         assert!((Substance::BrownCarbon.at(305.0).extinction_m2_kg - 12762.5).abs() < 1e-9);
     }

@@ -164,11 +164,11 @@ impl HalfSpace {
         let single = self.single_factor * self.phase.per_sr(sines * cos_azimuth - cos_exit * cos_incidence);
         let modes = self.multiple_modes(cos_exit, cos_incidence);
         // cos mφ by Chebyshev's recurrence.
-        let (mut before, mut here) = (cos_azimuth, 1.0);
+        let (mut before, mut cosine) = (cos_azimuth, 1.0);
         let mut multiple = [0.0, 0.0];
         for (mode, value) in modes.into_iter().enumerate() {
-            multiple[mode % 2] += value * here;
-            (before, here) = (here, 2.0 * cos_azimuth * here - before);
+            multiple[mode % 2] += value * cosine;
+            (before, cosine) = (cosine, 2.0 * cos_azimuth * cosine - before);
         }
         // The truncated modes of a narrow peak may sum to less than nothing where there is next to no light.
         (single + multiple[0] + sines * multiple[1]).max(0.0) / (cos_exit + cos_incidence)
@@ -265,13 +265,13 @@ fn legendre_functions(mode: usize, rule: &Quadrature) -> DMatrix<f64> {
     let m = mode as f64;
     for (i, mu) in rule.cosines.iter().enumerate() {
         let sectoral = |k: usize| (1.0 - mu * mu).sqrt() * ((2 * k - 1) as f64 / (2 * k) as f64).sqrt();
-        let (mut before, mut here) = (0.0, (1..=mode).map(sectoral).product::<f64>());
+        let (mut before, mut legendre) = (0.0, (1..=mode).map(sectoral).product::<f64>());
         for (step, value) in functions.row_mut(i).iter_mut().enumerate() {
-            *value = here;
+            *value = legendre;
             let l = (mode + step) as f64;
-            let next = ((2.0 * l + 1.0) * mu * here - (l * l - m * m).sqrt() * before)
+            let next = ((2.0 * l + 1.0) * mu * legendre - (l * l - m * m).sqrt() * before)
                 / ((l + 1.0) * (l + 1.0) - m * m).sqrt();
-            (before, here) = (here, next);
+            (before, legendre) = (legendre, next);
         }
     }
     functions
@@ -385,10 +385,10 @@ mod tests {
             let half_space = HalfSpace::new(&phase);
             for (mu, other) in [(0.05, 0.9), (0.3, 0.31), (1.0, 0.2)] {
                 for cos_azimuth in [-1.0, 0.2, 1.0] {
-                    let there = half_space.reflection(mu, other, cos_azimuth);
-                    let back = half_space.reflection(other, mu, cos_azimuth);
+                    let forward = half_space.reflection(mu, other, cos_azimuth);
+                    let reversed = half_space.reflection(other, mu, cos_azimuth);
                     // Single precision.
-                    assert!((there / back - 1.0).abs() < 1e-6, "{mu} {other}: {there} {back}");
+                    assert!((forward / reversed - 1.0).abs() < 1e-6, "{mu} {other}: {forward} {reversed}");
                 }
             }
         }

@@ -76,7 +76,7 @@ pub fn solve_alike(
         }
     }
     let demands = samples.iter().map(|sample| Demand::of_sample(sample, &slab.wavelengths_nm));
-    let demand = demands.reduce(|all, one| all.and(&one)).unwrap_or_else(|| unreachable!("there is a first"));
+    let demand = demands.reduce(|all, demand| all.and(&demand)).unwrap_or_else(|| unreachable!("there is a first"));
     let peak = samples.iter().map(Peak::of).max().unwrap_or_default();
     let plan = options.plan(&slab.incidences, peak);
     let tallies = GrainTallies::new(&Population::of_sample(first), &demand, &plan);

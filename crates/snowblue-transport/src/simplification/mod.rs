@@ -226,8 +226,8 @@ mod tests {
         let slab = slab();
         let simplifier = Simplifier::new(&slab, &options()).unwrap();
         let exact = simplifier.transmittance(Simplification::Exact);
-        let ratio = |one: Simplification, case: usize, place: usize| {
-            simplifier.transmittance(one)[case][place] / exact[case][place]
+        let ratio = |simplification: Simplification, case: usize, place: usize| {
+            simplifier.transmittance(simplification)[case][place] / exact[case][place]
         };
         assert!((ratio(Simplification::OneIndex, 0, 1) - 1.0).abs() < 1e-12);
         assert!(

@@ -212,19 +212,24 @@ impl Fidelity {
 
     /// The errors under the first illuminant.
     fn plotted(&self, judgements: &[Judgement]) -> Vec<CompressionError> {
-        let first_singular_value = |one: &Judgement| {
-            let same_curve = |other: &&Judgement| (other.quantity, other.space) == (one.quantity, one.space);
+        let first_singular_value = |judgement: &Judgement| {
+            let same_curve =
+                |other: &&Judgement| (other.quantity, other.space) == (judgement.quantity, judgement.space);
             judgements.iter().find(same_curve).map_or(f64::NAN, |first| first.singular_value)
         };
-        let error = |one: &Judgement| CompressionError {
-            space: one.space,
-            quantity: one.quantity,
-            components: one.components,
-            worst_delta_e: one.fidelity.delta_e.worst,
-            worst_rmse: one.fidelity.rmse.worst,
-            relative_singular_value: one.singular_value / first_singular_value(one),
+        let error = |judgement: &Judgement| CompressionError {
+            space: judgement.space,
+            quantity: judgement.quantity,
+            components: judgement.components,
+            worst_delta_e: judgement.fidelity.delta_e.worst,
+            worst_rmse: judgement.fidelity.rmse.worst,
+            relative_singular_value: judgement.singular_value / first_singular_value(judgement),
         };
-        judgements.iter().filter(|one| Some(&one.illuminant) == self.illuminant.first()).map(error).collect()
+        judgements
+            .iter()
+            .filter(|judgement| Some(&judgement.illuminant) == self.illuminant.first())
+            .map(error)
+            .collect()
     }
 
     fn off_grid(&self, points: u32, quiet: bool) -> Outcome {

@@ -222,7 +222,7 @@ impl Render {
 
     /// Refuses options without effect on what is asked for.
     fn check_effects(&self) -> Outcome {
-        let of_pictures: &[&str] = &[
+        let picture_options: &[&str] = &[
             "integrator",
             "path",
             "width",
@@ -245,18 +245,18 @@ impl Render {
             "checkpoint",
             "tev",
         ];
-        let of_scenes: &[&str] = &["output", "check", "format", "database"];
+        let scene_options: &[&str] = &["output", "check", "format", "database"];
         self.given.refuse_idle(&[
-            Idle { when: self.check, options: of_pictures, why: "--check renders no picture" },
-            Idle { when: self.print, options: of_pictures, why: "--print renders no picture" },
-            Idle { when: self.print, options: of_scenes, why: "--print prints the file of a scene" },
+            Idle { when: self.check, options: picture_options, why: "--check renders no picture" },
+            Idle { when: self.print, options: picture_options, why: "--print renders no picture" },
+            Idle { when: self.print, options: scene_options, why: "--print prints the file of a scene" },
             Idle {
                 when: self.scene.embedded().is_none() && !self.list_scenes,
                 options: &["print"],
                 why: "it prints a scene inside this program, which --scene NAME chooses",
             },
-            Idle { when: self.list_scenes, options: of_pictures, why: "--list-scenes renders no picture" },
-            Idle { when: self.list_scenes, options: of_scenes, why: "--list-scenes prints the names of scenes" },
+            Idle { when: self.list_scenes, options: picture_options, why: "--list-scenes renders no picture" },
+            Idle { when: self.list_scenes, options: scene_options, why: "--list-scenes prints the names of scenes" },
             Idle {
                 when: self.list_scenes,
                 options: &["SCENE", "scene", "print"],

@@ -87,8 +87,13 @@ impl StackOptions {
         let Some(path) = &self.layers else { return Ok(None) };
         let LayerFile { layers, ice } = read(path)?;
         let mut metadata = vec![("ice", ice.name().to_owned()), ("layers", path.display().to_string())];
-        let is_present = |one: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *one));
-        let sources: Vec<&str> = Substance::ALL.iter().filter(|one| is_present(one)).map(|one| one.source()).collect();
+        let is_present =
+            |substance: &Substance| layers.iter().any(|l| l.sample.impurities.present().any(|(s, _)| s == *substance));
+        let sources: Vec<&str> = Substance::ALL
+            .iter()
+            .filter(|substance| is_present(substance))
+            .map(|substance| substance.source())
+            .collect();
         if !sources.is_empty() {
             metadata.push(("impurities", sources.join(", ")));
         }
@@ -104,10 +109,10 @@ impl StackOptions {
             incidences: slab.incidences.clone(),
             wavelengths_nm: slab.wavelengths_nm.clone(),
         };
-        let one = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
+        let single_layer = |thickness_cm: &f64| stack(vec![Layer { sample: slab.sample, thickness_cm: *thickness_cm }]);
         let stacks: Vec<Stack> = match pack {
             Some(pack) => vec![stack(pack.layers.clone())],
-            None => slab.thicknesses_cm.iter().map(one).collect(),
+            None => slab.thicknesses_cm.iter().map(single_layer).collect(),
         };
         stacks.iter().try_for_each(Stack::check).map_err(Failure::input)?;
         Ok(stacks)

@@ -104,14 +104,14 @@ impl Swatch {
         let colours = colours.of(&subjects)?;
         let factor = match self.exposure {
             Exposure::Stops(stops) => exposure::factor(stops),
-            Exposure::Auto => automatic_exposure(colours.iter().flatten().map(|one| &one.colour)),
+            Exposure::Auto => automatic_exposure(colours.iter().flatten().map(|swatch| &swatch.colour)),
         };
         let sheet = SwatchSheet {
             title: self.title(&subjects[0][0]),
             footer: self.description(factor)?,
             columns: self.columns.as_ref().map_or_else(single_step, Axis::sheet),
             rows: self.rows.as_ref().map_or_else(single_step, Axis::sheet),
-            colours: colours.iter().map(|row| row.iter().map(|one| one.colour * factor).collect()).collect(),
+            colours: colours.iter().map(|row| row.iter().map(|swatch| swatch.colour * factor).collect()).collect(),
             size_px: self.size,
             texture: (!self.no_texture).then_some(self.ordinates.seed),
         };
@@ -120,7 +120,7 @@ impl Swatch {
         let notes = [("Software", &*software), ("Title", &*title), ("Description", &*sheet.footer)];
         write_raster_png(&sheet.draw(), &notes, &self.output).map_err(Failure::work)?;
         let Some(path) = &self.colors else { return Ok(()) };
-        let rows = colours.into_iter().flatten().map(|one| one.exposed(factor)).collect();
+        let rows = colours.into_iter().flatten().map(|swatch| swatch.exposed(factor)).collect();
         write_file(path, self.results(rows).csv().as_bytes())
     }
 

@@ -120,23 +120,26 @@ fn signed_root(square: f64) -> f64 {
 fn summary(judged: &[Judgement]) -> FigureTable {
     let row = |method: Method| {
         let chosen = |groups: &[Group]| -> Vec<&Comparison> {
-            let of_method = judged.iter().filter(|one| one.method == method && groups.contains(&one.group));
-            of_method.map(|one| &one.comparison).collect()
+            let judgements =
+                judged.iter().filter(|judgement| judgement.method == method && groups.contains(&judgement.group));
+            judgements.map(|judgement| &judgement.comparison).collect()
         };
         let mean = |chosen: &[&Comparison], value: &dyn Fn(&Comparison) -> f64| {
-            chosen.iter().map(|one| value(one)).sum::<f64>() / chosen.len() as f64
+            chosen.iter().map(|comparison| value(comparison)).sum::<f64>() / chosen.len() as f64
         };
-        let rms = |groups: &[Group]| format!("{:.3}", signed_root(mean(&chosen(groups), &|one| one.mean_square_log)));
+        let rms = |groups: &[Group]| {
+            format!("{:.3}", signed_root(mean(&chosen(groups), &|comparison| comparison.mean_square_log)))
+        };
         let all = chosen(&[Group::Blocks, Group::Balls, Group::Further]);
-        let worst = all.iter().map(|one| one.energy.ln().abs()).fold(0.0, f64::max).exp();
+        let worst = all.iter().map(|comparison| comparison.energy.ln().abs()).fold(0.0, f64::max).exp();
         vec![
             method.name().to_owned(),
             rms(&[Group::Blocks]),
             rms(&[Group::Balls]),
             rms(&[Group::Further]),
-            format!("{:.2}", mean(&all, &|one| one.delta_e)),
-            format!("{:.2}", mean(&all, &|one| one.hue_delta_e)),
-            format!("{:.2}", mean(&all, &|one| one.energy.ln()).exp()),
+            format!("{:.2}", mean(&all, &|comparison| comparison.delta_e)),
+            format!("{:.2}", mean(&all, &|comparison| comparison.hue_delta_e)),
+            format!("{:.2}", mean(&all, &|comparison| comparison.energy.ln()).exp()),
             format!("{worst:.2}"),
         ]
     };

@@ -145,7 +145,7 @@ impl GltfFile {
     /// Refuses meshes, given by their indices, that take too much memory together.
     fn check_mesh_memory(&self, what: &str, meshes: impl Iterator<Item = usize>) -> Result<(), FileError> {
         let bytes: Vec<f64> =
-            self.gltf.meshes().map(|mesh| mesh.primitives().map(|one| bytes_of(&one)).sum()).collect();
+            self.gltf.meshes().map(|mesh| mesh.primitives().map(|primitive| bytes_of(&primitive)).sum()).collect();
         let asked = meshes.map(|mesh| bytes[mesh]).sum();
         check_memory(what, asked, self.size).map_err(|reason| self.wrong(reason))
     }
@@ -247,7 +247,10 @@ impl GltfFile {
         }
         let count = positions.len();
         let differs = |length: usize| length != 0 && length != count;
-        if differs(uv.len()) || differs(normals.len()) || attributes.values().any(|one: &Vec<f32>| one.len() != count) {
+        if differs(uv.len())
+            || differs(normals.len())
+            || attributes.values().any(|values: &Vec<f32>| values.len() != count)
+        {
             return Err("its attributes differ in their numbers of vertices".into());
         }
         let indices = triangles(primitive.mode(), &indices);
