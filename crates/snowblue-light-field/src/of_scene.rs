@@ -12,7 +12,7 @@ use super::snowpack::{KindOptics, Snowpack};
 use snowblue_base::KeyPath;
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
-use snowblue_scene::assembling::changes::Changes;
+use snowblue_scene::Changes;
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::{Object, SurfaceInteraction};

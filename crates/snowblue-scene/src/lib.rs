@@ -34,13 +34,14 @@ pub mod description;
 
 mod scene;
 
-pub mod assembling;
+mod assembling;
 pub mod file;
 pub mod inspection;
 pub(crate) mod layering;
 pub mod provenance;
 pub mod undisturbed;
 
+pub use assembling::changes::Changes;
 pub use description::SceneDescription;
 pub use error::SceneError;
 pub use file::SceneFile;

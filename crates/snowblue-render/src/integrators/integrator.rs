@@ -17,7 +17,7 @@ use crate::integrators::reference::ReferenceTracer;
 use crate::integrators::snow_volumes::SnowVolumes;
 use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
 use snowblue_light_field::{LightField, SnowOfMaterials};
-use snowblue_scene::assembling::changes::Changes;
+use snowblue_scene::Changes;
 use snowblue_scene::camera::View;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::material::Material;
