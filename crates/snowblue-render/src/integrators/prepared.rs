@@ -8,8 +8,8 @@ use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
 use crate::integrators::surroundings::SnowBodies;
 use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
-use snowblue_scene::Scene;
 use snowblue_scene::Changes;
+use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
 
 /// Rays through grains for the albedo of snow, where nothing else needs its optics.

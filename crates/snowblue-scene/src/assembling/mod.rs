@@ -1,7 +1,7 @@
 //! From a description to a scene: reads the files that it names, and checks that all of it fits together.
 
 mod carved;
-pub mod changes;
+pub(crate) mod changes;
 mod closed;
 mod gltf_lights;
 mod gltf_material;
