@@ -13,6 +13,7 @@ use crate::commands::man::Man;
 use crate::commands::match_color::Match;
 use crate::commands::merge::Merge;
 use crate::commands::render::Render;
+use crate::commands::repair::Repair;
 use crate::commands::sky::Sky;
 use crate::commands::slab::Slab;
 use crate::commands::spectrum::Spectrum;
@@ -61,6 +62,7 @@ pub(crate) enum Command {
     Swatch(Box<Swatch>),
     Render(Render),
     Bake(Bake),
+    Repair(Repair),
     #[command(subcommand)]
     Export(Export),
     Figures(Figures),

@@ -40,6 +40,7 @@ fn run() -> Outcome {
         Command::Swatch(command) => command.run(),
         Command::Render(command) => command.run(arguments.quiet),
         Command::Bake(command) => command.run(arguments.quiet),
+        Command::Repair(command) => command.run(arguments.quiet),
         Command::Export(command) => command.run(),
         Command::Figures(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(Arguments::command()),

@@ -135,7 +135,7 @@ fn integrators_with_a_light_field_refuse_open_snow_and_name_its_holes() {
     let picture = folder.path().join("a.png");
     let (scene, picture) = (path.to_str().unwrap(), picture.to_str().unwrap());
     for integrator in ["diffusion", "hybrid"] {
-        let words = ["scene.toml:", "mesh.obj", "4 open edges", "repair-mesh"];
+        let words = ["scene.toml:", "mesh.obj", "4 open edges", "snowblue repair"];
         assert_refused(&["render", scene, "--integrator", integrator, "-o", picture], &words);
     }
     let report = snowblue(&["render", scene, "--check", "--format", "json"]);

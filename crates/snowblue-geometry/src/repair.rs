@@ -2,7 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
 use crate::coincident::merged;
+use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
 /// A repaired mesh, and what was changed.
@@ -12,34 +16,42 @@ pub struct RepairedMesh {
     pub mesh: TriangleMesh,
     /// Number of duplicate vertices that were merged.
     pub merged_vertices: usize,
-    /// Number of triangles that were dropped because two corners coincide.
+    /// Number of triangles that were dropped because they bound no solid.
     pub dropped_triangles: usize,
+    /// Number of triangles that were turned.
+    pub turned_triangles: usize,
     /// Number of edges of each hole that was filled.
     pub filled_holes: Vec<usize>,
 }
 
-/// Merges coincident vertices, drops triangles with coincident corners, and fills each hole with a triangle fan.
+/// Merges coincident vertices, drops triangles that bound no solid ([`remove_coincident`]), turns triangles so that all
+/// of a part face outwards, and fills each hole with a triangle fan.
 ///
-/// A hole is a loop of boundary edges. Loops that share a vertex, and loops of triangles with inconsistent orientation,
-/// are left open; [`Topology::of`](crate::topology::Topology::of) counts their edges.
+/// A hole is a loop of boundary edges. Loops that share a vertex are left open;
+/// [`Topology::of`](crate::topology::Topology::of) counts their edges.
 pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     let vertices = merged(&mesh.positions);
-    let all = mesh.indices.len();
-    let mut triangles: Vec<[u32; 3]> =
-        mesh.indices.iter().map(|triangle| triangle.map(|corner| vertices[corner as usize])).collect();
-    triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
-    let dropped_triangles = all - triangles.len();
+    let merge = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
+    let indices = mesh.indices.iter().map(merge).collect();
+    let mut merged = TriangleMesh { positions: mesh.positions.clone(), indices, ..TriangleMesh::default() };
+    let dropped_triangles = remove_coincident(&mut merged);
+    let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = merged;
+    let before = triangles.clone();
+    turn_outwards(&mut triangles, &old_positions);
     let mut filled_holes = Vec::new();
     for hole in holes(&triangles) {
         filled_holes.push(hole.len());
         triangles.extend(hole[1..].windows(2).map(|pair| [hole[0], pair[0], pair[1]]));
     }
+    // The volume of a part is known once it is closed.
+    turn_outwards(&mut triangles, &old_positions);
+    let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
     let mut renumbered = BTreeMap::new();
     let mut positions = Vec::new();
     for corner in triangles.iter_mut().flatten() {
         let old = *corner as usize;
         *corner = *renumbered.entry(old).or_insert_with(|| {
-            positions.push(mesh.positions[old]);
+            positions.push(old_positions[old]);
             index(positions.len() - 1)
         });
     }
@@ -47,8 +59,115 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
         mesh: TriangleMesh { positions, indices: triangles, ..TriangleMesh::default() },
         merged_vertices: vertices.iter().enumerate().filter(|&(own, &first)| own != first as usize).count(),
         dropped_triangles,
+        turned_triangles,
         filled_holes,
     }
+}
+
+/// Turns triangles so that all of a connected part run the same way around, and that its volume is positive.
+fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
+    let mut edges: Vec<(u32, u32, bool, usize)> = Vec::with_capacity(3 * triangles.len());
+    for (number, &[a, b, c]) in triangles.iter().enumerate() {
+        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, number)));
+    }
+    edges.par_sort_unstable();
+    // For each triangle its neighbours across edges of two, and whether those run the other way around.
+    let mut neighbours = vec![[None; 3]; triangles.len()];
+    let mut link = |from: usize, to: (usize, bool)| {
+        if let Some(place) = neighbours[from].iter_mut().find(|place| place.is_none()) {
+            *place = Some(to);
+        }
+    };
+    for uses in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+        if let [first, second] = uses {
+            let is_turned = first.2 == second.2;
+            link(first.3, (second.3, is_turned));
+            link(second.3, (first.3, is_turned));
+        }
+    }
+    let middle = positions.iter().map(|position| position.as_dvec3()).sum::<DVec3>() / positions.len().max(1) as f64;
+    let mut is_seen = vec![false; triangles.len()];
+    for start in 0..triangles.len() {
+        if std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let (mut part, mut next) = (vec![(start, false)], 0);
+        while let Some(&(at, is_turned)) = part.get(next) {
+            next += 1;
+            for (neighbour, differs) in neighbours[at].into_iter().flatten() {
+                if !std::mem::replace(&mut is_seen[neighbour], true) {
+                    part.push((neighbour, is_turned != differs));
+                }
+            }
+        }
+        let volume = |(number, is_turned): &(usize, bool)| {
+            let [a, b, c] = triangles[*number].map(|corner| positions[corner as usize].as_dvec3() - middle);
+            if *is_turned { -a.dot(b.cross(c)) } else { a.dot(b.cross(c)) }
+        };
+        let is_inside_out = part.iter().map(volume).sum::<f64>() < 0.0;
+        for (number, is_turned) in part {
+            if is_turned != is_inside_out {
+                triangles[number].swap(1, 2);
+            }
+        }
+    }
+}
+
+/// Removes triangles that bound no solid: those with coincident corners, and those that coincide with others. Returns
+/// how many were removed.
+///
+/// A line through such triangles crosses the surface where the solid neither begins nor ends. Pairs of triangles with
+/// the same corners are removed, whichever way they face, so that a closed mesh stays closed. If the mesh is open then,
+/// and less so with one of the triangles that most face the same way, that one remains.
+pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
+    let vertices = merged(&mesh.positions);
+    // The corners in ascending order, whether they run that way around, and the number.
+    let mut triangles: Vec<([u32; 3], bool, usize)> = (0..mesh.indices.len())
+        .into_par_iter()
+        .map(|number| {
+            let corners = mesh.indices[number].map(|corner| vertices[corner as usize]);
+            let mut sorted = corners;
+            sorted.sort_unstable();
+            let is_even = (0..3).any(|turn| [0, 1, 2].map(|corner| corners[(corner + turn) % 3]) == sorted);
+            (sorted, is_even, number)
+        })
+        .collect();
+    triangles.par_sort_unstable();
+    // What is left of each triangle that coincides with others: by pairs, and by the side that most face.
+    let mut removed = [vec![false; mesh.indices.len()], vec![false; mesh.indices.len()]];
+    let mut coincide = false;
+    for group in triangles.chunk_by(|first, second| first.0 == second.0) {
+        let [a, b, c] = group[0].0;
+        let is_degenerate = a == b || b == c;
+        if group.len() == 1 && !is_degenerate {
+            continue;
+        }
+        coincide = true;
+        let even = group.iter().filter(|(_, is_even, _)| *is_even).count();
+        let is_most = |triangle: &&([u32; 3], bool, usize)| triangle.1 == (2 * even > group.len());
+        let most = group.iter().find(is_most).filter(|_| !is_degenerate && 2 * even != group.len());
+        let kept = [most.filter(|_| group.len() % 2 == 1), most];
+        for (removed, kept) in removed.iter_mut().zip(kept) {
+            group.iter().for_each(|triangle| removed[triangle.2] = kept.is_none_or(|kept| kept.2 != triangle.2));
+        }
+    }
+    if !coincide {
+        return 0;
+    }
+    let before = mesh.indices.len();
+    let [by_pairs, by_sides] = removed.map(|removed| {
+        let kept = mesh.indices.iter().zip(removed).filter(|(_, is_removed)| !is_removed);
+        kept.map(|(triangle, _)| *triangle).collect::<Vec<[u32; 3]>>()
+    });
+    let open_edges = |triangles: &[[u32; 3]]| {
+        let positions = mesh.positions.clone();
+        let Topology { open_edges, odd_shared_edges, .. } =
+            Topology::of(&TriangleMesh { positions, indices: triangles.to_vec(), ..TriangleMesh::default() });
+        open_edges + odd_shared_edges
+    };
+    let open = open_edges(&by_pairs);
+    mesh.indices = if open > 0 && open_edges(&by_sides) < open { by_sides } else { by_pairs };
+    before - mesh.indices.len()
 }
 
 /// The loops of boundary edges, in the orientation of triangles that fill them.
@@ -94,7 +213,7 @@ fn index(index: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topology::{Topology, volume};
+    use crate::topology::volume;
     use crate::triangle_mesh::closed_grids;
     use glam::Vec3;
 
@@ -103,6 +222,27 @@ mod tests {
         let level = |z: f32| (0..12u8).map(move |k| Vec3::new(f32::from(k % 4) - 1.5, 1.0 - f32::from(k / 4), z));
         let positions = level(0.5).chain(level(0.0)).collect();
         TriangleMesh { positions, indices: closed_grids(4, 3), ..TriangleMesh::default() }
+    }
+
+    #[test]
+    fn triangles_that_bound_no_solid_are_removed() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|side| side.map(|corner: usize| corners[corner]));
+        let tetrahedron = TriangleMesh::from_triangles(&sides);
+        let [a, b, c] = [Vec3::X, 2.0 * Vec3::X, Vec3::splat(2.0)];
+        // Two sheets face each other; a side is there three times, one of them turned; a triangle is a line.
+        let more = [[a, b, c], [b, a, c], sides[3], [sides[3][1], sides[3][0], sides[3][2]], [a, b, a]];
+        let mut mesh = TriangleMesh::from_triangles(&[&sides[..], &more].concat());
+        assert!(!Topology::of(&mesh).is_closed() || Topology::of(&mesh).most_of_an_edge > 2);
+        assert_eq!(remove_coincident(&mut mesh), 5);
+        assert_eq!(mesh.indices.len(), tetrahedron.indices.len());
+        let topology = Topology::of(&mesh);
+        assert!(topology.is_closed() && topology.most_of_an_edge == 2 && topology.reversed_edges == 0, "{topology:?}");
+        assert_eq!(remove_coincident(&mut mesh), 0);
+        // A side that is there twice closes the mesh once.
+        let mut doubled = TriangleMesh::from_triangles(&[&sides[..], &sides[3..]].concat());
+        assert_eq!(remove_coincident(&mut doubled), 1);
+        assert!(Topology::of(&doubled).is_closed());
     }
 
     #[test]

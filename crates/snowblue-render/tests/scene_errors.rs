@@ -504,7 +504,7 @@ fn open_meshes_of_snow_are_refused_where_a_light_field_needs_closed_ones() {
     for method in ["diffusion", "hybrid"] {
         let message = of(method, "drift", &tetrahedron(3)).unwrap_err();
         assert!(message.contains("scene.toml:26: object[1].mesh is \"gone.ply\": it has 3 open edges"), "{message}");
-        assert!(message.contains("repair-mesh") && !message.contains('\n'), "{message}");
+        assert!(message.contains("snowblue repair") && !message.contains('\n'), "{message}");
     }
     assert!(of("diffusion", "floor", &tetrahedron(3)).is_ok(), "paint may be open");
     prepared(&of("diffusion", "drift", &tetrahedron(4)).unwrap(), None);

@@ -38,6 +38,8 @@ pub struct Scene {
     pub(crate) table_file: Option<PathBuf>,
     /// What the scene was built from.
     pub(crate) description: SceneDescription,
+    /// What was changed in meshes, in sentences.
+    pub(crate) notes: Vec<String>,
     /// Hashes of the files that were read, by name: for the lights of the description, and for all else.
     pub(crate) light_files: BTreeMap<String, u64>,
     pub(crate) solid_files: BTreeMap<String, u64>,
@@ -97,6 +99,11 @@ impl Scene {
     /// What the scene was built from, with the changes made since.
     pub fn description(&self) -> &SceneDescription {
         &self.description
+    }
+
+    /// What was changed in meshes, in sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Hashes of the files that were read, by name.

@@ -3,7 +3,6 @@
 //! A task is a program that developers run now and then and that neither the command nor a test can replace.
 
 mod embed_table;
-mod repair_mesh;
 mod thickness_map;
 
 use std::error::Error;
@@ -12,7 +11,6 @@ use std::process::ExitCode;
 const USAGE: &str = "usage: cargo run --release -p xtask -- TASK
 
   embed-table [FILE]          compute the table that snowblue-data embeds [crates/snowblue-data/data/snow.nc]
-  repair-mesh INPUT OUTPUT    close a mesh with small defects and write it as PLY
   thickness-map MESH LINES    print the thickness of a mesh along grids of LINES × LINES lines as CSV";
 
 fn main() -> ExitCode {
@@ -21,7 +19,6 @@ fn main() -> ExitCode {
     let done: Result<(), Box<dyn Error>> = match words[..] {
         ["embed-table"] => embed_table::run(None).map_err(Into::into),
         ["embed-table", file] => embed_table::run(Some(file)).map_err(Into::into),
-        ["repair-mesh", input, output] => repair_mesh::run(input.as_ref(), output.as_ref()).map(|done| report(&done)),
         ["thickness-map", mesh, lines] => thickness_map::run(mesh.as_ref(), lines),
         _ => {
             report(USAGE);

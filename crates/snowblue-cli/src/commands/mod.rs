@@ -11,6 +11,7 @@ pub(crate) mod man;
 pub(crate) mod match_color;
 pub(crate) mod merge;
 pub(crate) mod render;
+pub(crate) mod repair;
 pub(crate) mod sky;
 pub(crate) mod slab;
 pub(crate) mod spectrum;

@@ -12,6 +12,7 @@ use crate::mesh_files::gltf::GltfFile;
 use crate::triangle_mesh::TriangleMesh;
 
 pub use obj::obj_text;
+pub use ply::ply_bytes;
 
 /// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
 ///

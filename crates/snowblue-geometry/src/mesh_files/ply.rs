@@ -195,6 +195,24 @@ fn one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// The positions and triangles of a mesh as a binary file (Turk 1994, "The PLY polygon file format").
+#[must_use]
+pub fn ply_bytes(mesh: &TriangleMesh) -> Vec<u8> {
+    let mut content = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        mesh.positions.len(),
+        mesh.indices.len()
+    )
+    .into_bytes();
+    content.extend(mesh.positions.iter().flat_map(|position| position.to_array()).flat_map(f32::to_le_bytes));
+    for triangle in &mesh.indices {
+        content.push(3);
+        content.extend(triangle.iter().copied().flat_map(u32::to_le_bytes));
+    }
+    content
+}
+
 #[cfg(test)]
 mod tests {
     use super::{TriangleMesh, Vec2, Vec3};

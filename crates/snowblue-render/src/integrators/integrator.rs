@@ -64,7 +64,7 @@ impl Integrator {
     /// If a body of snow has no light field because it is infinite or too thin for its memory, a lamp other than a
     /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
-        let (mut notes, mut hash) = (Vec::new(), None);
+        let (mut notes, mut hash) = (scene.notes().to_vec(), None);
         let method = match Kept::of(preparation.earlier, scene) {
             Kept::Everything(mut method) => {
                 method.field_mut().into_iter().for_each(LightField::keep_all);
@@ -97,7 +97,7 @@ impl Integrator {
         &self.prepared.scene
     }
 
-    /// What was done otherwise than the table allows, in sentences.
+    /// What was done otherwise than the files say, in sentences: about meshes, and curves that a table lacks.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

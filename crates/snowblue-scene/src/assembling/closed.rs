@@ -1,11 +1,20 @@
 //! Whether meshes of snow are closed. Integrators that solve for the light inside snow need it: through a hole, a line
 //! enters and never leaves, and nothing says what is inside.
 
+use snowblue_geometry::repair::remove_coincident;
 use snowblue_geometry::topology::Topology;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
 /// Most triangles of an edge. Each that coincides with another makes every line through it longer to follow.
 const MOST_OF_AN_EDGE: usize = 100;
+
+/// Leaves out triangles that bound no solid, and says how many.
+pub(super) fn solid(mesh: &mut TriangleMesh) -> Option<String> {
+    let all = mesh.indices.len();
+    let removed = remove_coincident(mesh);
+    let reason = "have no area or coincide with others, and are left out";
+    (removed > 0).then(|| format!("{removed} of {all} triangles {reason}"))
+}
 
 /// Refuses an open mesh, and one of many coincident triangles.
 pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
@@ -25,8 +34,8 @@ pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
         count => format!(" and {count} edges of an odd number of triangles"),
     };
     Err(format!(
-        "it has {open_edges} open edges{odd}, but this integrator needs closed snow; close its holes with \
-         `cargo run -p xtask -- repair-mesh IN OUT.ply`"
+        "it has {open_edges} open edges{odd}, but this integrator needs closed snow; `snowblue repair` \
+         closes holes"
     ))
 }
 

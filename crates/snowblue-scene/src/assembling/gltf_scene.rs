@@ -4,8 +4,8 @@
 //! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
 //! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
+use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -17,7 +17,7 @@ use snowblue_geometry::mesh_files::gltf::{GltfFile, Y_UP_TO_Z_UP};
 use snowblue_geometry::ray::narrow;
 use snowblue_geometry::shape::Shape;
 
-use crate::assembling::closed::check_closed;
+use crate::assembling::closed::{check_closed, solid};
 use crate::assembling::gltf_lights::{LightKind, PunctualLight, punctual_lights, view};
 use crate::assembling::gltf_material::{GltfMaterial, base_colour_texture, gltf_material};
 use crate::assembling::material::NamedMaterial;
@@ -50,6 +50,8 @@ pub(super) struct GltfScene {
     pub(super) objects: Vec<Object>,
     pub(super) view: Option<View>,
     pub(super) lights: Vec<Light>,
+    /// What was changed in meshes, in sentences.
+    pub(super) notes: Vec<String>,
 }
 
 /// Reads a glTF with y turned to z; its materials that the description lacks are added to `materials`.
@@ -67,8 +69,9 @@ pub(super) fn read_gltf(
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
-    // Parts of meshes that are known to be closed.
-    let mut closed = BTreeSet::new();
+    // Parts of meshes of snow that were looked at: they bound a solid, which is closed where it must be.
+    let mut solids: BTreeMap<(usize, usize), Arc<MeshBvh>> = BTreeMap::new();
+    let mut notes = Vec::new();
     let mut palette =
         Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new(), texture_bytes: 0.0 };
     for node in &nodes {
@@ -79,25 +82,35 @@ pub(super) fn read_gltf(
         };
         for (part, (material, mesh, map)) in parts.iter().enumerate() {
             let name = node.name();
-            let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
-            let instance = Instance::new(Arc::clone(mesh), placement);
-            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
-            let shape = Shape::Mesh(instance);
             let material = palette.index(*material, materials)?;
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
+            let mesh = match solids.entry((number, part)) {
+                Entry::Occupied(known) => Arc::clone(known.get()),
+                Entry::Vacant(_) if !made_of.is_snow() => Arc::clone(mesh),
+                Entry::Vacant(fresh) => {
+                    let mut triangles = mesh.triangles().clone();
+                    let note = solid(&mut triangles);
+                    let mesh = if note.is_some() { Arc::new(MeshBvh::new(triangles)) } else { Arc::clone(mesh) };
+                    notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
+                    if integrator.has_light_field() {
+                        check_closed(mesh.triangles()).map_err(misfit)?;
+                    }
+                    Arc::clone(fresh.insert(mesh))
+                }
+            };
+            let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+            let instance = Instance::new(mesh, placement);
+            check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
+            let shape = Shape::Mesh(instance);
             made_of.check(&shape).map_err(misfit)?;
-            let must_be_closed = integrator.has_light_field() && made_of.is_snow();
-            if must_be_closed && closed.insert((number, part)) {
-                check_closed(mesh.triangles()).map_err(misfit)?;
-            }
             objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
     let daylight = !sources.is_false_color;
     let lights = punctual_lights(&nodes);
     let lights = lights.iter().map(|light| convert(light, daylight).map_err(wrong)).collect::<Result<_, _>>()?;
-    Ok(GltfScene { objects, view: view(&nodes), lights })
+    Ok(GltfScene { objects, view: view(&nodes), lights, notes })
 }
 
 /// The number of a material, its mesh about its own middle, and the map that puts that back.

@@ -48,6 +48,8 @@ struct Solids {
     materials: Arc<Vec<Material>>,
     gltf_lights: Vec<Arc<Light>>,
     gltf_view: Option<View>,
+    /// What was changed in meshes, in sentences.
+    notes: Vec<String>,
     /// Hashes of the files that were read, by name.
     files: BTreeMap<String, u64>,
 }
@@ -91,6 +93,7 @@ impl SceneDescription {
             gltf_lights: of_gltf.to_vec(),
             // With a camera in the description, that of a glTF does not matter.
             gltf_view: Some(earlier.view).filter(|_| self.camera.is_none()),
+            notes: earlier.notes.clone(),
             files: earlier.solid_files.clone(),
         };
         let lights = (!changes.any_light()).then(|| (described.to_vec(), earlier.light_files.clone()));
@@ -114,7 +117,7 @@ impl SceneDescription {
         }
         let sensor = self.film.false_color.map_or_else(Sensor::cie_1931, Sensor::false_color);
         let sensor = self.balanced(sensor, &lights)?;
-        let Solids { objects, materials, gltf_view, files: solid_files, .. } = solids;
+        let Solids { objects, materials, gltf_view, notes, files: solid_files, .. } = solids;
         let (view, path) = self.view(gltf_view)?;
         if let Some(index) = objects.around(view.position, |object| materials[object.material].is_snow()) {
             let name = &objects.list()[index].name;
@@ -136,6 +139,7 @@ impl SceneDescription {
             sensor,
             table_file: self.integrator.pcasnow.table.as_ref().map(|name| files.display_name(name)),
             description: self.clone(),
+            notes,
             solid_files,
             light_files,
         })
@@ -170,10 +174,12 @@ impl SceneDescription {
         for (index, object) in self.objects.iter().enumerate() {
             objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
         }
+        let mut notes = builder.notes;
         let gltf = match &self.gltf {
             None => GltfScene::default(),
             Some(name) => read_gltf(&KeyPath::root("gltf"), name, &mut materials, &sources, self.integrator.kind)?,
         };
+        notes.extend(gltf.notes);
         objects.extend(gltf.objects);
         let objects = Objects::new(objects);
         if let Some(body) = body_of_two(&objects).filter(|_| self.integrator.kind != IntegratorKind::PcaSnow) {
@@ -185,6 +191,7 @@ impl SceneDescription {
             materials: Arc::new(materials.into_iter().map(|named| named.material).collect()),
             gltf_lights: gltf.lights.into_iter().map(Arc::new).collect(),
             gltf_view: gltf.view,
+            notes,
             files: files.hashes(),
         })
     }

@@ -16,7 +16,7 @@ use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_shapes::igloo::Igloo;
 
 use crate::assembling::carved::carved_mesh;
-use crate::assembling::closed::check_closed;
+use crate::assembling::closed::{check_closed, solid};
 use crate::assembling::landscape::{self, Land, check_shapes};
 use crate::assembling::material::NamedMaterial;
 use crate::assembling::placing::{Placing, check_reach, placement, upright};
@@ -42,10 +42,12 @@ struct FileMesh {
 pub(super) struct ObjectBuilder<'scene> {
     sources: &'scene Sources<'scene>,
     materials: &'scene [NamedMaterial],
-    /// Meshes by file and part, and whether they are smooth.
-    meshes: BTreeMap<(String, Option<String>, bool), FileMesh>,
+    /// Meshes by file and part, whether they are smooth, and whether they are snow.
+    meshes: BTreeMap<(String, Option<String>, bool, bool), FileMesh>,
     /// Whether snow must be closed.
     has_light_field: bool,
+    /// What was changed, in sentences.
+    pub(super) notes: Vec<String>,
 }
 
 impl<'scene> ObjectBuilder<'scene> {
@@ -55,7 +57,8 @@ impl<'scene> ObjectBuilder<'scene> {
         materials: &'scene [NamedMaterial],
         integrator: IntegratorKind,
     ) -> Self {
-        Self { sources, materials, meshes: BTreeMap::new(), has_light_field: integrator.has_light_field() }
+        let has_light_field = integrator.has_light_field();
+        Self { sources, materials, meshes: BTreeMap::new(), has_light_field, notes: Vec::new() }
     }
 
     /// Builds an object, an igloo as one for each block.
@@ -147,7 +150,7 @@ impl<'scene> ObjectBuilder<'scene> {
         let upright = upright(file, *up);
         let wrong = |reason: String| path.error(format!("is \"{file}\": {reason}"));
         let must_be_closed = is_snow && self.has_light_field;
-        let found = self.file_mesh(&path, description)?;
+        let found = self.file_mesh(&path, description, is_snow)?;
         if must_be_closed && !found.is_closed {
             check_closed(found.mesh.triangles()).map_err(wrong)?;
             found.is_closed = true;
@@ -158,13 +161,22 @@ impl<'scene> ObjectBuilder<'scene> {
         Ok(Shape::Mesh(instance))
     }
 
-    fn file_mesh(&mut self, path: &KeyPath, description: &MeshDescription) -> Result<&mut FileMesh, SceneError> {
+    fn file_mesh(
+        &mut self,
+        path: &KeyPath,
+        description: &MeshDescription,
+        is_snow: bool,
+    ) -> Result<&mut FileMesh, SceneError> {
         let MeshDescription { mesh: file, part, smooth, .. } = description;
-        Ok(match self.meshes.entry((file.clone(), part.clone(), *smooth)) {
+        Ok(match self.meshes.entry((file.clone(), part.clone(), *smooth, is_snow)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(fresh) => {
                 let read = read_mesh_from(self.sources.files, file, part.as_deref());
-                let centred = read.map_err(|error| self.sources.named(path, file, error))?.centred();
+                let mut read = read.map_err(|error| self.sources.named(path, file, error))?;
+                if is_snow {
+                    self.notes.extend(solid(&mut read).map(|note| format!("{path} is \"{file}\": {note}")));
+                }
+                let centred = read.centred();
                 let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };
                 let (mesh, to_original) = (Arc::new(MeshBvh::new(mesh)), centred.to_original);
                 fresh.insert(FileMesh { mesh, to_original, is_closed: false })

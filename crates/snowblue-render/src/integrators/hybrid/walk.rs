@@ -45,9 +45,9 @@ use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 
-/// A ball inside the body, in transport mean free paths: its distance below an entry around which the surface counts as
-/// flat, and its radius. No edge is near, and the body is thick.
-const FLAT_BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+/// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
+/// edge is near, and the body is thick.
+const BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
 /// Points around an entry that are looked at.
 const PROBES: usize = 4;
 /// Distance of the points at which a flat surface must lie in the tangent plane.
@@ -55,6 +55,27 @@ const PLANE_RADIUS_LENGTHS: f32 = 6.0;
 /// Least radius of curvature of a surface that counts as flat. On a ball of r ℓ* the light field at the surface is too
 /// dark by some 3/r.
 const LEAST_CURVATURE_RADIUS_LENGTHS: f32 = 200.0;
+
+/// The shape of a body around a point of its surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Relief {
+    /// A plane, over snow that is thick.
+    Flat,
+    /// A curve, over snow that is thick.
+    Round,
+    /// An edge, or thin snow.
+    Sharp,
+}
+
+impl Relief {
+    /// How deep walks end.
+    pub(crate) fn end_depth(self) -> EndDepth {
+        match self {
+            Self::Flat => EndDepth::Flat,
+            Self::Round | Self::Sharp => EndDepth::Edge,
+        }
+    }
+}
 
 /// Follows walks into snow.
 #[derive(Debug)]
@@ -174,14 +195,19 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// How deep walks from a point of the surface end. `turn` in [0, 1) turns the points around it that are looked at.
-    pub(crate) fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction, turn: f32) -> EndDepth {
+    /// The shape of the body around a point of its surface. `turn` in [0, 1) turns the points around it that are looked
+    /// at.
+    pub(crate) fn relief(&self, at: SnowAt, surface: &SurfaceInteraction, turn: f32) -> Relief {
         let length_m = at.optics.transport_length_m();
-        let [below_m, radius_m] = FLAT_BALL_LENGTHS.map(|lengths| lengths * length_m);
+        let [below_m, radius_m] = BALL_LENGTHS.map(|lengths| lengths * length_m);
         let below = surface.point - surface.normal * below_m;
-        let is_flat = self.scene.objects().holds_deeply(surface.object, below, radius_m)
-            && self.is_plane_around(surface, length_m, turn);
-        if is_flat { EndDepth::Flat } else { EndDepth::Edge }
+        if !self.scene.objects().holds_deeply(surface.object, below, radius_m) {
+            Relief::Sharp
+        } else if self.is_plane_around(surface, length_m, turn) {
+            Relief::Flat
+        } else {
+            Relief::Round
+        }
     }
 
     /// Whether the surface of a body lies in the tangent plane around a point.

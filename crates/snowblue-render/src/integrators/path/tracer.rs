@@ -24,12 +24,12 @@ use snowblue_geometry::ray::{Ray, SurfacePoint};
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
-use crate::integrators::hybrid::walk::{WalkTracer, around};
+use crate::integrators::hybrid::walk::{Relief, WalkTracer, around};
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
-use snowblue_light_field::{EndDepth, LightField, SnowAt};
+use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::light::{IncidentLight, LightSample};
 use snowblue_scene::material::Material;
@@ -44,6 +44,8 @@ use snowblue_scene::{Emission, Scene};
 /// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
 const PROBE_RADIUS_LENGTHS: f32 = 3.0;
 const PROBE_HEIGHT_LENGTHS: f32 = 0.5;
+/// Least cosine of light and view at which a round body may be read.
+const LEAST_COSINE: f32 = 0.3;
 /// Distance within which the light of a lamp is uneven, in transport mean free paths.
 const NEAR_LIGHT_LENGTHS: f32 = 60.0;
 
@@ -63,6 +65,19 @@ pub(crate) struct PathTracer<'a> {
     singles: Option<SingleScattering<'a>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
+}
+
+/// How lamps shine on the points around a point of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LightAround {
+    /// All lamps shine alike on all points, and one shines, or there is a sky: seen from steeply above, and lit so.
+    Steep,
+    /// The same, but seen or lit at a grazing angle.
+    Grazing,
+    /// No lamp shines.
+    Dark,
+    /// A lamp is near, or shines on some of the points.
+    Uneven,
 }
 
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
@@ -130,12 +145,17 @@ impl<'a> PathTracer<'a> {
         if let Shading::Field(snow) = vertex.shading {
             if let Some(walks) = &self.walks {
                 let [turn, ..] = sampler.next_four();
-                let end_depth = walks.end_depth(snow, &surface, turn);
-                // Where light and snow are even, the field is the mean of the walks, without their noise.
-                if (end_depth != EndDepth::Flat || !self.is_evenly_lit(snow, &surface, turn))
-                    && let Some(walks) = &mut self.walks
-                {
-                    let walked = walks.walk((snow, end_depth), &surface, camera_ray, sampler);
+                let relief = walks.relief(snow, &surface, turn);
+                // Where light and snow are even, the field is the mean of the walks, without their noise. On round
+                // bodies it is within some percent of the mean where they are lit and seen from above, but too dark on
+                // rims and where no lamp shines.
+                let is_read = match relief {
+                    Relief::Flat => self.light_around(snow, &surface, turn) != LightAround::Uneven,
+                    Relief::Round => self.light_around(snow, &surface, turn) == LightAround::Steep,
+                    Relief::Sharp => false,
+                };
+                if !is_read && let Some(walks) = &mut self.walks {
+                    let walked = walks.walk((snow, relief.end_depth()), &surface, camera_ray, sampler);
                     return PathRadiance { first, later: Some(walked) };
                 }
             }
@@ -149,8 +169,8 @@ impl<'a> PathTracer<'a> {
         PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
     }
 
-    /// Whether each lamp shines alike on the points around a point of a flat surface.
-    fn is_evenly_lit(&mut self, snow: SnowAt, surface: &SurfaceInteraction, turn: f32) -> bool {
+    /// How lamps shine on the points around a point of a surface.
+    fn light_around(&mut self, snow: SnowAt, surface: &SurfaceInteraction, turn: f32) -> LightAround {
         let length_m = snow.optics.transport_length_m();
         let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
         let probes = around(surface.normal, turn).map(|aside| {
@@ -159,11 +179,13 @@ impl<'a> PathTracer<'a> {
         });
         let lights = self.scene.lights().iter().enumerate();
         let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
+        let mut is_steep = -surface.normal.dot(surface.direction) > LEAST_COSINE;
+        let mut is_lit = self.scene.lights().iter().any(|light| light.is_sky());
         let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
         for sample in samples {
             let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
             if sample.origin.position().is_some_and(is_near) {
-                return false;
+                return LightAround::Uneven;
             }
             let mut sees = |probe: &SurfacePoint| {
                 sample.incident_at(probe).is_some()
@@ -171,10 +193,17 @@ impl<'a> PathTracer<'a> {
             };
             let first = sees(&probes[0]);
             if probes[1..].iter().any(|probe| sees(probe) != first) {
-                return false;
+                return LightAround::Uneven;
             }
+            is_lit |= first;
+            let cos_incidence = surface.normal.dot(sample.origin.direction_from(surface.point).direction);
+            is_steep &= !first || cos_incidence > LEAST_COSINE;
         }
-        true
+        match (is_lit, is_steep) {
+            (false, _) => LightAround::Dark,
+            (true, true) => LightAround::Steep,
+            (true, false) => LightAround::Grazing,
+        }
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
