@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 CRATES = pathlib.Path(__file__).parent.parent / "crates"
-FILE = CRATES / "snowblue-render" / "data" / "rgb_basis.csv"
+FILE = CRATES / "snowblue-scene" / "data" / "rgb_basis.csv"
 PRIMARIES_XY = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)]
 WAVELENGTHS_NM = np.arange(400.0, 701.0, 10.0)
 
