@@ -68,9 +68,10 @@ impl fmt::Display for KeyPath {
         for (number, step) in self.0.iter().enumerate() {
             match step {
                 Step::Key(key) => {
-                    let is_bare = key.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
-                    let (dot, quote) = (if number == 0 { "" } else { "." }, if is_bare { "" } else { "\"" });
-                    write!(formatter, "{dot}{quote}{key}{quote}")?;
+                    let is_bare = !key.is_empty()
+                        && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
+                    formatter.write_str(if number == 0 { "" } else { "." })?;
+                    if is_bare { formatter.write_str(key)? } else { write!(formatter, "{key:?}")? }
                 }
                 Step::Index(index) => write!(formatter, "[{index}]")?,
             }

@@ -41,11 +41,11 @@ pub fn read<'de, T: Deserialize<'de>>(value: &Spanned<DeValue>, path: &KeyPath, 
 
 /// A value of a document as a deserializer.
 #[derive(Debug, Clone, Copy)]
-pub struct TomlValue<'a, 'text>(pub &'a Spanned<DeValue<'text>>);
+struct TomlValue<'a, 'text>(&'a Spanned<DeValue<'text>>);
 
 /// Why a value cannot be read, with the way to the value at fault.
 #[derive(Debug)]
-pub struct ValueError {
+struct ValueError {
     /// Its bytes in the text, once they are known.
     span: Option<Range<usize>>,
     /// The steps to it, the last one first.
@@ -205,8 +205,19 @@ impl<'de> Deserializer<'de> for TomlValue<'_, '_> {
                 Err(_) => Err(ValueError::new(Problem::Unlike("a number".to_owned()))),
             },
             DeValue::Boolean(value) => visitor.visit_bool(*value),
-            DeValue::Datetime(_) => Err(de::Error::invalid_type(Unexpected::Other("date"), &visitor)),
-            DeValue::Array(items) => visitor.visit_seq(Items(items.iter().enumerate())),
+            // A text's visitor may take it for one, another says what it expects.
+            DeValue::Datetime(date) => visitor.visit_str(&date.to_string()),
+            DeValue::Array(items) => {
+                let mut rest = Items(items.iter().enumerate());
+                let value = visitor.visit_seq(&mut rest)?;
+                match rest.0.next() {
+                    None => Ok(value),
+                    Some((read, _)) => {
+                        let words = format!("has {} values, but must have {read}", items.len());
+                        Err(ValueError::new(Problem::Said(words)))
+                    }
+                }
+            }
             DeValue::Table(table) => visitor.visit_map(Entries { rest: table.iter(), value: None }),
         }
     }
@@ -244,7 +255,7 @@ impl<'de> Deserializer<'de> for TomlValue<'_, '_> {
 /// The items of a list that are still to be read.
 struct Items<I>(I);
 
-impl<'a, 'text: 'a, 'de, I: Iterator<Item = (usize, &'a Spanned<DeValue<'text>>)>> SeqAccess<'de> for Items<I> {
+impl<'a, 'text: 'a, 'de, I: Iterator<Item = (usize, &'a Spanned<DeValue<'text>>)>> SeqAccess<'de> for &mut Items<I> {
     type Error = ValueError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ValueError> {
@@ -331,6 +342,7 @@ mod tests {
                 "[1, 2]",
                 "lamp._position has 2 values, but must be an array of length 3",
             ),
+            ("lamp = { _position = [1, 2, 3, 4] }", "[1", "lamp._position has 4 values, but must have 3"),
             ("lamp = { _position = [1, 2, \"3\"] }", "\"3\"", "lamp._position[2] is \"3\", but must be a number"),
             ("lamp = { _visible = 1 }", "1", "lamp._visible is 1, but must be true or false"),
             ("[[lamp._parts]]\n_kind = \"flat\"", "[[lamp._parts]]", "lamp._parts[0]._count is missing"),

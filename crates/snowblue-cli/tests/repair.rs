@@ -39,6 +39,11 @@ fn what_cannot_be_closed_or_written_is_named() {
     std::fs::write(&input, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n").unwrap();
     let open = ["fins.obj: ", "edges are still open"];
     assert_refused(&["repair", words(&input), "-o", words(&output)], &open);
+    // A sheet, and nothing but sheets.
+    std::fs::write(&input, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    assert_refused(&["repair", words(&input), "-o", words(&output)], &["fins.obj: nothing is inside"]);
+    std::fs::write(&input, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    assert_refused(&["repair", words(&input), "-o", words(&output)], &["fins.obj: nothing is inside"]);
     assert!(!output.exists());
     assert_refused(&["repair", words(&input), "-o", words(&folder.path().join("a.stl"))], &[".ply or .obj"]);
     assert_refused(&["repair", words(&folder.path().join("gone.ply")), "-o", words(&output)], &["gone.ply"]);

@@ -46,6 +46,11 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     // The volume of a part is known once it is closed.
     turn_outwards(&mut triangles, &old_positions);
     let turned_triangles = before.iter().zip(&triangles).filter(|(before, after)| before != after).count();
+    let mut filled = TriangleMesh { positions: old_positions, indices: triangles, ..TriangleMesh::default() };
+    // A hole around a single triangle is filled by the same triangle.
+    let dropped_triangles =
+        dropped_triangles + if filled_holes.is_empty() { 0 } else { remove_coincident(&mut filled) };
+    let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = filled;
     let mut renumbered = BTreeMap::new();
     let mut positions = Vec::new();
     for corner in triangles.iter_mut().flatten() {
@@ -116,9 +121,9 @@ fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
 /// Removes triangles that bound no solid: those with coincident corners, and those that coincide with others. Returns
 /// how many were removed.
 ///
-/// A line through such triangles crosses the surface where the solid neither begins nor ends. Pairs of triangles with
-/// the same corners are removed, whichever way they face, so that a closed mesh stays closed. If the mesh is open then,
-/// and less so with one of the triangles that most face the same way, that one remains.
+/// A line through such triangles crosses the surface where the solid neither begins nor ends. Of triangles with the
+/// same corners one remains if most face the same way, and none if as many face either way. If the mesh is open then,
+/// and less so when triangles are removed in pairs, whichever way they face, they are removed so.
 pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
     let vertices = merged(&mesh.positions);
     // The corners in ascending order, whether they run that way around, and the number.
@@ -165,8 +170,8 @@ pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
             Topology::of(&TriangleMesh { positions, indices: triangles.to_vec(), ..TriangleMesh::default() });
         open_edges + odd_shared_edges
     };
-    let open = open_edges(&by_pairs);
-    mesh.indices = if open > 0 && open_edges(&by_sides) < open { by_sides } else { by_pairs };
+    let open = open_edges(&by_sides);
+    mesh.indices = if open > 0 && open_edges(&by_pairs) < open { by_pairs } else { by_sides };
     before - mesh.indices.len()
 }
 

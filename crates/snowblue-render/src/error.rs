@@ -1,4 +1,4 @@
-//! Errors of this crate. Every message names the file, and the line if there is one.
+//! Errors of this crate.
 
 use std::path::PathBuf;
 

@@ -120,7 +120,12 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
         assert!(message.contains(&expected) && !message.contains('\n'), "{wrong}: {message}");
     }
     assert_named(&[
-        (SNOW_KEYS, "path = \"view\"", 8, "unknown key `path` in material.drift; known are type, layers, mask, snow,"),
+        (
+            SNOW_KEYS,
+            "path = \"view\"",
+            8,
+            "unknown key `path` in material.drift; known are type, layers, mask, between, snow,",
+        ),
         ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
     ]);
 }

@@ -31,6 +31,8 @@ const HYBRID_LIMITS: Limits = Limits { energy: 0.05, cells: 0.08 };
 /// Snow of which ℓ* is 2.0 mm.
 const SNOW: &str = "grain_size_um = 400\nfacetness = 0.3\ndensity_kg_m3 = 300\n";
 const LENGTH_M: f64 = 0.002;
+/// Three standard errors of all light, at most.
+const GREATEST_NOISE: f64 = 0.16;
 /// Cells darker than this part of the brightest do not count.
 const DARK: f64 = 0.02;
 
@@ -153,11 +155,13 @@ impl Scene {
 impl Cells {
     /// The errors against the truth.
     fn errors_against(&self, truth: &Self) -> Limits {
+        assert!(self.means.iter().flatten().all(|mean| mean.is_finite()), "{:?}", self.means);
         let total = |cells: &Self, channel: usize| cells.means.iter().map(|mean| mean[channel]).sum::<f64>();
         let ratios = [0, 1, 2].map(|channel| (total(self, channel) / total(truth, channel)).ln().abs());
         let brightest = truth.means.iter().map(|mean| mean[1]).fold(0.0, f64::max);
         let (mut square, mut count) = (0.0, 0.0);
         for cell in (0..CELLS).filter(|cell| truth.means[*cell][1] > DARK * brightest) {
+            assert!(self.means[cell][1] > 0.0, "cell {cell} is black");
             let noise = |cells: &Self| (cells.errors[cell][1] / cells.means[cell][1]).powi(2);
             square += (self.means[cell][1] / truth.means[cell][1]).ln().powi(2) - noise(self) - noise(truth);
             count += 1.0;
@@ -397,6 +401,7 @@ fn the_light_field_agrees_with_the_reference() {
             let found = cells.errors_against(truth);
             // Three standard errors of all light.
             let noise = 3.0 * cells.noise().hypot(truth.noise());
+            assert!(noise < GREATEST_NOISE, "{} by {}: noise {noise}", scene.name, kind.name());
             let line = format!(
                 "{} by {}: energy {:.3} of {:.3}, cells {:.3} of {:.3}, noise {noise:.3}",
                 scene.name,

@@ -1,4 +1,4 @@
-//! Errors of this crate. Every message names the file, and the line if there is one.
+//! Errors of this crate. Every message names the file, and the line if there is one, or the path of a value.
 
 use std::path::PathBuf;
 

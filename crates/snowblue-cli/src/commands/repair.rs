@@ -3,17 +3,21 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
 use snowblue_geometry::mesh_files::{is_y_up, obj_text, ply_bytes, read_mesh_file};
 use snowblue_geometry::repair::{RepairedMesh, repair};
-use snowblue_geometry::topology::Topology;
+use snowblue_geometry::topology::{Topology, volume};
 
 use crate::output::{Failure, Outcome, check_not_input, check_path, ending, output_path, print_message, write_file};
+
+/// Least volume of a solid, in cubes of the diagonal of its bounds. That of a sheet is rounding.
+const LEAST_VOLUME: f64 = 1e-9;
 
 /// Close a mesh with small defects, so that it can be snow
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Vertices at the same position become one. Triangles without area and triangles that coincide with others are dropped. \
+Vertices at the same position become one. Triangles with coincident corners or that coincide with others are dropped. \
 All triangles of a part are turned to face outwards. Holes are filled. A mesh that is open then, where holes meet at a \
 vertex or an edge belongs to three triangles, is an error. The output has positions and triangles only; a glTF is \
 turned to z up.
@@ -56,6 +60,10 @@ impl Repair {
             return Err(Failure::Input(format!(
                 "{input}: {open_edges} edges are still open and {odd_shared_edges} have an odd number of triangles"
             )));
+        }
+        let size = Bounds::of(mesh.positions.iter().copied()).diagonal_m();
+        if mesh.indices.is_empty() || volume(&mesh) < LEAST_VOLUME * f64::from(size).powi(3) {
+            return Err(Failure::Input(format!("{input}: nothing is inside: the triangles are sheets")));
         }
         write_file(&self.output, &if is_ply { ply_bytes(&mesh) } else { obj_text(&mesh).into_bytes() })?;
         if !quiet {

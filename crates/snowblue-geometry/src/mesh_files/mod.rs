@@ -37,7 +37,7 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
     let path = files.display_name(name);
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
     let mesh = match extension(&path).as_str() {
-        "ply" if part.is_some() => return Err(wrong("a PLY file has no parts: omit `part`".into())),
+        "ply" if part.is_some() => return Err(wrong("a PLY file has no parts".into())),
         "ply" => {
             check_formats(&path)?;
             ply::read(&NamedFile::read(files, name)?)?

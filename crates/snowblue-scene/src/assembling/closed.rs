@@ -5,18 +5,21 @@ use snowblue_geometry::repair::remove_coincident;
 use snowblue_geometry::topology::Topology;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-/// Most triangles of an edge. Each that coincides with another makes every line through it longer to follow.
+/// Most triangles of an edge. Each makes every line through it longer to follow.
 const MOST_OF_AN_EDGE: usize = 100;
 
-/// Leaves out triangles that bound no solid, and says how many.
-pub(super) fn solid(mesh: &mut TriangleMesh) -> Option<String> {
+/// Leaves out triangles that bound no solid, and says how many. Refuses a mesh of which nothing is left.
+pub(super) fn solid(mesh: &mut TriangleMesh) -> Result<Option<String>, String> {
     let all = mesh.indices.len();
     let removed = remove_coincident(mesh);
-    let reason = "have no area or coincide with others, and are left out";
-    (removed > 0).then(|| format!("{removed} of {all} triangles {reason}"))
+    let reason = "have coincident corners or coincide with others";
+    if removed == all {
+        return Err(format!("all {all} triangles {reason}, so that nothing is inside"));
+    }
+    Ok((removed > 0).then(|| format!("{removed} of {all} triangles {reason}, and are left out")))
 }
 
-/// Refuses an open mesh, and one of many coincident triangles.
+/// Refuses an open mesh, and one with an edge of many triangles.
 pub(super) fn check_closed(mesh: &TriangleMesh) -> Result<(), String> {
     let topology = Topology::of(mesh);
     if topology.most_of_an_edge > MOST_OF_AN_EDGE {
@@ -52,7 +55,16 @@ mod tests {
     }
 
     #[test]
-    fn meshes_of_many_coincident_triangles_are_refused() {
+    fn coincident_triangles_are_left_out_and_edges_of_many_are_refused() {
+        let mut twice = tetrahedra(2);
+        assert_eq!(
+            solid(&mut twice).unwrap().unwrap(),
+            "4 of 8 triangles have coincident corners or coincide with others, and are left out"
+        );
+        assert_eq!(check_closed(&twice), Ok(()));
+        let sheet = [[Vec3::ZERO, Vec3::X, Vec3::Y], [Vec3::ZERO, Vec3::Y, Vec3::X]];
+        let message = solid(&mut TriangleMesh::from_triangles(&sheet)).unwrap_err();
+        assert!(message.starts_with("all 2 triangles"), "{message}");
         assert_eq!(check_closed(&tetrahedra(50)), Ok(()));
         let message = check_closed(&tetrahedra(51)).unwrap_err();
         assert!(message.contains("102 triangles") && message.contains("at most 100"), "{message}");

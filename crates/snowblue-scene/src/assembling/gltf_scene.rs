@@ -4,8 +4,8 @@
 //! A light's strength is in candela or lux. Its spectrum is daylight (D65) times its colour, scaled so that ȳ gives the
 //! same number of lumens at 683 lm/W (Khronos Group 2020, KHR_lights_punctual).
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -69,8 +69,8 @@ pub(super) fn read_gltf(
     let nodes = file.nodes(DAffine3::from_mat3(Y_UP_TO_Z_UP))?;
     let mut meshes = BTreeMap::new();
     let mut objects = Vec::new();
-    // Parts of meshes of snow that were looked at: they bound a solid, which is closed where it must be.
-    let mut solids: BTreeMap<(usize, usize), Arc<MeshBvh>> = BTreeMap::new();
+    // Parts of meshes that are known to be closed.
+    let mut closed = BTreeSet::new();
     let mut notes = Vec::new();
     let mut palette =
         Palette { file: &file, sources, own: materials.len(), known: BTreeMap::new(), texture_bytes: 0.0 };
@@ -78,32 +78,36 @@ pub(super) fn read_gltf(
         let Some(number) = node.mesh() else { continue };
         let parts = match meshes.entry(number) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(fresh) => fresh.insert(centred_surfaces(&file, number)?),
+            Entry::Vacant(fresh) => {
+                let mut parts = Vec::new();
+                for mut surface in file.surfaces(number)? {
+                    let material = palette.index(surface.material, materials)?;
+                    if materials[material].material.is_snow() {
+                        let name = node.name();
+                        let note = solid(&mut surface.mesh).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+                        notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
+                    }
+                    let centred = surface.mesh.centred();
+                    let mesh = Arc::new(MeshBvh::new(centred.mesh.smooth()));
+                    parts.push(Part { material, mesh, to_original: centred.to_original });
+                }
+                fresh.insert(parts)
+            }
         };
-        for (part, (material, mesh, map)) in parts.iter().enumerate() {
-            let name = node.name();
-            let material = palette.index(*material, materials)?;
+        for (part, Part { material, mesh, to_original }) in parts.iter().enumerate() {
+            let (name, material) = (node.name(), *material);
             let NamedMaterial { name: material_name, material: made_of } = &materials[material];
             let misfit = |reason| wrong(format!("{name} of material \"{material_name}\": {reason}"));
-            let mesh = match solids.entry((number, part)) {
-                Entry::Occupied(known) => Arc::clone(known.get()),
-                Entry::Vacant(_) if !made_of.is_snow() => Arc::clone(mesh),
-                Entry::Vacant(fresh) => {
-                    let mut triangles = mesh.triangles().clone();
-                    let note = solid(&mut triangles);
-                    let mesh = if note.is_some() { Arc::new(MeshBvh::new(triangles)) } else { Arc::clone(mesh) };
-                    notes.extend(note.map(|note| format!("{path}, {name}: {note}")));
-                    if integrator.has_light_field() {
-                        check_closed(mesh.triangles()).map_err(misfit)?;
-                    }
-                    Arc::clone(fresh.insert(mesh))
-                }
-            };
-            let placement = placement(&(node.to_root * *map)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
-            let instance = Instance::new(mesh, placement);
+            let placement =
+                placement(&(node.to_root * *to_original)).map_err(|reason| wrong(format!("{name}: {reason}")))?;
+            let instance = Instance::new(Arc::clone(mesh), placement);
             check_reach(instance.bounds().greatest_coordinate()).map_err(|reason| wrong(format!("{name} {reason}")))?;
             let shape = Shape::Mesh(instance);
             made_of.check(&shape).map_err(misfit)?;
+            let must_be_closed = integrator.has_light_field() && made_of.is_snow();
+            if must_be_closed && closed.insert((number, part)) {
+                check_closed(mesh.triangles()).map_err(misfit)?;
+            }
             objects.push(Object { name, shape, material, body: None, undisturbed: None });
         }
     }
@@ -113,15 +117,14 @@ pub(super) fn read_gltf(
     Ok(GltfScene { objects, view: view(&nodes), lights, notes })
 }
 
-/// The number of a material, its mesh about its own middle, and the map that puts that back.
-type Part = (Option<usize>, Arc<MeshBvh>, DAffine3);
-
-fn centred_surfaces(file: &GltfFile, mesh: usize) -> Result<Vec<Part>, SceneError> {
-    let centred = file.surfaces(mesh)?.into_iter().map(|surface| {
-        let centred = surface.mesh.centred();
-        (surface.material, Arc::new(MeshBvh::new(centred.mesh.smooth())), centred.to_original)
-    });
-    Ok(centred.collect())
+/// A part of a mesh, of one material.
+struct Part {
+    /// Index of its material in the scene.
+    material: usize,
+    /// About its own middle.
+    mesh: Arc<MeshBvh>,
+    /// The map that puts its middle back.
+    to_original: DAffine3,
 }
 
 /// The materials of a glTF as they become those of a scene.

@@ -174,7 +174,8 @@ impl<'scene> ObjectBuilder<'scene> {
                 let read = read_mesh_from(self.sources.files, file, part.as_deref());
                 let mut read = read.map_err(|error| self.sources.named(path, file, error))?;
                 if is_snow {
-                    self.notes.extend(solid(&mut read).map(|note| format!("{path} is \"{file}\": {note}")));
+                    let note = solid(&mut read).map_err(|reason| path.error(format!("is \"{file}\": {reason}")))?;
+                    self.notes.extend(note.map(|note| format!("{path} is \"{file}\": {note}")));
                 }
                 let centred = read.centred();
                 let mesh = if *smooth { centred.mesh.smooth() } else { centred.mesh.flat() };

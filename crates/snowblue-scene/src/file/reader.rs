@@ -79,14 +79,19 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
 /// Reads snow: layers, two snows and a mask, or one snow.
 fn read_snow(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
     if keys.table.contains_key("layers") {
-        keys.refuse_beside("layers", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3", "mask"], path)?;
+        keys.refuse_beside(
+            "layers",
+            &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3", "mask", "between"],
+            path,
+        )?;
         return keys.read(path, &["type"]).map(SnowDescription::Layers);
     }
     if keys.table.contains_key("mask") || keys.table.contains_key("between") {
-        keys.refuse_beside("mask", &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"], path)?;
+        let present = if keys.table.contains_key("mask") { "mask" } else { "between" };
+        keys.refuse_beside(present, &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"], path)?;
         return keys.read(path, &["type"]).map(SnowDescription::Masked);
     }
-    keys.read(path, &["type", "layers", "mask"]).map(SnowDescription::Uniform)
+    keys.read(path, &["type", "layers", "mask", "between"]).map(SnowDescription::Uniform)
 }
 
 fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription> {

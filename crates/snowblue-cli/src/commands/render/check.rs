@@ -4,7 +4,7 @@ use snowblue_figures::{Cell, DataTable};
 use snowblue_render::Scene;
 use snowblue_render::scene::inspection::{Inspection, inspect};
 
-use crate::output::{Failure, Outcome, OutputOptions, printable};
+use crate::output::{Failure, Outcome, OutputOptions, print_message, printable};
 
 const COLUMNS: [&str; 16] = [
     "object",
@@ -27,6 +27,9 @@ const COLUMNS: [&str; 16] = [
 
 /// Reports every object, and fails if snow is not watertight.
 pub(super) fn check(scene: &Scene, output: &OutputOptions, quiet: bool) -> Outcome {
+    if !quiet {
+        scene.notes().iter().for_each(|note| print_message(&format!("{note}\n")));
+    }
     let found = inspect(scene);
     let rows = found.iter().enumerate().map(|(index, object)| row(index, object)).collect();
     let metadata = vec![("sizes", "m".to_owned()), ("shared edges", "of more than two triangles".to_owned())];

@@ -52,6 +52,8 @@ const BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
 const PROBES: usize = 4;
 /// Distance of the points at which a flat surface must lie in the tangent plane.
 const PLANE_RADIUS_LENGTHS: f32 = 6.0;
+/// Rounding of coordinates, of the greatest.
+const ROUNDING: f32 = 1e-6;
 /// Least radius of curvature of a surface that counts as flat. On a ball of r ℓ* the light field at the surface is too
 /// dark by some 3/r.
 const LEAST_CURVATURE_RADIUS_LENGTHS: f32 = 200.0;
@@ -214,13 +216,18 @@ impl<'scene> WalkTracer<'scene> {
     fn is_plane_around(&self, surface: &SurfaceInteraction, length_m: f32, turn: f32) -> bool {
         let objects = self.scene.objects();
         let radius_m = PLANE_RADIUS_LENGTHS * length_m;
-        // The distance of a circle from its tangent.
-        let height_m = radius_m * PLANE_RADIUS_LENGTHS / (2.0 * LEAST_CURVATURE_RADIUS_LENGTHS);
+        // The distance of a circle from its tangent, or the rounding of coordinates.
+        let circle_m = radius_m * PLANE_RADIUS_LENGTHS / (2.0 * LEAST_CURVATURE_RADIUS_LENGTHS);
+        let height_m = circle_m.max(ROUNDING * objects.reach_m(surface.object));
         around(surface.normal, turn).into_iter().all(|aside: Vec3A| {
             let origin = surface.point + aside * radius_m + surface.normal * height_m;
             let ray = Ray { origin, direction: -surface.normal };
-            let is_hit = |member: &usize| objects.list()[*member].shape.first_hit(&ray, 2.0 * height_m).is_some();
-            objects.body_of(surface.object).iter().any(is_hit)
+            let is_hit = |member: usize| {
+                objects.bounds(member).is_none_or(|bounds| bounds.contains(ray.at(height_m)))
+                    && objects.list()[member].shape.first_hit(&ray, 2.0 * height_m).is_some()
+            };
+            let others = objects.body_of(surface.object).iter().filter(|member| **member != surface.object);
+            is_hit(surface.object) || others.copied().any(is_hit)
         })
     }
 

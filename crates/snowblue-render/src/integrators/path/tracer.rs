@@ -7,8 +7,8 @@
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
-//! by its functions, or where it is not flat and evenly lit by a random walk ([`hybrid`](super::super::hybrid)), and
-//! later ones by their mean radiance.
+//! by its functions where it is even, or lit and round, and else by a random walk ([`hybrid`](super::super::hybrid)),
+//! and later ones by their mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
@@ -17,6 +17,7 @@
 //! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
@@ -31,7 +32,7 @@ use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::film::sensor::SensorSample;
-use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
@@ -70,7 +71,8 @@ pub(crate) struct PathTracer<'a> {
 /// How lamps shine on the points around a point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LightAround {
-    /// All lamps shine alike on all points, and one shines, or there is a sky: seen from steeply above, and lit so.
+    /// All lamps shine alike on all points, and one shines, or the sky that the surface faces: seen from steeply above,
+    /// and lit so.
     Steep,
     /// The same, but seen or lit at a grazing angle.
     Grazing,
@@ -180,8 +182,11 @@ impl<'a> PathTracer<'a> {
         let lights = self.scene.lights().iter().enumerate();
         let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
         let mut is_steep = -surface.normal.dot(surface.direction) > LEAST_COSINE;
-        let mut is_lit = self.scene.lights().iter().any(|light| light.is_sky());
-        let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(|(_, light)| light.central_sample());
+        let outwards = LightOrigin::Distant(surface.normal);
+        let is_under = |light: &Arc<Light>| light.is_sky() && light.power(&outwards).maximum() > 0.0;
+        let mut is_lit = self.scene.lights().iter().any(is_under);
+        let sample = |(_, light): (usize, &Arc<Light>)| light.delta_sample().or_else(|| light.central_sample());
+        let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(sample);
         for sample in samples {
             let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
             if sample.origin.position().is_some_and(is_near) {
