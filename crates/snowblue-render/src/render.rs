@@ -33,11 +33,11 @@ use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::Aovs;
 use crate::film::image_file::write_png;
-use crate::film::noise::repeat_if_done;
+use crate::film::noise::{done_pixels, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
-use crate::integrators::Integrator;
+use crate::integrators::{Integrator, PathSample};
 use crate::raster::PixelPosition;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::Exposure;
@@ -129,11 +129,12 @@ pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulato
 }
 
 /// The AOVs that an image has if some are asked for: with a noise target also the variance, and with lamps or a sun
-/// that the camera may see also the emitter, for automatic exposure.
+/// that the camera may see also the emitter, for automatic exposure; by `hybrid` also what the filter needs.
 pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
     Aovs {
         variance: aovs.variance || scene.integrator.noise_target.is_some(),
         emitter: aovs.emitter || scene.has_visible_emitters(),
+        residual: scene.integrator.kind == IntegratorKind::Hybrid && scene.integrator.filter,
         ..aovs
     }
 }
@@ -210,13 +211,22 @@ fn render_pass(
     accumulator: &mut FilmAccumulator,
     control: RenderControl,
 ) -> Statistics {
-    let aovs = accumulator.aovs();
+    let (aovs, window) = (accumulator.aovs(), accumulator.window().clone());
+    let noise_target = renderer
+        .integrator
+        .scene()
+        .integrator()
+        .noise_target
+        .filter(|_| pass.samples.start < pass.samples.end && !accumulator.is_empty());
+    let done = noise_target.map(|target| done_pixels(accumulator, target)).unwrap_or_default();
     let rows = accumulator.par_rows_mut(pass).map(|row| {
         let has_all = row.counts.iter().all(|count| *count >= range_length(&pass.samples));
         if has_all || (control.stop)() {
             return Statistics::default();
         }
-        let (samples_done, statistics) = renderer.render(row, pass, aovs, control.stop);
+        let first = (row.number - window.rows.start) * window.size().width + pass.columns.start - window.columns.start;
+        let done = done.get(first as usize..).unwrap_or_default();
+        let (samples_done, statistics) = renderer.render((row, done), pass, aovs, control.stop);
         (control.progress)(Progress { samples_done, samples: samples_done });
         statistics
     });
@@ -231,8 +241,14 @@ struct RowRenderer<'a> {
 
 impl RowRenderer<'_> {
     /// Adds the samples of a block that are missing from a row, until `stop` returns true, and returns their number. A
-    /// pixel that has begun is finished.
-    fn render(&self, row: Row, pass: &SampleBlock, aovs: Aovs, stop: &(dyn Fn() -> bool + Sync)) -> (u64, Statistics) {
+    /// pixel that has begun is finished. Pixels that are `done` repeat their samples.
+    fn render(
+        &self,
+        (row, done): (Row, &[bool]),
+        pass: &SampleBlock,
+        aovs: Aovs,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> (u64, Statistics) {
         let scene = self.integrator.scene();
         let mut tracer = self.integrator.tracer(!aovs.spectrum);
         let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
@@ -240,7 +256,8 @@ impl RowRenderer<'_> {
         let mut pattern = PixelPattern::new(scene.integrator().seed, 0..0);
         let mut samples_done = 0;
         let pixels = row.sums.chunks_exact_mut(aovs.sum_count()).zip(row.counts);
-        for (column, (sums, count)) in pass.columns.clone().zip(pixels) {
+        let done = done.iter().copied().chain(std::iter::repeat(false));
+        for ((column, (sums, count)), is_done) in pass.columns.clone().zip(pixels).zip(done) {
             let samples = pass.samples.start + *count..pass.samples.end;
             if samples.is_empty() {
                 continue;
@@ -251,9 +268,8 @@ impl RowRenderer<'_> {
             let before = u64::from(*count);
             *count += range_length(&samples);
             samples_done += u64::from(range_length(&samples));
-            if let Some(target) = scene.integrator().noise_target
-                && repeat_if_done(sums, aovs, [before, range_length(&samples).into()], target)
-            {
+            if is_done {
+                repeat(sums, aovs, [before, range_length(&samples).into()]);
                 continue;
             }
             if pattern.samples != samples {
@@ -263,9 +279,11 @@ impl RowRenderer<'_> {
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
                 if aovs.spectrum {
-                    accumulator.add_radiance(scene.sensor(), &tracer.radiance(&ray, &mut sampler));
+                    let PathSample { radiance, snow } = tracer.radiance(&ray, &mut sampler);
+                    accumulator.add_radiance(scene.sensor(), &radiance, snow.as_ref());
                 } else {
-                    accumulator.add_sample(tracer.response(scene, &ray, &mut sampler));
+                    let PathSample { radiance, snow } = tracer.response(scene, &ray, &mut sampler);
+                    accumulator.add_sample(radiance, snow.as_ref());
                 }
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);
@@ -285,7 +303,7 @@ pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum
     let pattern = PixelPattern::new(scene.integrator().seed, 0..samples);
     let pixel = Pixel::new(scene, &pattern, pixel.x, pixel.y);
     for sample in 0..samples {
-        sum += tracer.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample));
+        sum += tracer.radiance(&pixel.camera_ray(sample), &mut pixel.sampler(sample)).radiance;
     }
     sum * (samples as f32).recip()
 }

@@ -128,6 +128,7 @@ class Scene:
         height: int | None = None,
         samples_per_pixel: int | None = None,
         noise_target: float | None = None,
+        raw: bool = False,
         max_bounces: int | None = None,
         seed: int | None = None,
         exposure: float | Literal["auto"] | None = None,
@@ -143,6 +144,8 @@ class Scene:
         integrator : "hybrid", "diffusion", "pcasnow" or "reference", optional
         width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure : optional
             Instead of those of the scene.
+        raw : bool
+            Leave out the filter of hybrid, which averages the noise of random walks over pixels of like snow.
         aovs : sequence
             Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter.
         database : Database, optional
@@ -166,6 +169,7 @@ class Scene:
                 "type": integrator,
                 "samples_per_pixel": samples_per_pixel,
                 "noise_target": noise_target,
+                "filter": False if raw else None,
                 "max_bounces": max_bounces,
                 "seed": seed,
             },

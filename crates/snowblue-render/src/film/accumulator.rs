@@ -21,6 +21,7 @@ use snowblue_geometry::ray::narrow;
 
 use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
+use crate::film::residual_filter::Filtered;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::raster::PixelPosition;
@@ -271,19 +272,29 @@ impl FilmAccumulator {
         self.counts[start..].iter_mut().zip(numbers).for_each(|(count, number)| *count = number);
     }
 
-    /// The image of the window: the mean of each pixel's samples. Pixels without samples are black.
+    /// The image of the window: the mean of each pixel's samples, of which the noise of random walks is filtered if
+    /// there are the sums for it. Pixels without samples are black.
     pub fn film(&self) -> Film {
         let size = self.window.size();
+        let filtered = Filtered::new(self);
         let mut pixels = vec![Xyz::default(); size.pixel_count()];
-        let rows = pixels.par_chunks_mut(size.width as usize).zip(self.window.rows.clone());
-        rows.for_each(|(pixels, row)| {
-            pixels.iter_mut().zip(self.row(row)).for_each(|(pixel, sums)| *pixel = sums.mean_xyz());
+        let rows = pixels.par_chunks_mut(size.width as usize).zip(self.window.rows.clone()).enumerate();
+        rows.for_each(|(line, (pixels, row))| {
+            let first = line * size.width as usize;
+            for (column, (pixel, sums)) in pixels.iter_mut().zip(self.row(row)).enumerate() {
+                *pixel = sums.filtered_xyz(changes_of(filtered.as_ref(), first + column));
+            }
         });
         let film = Film::new(size, pixels);
         let Some(offset) = self.aovs.offset(Aov::Emitter) else { return film };
         let sums = self.window.rows.clone().flat_map(|row| self.row(row));
         film.with_emitters(sums.map(|sums| sums.at(offset + 1) > 0).collect())
     }
+}
+
+/// The changes of a pixel by the filter; none without one.
+pub(crate) fn changes_of(filtered: Option<&Filtered>, pixel: usize) -> &[f32] {
+    filtered.map_or(&[], |filtered| filtered.changes_of(pixel))
 }
 
 /// A row of a block.
@@ -320,15 +331,42 @@ impl PixelSums<'_> {
         mean_xyz(self.sums, self.count.into())
     }
 
-    /// Mean radiance at a wavelength, as a band density in W m⁻² sr⁻¹.
-    pub(crate) fn radiance(&self, wavelength: usize) -> f32 {
-        narrow(mean(self.sums[SPECTRUM_OFFSET + wavelength], self.count.into()))
+    /// Mean colour with the changes of the filter.
+    pub(crate) fn filtered_xyz(&self, changes: &[f32]) -> Xyz {
+        let Xyz { x, y, z } = self.mean_xyz();
+        let [by_x, by_y, by_z] = [0, 1, 2].map(|k| changes.get(k).copied().map_or(0.0, f64::from));
+        Xyz { x: x + by_x, y: y + by_y, z: z + by_z }
+    }
+
+    /// Mean radiance at a wavelength, as a band density in W m⁻² sr⁻¹, with the changes of the filter.
+    pub(crate) fn radiance(&self, wavelength: usize, changes: &[f32]) -> f32 {
+        self.mean(SPECTRUM_OFFSET + wavelength) + changes.get(3 + wavelength).copied().unwrap_or(0.0)
+    }
+
+    /// Mean of the sum at an offset of the layout.
+    pub(crate) fn mean(&self, offset: usize) -> f32 {
+        narrow(mean(self.sums[offset], self.count.into()))
+    }
+
+    /// The sum at an offset over the number of samples at another; 0 for none.
+    pub(crate) fn quotient(&self, offset: usize, count: usize) -> f32 {
+        narrow(quotient(self.sums[offset], self.sums[count]))
+    }
+
+    /// Variance of a mean, by the offset of the sum of squares; of one sample its square. Infinite if the sum of squares
+    /// is saturated.
+    pub(crate) fn variance_of_mean(&self, squares: usize, mean: f64) -> f32 {
+        if self.sums[squares] == i128::MAX {
+            return f32::INFINITY;
+        }
+        let count = f64::from(self.count);
+        let square = self.sums[squares] as f64 / SQUARE_UNITS / count.max(1.0);
+        if self.count < 2 { narrow(square) } else { narrow((square - mean * mean).max(0.0) / (count - 1.0)) }
     }
 
     /// Mean of one value of an AOV over the samples that have it; 0 if none has, or the layout does not have the AOV.
     pub(crate) fn aov(&self, aov: Aov, value: usize) -> f32 {
-        let at = |offset: usize| narrow(quotient(self.sums[offset + 1 + value], self.sums[offset]));
-        self.aovs.offset(aov).map_or(0.0, at)
+        self.aovs.offset(aov).map_or(0.0, |offset| self.quotient(offset + 1 + value, offset))
     }
 
     /// Variance of the mean of red, green and blue, s²/n. Infinite if the pixel has one sample only, or its sum of
@@ -336,27 +374,8 @@ impl PixelSums<'_> {
     pub(crate) fn variance(&self) -> [f32; 3] {
         let unknown = [f32::INFINITY; 3];
         let Some(offset) = self.aovs.squares_offset().filter(|_| self.count > 1) else { return unknown };
-        let squares = &self.sums[offset..offset + 3];
-        let estimate = Estimate::new(self.sums, squares, self.count.into());
-        [0, 1, 2].map(|k| if squares[k] < i128::MAX { narrow(estimate.variance[k]) } else { f32::INFINITY })
-    }
-}
-
-/// The mean of a pixel and its variance.
-pub(crate) struct Estimate {
-    /// Linear red, green and blue.
-    pub(crate) mean: [f64; 3],
-    /// Of the mean.
-    pub(crate) variance: [f64; 3],
-}
-
-impl Estimate {
-    /// The estimate of `count` samples, at least two, by their sums and sums of squares.
-    pub(crate) fn new(sums: &[i128], squares: &[i128], count: u64) -> Self {
-        let LinearRgb { r, g, b } = LinearRgb::from_xyz(mean_xyz(sums, count));
-        let (mean, count) = ([r, g, b], count as f64);
-        let variance = |k: usize| (squares[k] as f64 / SQUARE_UNITS / count - mean[k] * mean[k]).max(0.0);
-        Self { mean, variance: [0, 1, 2].map(|k| variance(k) / (count - 1.0)) }
+        let LinearRgb { r, g, b } = LinearRgb::from_xyz(self.mean_xyz());
+        [(offset, r), (offset + 1, g), (offset + 2, b)].map(|(squares, mean)| self.variance_of_mean(squares, mean))
     }
 }
 

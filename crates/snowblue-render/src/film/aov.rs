@@ -1,8 +1,8 @@
 //! Arbitrary output variables (AOVs): values of a pixel beside its colour, and the layout of the sums that they need.
 //!
 //! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance` the
-//! sums of squares of red, green and blue; and for each `Aov` the number of samples that have it, then the sums of
-//! its values.
+//! sums of squares of red, green and blue; with `residual` those of [`ResidualLayout`]; and for each `Aov` the number of
+//! samples that have it, then the sums of its values.
 
 use std::fmt;
 use std::str::FromStr;
@@ -26,6 +26,8 @@ pub struct Aovs {
     pub angle: bool,
     /// Fraction of the samples that see a lamp or the sun directly. Automatic exposure leaves such pixels out.
     pub emitter: bool,
+    /// The sums that the [filter of random walks](crate::film::residual_filter) needs. They are no channels of an image.
+    pub residual: bool,
 }
 
 /// A name is not that of an AOV.
@@ -37,11 +39,11 @@ impl Aovs {
     /// Names of all AOVs. An image always has `rgb`.
     pub const NAMES: [&str; 8] = ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter"];
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 7] {
-        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter } = self;
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 8] {
+        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter, residual } = self;
         let [_, names @ ..] = Self::NAMES;
-        let mut names = names.into_iter();
-        [spectrum, variance, normal, albedo, thickness, angle, emitter]
+        let mut names = names.into_iter().chain(["residual"]);
+        [spectrum, variance, normal, albedo, thickness, angle, emitter, residual]
             .map(|flag| (names.next().unwrap_or_default(), flag))
     }
 }
@@ -99,6 +101,44 @@ impl Aov {
 /// Offset of the sums of the spectrum.
 pub(crate) const SPECTRUM_OFFSET: usize = 3;
 
+/// Where the sums for the filter of random walks lie. The residual of a sample is its radiance less the reading, which
+/// is that of the light field at the surface of the snow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ResidualLayout {
+    /// X, Y, Z of the residual, then with `spectrum` its wavelengths.
+    pub(crate) residual: usize,
+    /// Number of values of the residual.
+    pub(crate) values: usize,
+    /// Square of Y of the residual.
+    pub(crate) residual_square: usize,
+    /// Square of Y of the radiance without the residual.
+    pub(crate) rest_square: usize,
+    /// Number of samples that hit snow. The sums that follow are over them.
+    pub(crate) count: usize,
+    /// Y of the reading.
+    pub(crate) reading: usize,
+    /// The normal.
+    pub(crate) normal: usize,
+    /// The distance from the camera, in m.
+    pub(crate) distance: usize,
+}
+
+impl ResidualLayout {
+    /// Names of the sums.
+    fn names(self) -> impl Iterator<Item = String> {
+        let residual = ["X", "Y", "Z"].map(String::from).into_iter();
+        let wavelengths = (0..self.values - 3).map(|number| format!("S{number:02}"));
+        let others = ["Y_squared", "rest_Y_squared", "samples", "reading_Y", "normal_X", "normal_Y", "normal_Z"];
+        let others = others.into_iter().chain(["distance"]).map(String::from);
+        residual.chain(wavelengths).chain(others).map(|name| format!("residual_{name}"))
+    }
+
+    /// Number of the sums.
+    fn sum_count(self) -> usize {
+        self.distance + 1 - self.residual
+    }
+}
+
 impl Aovs {
     /// Whether any AOV needs what a sample's camera ray meets first.
     pub(crate) fn need_first_hit(self) -> bool {
@@ -129,6 +169,7 @@ impl Aovs {
         if self.variance {
             names.extend(["R", "G", "B"].map(|name| format!("{name}_squared")));
         }
+        names.extend(self.residual_layout().into_iter().flat_map(ResidualLayout::names));
         for aov in Aov::ALL.into_iter().filter(|aov| self.contains(*aov)) {
             let values = aov.channel_names().iter().map(|name| name.replace('.', "_"));
             let first = aov.channel_names()[0];
@@ -156,8 +197,26 @@ impl Aovs {
         self.contains(aov).then(|| self.first_aov_offset() + values_before)
     }
 
+    /// Where the sums for the filter of random walks lie, if there are any.
+    pub(crate) fn residual_layout(self) -> Option<ResidualLayout> {
+        let values = 3 + if self.spectrum { SAMPLES } else { 0 };
+        let residual = values + if self.variance { 3 } else { 0 };
+        let after = residual + values;
+        self.residual.then_some(ResidualLayout {
+            residual,
+            values,
+            residual_square: after,
+            rest_square: after + 1,
+            count: after + 2,
+            reading: after + 3,
+            normal: after + 4,
+            distance: after + 7,
+        })
+    }
+
     fn first_aov_offset(self) -> usize {
-        SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 } + if self.variance { 3 } else { 0 }
+        let residual = self.residual_layout().map_or(0, ResidualLayout::sum_count);
+        SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 } + if self.variance { 3 } else { 0 } + residual
     }
 }
 
@@ -167,14 +226,26 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..128u32 {
-            let [spectrum, variance, normal, albedo, thickness, angle, emitter] =
-                [0, 1, 2, 3, 4, 5, 6].map(|k| bits >> k & 1 == 1);
-            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter };
+        for bits in 0..256u32 {
+            let [spectrum, variance, normal, albedo, thickness, angle, emitter, residual] =
+                [0, 1, 2, 3, 4, 5, 6, 7].map(|k| bits >> k & 1 == 1);
+            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter, residual };
             let names = aovs.sum_names();
             let offset = |name: &str| names.iter().position(|one| one == name);
             assert_eq!(names.len(), aovs.sum_count());
             assert_eq!(offset("R_squared"), aovs.squares_offset());
+            let layout = aovs.residual_layout();
+            for (name, of) in [
+                ("X", (|layout| layout.residual) as fn(ResidualLayout) -> usize),
+                ("Y_squared", |layout| layout.residual_square),
+                ("rest_Y_squared", |layout| layout.rest_square),
+                ("samples", |layout| layout.count),
+                ("reading_Y", |layout| layout.reading),
+                ("normal_X", |layout| layout.normal),
+                ("distance", |layout| layout.distance),
+            ] {
+                assert_eq!(offset(&format!("residual_{name}")), layout.map(of));
+            }
             for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle", "emitter"]) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }

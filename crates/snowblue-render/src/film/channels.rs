@@ -7,8 +7,9 @@
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::narrow;
 
-use crate::film::accumulator::{FilmAccumulator, PixelSums};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, changes_of};
 use crate::film::aov::Aov;
+use crate::film::residual_filter::Filtered;
 use snowblue_scene::spectrum::SAMPLES;
 
 /// A channel of an image.
@@ -34,14 +35,14 @@ pub(crate) enum Mean {
 }
 
 impl Mean {
-    /// The value of a pixel.
-    pub(crate) fn of(self, pixel: &PixelSums) -> f32 {
+    /// The value of a pixel, with the changes of the filter.
+    pub(crate) fn of(self, pixel: &PixelSums, changes: &[f32]) -> f32 {
         match self {
             Self::Rgb(channel) => {
-                let LinearRgb { r, g, b } = LinearRgb::from_xyz(pixel.mean_xyz());
+                let LinearRgb { r, g, b } = LinearRgb::from_xyz(pixel.filtered_xyz(changes));
                 narrow([r, g, b][channel])
             }
-            Self::Radiance { wavelength, factor } => pixel.radiance(wavelength) * factor,
+            Self::Radiance { wavelength, factor } => pixel.radiance(wavelength, changes) * factor,
             Self::Variance(channel) => pixel.variance()[channel],
             Self::Aov(aov, value) => pixel.aov(aov, value),
         }
@@ -76,7 +77,9 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
 
 /// The channels of colours and AOVs.
 pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
-    let rows = || accumulator.window().rows.clone();
-    let values = |mean: Mean| rows().flat_map(|row| accumulator.row(row)).map(|pixel| mean.of(&pixel)).collect();
+    let filtered = Filtered::new(accumulator);
+    let pixels = || accumulator.window().rows.clone().flat_map(|row| accumulator.row(row)).enumerate();
+    let value = |mean: Mean, index: usize, pixel: &PixelSums| mean.of(pixel, changes_of(filtered.as_ref(), index));
+    let values = |mean: Mean| pixels().map(|(index, pixel)| value(mean, index, &pixel)).collect();
     means(accumulator).into_iter().map(|(name, mean)| Channel { name, values: values(mean) }).collect()
 }

@@ -2,49 +2,73 @@
 //!
 //! All pixels count the same number of samples. Where a pixel needs no more, each further sample repeats its mean, and
 //! the sums of squares grow so that the variance of the mean stays what it was. So an image with a noise target can be
-//! merged and resumed as any other, and the choice depends on the pixel's own samples alone.
+//! merged and resumed as any other. The noise of a pixel is that of its own samples, or what the
+//! [filter](crate::film::residual_filter) leaves of it.
 
-use snowblue_color::LinearRgb;
+use rayon::prelude::*;
+use snowblue_color::{LinearRgb, Xyz};
+use snowblue_geometry::ray::narrow;
 
-use crate::film::accumulator::{Estimate, SQUARE_UNITS};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
 use crate::film::aov::Aovs;
+use crate::film::pixel_accumulator::square_units;
+use crate::film::residual_filter::Filtered;
 
-/// Samples before which no pixel is done: with fewer, a rare bright path may be missing.
-const FEWEST_SAMPLES: u64 = 32;
+/// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
+/// neighbours too.
+const FEWEST_SAMPLES: u32 = 32;
+const FEWEST_FILTERED_SAMPLES: u32 = 16;
 
-impl Estimate {
-    /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
-    fn noise(&self) -> f64 {
-        let luminance = |[r, g, b]: [f64; 3]| LinearRgb { r, g, b }.luminance();
-        luminance(self.variance).sqrt() / luminance(self.mean).max(0.0)
-    }
+/// Whether each pixel of the window needs no further samples: its relative noise is not above `target`. A black pixel is
+/// never done: rare paths may still find light.
+pub(crate) fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
+    let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
+    let (noise, fewest): (Vec<f32>, u32) = match Filtered::new(film) {
+        Some(filtered) => (filtered.into_noise(), FEWEST_FILTERED_SAMPLES),
+        None => (pixels.par_iter().map(own_noise).collect(), FEWEST_SAMPLES),
+    };
+    // False for the noise of a black pixel, which is not a number.
+    let is_low = |noise: f32| f64::from(noise) <= target;
+    pixels.iter().zip(noise).map(|(pixel, noise)| pixel.count() >= fewest && is_low(noise)).collect()
 }
 
-/// Adds `more` samples to the sums of a pixel of `count` samples if its relative noise is not above `target`. Returns
-/// whether it did. A black pixel is never done: rare paths may still find light.
-pub(crate) fn repeat_if_done(sums: &mut [i128], aovs: Aovs, [count, more]: [u64; 2], target: f64) -> bool {
-    let Some(offset) = aovs.squares_offset().filter(|_| count >= FEWEST_SAMPLES) else { return false };
-    let estimate = Estimate::new(sums, &sums[offset..offset + 3], count);
-    let is_saturated = sums[offset..offset + 3].contains(&i128::MAX);
-    // False for the noise of a black pixel, which is not a number.
-    let is_low = estimate.noise() <= target;
-    if is_saturated || !is_low {
-        return false;
-    }
+/// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
+fn own_noise(pixel: &PixelSums) -> f32 {
+    let luminance = |[r, g, b]: [f64; 3]| LinearRgb { r, g, b }.luminance();
+    narrow(luminance(pixel.variance().map(f64::from)).sqrt() / pixel.mean_xyz().y.max(0.0))
+}
+
+/// Adds `more` samples to the sums of a pixel of `count` samples, which repeat the mean.
+pub(crate) fn repeat(sums: &mut [i128], aovs: Aovs, [count, more]: [u64; 2]) {
+    let mean = |offset: usize| sums[offset] as f64 / UNITS / count as f64;
+    let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x: mean(0), y: mean(1), z: mean(2) });
+    let rgb = aovs
+        .squares_offset()
+        .into_iter()
+        .flat_map(|offset| [r, g, b].into_iter().enumerate().map(move |(k, mean)| (offset + k, mean)));
+    let residual = aovs.residual_layout().into_iter().flat_map(|layout| {
+        let residual = mean(layout.residual + 1);
+        [(layout.residual_square, residual), (layout.rest_square, mean(1) - residual)]
+    });
+    let squares: Vec<(usize, i128)> = rgb
+        .chain(residual)
+        .map(|(offset, mean)| (offset, repeated_square(sums[offset], mean, [count, more])))
+        .collect();
     let (before, after) = (i128::from(count), i128::from(count) + i128::from(more));
-    for (index, sum) in sums.iter_mut().enumerate() {
-        if !(offset..offset + 3).contains(&index) {
-            *sum = *sum / before * after + *sum % before * after / before;
-        }
+    for sum in sums.iter_mut() {
+        *sum = *sum / before * after + *sum % before * after / before;
     }
-    let after = (count + more) as f64;
-    for (k, square) in sums[offset..offset + 3].iter_mut().enumerate() {
-        let (mean, variance) = (estimate.mean[k], estimate.variance[k]);
-        #[expect(clippy::cast_possible_truncation, reason = "drops a fraction of a unit; large squares saturate")]
-        let sum = (after * (variance * (after - 1.0) + mean * mean) * SQUARE_UNITS) as i128;
-        *square = sum;
+    squares.into_iter().for_each(|(offset, square)| sums[offset] = square);
+}
+
+/// The sum of squares of `count` samples after `more` samples, for the same variance of the mean.
+fn repeated_square(sum: i128, mean: f64, [count, more]: [u64; 2]) -> i128 {
+    if sum == i128::MAX {
+        return sum;
     }
-    true
+    let (count, after) = (count as f64, (count + more) as f64);
+    let variance = (sum as f64 / SQUARE_UNITS / count - mean * mean).max(0.0) / (count - 1.0);
+    square_units(after * (variance * (after - 1.0) + mean * mean))
 }
 
 #[cfg(test)]
@@ -62,6 +86,7 @@ mod tests {
         thickness: false,
         angle: false,
         emitter: false,
+        residual: false,
     };
 
     /// The sums of samples 1 ± `spread`.
@@ -69,7 +94,7 @@ mod tests {
         let (mut pixel, mut sums) = (PixelAccumulator::new(AOVS), vec![0; AOVS.sum_count()]);
         for sample in 0..count {
             let value = if sample % 2 == 0 { 1.0 - spread } else { 1.0 + spread };
-            pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(value));
+            pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(value), None);
         }
         pixel.flush(&mut sums);
         sums

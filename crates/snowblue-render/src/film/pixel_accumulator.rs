@@ -3,7 +3,8 @@
 use snowblue_color::{LinearRgb, Xyz};
 
 use crate::film::accumulator::SQUARE_UNITS;
-use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
+use crate::film::aov::{Aov, Aovs, ResidualLayout, SPECTRUM_OFFSET};
+use crate::integrators::SnowSample;
 use snowblue_scene::film::sensor::{Sensor, SensorSample};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
 
@@ -70,9 +71,23 @@ pub(crate) struct PixelAccumulator {
     xyz: [SplitSum; 3],
     spectrum: [SplitSum; SAMPLES],
     squares: [i128; 3],
+    residual: ResidualSums,
     first_hit: [AovSums; Aov::ALL.len()],
     /// Samples that are not finite, or too bright.
     pub(crate) unusable_samples: u64,
+}
+
+/// Sums for the filter of random walks, as in [`ResidualLayout`].
+#[derive(Debug, Default)]
+struct ResidualSums {
+    values: Vec<SplitSum>,
+    square: i128,
+    rest_square: i128,
+    /// Number of samples that hit snow, in units of 2⁻⁶⁴.
+    count: i128,
+    reading: SplitSum,
+    normal: [SplitSum; 3],
+    distance: SplitSum,
 }
 
 /// Sums of one AOV.
@@ -90,33 +105,44 @@ impl PixelAccumulator {
             xyz: Default::default(),
             spectrum: [SplitSum::default(); SAMPLES],
             squares: [0; 3],
+            residual: ResidualSums {
+                values: vec![SplitSum::default(); aovs.residual_layout().map_or(0, |layout| layout.values)],
+                ..ResidualSums::default()
+            },
             first_hit: Default::default(),
             unusable_samples: 0,
         }
     }
 
-    /// Adds the radiance of a sample.
+    /// Adds the radiance of a sample, of which `snow` comes from snow.
     #[inline]
-    pub(crate) fn add_radiance(&mut self, sensor: &Sensor, radiance: &Spectrum) {
+    pub(crate) fn add_radiance(&mut self, sensor: &Sensor, radiance: &Spectrum, snow: Option<&SnowSample<Spectrum>>) {
         let sample = sensor.sample(radiance);
-        self.add_sample(sample);
-        if self.aovs.spectrum && is_usable(sample) {
-            for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
-                sum.add(value);
-            }
+        let snow_sample = snow.map(|snow| snow.map(|spectrum| sensor.sample(spectrum)));
+        if !self.add_sample(sample, snow_sample.as_ref()) || !self.aovs.spectrum {
+            return;
+        }
+        for (sum, &value) in self.spectrum.iter_mut().zip(&radiance.0) {
+            sum.add(value);
+        }
+        if let (Some(snow), [_, _, _, sums @ ..]) = (snow, &mut *self.residual.values) {
+            sums.iter_mut().zip(&snow.residual.0).for_each(|(sum, value)| sum.add(*value));
         }
     }
 
-    /// Adds a sample without its spectrum.
+    /// Adds a sample without its spectrum, of which `snow` comes from snow. Returns whether it is usable.
     #[inline]
-    pub(crate) fn add_sample(&mut self, sample: SensorSample) {
-        if !is_usable(sample) {
+    pub(crate) fn add_sample(&mut self, sample: SensorSample, snow: Option<&SnowSample<SensorSample>>) -> bool {
+        if !is_usable(sample) || snow.is_some_and(|snow| !is_usable(snow.residual) || !is_usable(snow.reading)) {
             self.unusable_samples += 1;
-            return;
+            return false;
+        }
+        if self.aovs.residual {
+            self.residual.add(sample, snow);
         }
         // A black sample adds nothing.
         if sample.magnitude() <= 0.0 {
-            return;
+            return true;
         }
         let xyz = sample.xyz();
         for (sum, value) in self.xyz.iter_mut().zip(xyz) {
@@ -126,14 +152,10 @@ impl PixelAccumulator {
             let [x, y, z] = xyz.map(f64::from);
             let LinearRgb { r, g, b } = LinearRgb::from_xyz(Xyz { x, y, z });
             for (sum, value) in self.squares.iter_mut().zip([r, g, b]) {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "drops a fraction of a unit; large squares saturate"
-                )]
-                let square = (value * value * SQUARE_UNITS) as i128;
-                *sum = sum.saturating_add(square);
+                *sum = sum.saturating_add(square_units(value * value));
             }
         }
+        true
     }
 
     /// Adds an AOV of a sample if the layout has it and all values are usable.
@@ -162,6 +184,9 @@ impl PixelAccumulator {
                 *sum = sum.saturating_add(std::mem::take(square));
             }
         }
+        if let Some(layout) = self.aovs.residual_layout() {
+            self.residual.flush(layout, sums);
+        }
         for aov in Aov::ALL {
             if let Some(offset) = self.aovs.offset(aov) {
                 let AovSums { count, values } = &mut self.first_hit[aov as usize];
@@ -171,6 +196,44 @@ impl PixelAccumulator {
             }
         }
     }
+}
+
+impl ResidualSums {
+    /// Adds a sample, of which `snow` comes from snow.
+    #[inline]
+    fn add(&mut self, sample: SensorSample, snow: Option<&SnowSample<SensorSample>>) {
+        let residual_y = snow.map_or(0.0, |snow| snow.residual.luminance());
+        let rest_y = f64::from(sample.luminance() - residual_y);
+        self.rest_square = self.rest_square.saturating_add(square_units(rest_y * rest_y));
+        let Some(SnowSample { residual, reading, normal, distance_m }) = snow else { return };
+        self.values.iter_mut().zip(residual.xyz()).for_each(|(sum, value)| sum.add(value));
+        let residual_y = f64::from(residual_y);
+        self.square = self.square.saturating_add(square_units(residual_y * residual_y));
+        self.count += 1i128 << 64;
+        self.reading.add(reading.luminance());
+        self.normal.iter_mut().zip(normal.to_array()).for_each(|(sum, value)| sum.add(value));
+        self.distance.add(distance_m.min(MAX_MAGNITUDE.next_down()));
+    }
+
+    /// Adds all sums to those of the pixel and resets them to 0.
+    fn flush(&mut self, layout: ResidualLayout, sums: &mut [i128]) {
+        self.values.iter_mut().zip(&mut sums[layout.residual..]).for_each(|(split, sum)| split.flush(sum));
+        for (square, offset) in
+            [(&mut self.square, layout.residual_square), (&mut self.rest_square, layout.rest_square)]
+        {
+            sums[offset] = sums[offset].saturating_add(std::mem::take(square));
+        }
+        sums[layout.count] += std::mem::take(&mut self.count);
+        self.reading.flush(&mut sums[layout.reading]);
+        self.normal.iter_mut().zip(&mut sums[layout.normal..]).for_each(|(split, sum)| split.flush(sum));
+        self.distance.flush(&mut sums[layout.distance]);
+    }
+}
+
+/// A square in units of a sum of squares.
+#[expect(clippy::cast_possible_truncation, reason = "drops a fraction of a unit; large squares saturate")]
+pub(crate) fn square_units(square: f64) -> i128 {
+    (square * SQUARE_UNITS) as i128
 }
 
 #[cfg(test)]
@@ -217,7 +280,7 @@ mod tests {
         let mut radiance = Spectrum::ONE;
         for value in [f32::NAN, f32::INFINITY, -1e30, 1e10] {
             radiance.0[30] = value;
-            pixel.add_radiance(&sensor, &radiance);
+            pixel.add_radiance(&sensor, &radiance, None);
         }
         let mut sums = [0; 6];
         pixel.flush(&mut sums);
@@ -230,12 +293,12 @@ mod tests {
         let mut pixel = PixelAccumulator::new(Aovs { variance: true, ..Aovs::default() });
         let mut sums = [0; 6];
         // The square of this sample fits once, but not five times.
-        pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7));
+        pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7), None);
         pixel.flush(&mut sums);
         assert_eq!(pixel.unusable_samples, 0);
         let luminance = sums[1] as f64 / UNITS;
         assert!((luminance / 3.4e7 - 1.0).abs() < 1e-6 && sums[3] as f64 / SQUARE_UNITS > 0.9 * luminance * luminance);
-        (0..4).for_each(|_| pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7)));
+        (0..4).for_each(|_| pixel.add_radiance(&sensor, &Spectrum::constant(3.4e7), None));
         pixel.flush(&mut sums);
         assert_eq!(sums[3], i128::MAX);
     }

@@ -30,10 +30,11 @@ use snowblue_base::files::FileError;
 use snowblue_geometry::images::exr_size::check_header_expansion;
 
 use crate::error::RenderError;
-use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, changes_of, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
+use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
 use snowblue_scene::film::Exposure;
 use snowblue_scene::film::ImageSize;
@@ -170,6 +171,7 @@ fn sum_channels(aovs: Aovs) -> impl Iterator<Item = (String, Content)> {
 /// The channels of a file, of which each block of lines is computed when it is written.
 struct FilmChannels<'a> {
     accumulator: &'a FilmAccumulator,
+    filtered: Option<Filtered>,
     list: ChannelList,
     /// In the order of the list.
     contents: Vec<Content>,
@@ -185,7 +187,8 @@ impl<'a> FilmChannels<'a> {
             ChannelDescription::named(name.clone(), sample_type)
         };
         let list = ChannelList::new(channels.iter().map(description).collect());
-        Self { accumulator, list, contents: channels.into_iter().map(|(_, content)| content).collect() }
+        let filtered = Filtered::new(accumulator);
+        Self { accumulator, filtered, list, contents: channels.into_iter().map(|(_, content)| content).collect() }
     }
 }
 
@@ -210,12 +213,18 @@ impl ChannelsWriter for &FilmChannels<'_> {
         let mut bytes = Vec::with_capacity(block.pixel_size.area() * header.channels.bytes_per_pixel);
         let most = range_length(&self.accumulator.samples());
         let lines = self.accumulator.window().rows.clone().skip(block.pixel_position.y());
+        let window = self.accumulator.window();
         for row in lines.take(block.pixel_size.height()) {
-            let pixels = self.accumulator.row(row).skip(block.pixel_position.x()).take(block.pixel_size.width());
-            let pixels: Vec<PixelSums> = pixels.collect();
+            let (first, count) = (block.pixel_position.x(), block.pixel_size.width());
+            let pixels: Vec<PixelSums> = self.accumulator.row(row).skip(first).take(count).collect();
+            let first = (row - window.rows.start) as usize * window.size().width as usize + first;
+            let changes = |index: usize| changes_of(self.filtered.as_ref(), first + index);
             for content in &self.contents {
                 match *content {
-                    Content::Mean(mean) => bytes.extend(pixels.iter().flat_map(|pixel| mean.of(pixel).to_ne_bytes())),
+                    Content::Mean(mean) => {
+                        let values = pixels.iter().enumerate().map(|(index, pixel)| mean.of(pixel, changes(index)));
+                        bytes.extend(values.flat_map(f32::to_ne_bytes));
+                    }
                     Content::Word { offset, word } => {
                         bytes.extend(pixels.iter().flat_map(|pixel| word_of(pixel.at(offset), word).to_ne_bytes()));
                     }

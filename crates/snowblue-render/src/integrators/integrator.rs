@@ -8,6 +8,7 @@ use snowblue_database::CompressedTable;
 use snowblue_geometry::ray::Ray;
 
 use crate::error::RenderError;
+use crate::integrators::PathSample;
 use crate::integrators::first_hit::FirstHits;
 use crate::integrators::path::tracer::PathTracer;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
@@ -277,19 +278,26 @@ pub(crate) enum Tracer<'a> {
 
 impl Tracer<'_> {
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
-    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
         match self {
             Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
-            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+            Self::Reference(tracer) => PathSample { radiance: tracer.radiance(camera_ray, sampler), snow: None },
         }
     }
 
     /// The sensor's response to one sample of the radiance along a camera ray.
     #[inline]
-    pub(crate) fn response(&mut self, scene: &Scene, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
+    pub(crate) fn response(
+        &mut self,
+        scene: &Scene,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> PathSample<SensorSample> {
         match self {
             Self::Path(tracer) => tracer.response(camera_ray, sampler),
-            Self::Reference(tracer) => scene.sensor().sample(&tracer.radiance(camera_ray, sampler)),
+            Self::Reference(tracer) => {
+                PathSample { radiance: scene.sensor().sample(&tracer.radiance(camera_ray, sampler)), snow: None }
+            }
         }
     }
 

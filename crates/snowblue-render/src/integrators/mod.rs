@@ -18,5 +18,7 @@ mod single_scattering;
 mod first_hit;
 mod integrator;
 mod prepared;
+mod snow_sample;
 
 pub use integrator::{Integrator, Preparation};
+pub(crate) use snow_sample::{PathSample, SnowSample};

@@ -28,7 +28,15 @@ impl Changes {
             camera,
             film: FilmSettings { width: _, height, exposure: _, white: _, false_color },
             integrator:
-                IntegratorSettings { kind, samples_per_pixel: _, noise_target: _, max_bounces, seed: _, pcasnow: _ },
+                IntegratorSettings {
+                    kind,
+                    samples_per_pixel: _,
+                    noise_target: _,
+                    filter: _,
+                    max_bounces,
+                    seed: _,
+                    pcasnow: _,
+                },
             light_field,
             materials,
             lights,

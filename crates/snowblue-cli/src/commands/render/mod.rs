@@ -114,6 +114,9 @@ pub(crate) struct Render {
         )
     )]
     noise_target: Option<f64>,
+    /// Leave out the filter of hybrid, which averages the noise of random walks over pixels of like snow
+    #[arg(long)]
+    raw: bool,
     /// Only samples A to B-1 of each pixel, 0 ≤ A < B ≤ 4294967295: a part for 'snowblue merge'
     #[arg(long, value_name = "A:B", value_parser = parse::whole_range, conflicts_with = "spp")]
     spp_range: Option<Range<u32>>,
@@ -229,6 +232,7 @@ impl Render {
             "height",
             "spp",
             "noise_target",
+            "raw",
             "spp_range",
             "crop",
             "max_bounces",
@@ -384,6 +388,7 @@ impl Render {
         }
         integrator.samples_per_pixel = self.spp.unwrap_or(integrator.samples_per_pixel);
         integrator.noise_target = self.noise_target.or(integrator.noise_target);
+        integrator.filter &= !self.raw;
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         integrator.seed = self.seed.unwrap_or(integrator.seed);
         self.light_field.override_values(light_field);

@@ -22,12 +22,11 @@
 //! Lights with extent are sampled once for each walk, as seen from the entry; then they are points or directions. Light
 //! of a uniform sky and of other surfaces is that which the light field gathered, H/π where a walk leaves.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 use std::iter::{Cycle, Skip};
 use std::slice::Iter;
 use std::sync::Arc;
 
-use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, ScatteringEvent, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
@@ -48,37 +47,6 @@ use snowblue_scene::spectrum::Spectrum;
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
 /// edge is near, and the body is thick.
 const BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
-/// Points around an entry that are looked at.
-const PROBES: usize = 4;
-/// Distance of the points at which a flat surface must lie in the tangent plane.
-const PLANE_RADIUS_LENGTHS: f32 = 6.0;
-/// Rounding of coordinates, of the greatest.
-const ROUNDING: f32 = 1e-6;
-/// Least radius of curvature of a surface that counts as flat. On a ball of r ℓ* the light field at the surface is too
-/// dark by some 3/r.
-const LEAST_CURVATURE_RADIUS_LENGTHS: f32 = 200.0;
-
-/// The shape of a body around a point of its surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Relief {
-    /// A plane, over snow that is thick.
-    Flat,
-    /// A curve, over snow that is thick.
-    Round,
-    /// An edge, or thin snow.
-    Sharp,
-}
-
-impl Relief {
-    /// How deep walks end.
-    pub(crate) fn end_depth(self) -> EndDepth {
-        match self {
-            Self::Flat => EndDepth::Flat,
-            Self::Round | Self::Sharp => EndDepth::Edge,
-        }
-    }
-}
-
 /// Follows walks into snow.
 #[derive(Debug)]
 pub(crate) struct WalkTracer<'scene> {
@@ -144,7 +112,7 @@ impl<'scene> WalkTracer<'scene> {
     /// Follows the walk of a ray that hits snow. Returns the radiance along the ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn walk(
         &mut self,
-        (at, end_depth): (SnowAt, EndDepth),
+        at: SnowAt,
         surface: &SurfaceInteraction,
         camera_ray: &Ray,
         sampler: &mut Sampler,
@@ -152,6 +120,7 @@ impl<'scene> WalkTracer<'scene> {
         let (field, transport_length_m) = (at.field, at.optics.transport_length_m());
         let Some(volumes) = &self.volumes[surface.material] else { return Spectrum::ZERO };
         let volume = &volumes.volumes[at.kind];
+        let end_depth = self.end_depth(at, surface);
         let snow = Snow { object: surface.object, volume, node: &volume.nodes()[0], at, end_depth };
         let mut ray = *camera_ray;
         let Some(way_out) = self.surroundings.enter(surface.object, &mut ray) else {
@@ -197,38 +166,12 @@ impl<'scene> WalkTracer<'scene> {
         }
     }
 
-    /// The shape of the body around a point of its surface. `turn` in [0, 1) turns the points around it that are looked
-    /// at.
-    pub(crate) fn relief(&self, at: SnowAt, surface: &SurfaceInteraction, turn: f32) -> Relief {
-        let length_m = at.optics.transport_length_m();
-        let [below_m, radius_m] = BALL_LENGTHS.map(|lengths| lengths * length_m);
+    /// How deep walks end that enter at a point of a surface.
+    fn end_depth(&self, at: SnowAt, surface: &SurfaceInteraction) -> EndDepth {
+        let [below_m, radius_m] = BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
-        if !self.scene.objects().holds_deeply(surface.object, below, radius_m) {
-            Relief::Sharp
-        } else if self.is_plane_around(surface, length_m, turn) {
-            Relief::Flat
-        } else {
-            Relief::Round
-        }
-    }
-
-    /// Whether the surface of a body lies in the tangent plane around a point.
-    fn is_plane_around(&self, surface: &SurfaceInteraction, length_m: f32, turn: f32) -> bool {
-        let objects = self.scene.objects();
-        let radius_m = PLANE_RADIUS_LENGTHS * length_m;
-        // The distance of a circle from its tangent, or the rounding of coordinates.
-        let circle_m = radius_m * PLANE_RADIUS_LENGTHS / (2.0 * LEAST_CURVATURE_RADIUS_LENGTHS);
-        let height_m = circle_m.max(ROUNDING * objects.reach_m(surface.object));
-        around(surface.normal, turn).into_iter().all(|aside: Vec3A| {
-            let origin = surface.point + aside * radius_m + surface.normal * height_m;
-            let ray = Ray { origin, direction: -surface.normal };
-            let is_hit = |member: usize| {
-                objects.bounds(member).is_none_or(|bounds| bounds.contains(ray.at(height_m)))
-                    && objects.list()[member].shape.first_hit(&ray, 2.0 * height_m).is_some()
-            };
-            let others = objects.body_of(surface.object).iter().filter(|member| **member != surface.object);
-            is_hit(surface.object) || others.copied().any(is_hit)
-        })
+        let is_thick = self.scene.objects().holds_deeply(surface.object, below, radius_m);
+        if is_thick { EndDepth::Flat } else { EndDepth::Edge }
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.
@@ -365,15 +308,6 @@ impl<'scene> WalkTracer<'scene> {
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);
         walk.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
     }
-}
-
-/// Directions along a plane, evenly around, turned by a part of a whole turn.
-pub(crate) fn around(normal: Vec3A, turn: f32) -> [Vec3A; PROBES] {
-    let (side, up) = normal.any_orthonormal_pair();
-    std::array::from_fn(|probe| {
-        let (sin, cos) = (TAU * (probe as f32 + turn) / PROBES as f32).sin_cos();
-        side * cos + up * sin
-    })
 }
 
 /// The end of a walk, once both that in the body and that in the half-space have ended.

@@ -7,8 +7,8 @@
 //!
 //! Snow by PCASnow transmits light along one straight line, by the curves of a slab, and reflects it as a surface. Snow
 //! with a light field ends a path: the field holds the light that comes by other surfaces. The first surface is shaded
-//! by its functions where it is even, or lit and round, and else by a random walk ([`hybrid`](super::super::hybrid)),
-//! and later ones by their mean radiance.
+//! by its functions, and with `hybrid` also by a random walk ([`hybrid`](super::super::hybrid)); later ones by their
+//! mean radiance.
 //!
 //! Lights with extent are found by sampling them and by the path's next ray, weighted by multiple importance sampling
 //! (see [`light`](snowblue_scene::light)).
@@ -17,7 +17,6 @@
 //! of a spectrum, which is much faster to look up ([`carried`]). Light at later surfaces is a spectrum.
 
 use std::f32::consts::FRAC_1_PI;
-use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, SurfacePoint};
@@ -25,14 +24,15 @@ use snowblue_geometry::ray::{Ray, SurfacePoint};
 use super::carried::{Carried, LightTables, Source};
 use super::vertex::{Shading, Vertex};
 use crate::integrators::first_hit::light_limit_m;
-use crate::integrators::hybrid::walk::{Relief, WalkTracer, around};
+use crate::integrators::hybrid::walk::WalkTracer;
 use crate::integrators::pcasnow::snow_vertex::PcaSnow;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
+use crate::integrators::{PathSample, SnowSample};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::film::sensor::SensorSample;
-use snowblue_scene::light::{IncidentLight, Light, LightOrigin, LightSample};
+use snowblue_scene::light::{IncidentLight, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
@@ -40,15 +40,6 @@ use snowblue_scene::queries::{SceneQueries, Statistics};
 use snowblue_scene::sampling::{Sampler, cosine_direction};
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{Emission, Scene};
-
-/// Distance of the points around a surface point that lamps must light alike, and their height above the surface, in
-/// transport mean free paths. Light that is reflected by snow spreads by some one mean free path.
-const PROBE_RADIUS_LENGTHS: f32 = 3.0;
-const PROBE_HEIGHT_LENGTHS: f32 = 0.5;
-/// Least cosine of light and view at which a round body may be read.
-const LEAST_COSINE: f32 = 0.3;
-/// Distance within which the light of a lamp is uneven, in transport mean free paths.
-const NEAR_LIGHT_LENGTHS: f32 = 60.0;
 
 /// Traces paths through a scene.
 #[derive(Debug)]
@@ -68,26 +59,43 @@ pub(crate) struct PathTracer<'a> {
     has_area_lights: bool,
 }
 
-/// How lamps shine on the points around a point of a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LightAround {
-    /// All lamps shine alike on all points, and one shines, or the sky that the surface faces: seen from steeply above,
-    /// and lit so.
-    Steep,
-    /// The same, but seen or lit at a grazing angle.
-    Grazing,
-    /// No lamp shines.
-    Dark,
-    /// A lamp is near, or shines on some of the points.
-    Uneven,
-}
-
 /// Radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
 struct PathRadiance<C> {
     /// Light that leaves the first surface, or a light before it.
     first: C,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
+    /// Light of a random walk into snow, if one was followed. `first` has the reading there.
+    walk: Option<Walked<C>>,
+}
+
+/// Light of a random walk into snow.
+struct Walked<C> {
+    radiance: Spectrum,
+    /// The radiance by the light field at the surface.
+    reading: C,
+    normal: Vec3A,
+    distance_m: f32,
+}
+
+impl<C: Carried> PathRadiance<C> {
+    /// The sample of the path.
+    #[inline]
+    fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
+        let Self { first: mut radiance, later, walk } = self;
+        if let Some(later) = later {
+            radiance += carried(later);
+        }
+        let snow = walk.map(|Walked { radiance, reading, normal, distance_m }| {
+            let mut residual = carried(radiance);
+            residual += reading * -1.0;
+            SnowSample { residual, reading, normal, distance_m }
+        });
+        if let Some(snow) = &snow {
+            radiance += snow.residual;
+        }
+        PathSample { radiance, snow }
+    }
 }
 
 impl<'a> PathTracer<'a> {
@@ -120,19 +128,15 @@ impl<'a> PathTracer<'a> {
     }
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
-    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> Spectrum {
-        let PathRadiance { mut first, later } = self.trace::<Spectrum>(camera_ray, sampler);
-        if let Some(later) = later {
-            first += later;
-        }
-        first
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
+        self.trace::<Spectrum>(camera_ray, sampler).sample(|light| light)
     }
 
     /// The sensor's response to one sample of the radiance along a camera ray.
     #[inline]
-    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> SensorSample {
-        let PathRadiance { first, later } = self.trace::<SensorSample>(camera_ray, sampler);
-        later.map_or(first, |later| first + self.scene.sensor().sample(&later))
+    pub(crate) fn response(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<SensorSample> {
+        let sensor = self.scene.sensor();
+        self.trace::<SensorSample>(camera_ray, sampler).sample(|light| sensor.sample(&light))
     }
 
     #[inline]
@@ -142,73 +146,24 @@ impl<'a> PathTracer<'a> {
         if self.has_area_lights {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
-        let Some(surface) = hit else { return PathRadiance { first, later: None } };
+        let Some(surface) = hit else { return PathRadiance { first, later: None, walk: None } };
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            if let Some(walks) = &self.walks {
-                let [turn, ..] = sampler.next_four();
-                let relief = walks.relief(snow, &surface, turn);
-                // Where light and snow are even, the field is the mean of the walks, without their noise. On round
-                // bodies it is within some percent of the mean where they are lit and seen from above, but too dark on
-                // rims and where no lamp shines.
-                let is_read = match relief {
-                    Relief::Flat => self.light_around(snow, &surface, turn) != LightAround::Uneven,
-                    Relief::Round => self.light_around(snow, &surface, turn) == LightAround::Steep,
-                    Relief::Sharp => false,
-                };
-                if !is_read && let Some(walks) = &mut self.walks {
-                    let walked = walks.walk((snow, relief.end_depth()), &surface, camera_ray, sampler);
-                    return PathRadiance { first, later: Some(walked) };
-                }
-            }
-            first += self.field_light(snow, &vertex, camera_ray, sampler);
-            return PathRadiance { first, later: None };
+            let reading = self.field_light::<C>(snow, &vertex, camera_ray, sampler);
+            first += reading;
+            let walk = self.walks.as_mut().map(|walks| Walked {
+                radiance: walks.walk(snow, &surface, camera_ray, sampler),
+                reading,
+                normal: vertex.normal,
+                distance_m: surface.point.distance(camera_ray.origin),
+            });
+            return PathRadiance { first, later: None, walk };
         }
         first += self.direct_light::<C>(&vertex, sampler);
         if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
-            return PathRadiance { first, later: None };
+            return PathRadiance { first, later: None, walk: None };
         }
-        PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)) }
-    }
-
-    /// How lamps shine on the points around a point of a surface.
-    fn light_around(&mut self, snow: SnowAt, surface: &SurfaceInteraction, turn: f32) -> LightAround {
-        let length_m = snow.optics.transport_length_m();
-        let middle = surface.point + surface.normal * (PROBE_HEIGHT_LENGTHS * length_m);
-        let probes = around(surface.normal, turn).map(|aside| {
-            let point = middle + aside * (PROBE_RADIUS_LENGTHS * length_m);
-            SurfacePoint { point, normal: surface.normal }
-        });
-        let lights = self.scene.lights().iter().enumerate();
-        let is_outside = |index: usize| self.field.is_none_or(|field| field.lamp_inside(index).is_none());
-        let mut is_steep = -surface.normal.dot(surface.direction) > LEAST_COSINE;
-        let outwards = LightOrigin::Distant(surface.normal);
-        let is_under = |light: &Arc<Light>| light.is_sky() && light.power(&outwards).maximum() > 0.0;
-        let mut is_lit = self.scene.lights().iter().any(is_under);
-        let sample = |(_, light): (usize, &Arc<Light>)| light.delta_sample().or_else(|| light.central_sample());
-        let samples = lights.filter(|(index, _)| is_outside(*index)).filter_map(sample);
-        for sample in samples {
-            let is_near = |position: Vec3A| position.distance(surface.point) < NEAR_LIGHT_LENGTHS * length_m;
-            if sample.origin.position().is_some_and(is_near) {
-                return LightAround::Uneven;
-            }
-            let mut sees = |probe: &SurfacePoint| {
-                sample.incident_at(probe).is_some()
-                    && sample.is_visible(&mut self.queries, probe, Side::Outer(surface.object))
-            };
-            let first = sees(&probes[0]);
-            if probes[1..].iter().any(|probe| sees(probe) != first) {
-                return LightAround::Uneven;
-            }
-            is_lit |= first;
-            let cos_incidence = surface.normal.dot(sample.origin.direction_from(surface.point).direction);
-            is_steep &= !first || cos_incidence > LEAST_COSINE;
-        }
-        match (is_lit, is_steep) {
-            (false, _) => LightAround::Dark,
-            (true, true) => LightAround::Steep,
-            (true, false) => LightAround::Grazing,
-        }
+        PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.

@@ -1,0 +1,34 @@
+//! What a sample finds of snow, for the filter of random walks.
+
+use glam::Vec3A;
+
+/// A sample of one path.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PathSample<C> {
+    /// The radiance along the camera ray, or the sensor's response to it.
+    pub(crate) radiance: C,
+    /// The part that comes from snow, if a walk was followed there.
+    pub(crate) snow: Option<SnowSample<C>>,
+}
+
+/// Light from snow, by a random walk and by the light field at the surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SnowSample<C> {
+    /// The radiance by the walk less the reading.
+    pub(crate) residual: C,
+    /// The radiance by the light field at the surface.
+    pub(crate) reading: C,
+    /// Normal of the surface.
+    pub(crate) normal: Vec3A,
+    /// Distance from the camera, in m.
+    pub(crate) distance_m: f32,
+}
+
+impl<C> SnowSample<C> {
+    /// The same sample of another quantity.
+    #[inline]
+    pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> SnowSample<T> {
+        let Self { residual, reading, normal, distance_m } = self;
+        SnowSample { residual: of(residual), reading: of(reading), normal: *normal, distance_m: *distance_m }
+    }
+}
