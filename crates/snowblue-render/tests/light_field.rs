@@ -380,3 +380,29 @@ fn a_cave_with_a_narrow_opening_is_as_bright_as_by_the_reference() {
         }
     }
 }
+
+/// At few samples, the filter of random walks leaves a fraction of their noise and takes no light away.
+#[test]
+fn filtered_walks_have_less_noise_and_the_same_light() {
+    let luminances = |filter: bool, [samples, seed]: [u32; 2]| -> Vec<f64> {
+        let text = format!(
+            "[camera]\nposition = [0, -2, 0.6]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 3.2\n\
+             [film]\nwidth = 48\nheight = 48\n\
+             [integrator]\nfilter = {filter}\nsamples_per_pixel = {samples}\nseed = {seed}\n{SNOW}{}\
+             [[light]]\ntype = \"point\"\nposition = [0.5, -1, 0.5]\nradiant_intensity_w_sr = 5\n",
+            shape("sphere", "radius = 0.05")
+        );
+        let scene = SceneFile::parse(text, Path::new("ball.toml")).unwrap().build().unwrap();
+        render(&scene).unwrap().film.pixels().iter().map(|pixel| pixel.y).collect()
+    };
+    let truth = luminances(false, [512, 2]);
+    let error = |picture: &[f64]| -> f64 {
+        picture.iter().zip(&truth).map(|(value, truth)| (value - truth).powi(2)).sum::<f64>().sqrt()
+    };
+    let [raw, filtered] = [false, true].map(|filter| luminances(filter, [8, 1]));
+    let [truth_light, filtered_light] = [&truth, &filtered].map(|picture| picture.iter().sum::<f64>());
+    // The noise of the truth is an eighth of that of 8 samples.
+    let ratio = error(&filtered) / error(&raw);
+    assert!(ratio < 0.4, "{ratio}");
+    assert!((filtered_light / truth_light - 1.0).abs() < 0.02, "{filtered_light} {truth_light}");
+}

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use snow::{SNOW, analytic_table, computed_table, prepared, scene};
+use snow::{SNOW, analytic_table, computed_table, prepared, scene, scene_by};
 use snowblue_color::LinearRgb;
 use snowblue_render::Exposure;
 use snowblue_render::film::Film;
@@ -21,8 +21,16 @@ use snowblue_render::render::{RenderControl, accumulator, all_samples, render_al
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
-const ALL: Aovs =
-    Aovs { spectrum: true, variance: true, normal: true, albedo: true, thickness: true, angle: true, emitter: true };
+const ALL: Aovs = Aovs {
+    spectrum: true,
+    variance: true,
+    normal: true,
+    albedo: true,
+    thickness: true,
+    angle: true,
+    emitter: true,
+    residual: false,
+};
 
 const TEXT: &str = "[material.grey]\ntype = \"diffuse\"\nreflectance = 0.5\n\
     [[object]]\nshape = \"box\"\nsize = [2, 0.3, 4]\nposition = [-1, 0, 0]\nmaterial = \"snow\"\n\
@@ -85,6 +93,36 @@ fn ranges_and_tiles_sum_to_the_same_image() {
         assert_eq!(sums_of(&integrator, Aovs::default(), &pixel).film().pixels()[0], at_once.film().pixels()[place]);
         // Fewer samples give a different image.
         assert!(sums_of(&integrator, Aovs::default(), &block(0..23, 0..17, 0..36)).film() != at_once.film());
+    }
+}
+
+/// The filter of random walks works on the sums of the whole image.
+#[test]
+fn filtered_parts_are_the_filtered_image() {
+    let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
+    let mut scene = scene_by("hybrid", &format!("{SNOW}{text}"), &[]);
+    scene.set_image_size(ImageSize { width: 23, height: 17 });
+    scene.set_samples_per_pixel(9);
+    let integrator = prepared(&scene, None);
+    for aovs in [Aovs::default(), Aovs { spectrum: true, variance: true, ..Aovs::default() }] {
+        let at_once = sums_of(&integrator, aovs, &all_samples(integrator.scene()));
+        let parts = [block(0..9, 0..17, 0..9), block(9..23, 0..17, 4..9), block(9..23, 0..17, 0..4)];
+        let merged = added(&integrator, aovs, &parts);
+        assert!(merged == at_once && merged.film() == at_once.film());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sums.exr");
+        let provenance = integrator.provenance();
+        let resume = ResumeData { provenance: &provenance, exposure: Exposure::Auto };
+        resumable_file::write(&at_once, Some(resume), &[], &path).unwrap();
+        assert!(ResumableImage::open(&path).unwrap().read_sums().unwrap() == at_once);
+        // The colours of the file are those of the film.
+        let channels = channels_of(&path);
+        for (k, pixel) in at_once.film().pixels().iter().enumerate() {
+            let LinearRgb { r, g, b } = LinearRgb::from_xyz(*pixel);
+            for (name, value) in [("R", r), ("G", g), ("B", b)] {
+                assert!((f64::from(channels[name][k]) - value).abs() <= 1e-6 * value.abs(), "{name} of pixel {k}");
+            }
+        }
     }
 }
 

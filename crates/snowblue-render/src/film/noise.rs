@@ -75,56 +75,88 @@ fn repeated_square(sum: i128, mean: f64, [count, more]: [u64; 2]) -> i128 {
 mod tests {
     use super::*;
     use crate::film::pixel_accumulator::PixelAccumulator;
+    use crate::film::sample_block::SampleBlock;
+    use crate::integrators::SnowSample;
+    use glam::Vec3A;
+    use snowblue_scene::film::ImageSize;
     use snowblue_scene::film::sensor::Sensor;
     use snowblue_scene::spectrum::Spectrum;
 
-    const AOVS: Aovs = Aovs {
-        spectrum: false,
-        variance: true,
-        normal: false,
-        albedo: false,
-        thickness: false,
-        angle: false,
-        emitter: false,
-        residual: false,
-    };
+    /// A pixel of `count` samples 1 ± `spread`; with `residual`, of snow, of which ± `spread` is the residual.
+    fn film(count: u32, spread: f32, residual: bool) -> FilmAccumulator {
+        let aovs = Aovs { variance: true, residual, ..Aovs::default() };
+        let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..count };
+        let mut film = FilmAccumulator::new(ImageSize { width: 1, height: 1 }, &block.window(), aovs, &[0.0; 31]);
+        film.par_rows_mut(&block).for_each(|row| {
+            let mut pixel = PixelAccumulator::new(aovs);
+            for sample in 0..count {
+                let found = if sample % 2 == 0 { -spread } else { spread };
+                let [residual, reading] = [found, 1.0].map(Spectrum::constant);
+                let snow = SnowSample { residual, reading, normal: Vec3A::Z, distance_m: 1.0 };
+                let snow = Some(&snow).filter(|_| aovs.residual);
+                pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(1.0 + found), snow);
+            }
+            pixel.flush(row.sums);
+            row.counts[0] = count;
+        });
+        film
+    }
 
-    /// The sums of samples 1 ± `spread`.
-    fn sums(count: u32, spread: f32) -> Vec<i128> {
-        let (mut pixel, mut sums) = (PixelAccumulator::new(AOVS), vec![0; AOVS.sum_count()]);
-        for sample in 0..count {
-            let value = if sample % 2 == 0 { 1.0 - spread } else { 1.0 + spread };
-            pixel.add_radiance(&Sensor::cie_1931(), &Spectrum::constant(value), None);
-        }
-        pixel.flush(&mut sums);
-        sums
+    /// The same after `more` repeated samples.
+    fn repeated(mut film: FilmAccumulator, count: u32, more: u32) -> FilmAccumulator {
+        let aovs = film.aovs();
+        film.par_rows_mut(&SampleBlock { columns: 0..1, rows: 0..1, samples: 0..count }).for_each(|row| {
+            repeat(row.sums, aovs, [count.into(), more.into()]);
+            row.counts[0] += more;
+        });
+        film
     }
 
     #[test]
-    fn a_pixel_is_repeated_once_its_noise_is_below_the_target() {
-        // The standard error of 64 samples of spread 0.4 is 0.05.
-        for (target, is_done) in [(0.06, true), (0.04, false)] {
-            let mut pixel = sums(64, 0.4);
-            assert_eq!(repeat_if_done(&mut pixel, AOVS, [64, 16], target), is_done);
-            assert_eq!(pixel == sums(64, 0.4), !is_done);
+    fn a_pixel_is_done_once_its_noise_is_below_the_target() {
+        // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which takes
+        // its variance for twice as much.
+        for (residual, above) in [(false, 0.06), (true, 0.08)] {
+            assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
+            assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);
+            assert_eq!(done_pixels(&film(8, 0.4, residual), 1.0), [false], "too few samples");
         }
-        assert!(!repeat_if_done(&mut sums(16, 0.4), AOVS, [16, 16], 1.0), "too few samples");
     }
 
     #[test]
     fn repeated_samples_keep_the_mean_and_its_variance() {
-        let mut pixel = sums(64, 0.4);
-        let before = Estimate::new(&pixel, &pixel[3..], 64);
-        assert!(repeat_if_done(&mut pixel, AOVS, [64, 48], 0.1));
-        let after = Estimate::new(&pixel, &pixel[3..], 112);
-        for k in 0..3 {
-            assert!((after.mean[k] / before.mean[k] - 1.0).abs() < 1e-12);
-            assert!((after.variance[k] / before.variance[k] - 1.0).abs() < 1e-9);
+        for residual in [false, true] {
+            let before = film(64, 0.4, residual);
+            let after = repeated(before.clone(), 64, 48);
+            let [before, after] = [&before, &after].map(|film| film.row(0).next().unwrap());
+            assert_eq!(after.count(), 112);
+            assert!((after.mean_xyz().y / before.mean_xyz().y - 1.0).abs() < 1e-12);
+            for (after, before) in after.variance().iter().zip(before.variance()) {
+                assert!((after / before - 1.0).abs() < 1e-6, "{after} {before}");
+            }
+            let [before, after] = [&before, &after].map(|pixel| {
+                let layout = Aovs { variance: true, residual, ..Aovs::default() }.residual_layout()?;
+                let mean = pixel.mean(layout.residual + 1);
+                Some((mean, pixel.variance_of_mean(layout.residual_square, mean.into())))
+            });
+            assert_eq!(before.is_some(), residual);
+            if let (Some(before), Some(after)) = (before, after) {
+                assert!((after.0 - before.0).abs() < 1e-9 && (after.1 / before.1 - 1.0).abs() < 1e-6);
+            }
         }
     }
 
     #[test]
     fn black_pixels_are_not_done() {
-        assert!(!repeat_if_done(&mut [0; 6], AOVS, [32, 16], 0.01));
+        let black = Aovs { variance: true, ..Aovs::default() };
+        let mut film = FilmAccumulator::new(
+            ImageSize { width: 1, height: 1 },
+            &(SampleBlock { columns: 0..1, rows: 0..1, samples: 0..32 }).window(),
+            black,
+            &[0.0; 31],
+        );
+        film.par_rows_mut(&SampleBlock { columns: 0..1, rows: 0..1, samples: 0..32 })
+            .for_each(|row| row.counts[0] = 32);
+        assert_eq!(done_pixels(&film, 0.01), [false]);
     }
 }

@@ -6,7 +6,8 @@
 //! reading, over pixels of like normal, distance and reading (a joint bilateral filter by the à-trous scheme: Dammertz,
 //! Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination filtering*, HPG).
 //!
-//! Each level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual
+//! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
+//! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual
 //! is below [`TARGET`] of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
 //! the picture converges to that of the walks alone.
 //!
@@ -21,16 +22,23 @@ use crate::film::aov::ResidualLayout;
 
 /// Standard error of the residual, relative to the reading, that is aimed at.
 const TARGET: f32 = 0.01;
-/// Most levels. The last has a neighbourhood of ±62 pixels.
-const LEVELS: u32 = 5;
+/// For each level, the variance of its means over that of means of independent pixels: neighbours share samples. It is
+/// that of a plane of like pixels. The last level has a neighbourhood of ±62 pixels.
+const SHARED_VARIANCE: [f32; 5] = [1.0, 2.727, 3.196, 3.307, 3.335];
 /// Weights along a row or a column.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
-/// Deviations at which a weight falls by e^{−½}: of normals, and of logarithms of the reading.
+/// Deviations at which a weight falls by e^{−½}: of normals, and of the logarithm of the reading.
 const NORMAL_DEVIATION: f32 = 0.35;
 const READING_DEVIATION: f32 = 0.5;
+/// The same of the logarithm of the noise, which grows near edges.
+const ERROR_DEVIATION: f32 = 1.0;
 /// The same of the distance, as a multiple of that of a plane through the neighbouring pixels, and of the distance.
 const SLOPE_DEVIATION: f32 = 2.0;
 const DISTANCE_DEVIATION: f32 = 0.002;
+/// Least error of a residual that is told from none.
+const LEAST_ERROR: f32 = 1e-4;
+/// About the mean of a variance of few samples over its geometric mean.
+const MEAN_OVER_GEOMETRIC: f32 = 2.0;
 /// Most that a residual grows with the reading.
 const MOST_SCALE: f32 = 4.0;
 /// Readings below this fraction of the brightest count as equally dark.
@@ -57,6 +65,8 @@ struct Guide {
     /// down.
     distance_m: f32,
     slope_m: [f32; 2],
+    /// Logarithm of the standard error of the residual relative to the reading.
+    log_error: f32,
     is_snow: bool,
 }
 
@@ -88,9 +98,9 @@ impl Filtered {
         let layout = film.aovs().residual_layout()?;
         let width = film.window().size().width as usize;
         let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
-        let filter = Filter { width, values: layout.values, guides: guides(&pixels, layout, width) };
+        let values = layout.values;
+        let mut filter = Filter { width, values, guides: guides(&pixels, layout, width) };
         let start = Level::of(&pixels, layout);
-        let Filter { values, .. } = filter;
         let Level { residual: mut changes, luminance } = filter.run(&start);
         let noise = pixels.par_iter().zip(&luminance).zip(&start.luminance).zip(changes.par_chunks_exact(values));
         let noise = noise.zip(start.residual.par_chunks_exact(values));
@@ -151,6 +161,7 @@ fn guides(pixels: &[PixelSums], layout: ResidualLayout, width: usize) -> Vec<Gui
             log_reading: reading.max(dark).ln(),
             distance_m: distances[index].unwrap_or(0.0),
             slope_m: slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }),
+            log_error: 0.0,
             is_snow: is_snow(pixel),
         }
     };
@@ -170,7 +181,8 @@ impl Guide {
         let plane_m = self.slope_m[0] * across.abs() + self.slope_m[1] * down.abs();
         let deviation_m = SLOPE_DEVIATION * plane_m + DISTANCE_DEVIATION * self.distance_m;
         let distances = square((self.distance_m - other.distance_m) / deviation_m.max(f32::MIN_POSITIVE));
-        let sum = normals / square(NORMAL_DEVIATION) + readings / square(READING_DEVIATION) + distances;
+        let errors = square((self.log_error - other.log_error) / ERROR_DEVIATION);
+        let sum = normals / square(NORMAL_DEVIATION) + readings / square(READING_DEVIATION) + distances + errors;
         (-0.5 * sum).exp()
     }
 }
@@ -184,16 +196,19 @@ struct Filter {
 
 impl Filter {
     /// The residual of each pixel, with its variance, after as many levels as it needs.
-    fn run(&self, start: &Level) -> Level {
+    fn run(&mut self, start: &Level) -> Level {
         let mut level = Level { luminance: self.with_smooth_variances(&start.luminance), ..start.clone() };
+        for (guide, luminance) in self.guides.iter_mut().zip(&level.luminance) {
+            guide.log_error = luminance.error().clamp(LEAST_ERROR, LEAST_ERROR.recip()).ln();
+        }
         let mut result = level.clone();
         let is_noisy = |(luminance, guide): (&Luminance, &Guide)| guide.is_snow && luminance.error() > TARGET;
         let mut needs: Vec<bool> = level.luminance.iter().zip(&self.guides).map(is_noisy).collect();
-        for number in 0..LEVELS {
+        for (number, shared) in SHARED_VARIANCE.into_iter().enumerate() {
             if !needs.contains(&true) {
                 break;
             }
-            let next = self.next(&level, 1 << number);
+            let next = self.next(&level, 1 << number, shared);
             let results = result.residual.par_chunks_exact_mut(self.values).zip(&mut result.luminance);
             results.zip(&mut needs).enumerate().for_each(|(pixel, ((residual, luminance), need))| {
                 if *need {
@@ -207,37 +222,43 @@ impl Filter {
         result
     }
 
-    /// The next level, by pixels that are so many apart.
-    fn next(&self, level: &Level, step: usize) -> Level {
+    /// The next level, by pixels that are so many apart, with its factor of the variance.
+    fn next(&self, level: &Level, step: usize, shared: f32) -> Level {
         let mut residual = vec![0.0; level.residual.len()];
         let pixels = residual.par_chunks_exact_mut(self.values).enumerate();
         let luminance = pixels.map(|(pixel, sums)| {
-            let (mut total, mut luminance) = (0.0, Luminance::default());
+            let (mut total, mut sum, mut of_independent) = (0.0, Luminance::default(), 0.0);
             self.for_neighbours(pixel, step, |neighbour, weight| {
                 total += weight;
                 let Luminance { reading, variance } = level.luminance[neighbour];
-                luminance.reading += weight * reading;
-                luminance.variance += weight * weight * variance;
+                sum.reading += weight * reading;
+                sum.variance += weight * variance;
+                of_independent += weight * weight * variance;
                 let values = &level.residual[neighbour * self.values..];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
             });
             let factor = if total > 0.0 { total.recip() } else { 0.0 };
             sums.iter_mut().for_each(|sum| *sum *= factor);
-            Luminance { reading: luminance.reading * factor, variance: luminance.variance * factor * factor }
+            let variance = (sum.variance * factor).min(of_independent * factor * factor * shared);
+            Luminance { reading: sum.reading * factor, variance }
         });
         let luminance = luminance.collect();
         Level { residual, luminance }
     }
 
-    /// Variances averaged over the nearest pixels: those of few samples are noisy themselves.
+    /// Variances relative to the square of the reading, averaged over the nearest pixels: those of few samples are noisy
+    /// themselves. The mean is geometric, so that a noisy edge does not count for the even snow beside it.
     fn with_smooth_variances(&self, luminance: &[Luminance]) -> Vec<Luminance> {
+        let log_errors: Vec<f32> = luminance.iter().map(|luminance| luminance.error().max(LEAST_ERROR).ln()).collect();
         let smooth = |(pixel, own): (usize, &Luminance)| {
             let (mut total, mut sum) = (0.0, 0.0);
             self.for_neighbours(pixel, 1, |neighbour, weight| {
                 total += weight;
-                sum += weight * luminance[neighbour].variance;
+                sum += weight * log_errors[neighbour];
             });
-            Luminance { variance: if total > 0.0 { sum / total } else { own.variance }, ..*own }
+            let error = (sum / total).exp() * own.reading;
+            let variance = MEAN_OVER_GEOMETRIC * error * error;
+            Luminance { variance: if variance.is_finite() { variance } else { own.variance }, ..*own }
         };
         luminance.par_iter().enumerate().map(smooth).collect()
     }
@@ -286,4 +307,93 @@ fn blend(levels: [&Level; 2], pixel: usize, reading: f32, residual: &mut [f32]) 
     }
     let variance = factors[0] * factors[0] * luminance[0].variance + factors[1] * factors[1] * luminance[1].variance;
     Luminance { reading, variance }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+    use snowblue_scene::film::ImageSize;
+    use snowblue_scene::film::sensor::SensorSample;
+    use snowblue_transport::rng::Stream;
+
+    use super::*;
+    use crate::film::aov::Aovs;
+    use crate::film::pixel_accumulator::PixelAccumulator;
+    use crate::film::sample_block::SampleBlock;
+    use crate::integrators::SnowSample;
+
+    const SIZE: ImageSize = ImageSize { width: 24, height: 16 };
+
+    /// An image whose snow has a reading of 2 and a residual that a function of the column and a random number gives.
+    /// The normal turns at column 12, and the last four columns show no snow but a radiance of 1.
+    fn film(samples: u32, residual: impl Fn(u32, f32) -> f32 + Sync) -> FilmAccumulator {
+        let aovs = Aovs { residual: true, ..Aovs::default() };
+        let block = SampleBlock { columns: 0..SIZE.width, rows: 0..SIZE.height, samples: 0..samples };
+        let mut film = FilmAccumulator::new(SIZE, &block.window(), aovs, &[0.0; 31]);
+        let grey = |value: f32| SensorSample::from_array([value, value, value, 3.0 * value.abs()]);
+        film.par_rows_mut(&block).for_each(|row| {
+            let mut pixel = PixelAccumulator::new(aovs);
+            for (column, sums) in (0..SIZE.width).zip(row.sums.chunks_exact_mut(aovs.sum_count())) {
+                let mut stream = Stream::new(row.number.into(), column.into());
+                for _ in 0..samples {
+                    let residual = residual(column, narrow(stream.uniform()));
+                    let normal = if column < 12 { Vec3A::Z } else { Vec3A::X };
+                    let snow = (column < 20).then_some(SnowSample {
+                        residual: grey(residual),
+                        reading: grey(2.0),
+                        normal,
+                        distance_m: 1.0,
+                    });
+                    pixel.add_sample(grey(if column < 20 { 2.0 + residual } else { 1.0 }), snow.as_ref());
+                }
+                pixel.flush(sums);
+                row.counts[column as usize] = samples;
+            }
+        });
+        film
+    }
+
+    /// Luminances of a row.
+    fn row(film: &FilmAccumulator, row: usize) -> Vec<f64> {
+        let width = SIZE.width as usize;
+        film.film().pixels()[row * width..][..width].iter().map(|pixel| pixel.y).collect()
+    }
+
+    #[test]
+    fn noise_is_averaged_over_like_snow_and_not_over_an_edge() {
+        let mean = |column: u32| if column < 12 { 0.2 } else { -0.4 };
+        let film = film(16, |column, number| mean(column) + 2.0 * (number - 0.5));
+        // The standard error of a pixel is 2/√12/√16 = .14.
+        for (column, luminance) in (0..SIZE.width).zip(row(&film, 8)) {
+            let expected = if column < 20 { f64::from(2.0 + mean(column)) } else { 1.0 };
+            let error = (luminance - expected).abs();
+            // Five times the error that is aimed at.
+            assert!(error < 5.0 * f64::from(TARGET) * 2.0, "column {column}: {luminance} for {expected}");
+            assert!(column < 20 || error < 1e-12, "no snow is not changed");
+        }
+    }
+
+    #[test]
+    fn residuals_without_noise_stay_as_they_are() {
+        let film = film(4, |column, _| 0.1 * (column % 3) as f32);
+        for (column, luminance) in (0..20u32).zip(row(&film, 3)) {
+            assert!((luminance - 2.0 - 0.1 * f64::from(column % 3)).abs() < 1e-6, "{luminance}");
+        }
+    }
+
+    #[test]
+    fn the_filter_states_the_noise_that_is_left() {
+        let film = film(16, |_, number| 2.0 * (number - 0.5));
+        let noise = Filtered::new(&film).unwrap().into_noise();
+        let errors = film.film();
+        let pixels = || errors.pixels().iter().zip(&noise).enumerate().filter(|(k, _)| k % 24 < 20);
+        let [square, stated] = pixels().fold([0.0, 0.0], |[square, stated], (_, (pixel, noise))| {
+            [square + (pixel.y / 2.0 - 1.0).powi(2), stated + f64::from(*noise).powi(2)]
+        });
+        // Neighbouring pixels share most of their samples: 320 pixels are some 20 independent values, and the borders
+        // have fewer neighbours.
+        let ratio = (square / stated).sqrt();
+        assert!((0.5..1.7).contains(&ratio), "{ratio}");
+        assert!(noise.iter().enumerate().all(|(k, noise)| k % 24 < 20 || *noise == 0.0), "constant pixels have none");
+    }
 }
