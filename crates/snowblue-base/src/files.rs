@@ -175,7 +175,7 @@ pub fn check_formats(path: &Path) -> Result<(), FileError> {
     if cfg!(feature = "formats") {
         return Ok(());
     }
-    let reason = "this build reads no PLY, glTF, PNG, OpenEXR, TIFF or layers of snow".to_owned();
+    let reason = "this build reads no PLY, STL, glTF, PNG, OpenEXR, TIFF or layers of snow".to_owned();
     Err(FileError::Content { path: path.to_owned(), reason })
 }
 

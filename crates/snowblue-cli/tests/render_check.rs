@@ -148,6 +148,27 @@ fn integrators_with_a_light_field_refuse_open_snow_and_name_its_holes() {
 }
 
 #[test]
+fn snow_of_layers_is_checked_whatever_integrator_the_scene_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(&folder, &cube(5));
+    let pack = "[[layer]]\nthickness_cm = 5\ndensity_kg_m3 = 150\n[[layer]]\nthickness_cm = 20\n";
+    std::fs::write(folder.path().join("pack.toml"), pack).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (camera, objects) = (&text[..text.find("[material").unwrap()], &text[text.find("[[light").unwrap()..]);
+    for integrator in ["pcasnow", "diffusion", "hybrid", "reference"] {
+        for snow in ["layers = \"pack.toml\"", "layers = \"pack.toml\"\nlayers_top = 0.5"] {
+            let material = format!("[material.drift]\ntype = \"snow\"\n{snow}\n");
+            let integrator = format!("[integrator]\ntype = \"{integrator}\"\n");
+            std::fs::write(&path, format!("{camera}{material}{objects}{integrator}")).unwrap();
+            let report = snowblue(&["render", path.to_str().unwrap(), "--check", "--format", "json"]);
+            let message = String::from_utf8(report.stderr).unwrap();
+            assert_eq!(report.status.code(), Some(1), "{message}");
+            assert!(message.contains("snow is not watertight") && message.contains("snowblue repair"), "{message}");
+        }
+    }
+}
+
+#[test]
 fn an_icosphere_passes_with_almost_the_volume_of_a_ball() {
     let (code, row) = checked(&icosphere());
     assert_eq!((code, number(&row, "odd_lines").to_bits()), (Some(0), 0f64.to_bits()), "{row}");

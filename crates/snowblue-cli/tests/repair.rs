@@ -25,10 +25,16 @@ fn holes_are_filled_and_triangles_that_bound_no_solid_are_dropped() {
     let repaired = snowblue(&["repair", words(&input), "-o", words(&output)]);
     let message = String::from_utf8(repaired.stderr).unwrap();
     assert!(repaired.status.success() && message.contains("12 triangles, watertight"), "{message}");
-    assert!(message.contains("2 triangles dropped") && message.contains("1 holes filled"), "{message}");
+    assert!(message.contains("2 triangles dropped") && message.contains("1 hole filled"), "{message}");
     let again = snowblue(&["repair", words(&output), "-o", words(&again)]);
     let message = String::from_utf8(again.stderr).unwrap();
     assert!(message.contains("0 triangles dropped, 0 turned, 0 holes filled"), "{message}");
+    let [stl, from_stl] = ["cube.stl", "of_stl.ply"].map(|name| folder.path().join(name));
+    for (input, output) in [(&output, &stl), (&stl, &from_stl)] {
+        let repaired = snowblue(&["repair", words(input), "-o", words(output)]);
+        let message = String::from_utf8(repaired.stderr).unwrap();
+        assert!(message.contains("12 triangles, watertight (0 vertices merged, 0 triangles dropped"), "{message}");
+    }
 }
 
 #[test]
@@ -45,7 +51,7 @@ fn what_cannot_be_closed_or_written_is_named() {
     std::fs::write(&input, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
     assert_refused(&["repair", words(&input), "-o", words(&output)], &["fins.obj: nothing is inside"]);
     assert!(!output.exists());
-    assert_refused(&["repair", words(&input), "-o", words(&folder.path().join("a.stl"))], &[".ply or .obj"]);
+    assert_refused(&["repair", words(&input), "-o", words(&folder.path().join("a.glb"))], &[".ply, .obj or .stl"]);
     assert_refused(&["repair", words(&folder.path().join("gone.ply")), "-o", words(&output)], &["gone.ply"]);
     assert_refused(&["repair", words(&input), "-o", words(&input)], &["fins.obj"]);
 }

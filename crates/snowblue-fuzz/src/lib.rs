@@ -5,7 +5,7 @@
 
 mod readers;
 
-pub use readers::{axes, exr_sky, exr_sums, gltf, heights, layers, netcdf, obj, ply, png, scene, spectrum_csv};
+pub use readers::{axes, exr_sky, exr_sums, gltf, heights, layers, netcdf, obj, ply, png, scene, spectrum_csv, stl};
 
 /// A reader, by the name of its target and of the folders of its inputs.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +17,7 @@ pub struct Reader {
 }
 
 /// All readers.
-pub const READERS: [Reader; 12] = [
+pub const READERS: [Reader; 13] = [
     Reader { name: "axes", read: axes },
     Reader { name: "exr_sky", read: exr_sky },
     Reader { name: "exr_sums", read: exr_sums },
@@ -30,4 +30,5 @@ pub const READERS: [Reader; 12] = [
     Reader { name: "png", read: png },
     Reader { name: "scene", read: scene },
     Reader { name: "spectrum_csv", read: spectrum_csv },
+    Reader { name: "stl", read: stl },
 ];

@@ -107,6 +107,11 @@ pub fn spectrum_csv(bytes: &[u8]) -> bool {
     build(&format!("{CAMERA}{LIGHT}spectrum = \"file.csv\"\n"), "file.csv", bytes) && is_reflectance
 }
 
+/// An STL mesh.
+pub fn stl(bytes: &[u8]) -> bool {
+    mesh("file.stl", bytes)
+}
+
 /// Reads a mesh, and makes an object of it.
 fn mesh(name: &str, bytes: &[u8]) -> bool {
     let scene = format!(

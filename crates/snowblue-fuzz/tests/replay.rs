@@ -125,3 +125,8 @@ fn damaged_scenes_are_survived() {
 fn damaged_spectra_in_csv_are_survived() {
     replay("spectrum_csv");
 }
+
+#[test]
+fn damaged_stl_files_are_survived() {
+    replay("stl");
+}

@@ -25,6 +25,22 @@ pub fn merged(positions: &[Vec3]) -> Vec<u32> {
     first
 }
 
+/// Keeps the positions that triangles use, in the order in which they use them.
+#[expect(clippy::cast_possible_truncation, reason = "vertex indices have 32 bits")]
+pub fn keep_used(positions: &mut Vec<Vec3>, triangles: &mut [[u32; 3]]) {
+    let mut renumbered = vec![u32::MAX; positions.len()];
+    let mut used = Vec::new();
+    for corner in triangles.iter_mut().flatten() {
+        let new = &mut renumbered[*corner as usize];
+        if *new == u32::MAX {
+            *new = used.len() as u32;
+            used.push(positions[*corner as usize]);
+        }
+        *corner = *new;
+    }
+    *positions = used;
+}
+
 /// A hash of three words, whose upper bits are well mixed (multiplicative hashing, Knuth 1998, *The Art of Computer
 /// Programming* 3, section 6.4).
 fn hash(words: [u32; 3]) -> u64 {
@@ -35,6 +51,13 @@ fn hash(words: [u32; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_used_positions_are_kept() {
+        let (mut positions, mut triangles) = (vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE], [[3, 0, 1], [0, 3, 3]]);
+        keep_used(&mut positions, &mut triangles);
+        assert_eq!((positions, triangles), (vec![Vec3::ONE, Vec3::X, Vec3::Y], [[0, 1, 2], [1, 0, 0]]));
+    }
 
     #[test]
     fn the_first_of_equal_positions_represents_them() {

@@ -12,6 +12,9 @@ mod triangle;
 
 pub mod coincident;
 pub mod grouped;
+
+pub mod edges;
+
 pub mod vertex_normals;
 
 pub mod triangle_mesh;

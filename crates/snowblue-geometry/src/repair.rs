@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::coincident::merged;
+use crate::coincident::{keep_used, merged};
+use crate::edges::visit_edges;
 use crate::topology::Topology;
 use crate::triangle_mesh::TriangleMesh;
 
@@ -39,7 +40,7 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     let before = triangles.clone();
     turn_outwards(&mut triangles, &old_positions);
     let mut filled_holes = Vec::new();
-    for hole in holes(&triangles) {
+    for hole in holes(old_positions.len(), &triangles) {
         filled_holes.push(hole.len());
         triangles.extend(hole[1..].windows(2).map(|pair| [hole[0], pair[0], pair[1]]));
     }
@@ -50,18 +51,9 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
     // A hole around a single triangle is filled by the same triangle.
     let dropped_triangles =
         dropped_triangles + if filled_holes.is_empty() { 0 } else { remove_coincident(&mut filled) };
-    let TriangleMesh { positions: old_positions, indices: mut triangles, .. } = filled;
-    let mut renumbered = BTreeMap::new();
-    let mut positions = Vec::new();
-    for corner in triangles.iter_mut().flatten() {
-        let old = *corner as usize;
-        *corner = *renumbered.entry(old).or_insert_with(|| {
-            positions.push(old_positions[old]);
-            index(positions.len() - 1)
-        });
-    }
+    keep_used(&mut filled.positions, &mut filled.indices);
     RepairedMesh {
-        mesh: TriangleMesh { positions, indices: triangles, ..TriangleMesh::default() },
+        mesh: filled,
         merged_vertices: vertices.iter().enumerate().filter(|&(own, &first)| own != first as usize).count(),
         dropped_triangles,
         turned_triangles,
@@ -71,25 +63,20 @@ pub fn repair(mesh: &TriangleMesh) -> RepairedMesh {
 
 /// Turns triangles so that all of a connected part run the same way around, and that its volume is positive.
 fn turn_outwards(triangles: &mut [[u32; 3]], positions: &[Vec3]) {
-    let mut edges: Vec<(u32, u32, bool, usize)> = Vec::with_capacity(3 * triangles.len());
-    for (number, &[a, b, c]) in triangles.iter().enumerate() {
-        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, number)));
-    }
-    edges.par_sort_unstable();
     // For each triangle its neighbours across edges of two, and whether those run the other way around.
     let mut neighbours = vec![[None; 3]; triangles.len()];
-    let mut link = |from: usize, to: (usize, bool)| {
-        if let Some(place) = neighbours[from].iter_mut().find(|place| place.is_none()) {
-            *place = Some(to);
+    let mut link = |from: u32, to: u32, is_turned: bool| {
+        if let Some(place) = neighbours[from as usize].iter_mut().find(|place| place.is_none()) {
+            *place = Some((to as usize, is_turned));
         }
     };
-    for uses in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
-        if let [first, second] = uses {
-            let is_turned = first.2 == second.2;
-            link(first.3, (second.3, is_turned));
-            link(second.3, (first.3, is_turned));
+    visit_edges(positions.len(), triangles, |sides| {
+        if let [first, second] = sides {
+            let is_turned = first.from == second.from;
+            link(first.triangle, second.triangle, is_turned);
+            link(second.triangle, first.triangle, is_turned);
         }
-    }
+    });
     let middle = positions.iter().map(|position| position.as_dvec3()).sum::<DVec3>() / positions.len().max(1) as f64;
     let mut is_seen = vec![false; triangles.len()];
     for start in 0..triangles.len() {
@@ -176,22 +163,17 @@ pub fn remove_coincident(mesh: &mut TriangleMesh) -> usize {
 }
 
 /// The loops of boundary edges, in the orientation of triangles that fill them.
-fn holes(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
-    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
-    for &[a, b, c] in triangles {
-        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to)));
-    }
-    edges.sort_unstable();
+fn holes(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     // A filling triangle runs along a boundary edge in the opposite direction of the existing triangle.
     let mut next = BTreeMap::new();
     let mut forks = Vec::new();
-    for uses in edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)).filter(|uses| uses.len() == 1) {
-        let (low, high, forward) = uses[0];
-        let (from, to) = if forward { (high, low) } else { (low, high) };
-        if next.insert(from, to).is_some() {
-            forks.push(from);
+    visit_edges(vertices, triangles, |sides| {
+        if let [side] = sides
+            && next.insert(side.to, side.from).is_some()
+        {
+            forks.push(side.to);
         }
-    }
+    });
     let mut holes = Vec::new();
     while let Some((start, mut at)) = next.pop_first() {
         let mut hole = vec![start];
@@ -205,14 +187,6 @@ fn holes(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
         }
     }
     holes
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "there are no more vertices than before, and those had 32-bit indices"
-)]
-fn index(index: usize) -> u32 {
-    index as u32
 }
 
 #[cfg(test)]

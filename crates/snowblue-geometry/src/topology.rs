@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::coincident::merged;
-use crate::grouped::Grouped;
+use crate::edges::{Side, visit_edges};
 use crate::triangle_mesh::TriangleMesh;
 
 /// Counts of triangles, vertices and edges by kind.
@@ -44,20 +44,14 @@ impl Topology {
             (q - p).cross(r - p) == DVec3::ZERO
         };
         topology.degenerate_triangles = (0..mesh.indices.len()).into_par_iter().filter(is_degenerate).count();
-        let triangles = mesh.indices.iter().map(|indices| indices.map(|index| vertices[index as usize]));
-        let edges = triangles.filter(|[a, b, c]| a != b && b != c && c != a).flat_map(|[a, b, c]| {
-            // By the lower vertex: the higher one, and the direction.
-            [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), (from.max(to), from < to)))
-        });
-        Grouped::new(vertices.len(), edges).visit_mut(|edges| {
-            edges.sort_unstable();
-            for uses in edges.chunk_by(|one, other| one.0 == other.0) {
-                topology.open_edges += usize::from(uses.len() == 1);
-                topology.shared_edges += usize::from(uses.len() > 2);
-                topology.odd_shared_edges += usize::from(uses.len() > 2 && uses.len() % 2 == 1);
-                topology.most_of_an_edge = topology.most_of_an_edge.max(uses.len());
-                topology.reversed_edges += usize::from(uses.len() == 2 && uses[0].1 == uses[1].1);
-            }
+        let triangles: Vec<[u32; 3]> =
+            mesh.indices.iter().map(|indices| indices.map(|index| vertices[index as usize])).collect();
+        visit_edges(vertices.len(), &triangles, |sides: &[Side]| {
+            topology.open_edges += usize::from(sides.len() == 1);
+            topology.shared_edges += usize::from(sides.len() > 2);
+            topology.odd_shared_edges += usize::from(sides.len() > 2 && sides.len() % 2 == 1);
+            topology.most_of_an_edge = topology.most_of_an_edge.max(sides.len());
+            topology.reversed_edges += usize::from(sides.len() == 2 && sides[0].from == sides[1].from);
         });
         topology
     }

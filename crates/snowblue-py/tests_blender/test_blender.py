@@ -410,7 +410,7 @@ def test_errors_say_what_to_do(scene):
     opened.from_mesh(thing.data)
     bmesh.ops.delete(opened, geom=[opened.faces[:][0]], context="FACES_ONLY")
     opened.to_mesh(thing.data)
-    assert "'block'" in error_of() and "open edges" in error_of()
+    assert "'block'" in error_of() and "open edges" in error_of() and "snowblue repair" in error_of()
     # Nothing is hidden, and nothing left behind.
     assert not thing.hide_viewport and len(bpy.data.objects) == 2 and len(bpy.data.meshes) == 1
     thing.data.clear_geometry()

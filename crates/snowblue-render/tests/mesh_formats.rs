@@ -9,10 +9,11 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3, Vec3A};
 use snow::{SNOW, directions};
-use snowblue_geometry::mesh_files::read_mesh_file;
+use snowblue_geometry::mesh_files::{read_mesh_file, stl_bytes};
 use snowblue_geometry::ray::Ray;
 use snowblue_geometry::triangle_mesh::TriangleMesh;
 use snowblue_render::scene::Scene;
+use snowblue_render::scene::inspection::inspect;
 
 /// An irregular octahedron with texture coordinates, oriented outwards.
 fn stone() -> TriangleMesh {
@@ -167,6 +168,25 @@ fn every_format_gives_the_same_hits_and_texture_coordinates() {
     }
 }
 
+#[test]
+fn snow_from_stl_is_closed_and_has_the_same_hits() {
+    let folder = Folder::new();
+    folder.write("stone.stl", &stl_bytes(&stone()));
+    let of = |file: &str| {
+        let object = format!("[[object]]\nmesh = \"{file}\"\nsmooth = false\nmaterial = \"snow\"\n");
+        folder.load(&format!("{CAMERA}{SNOW}{object}")).unwrap()
+    };
+    let (from_ply, from_stl) = (of("stone.ply"), of("stone.stl"));
+    let [inspection] = &inspect(&from_stl)[..] else { panic!("one object") };
+    assert!(inspection.is_watertight(), "{inspection:?}");
+    assert_eq!(inspection.topology.merged_vertices, 0);
+    for direction in directions(100) {
+        let ray = Ray { origin: -2.0 * direction, direction };
+        let [one, two] = [&from_ply, &from_stl].map(|scene| scene.objects().first_hit(&ray).unwrap());
+        assert_eq!((one.point, one.normal), (two.point, two.normal));
+    }
+}
+
 /// A triangle with slanted normals, as PLY, OBJ and glTF; the glTF has y up.
 fn triangle_with_normals(folder: &Folder) {
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -272,9 +292,9 @@ fn malformed_meshes_are_errors_in_one_line() {
         assert!(message.contains(expected) && message.contains("broken.glb: "), "{message}");
         assert!(!message.contains('\n'), "{message}");
     }
-    folder.write("stone.stl", b"solid");
-    let message = read_mesh_file(&folder.path().join("stone.stl"), None).unwrap_err().to_string();
-    assert!(message.contains("\"stl\""), "{message}");
+    folder.write("stone.3ds", b"MM");
+    let message = read_mesh_file(&folder.path().join("stone.3ds"), None).unwrap_err().to_string();
+    assert!(message.contains("\"3ds\", but must be ply, obj, stl, gltf or glb"), "{message}");
     let message = read_mesh_file(&folder.path().join("stone.glb"), Some("tree")).unwrap_err().to_string();
     assert!(message.contains("\"tree\""), "{message}");
 }

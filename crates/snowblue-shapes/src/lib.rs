@@ -16,6 +16,8 @@ mod quadtree;
 mod sheet;
 pub mod terrain;
 
+mod refinement;
+mod segments;
 pub mod snow_on_mesh;
 
 pub mod carved;

@@ -107,12 +107,21 @@ impl DepthImage {
         Self { values, range_m, first: DVec2::ZERO, span }
     }
 
+    /// The greatest depth in m.
+    pub fn greatest_m(&self) -> f64 {
+        self.values.values().iter().map(|value| self.depth_m(f64::from(*value))).fold(0.0, f64::max)
+    }
+
+    fn depth_m(&self, value: f64) -> f64 {
+        let [from_m, to_m] = self.range_m;
+        from_m + value * (to_m - from_m)
+    }
+
     /// The depth in m at a fraction of the way from left to right and from near to far.
     pub fn at(&self, uv: DVec2) -> f64 {
         let most = DVec2::new((self.values.columns() - 1) as f64, (self.values.rows() - 1) as f64);
         let place = self.first + DVec2::new(uv.x, 1.0 - uv.y) * self.span;
-        let [from_m, to_m] = self.range_m;
-        from_m + self.values.at(place.clamp(DVec2::ZERO, most)) * (to_m - from_m)
+        self.depth_m(self.values.at(place.clamp(DVec2::ZERO, most)))
     }
 }
 

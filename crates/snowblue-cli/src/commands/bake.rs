@@ -12,7 +12,7 @@ use snowblue_render::scene::description::BOUNCES;
 use snowblue_render::{Integrator, SceneDescription};
 
 use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
-use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path, print_message};
+use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path, print_notes};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
 #[derive(Debug, Args)]
@@ -90,10 +90,7 @@ impl Bake {
         self.light_field.override_values(light_field);
         let scene = file.build().map_err(Failure::input)?;
         let integrator = Integrator::prepare(&scene).map_err(|error| Failure::input(error.located(&file)))?;
-        if !quiet {
-            let notes = integrator.notes().iter();
-            notes.for_each(|note| print_message(&format!("{}: {note}\n", self.output.display())));
-        }
+        print_notes(quiet, integrator.notes().iter().map(|note| format!("{}: {note}", self.output.display())));
         let provenance = integrator.provenance();
         let baked = self.bake(&integrator, quiet)?;
         match format {

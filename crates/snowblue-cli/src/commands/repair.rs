@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::mesh_files::gltf::Y_UP_TO_Z_UP;
-use snowblue_geometry::mesh_files::{is_y_up, obj_text, ply_bytes, read_mesh_file};
+use snowblue_geometry::mesh_files::{is_y_up, obj_text, ply_bytes, read_mesh_file, stl_bytes};
 use snowblue_geometry::repair::{RepairedMesh, repair};
 use snowblue_geometry::topology::{Topology, volume};
+use snowblue_geometry::triangle_mesh::TriangleMesh;
 
-use crate::output::{Failure, Outcome, check_not_input, check_path, ending, output_path, print_message, write_file};
+use crate::output::{Failure, Outcome, check_not_input, check_path, ending, output_path, print_notes, write_file};
 
 /// Least volume of a solid, in cubes of the diagonal of its bounds. That of a sheet is rounding.
 const LEAST_VOLUME: f64 = 1e-9;
@@ -28,10 +29,10 @@ Examples:
   snowblue repair scan.ply -o closed.ply
   snowblue repair model.glb --part body -o body.obj")]
 pub(crate) struct Repair {
-    /// Mesh: .ply, .obj, .gltf or .glb
+    /// Mesh: .ply, .obj, .stl, .gltf or .glb
     #[arg(value_name = "MESH")]
     input: PathBuf,
-    /// File to write: .ply (binary) or .obj
+    /// File to write: .ply (binary), .obj or .stl (binary)
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
     /// Object or group of an .obj, or node or mesh of a glTF, instead of all
@@ -42,10 +43,11 @@ pub(crate) struct Repair {
 impl Repair {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
         let (input, output) = (self.input.display(), self.output.display());
-        let is_ply = match &*ending(&self.output, "ply") {
-            "ply" => true,
-            "obj" => false,
-            _ => return Err(Failure::Input(format!("{output}: the repaired mesh must end in .ply or .obj"))),
+        let content: fn(&TriangleMesh) -> Vec<u8> = match &*ending(&self.output, "ply") {
+            "ply" => ply_bytes,
+            "obj" => |mesh| obj_text(mesh).into_bytes(),
+            "stl" => stl_bytes,
+            _ => return Err(Failure::Input(format!("{output}: the repaired mesh must end in .ply, .obj or .stl"))),
         };
         check_not_input(&self.input, &self.output)?;
         check_path(&self.output)?;
@@ -53,7 +55,8 @@ impl Repair {
         if is_y_up(&self.input) {
             mesh.positions.iter_mut().for_each(|position| *position = (Y_UP_TO_Z_UP * position.as_dvec3()).as_vec3());
         }
-        let RepairedMesh { mesh, merged_vertices, dropped_triangles, turned_triangles, filled_holes } = repair(&mesh);
+        let RepairedMesh { mesh, merged_vertices, dropped_triangles, turned_triangles: turned, filled_holes } =
+            repair(&mesh);
         let topology = Topology::of(&mesh);
         if !topology.is_closed() {
             let Topology { open_edges, odd_shared_edges, .. } = topology;
@@ -65,15 +68,22 @@ impl Repair {
         if mesh.indices.is_empty() || volume(&mesh) < LEAST_VOLUME * f64::from(size).powi(3) {
             return Err(Failure::Input(format!("{input}: nothing is inside: the triangles are sheets")));
         }
-        write_file(&self.output, &if is_ply { ply_bytes(&mesh) } else { obj_text(&mesh).into_bytes() })?;
-        if !quiet {
-            print_message(&format!(
-                "{output}: {} triangles, watertight ({merged_vertices} vertices merged, {dropped_triangles} triangles \
-                 dropped, {turned_triangles} turned, {} holes filled)\n",
-                topology.triangles,
-                filled_holes.len()
-            ));
-        }
+        write_file(&self.output, &content(&mesh))?;
+        let all = counted(topology.triangles, "triangle", "triangles");
+        let merged = counted(merged_vertices, "vertex", "vertices");
+        let dropped = counted(dropped_triangles, "triangle", "triangles");
+        let filled = counted(filled_holes.len(), "hole", "holes");
+        print_notes(
+            quiet,
+            [format!(
+                "{output}: {all}, watertight ({merged} merged, {dropped} dropped, {turned} turned, {filled} filled)"
+            )],
+        );
         Ok(())
     }
+}
+
+/// A number of things, in the singular or plural.
+fn counted(count: usize, singular: &str, plural: &str) -> String {
+    format!("{count} {}", if count == 1 { singular } else { plural })
 }

@@ -19,4 +19,4 @@ pub(crate) use picture_file::{IDLE_EXPOSURE, PictureFile, PictureFormat, SCENE_N
 pub(crate) use printable::printable;
 pub(crate) use progress::Progress;
 pub(crate) use report::{Format, OutputOptions};
-pub(crate) use terminal::{print, print_message};
+pub(crate) use terminal::{print, print_message, print_notes};

@@ -1,5 +1,6 @@
 //! Standard output and standard error.
 
+use std::fmt::Display;
 use std::io::{self, Write as _};
 
 /// Prints results to stdout. A closed pipe is not an error.
@@ -17,6 +18,13 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
 /// The error of text that stdout does not take.
 pub(crate) fn unprinted(error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the standard output cannot be written: {error}"))
+}
+
+/// Prints notes to stderr, a line each, unless `quiet`: what a result needs to be read rightly, and what was changed.
+pub(crate) fn print_notes(quiet: bool, notes: impl IntoIterator<Item = impl Display>) {
+    if !quiet {
+        notes.into_iter().for_each(|note| print_message(&format!("{note}\n")));
+    }
 }
 
 /// Prints messages to stderr, and ignores errors: results do not depend on them.

@@ -1,8 +1,9 @@
-//! Mesh files: PLY, Wavefront OBJ, glTF 2.0 and GLB, chosen by file extension.
+//! Mesh files: PLY, Wavefront OBJ, STL, glTF 2.0 and GLB, chosen by file extension.
 
 pub mod gltf;
 mod obj;
 mod ply;
+mod stl;
 
 use std::path::Path;
 
@@ -13,11 +14,15 @@ use crate::triangle_mesh::TriangleMesh;
 
 pub use obj::obj_text;
 pub use ply::ply_bytes;
+pub use stl::stl_bytes;
+
+/// The extensions of mesh files.
+pub const MESH_EXTENSIONS: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
 
 /// Reads a mesh file, in the file's own unit and axes. The node transforms of a glTF are applied.
 ///
 /// `part` selects a part by name: an object or group of an OBJ file, or a node or mesh of a glTF with its descendants.
-/// PLY files have no parts.
+/// PLY and STL files have no parts.
 ///
 /// # Errors
 ///
@@ -38,16 +43,25 @@ pub fn read_mesh_from(files: &dyn FileSource, name: &str, part: Option<&str>) ->
     let wrong = |reason: String| FileError::Content { path: path.clone(), reason };
     let mesh = match extension(&path).as_str() {
         "ply" if part.is_some() => return Err(wrong("a PLY file has no parts".into())),
+        "stl" if part.is_some() => return Err(wrong("an STL file has no parts".into())),
         "ply" => {
             check_formats(&path)?;
             ply::read(&NamedFile::read(files, name)?)?
         }
         "obj" => obj::read(&NamedFile::read(files, name)?, part)?,
+        "stl" => {
+            check_formats(&path)?;
+            stl::read(&NamedFile::read(files, name)?)?
+        }
         "gltf" | "glb" => {
             check_formats(&path)?;
             GltfFile::read(files, name)?.mesh(part)?
         }
-        other => return Err(wrong(format!("the extension is \"{other}\", but must be ply, obj, gltf or glb"))),
+        other => {
+            let [others @ .., last] = MESH_EXTENSIONS;
+            let others = others.join(", ");
+            return Err(wrong(format!("the extension is \"{other}\", but must be {others} or {last}")));
+        }
     };
     check(&mesh).map_err(wrong)?;
     Ok(mesh)

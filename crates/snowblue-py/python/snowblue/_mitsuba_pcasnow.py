@@ -453,7 +453,8 @@ def _check_closed(name: str, vertices: np.ndarray, triangles: np.ndarray) -> Non
     odd = int((counts % 2).sum())
     if odd:
         raise ValueError(
-            f"shape '{name}' is open: {odd} of its edges have an odd number of triangles, but must have an even one"
+            f"shape '{name}' is open: {odd} of its edges have an odd number of triangles, but must have an even one; "
+            "`snowblue repair` closes holes"
         )
 
 

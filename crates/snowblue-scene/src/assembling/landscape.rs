@@ -346,8 +346,9 @@ fn snow_on_mesh_file(
             if let Some(value) = values.iter().find(|value| !value.is_finite()) {
                 return Err(path.error(format!("is {value} at a vertex, but must be finite")).into());
             }
-            let depth_m = |vertex: usize, _| from_m + f64::from(values[vertex]) * (to_m - from_m);
-            snow_on_mesh(&mesh, gap_m, |vertex, uv| at_least(depth_m(vertex, uv), least_m))
+            let depth_m = |value: f32| at_least(from_m + f64::from(value) * (to_m - from_m), least_m);
+            let most_m = values.iter().map(|value| depth_m(*value)).fold(0.0, f64::max);
+            snow_on_mesh(mesh, gap_m, most_m, |mesh, vertex| depth_m(mesh.attributes[attribute][vertex]))
         }
         DepthDescription::Texture { texture, .. } if mesh.uv.is_empty() => {
             let reason = format!("is \"{texture}\", but {file} has no texture coordinates");
@@ -356,9 +357,10 @@ fn snow_on_mesh_file(
         DepthDescription::Texture { texture, range } => {
             let path = path.key("depth").key("texture");
             let image = depth_of_grid(&path, texture, read_grid(&path, texture, sources)?, *range)?;
-            snow_on_mesh(&mesh, gap_m, |_, uv| at_least(image.at(uv), least_m))
+            let depth_m = |mesh: &TriangleMesh, vertex: usize| at_least(image.at(mesh.uv[vertex].as_dvec2()), least_m);
+            snow_on_mesh(mesh, gap_m, image.greatest_m(), depth_m)
         }
-        DepthDescription::Uniform(depth_m) => snow_on_mesh(&mesh, gap_m, |_, _| *depth_m),
+        DepthDescription::Uniform(depth_m) => snow_on_mesh(mesh, gap_m, *depth_m, |_, _| *depth_m),
     };
     Ok(solid.map_err(wrong)?)
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use snowblue_base::files::extension;
+use snowblue_geometry::mesh_files::MESH_EXTENSIONS;
 
 use super::value::{UpAxis, numbers, some_numbers};
 
@@ -138,7 +139,7 @@ pub enum GroundSource {
     },
     /// A mesh; snow lies on all its faces that look upwards.
     Mesh {
-        /// A PLY, OBJ, glTF or GLB file.
+        /// A PLY, OBJ, STL, glTF or GLB file.
         ground: String,
         /// As that of a mesh.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -241,7 +242,7 @@ impl TryFrom<SnowpackKeys> for SnowpackDescription {
             crop: keys.crop,
             tolerance: keys.tolerance,
         };
-        let is_mesh = |name: &String| ["ply", "obj", "gltf", "glb"].contains(&extension(name.as_ref()).as_str());
+        let is_mesh = |name: &String| MESH_EXTENSIONS.contains(&extension(name.as_ref()).as_str());
         let ground = match (ground, heights) {
             (Some(ground), None) if is_mesh(&ground) => {
                 if grid != GridSettings::default() {

@@ -205,7 +205,7 @@ impl Default for IglooDescription {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshDescription {
-    /// A PLY, OBJ, glTF or GLB file.
+    /// A PLY, OBJ, STL, glTF or GLB file.
     pub mesh: String,
     /// An object or group of an OBJ file, or a node or mesh of a glTF; the whole file if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -52,8 +52,8 @@
 //!                          #   seam_depth = wall / 4, seam_width = 0.05, seed = 1;
 //!                          # shape = "carved": cell, rounding = 0, relief = 0, relief_length = 0.3, seed = 1, and
 //!                          #   below it [[object.add]] and [[object.remove]];
-//!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.glb" | "FILE.gltf": part, up = "y" | "z",
-//!                          #   smooth = true
+//!                          # or mesh = "FILE.ply" | "FILE.obj" | "FILE.stl" | "FILE.glb" | "FILE.gltf": part,
+//!                          #   up = "y" | "z", smooth = true
 //!                          # scale = 1 or [1, 1, 1], position = [0, 0, 0], rotation_deg = [0, 0, 0], material, body
 //! [[object.imprint]]       # into heights, drift, and snowpack on heights:
 //!                          # type = "hole": position = [x, y], radius, depth, taper_deg = 2, rim = 0,

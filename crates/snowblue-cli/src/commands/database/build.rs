@@ -10,7 +10,7 @@ use snowblue_database::{Axes, Quantity, Table};
 
 use super::filling::{Filled, Filling};
 use crate::options::{Compression, GivenOptions};
-use crate::output::{Failure, Outcome, check_table_path, output_path, print_message};
+use crate::output::{Failure, Outcome, check_table_path, output_path, print_notes};
 
 /// Fill a table and write it as NetCDF
 #[derive(Debug, Args)]
@@ -59,9 +59,7 @@ impl Build {
             let noise = table.errors.as_ref().map_or(String::new(), |errors| describe_errors(&table, errors));
             format!("{} curves{kept}, {times}{noise}", table.axes.curves())
         };
-        if !quiet {
-            print_message(&format!("{}: {summary}\n", self.output.display()));
-        }
+        print_notes(quiet, [format!("{}: {summary}", self.output.display())]);
         Ok(())
     }
 }

@@ -15,7 +15,7 @@ use snowblue_render::Exposure;
 use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{
     Failure, IDLE_EXPOSURE, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
-    print_message,
+    print_notes,
 };
 use pictures::merge_pictures;
 
@@ -81,9 +81,7 @@ impl Merge {
             PartKind::Picture => self.merge_pictures(),
             PartKind::Table => self.merge_shards(),
         }?;
-        if !quiet {
-            print_message(&format!("{}: {summary}\n", self.output.display()));
-        }
+        print_notes(quiet, [format!("{}: {summary}", self.output.display())]);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use snowblue_figures::{Cell, DataTable};
 use snowblue_render::Scene;
 use snowblue_render::scene::inspection::{Inspection, inspect};
 
-use crate::output::{Failure, Outcome, OutputOptions, print_message, printable};
+use crate::output::{Failure, Outcome, OutputOptions, print_notes, printable};
 
 const COLUMNS: [&str; 16] = [
     "object",
@@ -27,9 +27,7 @@ const COLUMNS: [&str; 16] = [
 
 /// Reports every object, and fails if snow is not watertight.
 pub(super) fn check(scene: &Scene, output: &OutputOptions, quiet: bool) -> Outcome {
-    if !quiet {
-        scene.notes().iter().for_each(|note| print_message(&format!("{note}\n")));
-    }
+    print_notes(quiet, scene.notes());
     let found = inspect(scene);
     let rows = found.iter().enumerate().map(|(index, object)| row(index, object)).collect();
     let metadata = vec![("sizes", "m".to_owned()), ("shared edges", "of more than two triangles".to_owned())];
@@ -39,7 +37,10 @@ pub(super) fn check(scene: &Scene, output: &OutputOptions, quiet: bool) -> Outco
     if open.is_empty() {
         return Ok(());
     }
-    Err(Failure::Work(format!("snow is not watertight, which makes depths wrong: {}", open.join(", "))))
+    Err(Failure::Work(format!(
+        "snow is not watertight, which makes depths wrong: {}; `snowblue repair` closes holes",
+        open.join(", ")
+    )))
 }
 
 fn row(index: usize, object: &Inspection) -> Vec<Cell> {

@@ -11,7 +11,7 @@ use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, Scene};
 use super::interrupt;
 use super::preview::Preview;
 use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message};
+use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message, print_notes};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
@@ -44,7 +44,7 @@ impl RenderJob<'_> {
             None => accumulator(self.scene(), self.aovs, &self.target.window()),
         };
         if self.is_finished(&sums) {
-            self.print_note(&format!("{}: already has all of these samples\n", self.file.path.display()));
+            self.print_note(&format!("{}: already has all of these samples", self.file.path.display()));
             return Ok(());
         }
         interrupt::listen(&self.file.path)?;
@@ -113,7 +113,7 @@ impl RenderJob<'_> {
                 && let Err(error) = preview.show(sums)
             {
                 self.preview = None;
-                self.print_note(&format!("the preview has stopped: {error}\n"));
+                self.print_note(&format!("the preview has stopped: {error}"));
             }
             if let (Some(at), Some(every)) = (next_checkpoint, self.checkpoint)
                 && Instant::now() >= at
@@ -147,12 +147,12 @@ impl RenderJob<'_> {
         if *odd_depth_lines > 0 {
             self.print_note(&format!(
                 "{odd_depth_lines} of {depth_lines} lines through snow crossed its surface an odd number of times: a \
-                 mesh is open (see --check)\n"
+                 mesh is open (--check says which, and `snowblue repair` closes holes)"
             ));
         }
         if *unusable_samples > 0 {
             self.print_note(&format!(
-                "{unusable_samples} samples count as black: their radiance is not finite, or above 2.8e8 W m⁻² sr⁻¹\n"
+                "{unusable_samples} samples count as black: their radiance is not finite, or above 2.8e8 W m⁻² sr⁻¹"
             ));
         }
     }
@@ -167,9 +167,7 @@ impl RenderJob<'_> {
         format!("interrupted: {path} has {samples} of {asked} samples per pixel; {next}")
     }
 
-    fn print_note(&self, text: &str) {
-        if !self.quiet {
-            print_message(text);
-        }
+    fn print_note(&self, note: &str) {
+        print_notes(self.quiet, [note]);
     }
 }

@@ -24,7 +24,7 @@ use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
     Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
-    output_path, print, print_message,
+    output_path, print, print_notes,
 };
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -204,8 +204,8 @@ impl Render {
         let preparation = Preparation { table: table.as_ref(), earlier: None };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
-        let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator)).filter(|_| !quiet);
-        notes.for_each(|note| print_message(&format!("{}: {note}\n", output.display())));
+        let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator));
+        print_notes(quiet, notes.map(|note| format!("{}: {note}", output.display())));
         let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
@@ -355,9 +355,8 @@ impl Render {
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
         let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
-        if let Some(needed_mib) = needed_mib.filter(|_| !quiet) {
-            print_message(&format!("{}: the pixels take {needed_mib} MiB of memory\n", file.path.display()));
-        }
+        let path = file.path.display();
+        print_notes(quiet, needed_mib.map(|mib| format!("{path}: the pixels take {mib} MiB of memory")));
         Ok(())
     }
 
