@@ -353,8 +353,8 @@ impl PixelSums<'_> {
         narrow(quotient(self.sums[offset], self.sums[count]))
     }
 
-    /// Variance of a mean, by the offset of the sum of squares; of one sample its square. Infinite if the sum of squares
-    /// is saturated.
+    /// Variance of a mean, by the offset of the sum of squares; of one sample its square. Infinite if the sum of
+    /// squares is saturated.
     pub(crate) fn variance_of_mean(&self, squares: usize, mean: f64) -> f32 {
         if self.sums[squares] == i128::MAX {
             return f32::INFINITY;

@@ -1,8 +1,8 @@
 //! Arbitrary output variables (AOVs): values of a pixel beside its colour, and the layout of the sums that they need.
 //!
 //! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance` the
-//! sums of squares of red, green and blue; with `residual` those of [`ResidualLayout`]; and for each `Aov` the number of
-//! samples that have it, then the sums of its values.
+//! sums of squares of red, green and blue; with `residual` those of [`ResidualLayout`]; and for each `Aov` the number
+//! of samples that have it, then the sums of its values.
 
 use std::fmt;
 use std::str::FromStr;
@@ -26,7 +26,8 @@ pub struct Aovs {
     pub angle: bool,
     /// Fraction of the samples that see a lamp or the sun directly. Automatic exposure leaves such pixels out.
     pub emitter: bool,
-    /// The sums that the [filter of random walks](crate::film::residual_filter) needs. They are no channels of an image.
+    /// The sums that the [filter of random walks](crate::film::residual_filter) needs. They are no channels of an
+    /// image.
     pub residual: bool,
 }
 

@@ -19,8 +19,8 @@ use crate::film::residual_filter::Filtered;
 const FEWEST_SAMPLES: u32 = 32;
 const FEWEST_FILTERED_SAMPLES: u32 = 16;
 
-/// Whether each pixel of the window needs no further samples: its relative noise is not above `target`. A black pixel is
-/// never done: rare paths may still find light.
+/// Whether each pixel of the window needs no further samples: its relative noise is not above `target`. A black pixel
+/// is never done: rare paths may still find light.
 pub(crate) fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
     let (noise, fewest): (Vec<f32>, u32) = match Filtered::new(film) {
@@ -114,8 +114,8 @@ mod tests {
 
     #[test]
     fn a_pixel_is_done_once_its_noise_is_below_the_target() {
-        // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which takes
-        // its variance for twice as much.
+        // The standard error of 64 samples of spread 0.4 is 0.05. One pixel has no neighbours for the filter, which
+        // takes its variance for twice as much.
         for (residual, above) in [(false, 0.06), (true, 0.08)] {
             assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
             assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);

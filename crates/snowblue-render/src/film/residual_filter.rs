@@ -7,8 +7,8 @@
 //! Sewtz, Hanika & Lensch 2010, *Edge-avoiding à-trous wavelet transform for fast global illumination filtering*, HPG).
 //!
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
-//! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual
-//! is below [`TARGET`] of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
+//! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
+//! below [`TARGET`] of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
 //! the picture converges to that of the walks alone.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
@@ -246,8 +246,8 @@ impl Filter {
         Level { residual, luminance }
     }
 
-    /// Variances relative to the square of the reading, averaged over the nearest pixels: those of few samples are noisy
-    /// themselves. The mean is geometric, so that a noisy edge does not count for the even snow beside it.
+    /// Variances relative to the square of the reading, averaged over the nearest pixels: those of few samples are
+    /// noisy themselves. The mean is geometric, so that a noisy edge does not count for the even snow beside it.
     fn with_smooth_variances(&self, luminance: &[Luminance]) -> Vec<Luminance> {
         let log_errors: Vec<f32> = luminance.iter().map(|luminance| luminance.error().max(LEAST_ERROR).ln()).collect();
         let smooth = |(pixel, own): (usize, &Luminance)| {

@@ -5,8 +5,8 @@
 //! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops, white = "D65" or "sky",
 //!                          # false_color = { red_nm, green_nm, blue_nm }
-//! [integrator]             # samples_per_pixel = 64, noise_target, max_bounces = 8, seed = 1, type = "hybrid" |
-//!                          # "diffusion" | "pcasnow" | "reference"
+//! [integrator]             # samples_per_pixel = 64, noise_target, filter = true, max_bounces = 8, seed = 1,
+//!                          # type = "hybrid" | "diffusion" | "pcasnow" | "reference"
 //! [integrator.pcasnow]     # path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else that of the curves),
 //!                          #   table = "FILE.nc" (else the embedded one)
