@@ -19,8 +19,8 @@
 //!
 //! A sample depends on the scene, its pixel and its number alone, and a [`FilmAccumulator`] does not depend on the
 //! order of the samples. So an image has the same bits on any number of threads, in one run or several, from one file
-//! or from parts. With a noise target, parts and runs that stop at other samples decide apart which pixels are done,
-//! and only the number of threads does not matter.
+//! or from parts. With a noise target, parts decide apart which pixels are done, and so do runs that resume from a
+//! file; only the number of threads and interrupts of one run do not matter.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,7 +33,7 @@ use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
 use crate::film::aov::Aovs;
 use crate::film::image_file::write_png;
-use crate::film::noise::{done_pixels, repeat};
+use crate::film::noise::{decide, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
@@ -175,6 +175,9 @@ pub fn render_missing(
     while start < target.samples.end && !(control.stop)() {
         let end = pass_end(start, per_pass);
         let pass = SampleBlock { samples: target.samples.start..end.min(target.samples.end), ..target.clone() };
+        if let Some(noise) = integrator.scene().integrator().noise_target {
+            decide(accumulator, target, start - target.samples.start, noise);
+        }
         statistics = statistics.plus(render_pass(RowRenderer { integrator }, &pass, accumulator, control));
         start = end;
     }
@@ -212,13 +215,7 @@ fn render_pass(
     control: RenderControl,
 ) -> Statistics {
     let (aovs, window) = (accumulator.aovs(), accumulator.window().clone());
-    let noise_target = renderer
-        .integrator
-        .scene()
-        .integrator()
-        .noise_target
-        .filter(|_| pass.samples.start < pass.samples.end && !accumulator.is_empty());
-    let done = noise_target.map(|target| done_pixels(accumulator, target)).unwrap_or_default();
+    let done = std::mem::take(&mut accumulator.decision.done);
     let rows = accumulator.par_rows_mut(pass).map(|row| {
         let has_all = row.counts.iter().all(|count| *count >= range_length(&pass.samples));
         if has_all || (control.stop)() {
@@ -230,7 +227,9 @@ fn render_pass(
         (control.progress)(Progress { samples_done, samples: samples_done });
         statistics
     });
-    rows.reduce(Statistics::default, Statistics::plus)
+    let statistics = rows.reduce(Statistics::default, Statistics::plus);
+    accumulator.decision.done = done;
+    statistics
 }
 
 /// Renders rows of an image.
@@ -295,7 +294,8 @@ impl RowRenderer<'_> {
     }
 }
 
-/// Mean radiance of one pixel, in W m⁻² sr⁻¹ as a band density, from the same samples as in the image.
+/// Mean radiance of one pixel, in W m⁻² sr⁻¹ as a band density, from the same samples as in the image, without the
+/// filter of random walks.
 pub fn pixel_radiance(integrator: &Integrator, pixel: PixelPosition) -> Spectrum {
     let scene = integrator.scene();
     let (mut tracer, mut sum) = (integrator.tracer(false), Spectrum::ZERO);

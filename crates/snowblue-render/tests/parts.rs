@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
-use snow::{SNOW, analytic_table, computed_table, prepared, scene, scene_by};
+use snow::{SNOW, analytic_table, camera_of, computed_table, prepared, scene, scene_by};
 use snowblue_color::LinearRgb;
 use snowblue_render::Exposure;
 use snowblue_render::film::Film;
@@ -18,6 +18,7 @@ use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::film::resumable_file::{self, ResumableImage, ResumeData};
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
+use snowblue_render::scene::file::SceneFile;
 use snowblue_render::scene::film::ImageSize;
 use snowblue_render::{FilmAccumulator, Integrator, SampleBlock};
 
@@ -123,6 +124,36 @@ fn filtered_parts_are_the_filtered_image() {
                 assert!((f64::from(channels[name][k]) - value).abs() <= 1e-6 * value.abs(), "{name} of pixel {k}");
             }
         }
+    }
+}
+
+/// Which pixels are done is decided at the start of a pass, and holds when it goes on after an interrupt.
+#[test]
+fn a_noise_target_does_not_depend_on_threads_and_interrupts() {
+    let (text, _) = TEXT.rsplit_once("[[light]]").unwrap();
+    let with_target = |key: &str| {
+        let settings = camera_of("hybrid").replace("[integrator]", &format!("[integrator]\n{key}"));
+        let file = SceneFile::parse(format!("{settings}{SNOW}{text}"), Path::new("block.toml")).unwrap();
+        let mut scene = file.build().unwrap();
+        scene.set_image_size(ImageSize { width: 23, height: 17 });
+        scene.set_samples_per_pixel(40);
+        prepared(&scene, None)
+    };
+    let (integrator, without) = (with_target("noise_target = 0.02"), with_target(""));
+    let target = all_samples(integrator.scene());
+    let at_once = sums_of(&integrator, Aovs::default(), &target);
+    let all = sums_of(&without, Aovs::default(), &target);
+    assert!(all.film() != at_once.film(), "some pixels are done before all samples");
+    for (threads, questions) in [(1, 13), (3, 150)] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut sums = accumulator(integrator.scene(), Aovs::default(), &target.window());
+        while sums.missing_count(&target) > 0 {
+            let asked = AtomicU32::new(0);
+            let stop = || asked.fetch_add(1, Ordering::Relaxed) > questions;
+            let control = RenderControl { stop: &stop, ..RenderControl::default() };
+            pool.install(|| render_missing(&integrator, &target, &mut sums, control));
+        }
+        assert!(sums == at_once, "{threads} threads, {questions} questions");
     }
 }
 

@@ -28,6 +28,9 @@ const EDGE_OF_REACH: f64 = 1e-6;
 /// of a straight edge beside it.
 const NONE_OF_DEPTH: f64 = 1e-3;
 
+/// The error of a mesh without snow.
+const NO_SNOW: &str = "has no snow anywhere";
+
 /// Most triangles that snow lies on after sides are split.
 const MOST_TRIANGLES: usize = 2_000_000;
 
@@ -49,6 +52,9 @@ pub fn snow_on_mesh(
     if ground.indices.is_empty() {
         return Err("has no face that looks upwards".to_owned());
     }
+    if most_m <= 0.0 {
+        return Err(NO_SNOW.to_owned());
+    }
     split_sides(&mut ground, &edges, most_m)?;
     let vertex = |(number, position): (usize, &Vec3)| {
         let uv = ground.uv.get(number).copied().unwrap_or(Vec2::ZERO);
@@ -64,7 +70,7 @@ pub fn snow_on_mesh(
     let sheet = Sheet { vertices, boundary, triangles: ground.indices, underside: None };
     let mut solid = sheet.solid();
     if solid.indices.is_empty() {
-        return Err("has no snow anywhere".to_owned());
+        return Err(NO_SNOW.to_owned());
     }
     if !has_uv {
         solid.uv.clear();

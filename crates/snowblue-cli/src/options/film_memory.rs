@@ -25,7 +25,8 @@ impl FilmMemory {
     /// Refuses a picture whose pixels take more, and returns what they take in MiB if that is much.
     pub(crate) fn check(self, file: &PictureFile, windows: &[&Window], aovs: Aovs) -> Result<Option<u64>, Failure> {
         let pixels = windows.iter().map(|window| memory_bytes(window, aovs)).sum::<u64>();
-        let output = windows.first().map_or(0, |window| window.size().pixel_count() as u64 * file.bytes_per_pixel());
+        let output_bytes = file.bytes_per_pixel(aovs);
+        let output = windows.first().map_or(0, |window| window.size().pixel_count() as u64 * output_bytes);
         let (needed_mib, allowed_mib) = ((pixels + output).div_ceil(1 << 20), self.film_memory_mib);
         if needed_mib > allowed_mib {
             return Err(Failure::Input(format!(

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use snowblue_render::FilmAccumulator;
 use snowblue_render::film::accumulator::SampleCounts;
+use snowblue_render::film::aov::Aovs;
 use snowblue_render::film::image_file::write_png;
+use snowblue_render::film::residual_filter;
 use snowblue_render::film::resumable_file::{self, ResumeData};
 
 use super::failure::{Failure, Outcome};
@@ -45,13 +47,15 @@ impl PictureFile {
         Ok(Self { path: path.to_owned(), format, keeps_sums })
     }
 
-    /// Memory that writing takes beside the sums, in bytes for each pixel: for a PNG its colours, their brightness for
-    /// the exposure, and the bytes before and after encoding. An EXR is written in blocks.
-    pub(crate) fn bytes_per_pixel(&self) -> u64 {
-        match self.format {
+    /// Memory that writing takes beside the sums, in bytes for each pixel: that of the filter, and for a PNG its
+    /// colours, their brightness for the exposure, and the bytes before and after encoding. An EXR is written in
+    /// blocks.
+    pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
+        let encoding = match self.format {
             PictureFormat::Png => 36,
             PictureFormat::Exr => 0,
-        }
+        };
+        encoding + residual_filter::bytes_per_pixel(aovs)
     }
 
     /// Refuses an option that a PNG cannot serve.

@@ -19,9 +19,7 @@ use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_geometry::ray::narrow;
 
-use crate::film::Film;
 use crate::film::aov::{Aov, Aovs, SPECTRUM_OFFSET};
-use crate::film::residual_filter::Filtered;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
 use crate::raster::PixelPosition;
@@ -46,6 +44,24 @@ pub struct FilmAccumulator {
     counts: Vec<u32>,
     /// The sums of each pixel, in the layout of [`Aovs`], row by row.
     sums: Vec<i128>,
+    /// The decision for the present pass.
+    pub(crate) decision: Decision,
+}
+
+/// Which pixels need no further samples, for adaptive sampling. It holds for one pass over the pixels, also if that is
+/// interrupted, and is no part of the image.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Decision {
+    /// Number of samples of each pixel at the start of the pass.
+    pub(crate) samples: u32,
+    /// Whether each pixel of the window is done; empty if none is.
+    pub(crate) done: Vec<bool>,
+}
+
+impl PartialEq for Decision {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Memory of a pixel, in bytes.
@@ -99,6 +115,7 @@ impl FilmAccumulator {
             first_sample: 0,
             counts: vec![0; window.size().pixel_count()],
             sums: vec![0; window.size().pixel_count() * aovs.sum_count()],
+            decision: Decision::default(),
         }
     }
 
@@ -271,30 +288,6 @@ impl FilmAccumulator {
         let start = self.index(self.window.columns.start, row) + first;
         self.counts[start..].iter_mut().zip(numbers).for_each(|(count, number)| *count = number);
     }
-
-    /// The image of the window: the mean of each pixel's samples, of which the noise of random walks is filtered if
-    /// there are the sums for it. Pixels without samples are black.
-    pub fn film(&self) -> Film {
-        let size = self.window.size();
-        let filtered = Filtered::new(self);
-        let mut pixels = vec![Xyz::default(); size.pixel_count()];
-        let rows = pixels.par_chunks_mut(size.width as usize).zip(self.window.rows.clone()).enumerate();
-        rows.for_each(|(line, (pixels, row))| {
-            let first = line * size.width as usize;
-            for (column, (pixel, sums)) in pixels.iter_mut().zip(self.row(row)).enumerate() {
-                *pixel = sums.filtered_xyz(changes_of(filtered.as_ref(), first + column));
-            }
-        });
-        let film = Film::new(size, pixels);
-        let Some(offset) = self.aovs.offset(Aov::Emitter) else { return film };
-        let sums = self.window.rows.clone().flat_map(|row| self.row(row));
-        film.with_emitters(sums.map(|sums| sums.at(offset + 1) > 0).collect())
-    }
-}
-
-/// The changes of a pixel by the filter; none without one.
-pub(crate) fn changes_of(filtered: Option<&Filtered>, pixel: usize) -> &[f32] {
-    filtered.map_or(&[], |filtered| filtered.changes_of(pixel))
 }
 
 /// A row of a block.

@@ -26,10 +26,12 @@ pub struct Aovs {
     pub angle: bool,
     /// Fraction of the samples that see a lamp or the sun directly. Automatic exposure leaves such pixels out.
     pub emitter: bool,
-    /// The sums that the [filter of random walks](crate::film::residual_filter) needs. They are no channels of an
-    /// image.
+    /// The sums that the filter of random walks needs. They are no channels of an image.
     pub residual: bool,
 }
+
+/// The name in files of the sums for the filter.
+const RESIDUAL: &str = "residual";
 
 /// A name is not that of an AOV.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -43,7 +45,7 @@ impl Aovs {
     fn named_flags(&mut self) -> [(&'static str, &mut bool); 8] {
         let Self { spectrum, variance, normal, albedo, thickness, angle, emitter, residual } = self;
         let [_, names @ ..] = Self::NAMES;
-        let mut names = names.into_iter().chain(["residual"]);
+        let mut names = names.into_iter().chain([RESIDUAL]);
         [spectrum, variance, normal, albedo, thickness, angle, emitter, residual]
             .map(|flag| (names.next().unwrap_or_default(), flag))
     }
@@ -58,11 +60,19 @@ impl fmt::Display for Aovs {
     }
 }
 
-/// Parses names separated by commas, in any order.
+/// Parses names separated by commas, in any order. That of the sums for the filter is no AOV to ask for.
 impl FromStr for Aovs {
     type Err = UnknownAov;
 
     fn from_str(text: &str) -> Result<Self, UnknownAov> {
+        let aovs = Self::of_file(text)?;
+        if aovs.residual { Err(UnknownAov(RESIDUAL.to_owned())) } else { Ok(aovs) }
+    }
+}
+
+impl Aovs {
+    /// Parses the names in a file, among which may be that of the sums for the filter.
+    pub(crate) fn of_file(text: &str) -> Result<Self, UnknownAov> {
         let mut aovs = Self::default();
         for name in text.split(',').map(str::trim).filter(|name| *name != Self::NAMES[0]) {
             match aovs.named_flags().into_iter().find(|(one, _)| *one == name) {
@@ -251,7 +261,8 @@ mod tests {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));
-            assert_eq!(aovs.to_string().parse(), Ok(aovs));
+            assert_eq!(Aovs::of_file(&aovs.to_string()), Ok(aovs));
+            assert_eq!(aovs.to_string().parse::<Aovs>().is_ok(), !residual);
         }
     }
 

@@ -4,10 +4,12 @@
 //! spectrum follows Fichet, Pacanowski & Wilkie (2021, "An OpenEXR layout for spectral images", Journal of Computer
 //! Graphics Techniques 10(3), 1–18): `S0.400,000000nm` and so on, in W m⁻² sr⁻¹ nm⁻¹.
 
+use rayon::prelude::*;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::narrow;
 
-use crate::film::accumulator::{FilmAccumulator, PixelSums, changes_of};
+use crate::film::Film;
+use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
 use crate::film::residual_filter::Filtered;
 use snowblue_scene::spectrum::SAMPLES;
@@ -79,7 +81,30 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
 pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
     let filtered = Filtered::new(accumulator);
     let pixels = || accumulator.window().rows.clone().flat_map(|row| accumulator.row(row)).enumerate();
-    let value = |mean: Mean, index: usize, pixel: &PixelSums| mean.of(pixel, changes_of(filtered.as_ref(), index));
+    let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes_of(index));
+    let value = |mean: Mean, index: usize, pixel: &PixelSums| mean.of(pixel, changes(index));
     let values = |mean: Mean| pixels().map(|(index, pixel)| value(mean, index, &pixel)).collect();
     means(accumulator).into_iter().map(|(name, mean)| Channel { name, values: values(mean) }).collect()
+}
+
+impl FilmAccumulator {
+    /// The image of the window: the mean of each pixel's samples, of which the noise of random walks is filtered if
+    /// there are the sums for it. Pixels without samples are black.
+    pub fn film(&self) -> Film {
+        self.film_with(Filtered::new(self).as_ref())
+    }
+
+    /// The same without the filter, for a quick look.
+    pub fn raw_film(&self) -> Film {
+        self.film_with(None)
+    }
+
+    fn film_with(&self, filtered: Option<&Filtered>) -> Film {
+        let pixels: Vec<PixelSums> = self.window().rows.clone().flat_map(|row| self.row(row)).collect();
+        let changes = |index: usize| filtered.map_or(&[][..], |filtered| filtered.changes_of(index));
+        let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
+        let film = Film::new(self.window().size(), colours.collect());
+        let Some(offset) = self.aovs().offset(Aov::Emitter) else { return film };
+        film.with_emitters(pixels.iter().map(|pixel| pixel.at(offset + 1) > 0).collect())
+    }
 }

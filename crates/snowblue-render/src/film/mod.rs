@@ -11,7 +11,7 @@ pub mod channels;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
-pub(crate) mod residual_filter;
+pub mod residual_filter;
 pub mod resumable_file;
 pub mod sample_block;
 pub mod window;

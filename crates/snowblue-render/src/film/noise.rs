@@ -9,27 +9,40 @@ use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Xyz};
 use snowblue_geometry::ray::narrow;
 
-use crate::film::accumulator::{FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
+use crate::film::accumulator::{Decision, FilmAccumulator, PixelSums, SQUARE_UNITS, UNITS};
 use crate::film::aov::Aovs;
 use crate::film::pixel_accumulator::square_units;
 use crate::film::residual_filter::Filtered;
+use crate::film::sample_block::SampleBlock;
 
 /// Samples before which no pixel is done: with fewer, a rare bright path may be missing. The filter has those of the
 /// neighbours too.
 const FEWEST_SAMPLES: u32 = 32;
 const FEWEST_FILTERED_SAMPLES: u32 = 16;
 
-/// Whether each pixel of the window needs no further samples: its relative noise is not above `target`. A black pixel
-/// is never done: rare paths may still find light.
-pub(crate) fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
+/// Decides which pixels need no further samples, before a pass of a block that begins with so many samples. A pass that
+/// goes on after an interrupt keeps its decision, and if that is lost, all its pixels get their samples.
+pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u32, target: f64) {
+    let is_start = film.counts_of(block).all(|count| count == samples);
+    if !is_start && film.decision.samples == samples {
+        return;
+    }
+    let fewest = if film.aovs().residual { FEWEST_FILTERED_SAMPLES } else { FEWEST_SAMPLES };
+    let done = if is_start && samples >= fewest { done_pixels(film, target) } else { Vec::new() };
+    film.decision = Decision { samples, done };
+}
+
+/// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is never done: rare
+/// paths may still find light.
+fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
     let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
-    let (noise, fewest): (Vec<f32>, u32) = match Filtered::new(film) {
-        Some(filtered) => (filtered.into_noise(), FEWEST_FILTERED_SAMPLES),
-        None => (pixels.par_iter().map(own_noise).collect(), FEWEST_SAMPLES),
+    let noise: Vec<f32> = match Filtered::new(film) {
+        Some(filtered) => filtered.into_noise(),
+        None => pixels.par_iter().map(own_noise).collect(),
     };
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;
-    pixels.iter().zip(noise).map(|(pixel, noise)| pixel.count() >= fewest && is_low(noise)).collect()
+    noise.into_iter().map(is_low).collect()
 }
 
 /// The standard error of red, green and blue, weighted as in the luminance, relative to the luminance.
@@ -75,7 +88,6 @@ fn repeated_square(sum: i128, mean: f64, [count, more]: [u64; 2]) -> i128 {
 mod tests {
     use super::*;
     use crate::film::pixel_accumulator::PixelAccumulator;
-    use crate::film::sample_block::SampleBlock;
     use crate::integrators::SnowSample;
     use glam::Vec3A;
     use snowblue_scene::film::ImageSize;
@@ -119,7 +131,14 @@ mod tests {
         for (residual, above) in [(false, 0.06), (true, 0.08)] {
             assert_eq!(done_pixels(&film(64, 0.4, residual), above), [true]);
             assert_eq!(done_pixels(&film(64, 0.4, residual), 0.04), [false]);
-            assert_eq!(done_pixels(&film(8, 0.4, residual), 1.0), [false], "too few samples");
+            let block = SampleBlock { columns: 0..1, rows: 0..1, samples: 0..128 };
+            let decided = |count: u32| {
+                let mut film = film(count, 0.4, residual);
+                decide(&mut film, &block, count, 1.0);
+                film.decision.done
+            };
+            assert_eq!(decided(64), [true]);
+            assert!(decided(8).is_empty(), "too few samples");
         }
     }
 

@@ -30,7 +30,7 @@ use snowblue_base::files::FileError;
 use snowblue_geometry::images::exr_size::check_header_expansion;
 
 use crate::error::RenderError;
-use crate::film::accumulator::{FilmAccumulator, PixelSums, changes_of, pixel_bytes};
+use crate::film::accumulator::{FilmAccumulator, PixelSums, pixel_bytes};
 use crate::film::aov::Aovs;
 use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
@@ -218,7 +218,8 @@ impl ChannelsWriter for &FilmChannels<'_> {
             let (first, count) = (block.pixel_position.x(), block.pixel_size.width());
             let pixels: Vec<PixelSums> = self.accumulator.row(row).skip(first).take(count).collect();
             let first = (row - window.rows.start) as usize * window.size().width as usize + first;
-            let changes = |index: usize| changes_of(self.filtered.as_ref(), first + index);
+            let filtered = self.filtered.as_ref();
+            let changes = |index: usize| filtered.map_or(&[][..], |filtered| filtered.changes_of(first + index));
             for content in &self.contents {
                 match *content {
                     Content::Mean(mean) => {
@@ -333,7 +334,8 @@ impl ResumableImage {
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
             exposure: parsed(header, EXPOSURE)?,
             samples: samples.ok_or_else(|| damaged("range of samples"))?,
-            aovs: parsed(header, AOVS)?,
+            aovs: Aovs::of_file(&parsed::<String>(header, AOVS)?)
+                .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,
             image_size,
             window,
             wavelengths_nm: wavelengths.ok().and_then(|nm| nm.try_into().ok()).ok_or_else(|| damaged("wavelengths"))?,

@@ -47,6 +47,7 @@ use snowblue_scene::spectrum::Spectrum;
 /// A ball inside the body, in transport mean free paths: its distance below an entry, and its radius. Where it fits, no
 /// edge is near, and the body is thick.
 const BALL_LENGTHS: [f32; 2] = [7.0, 6.5];
+
 /// Follows walks into snow.
 #[derive(Debug)]
 pub(crate) struct WalkTracer<'scene> {
@@ -171,7 +172,7 @@ impl<'scene> WalkTracer<'scene> {
         let [below_m, radius_m] = BALL_LENGTHS.map(|lengths| lengths * at.optics.transport_length_m());
         let below = surface.point - surface.normal * below_m;
         let is_thick = self.scene.objects().holds_deeply(surface.object, below, radius_m);
-        if is_thick { EndDepth::Flat } else { EndDepth::Edge }
+        if is_thick { EndDepth::Thick } else { EndDepth::Thin }
     }
 
     /// Samples the lights as seen from the entry of a walk. Lamps inside snow with extent are part of the light field.

@@ -41,6 +41,9 @@ pub(in crate::integrators) trait Carried: Copy + AddAssign + Mul<f32, Output = S
 
     /// Luminance.
     fn luminance(&self, tables: &LightTables) -> f32;
+
+    /// The difference from other light.
+    fn less(self, other: Self) -> Self;
 }
 
 /// A light sample, for its spectrum.
@@ -192,6 +195,11 @@ impl Carried for Spectrum {
     fn luminance(&self, tables: &LightTables) -> f32 {
         self.dot(&tables.luminance)
     }
+
+    fn less(mut self, other: Self) -> Self {
+        self += other * -1.0;
+        self
+    }
 }
 
 impl Carried for SensorSample {
@@ -227,5 +235,11 @@ impl Carried for SensorSample {
     #[inline]
     fn luminance(&self, _: &LightTables) -> f32 {
         SensorSample::luminance(*self)
+    }
+
+    #[inline]
+    fn less(self, other: Self) -> Self {
+        let ([x, y, z], [less_x, less_y, less_z]) = (self.xyz(), other.xyz());
+        Self::from_array([x - less_x, y - less_y, z - less_z, self.magnitude() + other.magnitude()])
     }
 }

@@ -65,15 +65,15 @@ struct PathRadiance<C> {
     first: C,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
-    /// Light of a random walk into snow, if one was followed. `first` has the reading there.
+    /// Light of a random walk into snow, if one was followed.
     walk: Option<Walked<C>>,
 }
 
 /// Light of a random walk into snow.
 struct Walked<C> {
     radiance: Spectrum,
-    /// The radiance by the light field at the surface.
-    reading: C,
+    /// The radiance by the light field at the surface, for the filter.
+    reading: Option<C>,
     normal: Vec3A,
     distance_m: f32,
 }
@@ -86,14 +86,11 @@ impl<C: Carried> PathRadiance<C> {
         if let Some(later) = later {
             radiance += carried(later);
         }
-        let snow = walk.map(|Walked { radiance, reading, normal, distance_m }| {
-            let mut residual = carried(radiance);
-            residual += reading * -1.0;
-            SnowSample { residual, reading, normal, distance_m }
+        let snow = walk.and_then(|Walked { radiance: walked, reading, normal, distance_m }| {
+            let walked = carried(walked);
+            radiance += walked;
+            reading.map(|reading| SnowSample { residual: walked.less(reading), reading, normal, distance_m })
         });
-        if let Some(snow) = &snow {
-            radiance += snow.residual;
-        }
         PathSample { radiance, snow }
     }
 }
@@ -149,14 +146,8 @@ impl<'a> PathTracer<'a> {
         let Some(surface) = hit else { return PathRadiance { first, later: None, walk: None } };
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            let reading = self.field_light::<C>(snow, &vertex, camera_ray, sampler);
+            let (reading, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
             first += reading;
-            let walk = self.walks.as_mut().map(|walks| Walked {
-                radiance: walks.walk(snow, &surface, camera_ray, sampler),
-                reading,
-                normal: vertex.normal,
-                distance_m: surface.point.distance(camera_ray.origin),
-            });
             return PathRadiance { first, later: None, walk };
         }
         first += self.direct_light::<C>(&vertex, sampler);
@@ -164,6 +155,26 @@ impl<'a> PathTracer<'a> {
             return PathRadiance { first, later: None, walk: None };
         }
         PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
+    }
+
+    /// Light from snow: by the light field at the surface, or by a random walk.
+    fn snow_light<C: Carried>(
+        &mut self,
+        snow: SnowAt,
+        vertex: &Vertex,
+        camera_ray: &Ray,
+        sampler: &mut Sampler,
+    ) -> (C, Option<Walked<C>>) {
+        let is_read = self.walks.is_none() || self.scene.integrator().filter;
+        let reading = is_read.then(|| self.field_light::<C>(snow, vertex, camera_ray, sampler));
+        let Some(walks) = &mut self.walks else { return (reading.unwrap_or(C::ZERO), None) };
+        let walked = Walked {
+            radiance: walks.walk(snow, vertex.surface, camera_ray, sampler),
+            reading,
+            normal: vertex.normal,
+            distance_m: vertex.surface.point.distance(camera_ray.origin),
+        };
+        (C::ZERO, Some(walked))
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
