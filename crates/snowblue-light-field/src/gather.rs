@@ -162,8 +162,8 @@ impl GatheredPaths {
         !self.ends.is_empty()
     }
 
-    /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a place,
-    /// for a group.
+    /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
+    /// place, for a group.
     pub(super) fn irradiance_by_snow(
         &self,
         groups: usize,
