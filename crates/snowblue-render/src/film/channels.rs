@@ -91,17 +91,9 @@ impl FilmAccumulator {
     /// The image of the window: the mean of each pixel's samples, of which the noise of random walks is filtered if
     /// there are the sums for it. Pixels without samples are black.
     pub fn film(&self) -> Film {
-        self.film_with(Filtered::new(self).as_ref())
-    }
-
-    /// The same without the filter, for a quick look.
-    pub fn raw_film(&self) -> Film {
-        self.film_with(None)
-    }
-
-    fn film_with(&self, filtered: Option<&Filtered>) -> Film {
+        let filtered = Filtered::new(self);
         let pixels: Vec<PixelSums> = self.window().rows.clone().flat_map(|row| self.row(row)).collect();
-        let changes = |index: usize| filtered.map_or(&[][..], |filtered| filtered.changes_of(index));
+        let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes_of(index));
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
         let film = Film::new(self.window().size(), colours.collect());
         let Some(offset) = self.aovs().offset(Aov::Emitter) else { return film };

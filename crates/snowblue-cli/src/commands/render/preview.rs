@@ -66,7 +66,7 @@ impl Preview {
             let value = value as f32;
             value
         };
-        let colours = sums.raw_film().pixels().iter().map(|xyz| LinearRgb::from_xyz(*xyz)).collect::<Vec<_>>();
+        let colours = sums.film().pixels().iter().map(|xyz| LinearRgb::from_xyz(*xyz)).collect::<Vec<_>>();
         let data: Vec<f32> = colours.iter().flat_map(|colour| [colour.r, colour.g, colour.b].map(single)).collect();
         let window = sums.window();
         self.client.send(PacketUpdateImage {
