@@ -67,10 +67,10 @@ def numpy_reads_raw_exports(folder):
 
 
 def openexr_reads_images(folder):
-    """Channels, units and windows follow the format; the colours are the means of the stored sums."""
+    """Channels, units and windows follow the format; unfiltered colours are the means of the stored sums."""
     scene = Path(__file__).resolve().parent.parent / "scenes" / "block_30cm.toml"
     path, samples = folder / "part.exr", 3
-    snowblue("render", scene, "--width", 32, "--height", 24, "--spp", samples, "--crop", "4:30,6:20",
+    snowblue("render", scene, "--width", 32, "--height", 24, "--spp", samples, "--crop", "4:30,6:20", "--raw",
              "--aovs", "spectrum,variance,normal,albedo,thickness,angle", "-o", path)
     with OpenEXR.File(str(path), separate_channels=True) as image:
         header = dict(image.header())

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use wide::f32x4;
 
@@ -13,7 +13,7 @@ use crate::scan::SurfaceElement;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
-use crate::system::{Diffusion, System, WideCell, right_hand_side, slab_absorptance};
+use crate::system::{Diffusion, System, WideCell, right_hand_side};
 
 /// A box with faces across the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,31 +49,17 @@ pub struct SolveOptions<'f> {
     /// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark
     /// points were wrong by up to 77 %, at 10⁻⁶ by less than the grid's own error.
     pub tolerance: f64,
-    /// Residual at which the iteration ends before, over that of the start.
-    pub residual_left: f64,
 }
 
 impl Default for SolveOptions<'_> {
     fn default() -> Self {
-        Self { start: None, sources: &[], tolerance: 1e-6, residual_left: 0.0 }
+        Self { start: None, sources: &[], tolerance: 1e-6 }
     }
 }
-
-/// Least cosine between the normals of places of a surface that send out the same light.
-const LEAST_COS_ALIKE: f32 = 0.5;
 
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceValues(Vec<NodeFlux>);
-
-/// A place on the surface of a body, where values are read many times.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfacePlace {
-    cell: u32,
-    /// Coordinates within the cell, between 0 and 1.
-    at: [f32; 3],
-    normal: Vec3,
-}
 
 /// Fluence rates inside a body for one distribution of light on its surface.
 #[derive(Debug, Clone)]
@@ -178,59 +164,11 @@ impl SnowBody {
     /// If there are not as many groups as the body has, or not as many values as surface elements.
     #[must_use]
     pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
-        let mut fluence = self.solve_inside(light, options);
-        fluence.flux = self.smooth(&self.element_flux(&fluence, light));
-        fluence
-    }
-
-    /// The same without [`flux`](Self::flux), for solutions that others start from.
-    ///
-    /// # Panics
-    ///
-    /// As [`solve`](Self::solve).
-    #[must_use]
-    pub fn solve_inside(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
         assert_eq!(light.len(), self.systems.len());
         let nodes = light.iter().enumerate().map(|(group, light)| self.solve_group(group, light, options)).collect();
-        Fluence { nodes, flux: SurfaceValues::default() }
-    }
-
-    /// The share of diffuse irradiance that each surface element keeps if the snow below is a slab as thick as the body
-    /// is there: for each group of wavelengths −J/H. It needs no solution.
-    #[must_use]
-    pub fn slab_absorptance(&self) -> Vec<Vec<f32x4>> {
-        let of_group = |diffusion: &Vec<Diffusion>| {
-            let mut values = vec![f32x4::ZERO; self.grid.surface.len()];
-            for (number, elements) in self.grid.numbered_surface_cells() {
-                for index in elements {
-                    let thickness_m = self.grid.thickness_m[index];
-                    values[index] = slab_absorptance(&diffusion[number], thickness_m, self.extrapolation);
-                }
-            }
-            values
-        };
-        self.diffusion.par_iter().map(of_group).collect()
-    }
-
-    /// The surface element nearest to a point of the surface, in m, with an outward unit normal; none if there is none
-    /// in the cells around. Elements that face another way count only where there is no other.
-    #[must_use]
-    pub fn element_near(&self, point: DVec3, normal: DVec3) -> Option<usize> {
-        let (cell, _) = self.grid.find_at_surface(point, normal)?;
-        let (point, normal) = (point.as_vec3(), normal.as_vec3());
-        let nearest = |cell: &Cell| {
-            let elements = self.grid.elements(cell).map(|index| {
-                let element = &self.grid.surface[index];
-                let faces_away = element.normal.dot(normal) < LEAST_COS_ALIKE;
-                (faces_away, element.point.distance_squared(point), index)
-            });
-            elements.min_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1)))
-        };
-        if let Some((false, _, index)) = nearest(cell) {
-            return Some(index);
-        }
-        let around = self.grid.cells_around(cell).filter_map(nearest);
-        around.min_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1))).map(|(.., index)| index)
+        let mut fluence = Fluence { nodes, flux: SurfaceValues::default() };
+        fluence.flux = self.smooth(&self.element_flux(&fluence, light));
+        fluence
     }
 
     /// The fluence rates of a group at all nodes.
@@ -242,7 +180,7 @@ impl SnowBody {
             add_source(&self.grid, source, group, diffusion, &mut right);
         }
         let start = options.start.map(|start| self.at_free_nodes(&start.nodes[group]));
-        let solution = solve(&self.systems[group], &right, start, [options.tolerance, options.residual_left]);
+        let solution = solve(&self.systems[group], &right, start, options.tolerance);
         let node = |node: u32| {
             let terms = self.grid.terms(node).iter();
             terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)
@@ -316,20 +254,6 @@ impl SnowBody {
     ) -> Option<impl Iterator<Item = f32x4> + use<'f>> {
         let (cell, at) = self.grid.find_at_surface(point, normal)?;
         Some(values.0.iter().map(move |group| self.surface_nodes.flux(&self.grid, group, (cell, at), normal.as_vec3())))
-    }
-
-    /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
-    #[must_use]
-    pub fn surface_place(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
-        let (number, at) = self.grid.number_at_surface(point, normal)?;
-        Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
-    }
-
-    /// What [`surface_value`](Self::surface_value) is at a place, for one group of wavelengths.
-    #[must_use]
-    pub fn value_at(&self, values: &SurfaceValues, group: usize, place: &SurfacePlace) -> f32x4 {
-        let cell = &self.grid.cells[place.cell as usize];
-        self.surface_nodes.flux(&self.grid, &values.0[group], (cell, place.at), place.normal)
     }
 
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit

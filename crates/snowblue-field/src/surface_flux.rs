@@ -73,26 +73,19 @@ impl SurfaceNodes {
     /// The smoothed flux of the fluxes of all surface elements.
     pub(crate) fn smooth(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let mut smoothed = self.averaged(grid, flux);
-        let mut missed = self.at_elements(grid, &smoothed);
-        missed.iter_mut().zip(flux).for_each(|(smoothed, flux)| *smoothed = *flux - *smoothed);
+        let mut missed = flux.to_vec();
+        for (cell, elements) in grid.surface_cells() {
+            for index in elements {
+                let element = &grid.surface[index];
+                let at = grid.within(cell, element.point.as_dvec3());
+                missed[index] -= self.flux(grid, &smoothed, (cell, at), element.normal);
+            }
+        }
         let correction = self.averaged(grid, &missed);
         for (flux, correction) in smoothed.iter_mut().flatten().zip(correction.into_iter().flatten()) {
             *flux += correction;
         }
         smoothed
-    }
-
-    /// The flux at each surface element.
-    pub(crate) fn at_elements(&self, grid: &Grid, nodes: &NodeFlux) -> Vec<f32x4> {
-        let mut values = vec![f32x4::ZERO; grid.surface.len()];
-        for (cell, elements) in grid.surface_cells() {
-            for index in elements {
-                let element = &grid.surface[index];
-                let at = grid.within(cell, element.point.as_dvec3());
-                values[index] = self.flux(grid, nodes, (cell, at), element.normal);
-            }
-        }
-        values
     }
 
     /// The flux at a point of a cell on a surface with a normal.
@@ -173,7 +166,13 @@ impl SurfaceNodes {
         for (result, weights) in result.iter_mut().zip(&self.weight) {
             (0..SIDES).for_each(|side| result[side] *= weights[side]);
         }
-        values.copy_from_slice(&self.at_elements(grid, &result));
+        for (cell, elements) in grid.surface_cells() {
+            for index in elements {
+                let element = &grid.surface[index];
+                let at = grid.within(cell, element.point.as_dvec3());
+                values[index] = self.flux(grid, &result, (cell, at), element.normal);
+            }
+        }
     }
 
     /// For each node, the nodes of the cells at the surface around it, with how many cells they share.
