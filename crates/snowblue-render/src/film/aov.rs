@@ -1,7 +1,7 @@
 //! Arbitrary output variables (AOVs): values of a pixel beside its colour, and the layout of the sums that they need.
 //!
 //! The sums of a pixel in their order: X, Y and Z; with `spectrum` one for each of 31 wavelengths; with `variance` the
-//! sums of squares of red, green and blue; with `residual` those of [`ResidualLayout`]; and for each `Aov` the number
+//! sums of squares of red, green and blue; with `residual` those of `ResidualLayout`; and for each `Aov` the number
 //! of samples that have it, then the sums of its values.
 
 use std::fmt;

@@ -8,7 +8,7 @@
 //!
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
-//! below [`TARGET`] of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
+//! below 1 % of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
 //! the picture converges to that of the walks alone.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
