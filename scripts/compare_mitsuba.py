@@ -32,7 +32,7 @@ INTEGRATORS = ("reference", "hybrid", "diffusion")
 PICTURES = 8
 # Moments and points of the tabulated phase function.
 DEGREE, POINTS = 64, 2001
-# The reference fails if it differs by more than both.
+# An integrator fails if it differs by more than both.
 TOLERANCES, STANDARD_ERRORS = {"reference": 0.03, "hybrid": 0.05}, 3
 
 

@@ -275,6 +275,11 @@ impl FilmAccumulator {
         pixels.zip(counts).map(|(sums, count)| PixelSums { aovs: self.aovs, sums, count: *count })
     }
 
+    /// The pixels of the window, row by row.
+    pub(crate) fn all_pixels(&self) -> Vec<PixelSums<'_>> {
+        self.window.rows.clone().flat_map(|row| self.row(row)).collect()
+    }
+
     /// Fills bits of the sum at an offset of the layout, for some pixels of a row of the window, counted from its left.
     pub(crate) fn fill_bits(&mut self, row: u32, first: usize, offset: usize, bits: impl Iterator<Item = i128>) {
         let (length, sum_count) = (self.row_length(), self.aovs.sum_count());

@@ -196,9 +196,14 @@ impl Aovs {
         self.first_aov_offset() + aovs.map(|aov| 1 + aov.channel_names().len()).sum::<usize>()
     }
 
+    /// Number of the sums of colours and wavelengths.
+    fn colour_count(self) -> usize {
+        SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 }
+    }
+
     /// Offset of the sums of squares, if there are any.
     pub(crate) fn squares_offset(self) -> Option<usize> {
-        self.variance.then_some(SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 })
+        self.variance.then_some(self.colour_count())
     }
 
     /// Offset of the number of samples that have an AOV; the sums of its values follow.
@@ -210,7 +215,7 @@ impl Aovs {
 
     /// Where the sums for the filter of random walks lie, if there are any.
     pub(crate) fn residual_layout(self) -> Option<ResidualLayout> {
-        let values = 3 + if self.spectrum { SAMPLES } else { 0 };
+        let values = self.colour_count();
         let residual = values + if self.variance { 3 } else { 0 };
         let after = residual + values;
         self.residual.then_some(ResidualLayout {
@@ -227,7 +232,7 @@ impl Aovs {
 
     fn first_aov_offset(self) -> usize {
         let residual = self.residual_layout().map_or(0, ResidualLayout::sum_count);
-        SPECTRUM_OFFSET + if self.spectrum { SAMPLES } else { 0 } + if self.variance { 3 } else { 0 } + residual
+        self.colour_count() + if self.variance { 3 } else { 0 } + residual
     }
 }
 

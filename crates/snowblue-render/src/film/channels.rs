@@ -80,10 +80,9 @@ pub(crate) fn means(accumulator: &FilmAccumulator) -> Vec<(String, Mean)> {
 /// The channels of colours and AOVs.
 pub fn channels(accumulator: &FilmAccumulator) -> Vec<Channel> {
     let filtered = Filtered::new(accumulator);
-    let pixels = || accumulator.window().rows.clone().flat_map(|row| accumulator.row(row)).enumerate();
-    let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes_of(index));
-    let value = |mean: Mean, index: usize, pixel: &PixelSums| mean.of(pixel, changes(index));
-    let values = |mean: Mean| pixels().map(|(index, pixel)| value(mean, index, &pixel)).collect();
+    let pixels = accumulator.all_pixels();
+    let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
+    let values = |mean: Mean| pixels.iter().enumerate().map(|(index, pixel)| mean.of(pixel, changes(index))).collect();
     means(accumulator).into_iter().map(|(name, mean)| Channel { name, values: values(mean) }).collect()
 }
 
@@ -92,8 +91,8 @@ impl FilmAccumulator {
     /// there are the sums for it. Pixels without samples are black.
     pub fn film(&self) -> Film {
         let filtered = Filtered::new(self);
-        let pixels: Vec<PixelSums> = self.window().rows.clone().flat_map(|row| self.row(row)).collect();
-        let changes = |index: usize| filtered.as_ref().map_or(&[][..], |filtered| filtered.changes_of(index));
+        let pixels = self.all_pixels();
+        let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
         let film = Film::new(self.window().size(), colours.collect());
         let Some(offset) = self.aovs().offset(Aov::Emitter) else { return film };

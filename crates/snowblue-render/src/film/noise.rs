@@ -35,10 +35,9 @@ pub(crate) fn decide(film: &mut FilmAccumulator, block: &SampleBlock, samples: u
 /// Whether the relative noise of each pixel of the window is not above `target`. A black pixel is never done: rare
 /// paths may still find light.
 fn done_pixels(film: &FilmAccumulator, target: f64) -> Vec<bool> {
-    let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
     let noise: Vec<f32> = match Filtered::new(film) {
         Some(filtered) => filtered.into_noise(),
-        None => pixels.par_iter().map(own_noise).collect(),
+        None => film.all_pixels().par_iter().map(own_noise).collect(),
     };
     // False for the noise of a black pixel, which is not a number.
     let is_low = |noise: f32| f64::from(noise) <= target;

@@ -8,8 +8,8 @@
 //!
 //! Pixels of like noise count more, too: near edges walks are noisy, and their residual is not that of even snow. Each
 //! level doubles the neighbourhood. Each pixel takes the first level at which the standard error of its residual is
-//! below 1 % of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and
-//! the picture converges to that of the walks alone.
+//! below 1 % of its reading, by the variance of the samples. So the neighbourhood shrinks as samples come, and the
+//! picture converges to that of the walks alone.
 //!
 //! The filter works on the sums of an image, at the end. What is resumed or merged is the same as what is rendered at
 //! once; a part of an image is filtered by itself.
@@ -75,8 +75,7 @@ struct Guide {
     normal: [f32; 3],
     /// Logarithm of the mean reading.
     log_reading: f32,
-    /// Mean distance of the snow in m, and the greatest change of it from pixel to pixel along the surface, across and
-    /// down.
+    /// Mean distance of the snow in m, and its change from pixel to pixel along the surface, across and down.
     distance_m: f32,
     slope_m: [f32; 2],
     /// Logarithm of the standard error of the residual relative to the reading.
@@ -116,7 +115,7 @@ impl Filtered {
     pub(crate) fn new(film: &FilmAccumulator) -> Option<Self> {
         let layout = film.aovs().residual_layout()?;
         let width = film.window().size().width as usize;
-        let pixels: Vec<PixelSums> = film.window().rows.clone().flat_map(|row| film.row(row)).collect();
+        let pixels = film.all_pixels();
         let counts: Vec<u32> = pixels.iter().map(PixelSums::count).collect();
         let values = layout.values;
         let mut filter = Filter { width, values, guides: guides(&pixels, layout, width) };
@@ -136,9 +135,10 @@ impl Filtered {
         Some(Self { values, changes, noise })
     }
 
-    /// What is added to X, Y and Z, and then the wavelengths, of a pixel of the window, row by row.
-    pub(crate) fn changes_of(&self, pixel: usize) -> &[f32] {
-        &self.changes[pixel * self.values..][..self.values]
+    /// What is added to X, Y and Z, and then the wavelengths, of a pixel of the window, row by row; nothing without a
+    /// filter.
+    pub(crate) fn changes(filtered: Option<&Self>, pixel: usize) -> &[f32] {
+        filtered.map_or(&[], |filtered| &filtered.changes[pixel * filtered.values..][..filtered.values])
     }
 
     /// Standard error of each pixel relative to its luminance; no finite number if that is 0.

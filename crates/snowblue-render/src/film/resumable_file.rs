@@ -212,14 +212,13 @@ impl ChannelsWriter for &FilmChannels<'_> {
     fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(block.pixel_size.area() * header.channels.bytes_per_pixel);
         let most = range_length(&self.accumulator.samples());
-        let lines = self.accumulator.window().rows.clone().skip(block.pixel_position.y());
         let window = self.accumulator.window();
+        let lines = window.rows.clone().skip(block.pixel_position.y());
         for row in lines.take(block.pixel_size.height()) {
             let (first, count) = (block.pixel_position.x(), block.pixel_size.width());
             let pixels: Vec<PixelSums> = self.accumulator.row(row).skip(first).take(count).collect();
             let first = (row - window.rows.start) as usize * window.size().width as usize + first;
-            let filtered = self.filtered.as_ref();
-            let changes = |index: usize| filtered.map_or(&[][..], |filtered| filtered.changes_of(first + index));
+            let changes = |index: usize| Filtered::changes(self.filtered.as_ref(), first + index);
             for content in &self.contents {
                 match *content {
                     Content::Mean(mean) => {
