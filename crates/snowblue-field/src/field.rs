@@ -2,18 +2,19 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use wide::f32x4;
 
 use crate::body::Body;
 use crate::element::{CORNERS, gradients, shape};
 use crate::grid::{Cell, Grid, GridOptions};
+use crate::octree::NONE;
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
 use crate::surface_flux::{NodeFlux, SurfaceNodes};
-use crate::system::{Diffusion, System, WideCell, right_hand_side};
+use crate::system::{Diffusion, System, WideCell, part, right_hand_side, slab_absorptance};
 
 /// A box with faces across the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +36,10 @@ pub struct SnowBody {
     /// What is missing in the grid's flux at each surface element over Σ K F there, for each group; empty for a group
     /// for which all cells at the surface are narrow enough.
     missing_flux: Vec<Vec<f32x4>>,
+    /// −J/H of slabs at each surface element, for each group.
+    slab_absorptance: Vec<Vec<f32x4>>,
+    /// How far the snow below each surface element is thick beside the cell, from 0 to 1.
+    thick_share: Vec<f32>,
 }
 
 /// From where and how far a solution is sought.
@@ -49,17 +54,31 @@ pub struct SolveOptions<'f> {
     /// Light may fall by five orders of magnitude between the lit and the dark side of a body. At 10⁻⁵ single dark
     /// points were wrong by up to 77 %, at 10⁻⁶ by less than the grid's own error.
     pub tolerance: f64,
+    /// Residual at which the iteration ends before, over that of the start.
+    pub residual_left: f64,
 }
 
 impl Default for SolveOptions<'_> {
     fn default() -> Self {
-        Self { start: None, sources: &[], tolerance: 1e-6 }
+        Self { start: None, sources: &[], tolerance: 1e-6, residual_left: 0.0 }
     }
 }
+
+/// Thickness of the snow, in cells, from which on and to which no face on its other side shares a node.
+const THICK_CELLS: [f32; 2] = [1.0, 2.0];
 
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceValues(Vec<NodeFlux>);
+
+/// A place on the surface of a body, where values are read many times.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfacePlace {
+    cell: u32,
+    /// Coordinates within the cell, between 0 and 1.
+    at: [f32; 3],
+    normal: Vec3,
+}
 
 /// Fluence rates inside a body for one distribution of light on its surface.
 #[derive(Debug, Clone)]
@@ -102,8 +121,17 @@ impl SnowBody {
         let of_group = |group: usize| cell_groups.iter().map(|groups| groups[group]).collect();
         let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
-        let surface_nodes = SurfaceNodes::new(&grid);
-        let mut body = Self { surface_nodes, grid, systems, diffusion, extrapolation, missing_flux: Vec::new() };
+        let slab_absorptance = diffusion.par_iter().map(|diffusion| slab_absorptances(&grid, diffusion, extrapolation));
+        let mut body = Self {
+            slab_absorptance: slab_absorptance.collect(),
+            thick_share: thick_share(&grid),
+            surface_nodes: SurfaceNodes::new(&grid),
+            grid,
+            systems,
+            diffusion,
+            extrapolation,
+            missing_flux: Vec::new(),
+        };
         body.missing_flux = (0..groups).map(|group| body.missing_flux(group)).collect();
         body
     }
@@ -164,11 +192,46 @@ impl SnowBody {
     /// If there are not as many groups as the body has, or not as many values as surface elements.
     #[must_use]
     pub fn solve(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
-        assert_eq!(light.len(), self.systems.len());
-        let nodes = light.iter().enumerate().map(|(group, light)| self.solve_group(group, light, options)).collect();
-        let mut fluence = Fluence { nodes, flux: SurfaceValues::default() };
+        let mut fluence = self.solve_inside(light, options);
         fluence.flux = self.smooth(&self.element_flux(&fluence, light));
         fluence
+    }
+
+    /// The same without [`flux`](Self::flux), for solutions that others start from.
+    ///
+    /// # Panics
+    ///
+    /// As [`solve`](Self::solve).
+    #[must_use]
+    pub fn solve_inside(&self, light: &[&[f32x4]], options: SolveOptions) -> Fluence {
+        assert_eq!(light.len(), self.systems.len());
+        let nodes = light.iter().enumerate().map(|(group, light)| self.solve_group(group, light, options)).collect();
+        Fluence { nodes, flux: SurfaceValues::default() }
+    }
+
+    /// The share of diffuse irradiance that each surface element keeps if the snow below is a slab as thick as the body
+    /// is there: for each group of wavelengths −J/H. It needs no solution.
+    #[must_use]
+    pub fn slab_absorptance(&self) -> &[Vec<f32x4>] {
+        &self.slab_absorptance
+    }
+
+    /// The number of patches: of cells at the surface.
+    #[must_use]
+    pub fn patch_count(&self) -> usize {
+        self.grid.cut_cells.len()
+    }
+
+    /// The patch of each surface element, in order.
+    pub fn patches(&self) -> impl Iterator<Item = usize> {
+        self.grid.surface_cells().flat_map(|(cell, elements)| std::iter::repeat_n(cell.cut as usize, elements.len()))
+    }
+
+    /// The patch that holds a place; none if its cell has no surface.
+    #[must_use]
+    pub fn patch_of(&self, place: &SurfacePlace) -> Option<usize> {
+        let cut = self.grid.cells[place.cell as usize].cut;
+        (cut != NONE).then_some(cut as usize)
     }
 
     /// The fluence rates of a group at all nodes.
@@ -180,7 +243,7 @@ impl SnowBody {
             add_source(&self.grid, source, group, diffusion, &mut right);
         }
         let start = options.start.map(|start| self.at_free_nodes(&start.nodes[group]));
-        let solution = solve(&self.systems[group], &right, start, options.tolerance);
+        let solution = solve(&self.systems[group], &right, start, [options.tolerance, options.residual_left]);
         let node = |node: u32| {
             let terms = self.grid.terms(node).iter();
             terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)
@@ -202,16 +265,29 @@ impl SnowBody {
 
     /// The net flux outwards for the light of the solution: for each group of wavelengths a value at each surface
     /// element. It is linear in the light and in the solution.
+    ///
+    /// Elements of a cell share its φ, whatever light falls on each. At an edge between a lit and a dark face the flux
+    /// by φ is too low on the lit one, and too high on the dark one. Its mean is right. So what thick snow sends out is
+    /// that of a slab in its own light, plus the mean of what the flux by φ has beyond.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
-        let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &&[f32x4]), &Vec<f32x4>)| {
+        let of_group = |(group, (nodes, light)): (usize, (&Vec<f32x4>, &&[f32x4]))| {
             let mut flux = self.flux_of_grid(nodes, light);
-            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(missing) {
+            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(&self.missing_flux[group]) {
                 *flux += *missing * *light;
+            }
+            let absorptance = &self.slab_absorptance[group];
+            let mut beyond = flux.clone();
+            for ((beyond, light), absorptance) in beyond.iter_mut().zip(*light).zip(absorptance) {
+                *beyond += *light * *absorptance;
+            }
+            let mean = self.surface_nodes.mean_of_sides(&self.grid, &beyond, &self.thick_share);
+            for (((flux, beyond), mean), share) in flux.iter_mut().zip(beyond).zip(mean).zip(&self.thick_share) {
+                *flux += (mean - beyond) * *share;
             }
             flux
         };
-        fluence.nodes.par_iter().zip(light).zip(&self.missing_flux).map(of_group).collect()
+        fluence.nodes.par_iter().zip(light).enumerate().map(of_group).collect()
     }
 
     /// J = (φ − 4 Σ K F) / (3q) at each surface element.
@@ -256,6 +332,20 @@ impl SnowBody {
         Some(values.0.iter().map(move |group| self.surface_nodes.flux(&self.grid, group, (cell, at), normal.as_vec3())))
     }
 
+    /// A point of the surface, in m, with an outward unit normal; none if there is no cell within a step of the point.
+    #[must_use]
+    pub fn surface_place(&self, point: DVec3, normal: DVec3) -> Option<SurfacePlace> {
+        let (number, at) = self.grid.number_at_surface(point, normal)?;
+        Some(SurfacePlace { cell: u32::try_from(number).ok()?, at, normal: normal.as_vec3() })
+    }
+
+    /// What [`surface_value`](Self::surface_value) is at a place, for one group of wavelengths.
+    #[must_use]
+    pub fn value_at(&self, values: &SurfaceValues, group: usize, place: &SurfacePlace) -> f32x4 {
+        let cell = &self.grid.cells[place.cell as usize];
+        self.surface_nodes.flux(&self.grid, &values.0[group], (cell, place.at), place.normal)
+    }
+
     /// The net flux outwards through the surface of each group of wavelengths at a point, in m, with an outward unit
     /// normal; none if there is no cell within a step of the point.
     #[inline]
@@ -293,6 +383,30 @@ impl SnowBody {
             }),
         )
     }
+}
+
+/// −J/H of slabs at each surface element.
+fn slab_absorptances(grid: &Grid, diffusion: &[Diffusion], extrapolation: f64) -> Vec<f32x4> {
+    let mut values = vec![f32x4::ZERO; grid.surface.len()];
+    for (number, elements) in grid.numbered_surface_cells() {
+        for index in elements {
+            values[index] = slab_absorptance(&diffusion[number], grid.thickness_m[index], extrapolation);
+        }
+    }
+    values
+}
+
+/// How far the snow below each surface element is thick beside the cell, from 0 to 1.
+fn thick_share(grid: &Grid) -> Vec<f32> {
+    let mut shares = vec![0.0; grid.surface.len()];
+    for (cell, elements) in grid.surface_cells() {
+        let size_m = grid.cell_size(cell).as_vec3();
+        for index in elements {
+            let width_m = grid.surface[index].normal.abs().dot(size_m);
+            shares[index] = part(THICK_CELLS, f32x4::splat(grid.thickness_m[index] / width_m)).to_array()[0];
+        }
+    }
+    shares
 }
 
 /// The value at a point of a cell.

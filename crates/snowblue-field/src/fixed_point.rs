@@ -1,134 +1,98 @@
-//! Systems x = b + M x of which only products with M are known, by GMRES with restarts (Saad & Schultz 1986; Saad 2003,
-//! *Iterative Methods for Sparse Linear Systems*, algorithm 6.9), for groups of four systems at once.
+//! Systems x = b + M x of which only what is missing, c = b + M x − x, is known for each x, by Anderson's method
+//! (Walker & Ni 2011, "Anderson acceleration for fixed-point iterations", doi:10.1137/10078356X), for groups of four
+//! systems at once.
 //!
 //! Light that goes back and forth between surfaces that absorb little decays by some per cent from one reflection to
-//! the next. To sum its series takes hundreds of products; GMRES takes some ten.
+//! the next. To sum its series takes hundreds of reflections. Anderson's method takes some ten, as GMRES does; other
+//! than there, each c may be inexact, since the next counts from the x that was found.
 
 use wide::{f32x4, f64x4};
 
 use crate::vectors::{narrow, ratio, sum, wide};
 
-/// Vectors of the basis, which are kept in memory.
-const BASIS: usize = 12;
-
-/// Relative accuracy of a product at the least.
-const LEAST_ACCURACY: f64 = 1e-2;
-
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives M v for the vectors v of all groups, to a relative accuracy.
-pub type Product<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
+/// Gives what is missing, b + M x − x, for the x of all groups.
+pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>;
 
-/// Solves x = b + M x for each group of four systems, from x = 0, until the residual of each system is below
-/// `tolerance` of its b, or after `most_products` products.
-///
-/// `product` computes M v to a relative accuracy. The smaller the residual has become, the less accurate it may be
-/// (Simoncini & Szyld 2003, "Theory of inexact Krylov subspace methods", doi:10.1137/S1064827502406415).
-pub fn solve_fixed_point(
-    constant: &[Vec<f32x4>],
-    product: Product,
-    tolerance: f64,
-    most_products: usize,
-) -> Vec<Vec<f32x4>> {
-    let goal: Vec<f64x4> = norms(constant).into_iter().map(|norm| norm * f64x4::splat(tolerance)).collect();
-    let is_above =
-        |residual: &[f64x4]| residual.iter().zip(&goal).any(|(residual, goal)| residual.simd_gt(*goal).any());
-    let accuracy = |residual: &[f64x4]| {
-        let times_goal = residual.iter().zip(&goal).flat_map(|(residual, goal)| ratio(*residual, *goal).to_array());
-        times_goal.fold(1.0, f64::max).recip().min(LEAST_ACCURACY)
-    };
-    let mut solution: Vectors = constant.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
-    let mut norm = norms(constant);
-    let mut products = 0;
-    while is_above(&norm) && products < most_products {
-        let mut residual = constant.to_vec();
-        if products > 0 {
-            add(&mut residual, &solution, -1.0);
-            add(&mut residual, &product(&solution, tolerance), 1.0);
-            products += 1;
-            norm = norms(&residual);
-        }
-        let mut problems: Vec<LeastSquares> = norm.iter().map(|norm| LeastSquares::new(*norm)).collect();
-        let mut basis = vec![divided(&residual, &norm)];
-        while basis.len() <= BASIS && products < most_products && is_above(&norm) {
-            let last = &basis[basis.len() - 1];
-            let mut next = last.clone();
-            add(&mut next, &product(last, accuracy(&norm)), -1.0);
-            products += 1;
-            // The coefficients of each group in the basis, and the part of it that is new.
-            let mut columns: Vec<Vec<f64x4>> = vec![Vec::with_capacity(basis.len()); next.len()];
-            for vectors in &basis {
-                for ((next, vector), column) in next.iter_mut().zip(vectors).zip(&mut columns) {
-                    let share = dot(next, vector);
-                    add_multiple(next, vector, -share);
-                    column.push(share);
-                }
+/// When the solution of a fixed point ends.
+#[derive(Debug, Clone, Copy)]
+pub struct FixedPointOptions {
+    /// What is missing at the most, relative to x, in each system.
+    pub tolerance: f64,
+    /// Most times that what is missing is asked for.
+    pub most_estimates: usize,
+    /// Steps that are remembered: twice as many vectors.
+    pub history: usize,
+}
+
+/// Length of what is new in a step, over that of all, below which it is rounding.
+const LEAST_NEW: f64 = 1e-6;
+/// Least length with a reciprocal in single precision.
+const LEAST_LENGTH: f64 = 1e-37;
+
+/// A step, and by how much what is missing became less. The latter are orthogonal and have the length 1.
+struct Step {
+    step: Vectors,
+    gain: Vectors,
+}
+
+/// Solves x = b + M x for each group of four systems from a start.
+pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOptions) -> Vectors {
+    let mut solution = start;
+    let mut steps: Vec<Step> = Vec::new();
+    // The last step, and what was missing before.
+    let mut last: Option<(Vectors, Vectors)> = None;
+    for _ in 0..options.most_estimates {
+        let mut rest = missing(&solution);
+        let share = greatest_ratio(&norms(&rest), &norms(&solution));
+        if std::env::var("DBG").is_ok() { let m=solution.iter().flatten().flat_map(|v|v.to_array()).fold((f32::MAX,f32::MIN),|a,b|(a.0.min(b),a.1.max(b))); if options.most_estimates<20 {eprintln!("share {share:.2e} min {:.3e} max {:.3e}",m.0,m.1);} }
+        if let Some((step, before)) = last.take() {
+            if steps.len() == options.history.max(1) {
+                steps.remove(0);
             }
-            let lengths = norms(&next);
-            let columns = columns.into_iter().zip(&lengths);
-            norm = problems
-                .iter_mut()
-                .zip(columns)
-                .map(|(problem, (column, length))| problem.add(column, *length))
-                .collect();
-            basis.push(divided(&next, &lengths));
+            steps.push(Step::new(step, before, &rest, &steps));
         }
-        for (group, problem) in problems.iter().enumerate() {
-            for (vectors, share) in basis.iter().zip(problem.solution()) {
-                add_multiple(&mut solution[group], &vectors[group], share);
+        let before = rest.clone();
+        let mut step: Vectors = rest.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
+        for known in &steps {
+            for (group, rest) in rest.iter_mut().enumerate() {
+                let part = dot(rest, &known.gain[group]);
+                add_multiple(rest, &known.gain[group], -part);
+                add_multiple(&mut step[group], &known.step[group], part);
             }
         }
+        add(&mut step, &rest);
+        add(&mut solution, &step);
+        if share <= options.tolerance {
+            break;
+        }
+        last = Some((step, before));
     }
     solution
 }
 
-/// The least-squares problems of four systems: the coefficients y that make the residual |β e₁ − H y| least, by Givens
-/// rotations of the upper Hessenberg matrix H.
-struct LeastSquares {
-    /// The columns of H, rotated to an upper triangle.
-    columns: Vec<Vec<f64x4>>,
-    /// Cosine and sine of each rotation.
-    rotations: Vec<[f64x4; 2]>,
-    /// β e₁, rotated. The last value is the residual.
-    right: Vec<f64x4>,
-}
-
-impl LeastSquares {
-    fn new(norm: f64x4) -> Self {
-        Self { columns: Vec::new(), rotations: Vec::new(), right: vec![norm] }
-    }
-
-    /// Adds a column: its coefficients, and the length of the part that is new. Returns the residual.
-    fn add(&mut self, mut column: Vec<f64x4>, length: f64x4) -> f64x4 {
-        for (k, [cos, sin]) in self.rotations.iter().enumerate() {
-            let [upper, lower] = [column[k], column[k + 1]];
-            column[k] = *cos * upper + *sin * lower;
-            column[k + 1] = *cos * lower - *sin * upper;
-        }
-        let last = column.len() - 1;
-        let radius = (column[last] * column[last] + length * length).sqrt();
-        let [cos, sin] = [ratio(column[last], radius), ratio(length, radius)];
-        column[last] = radius;
-        let right = self.right[last];
-        self.right[last] = cos * right;
-        self.right.push(-sin * right);
-        self.columns.push(column);
-        self.rotations.push([cos, sin]);
-        (sin * right).abs()
-    }
-
-    fn solution(&self) -> Vec<f64x4> {
-        let count = self.columns.len();
-        let mut solution = self.right[..count].to_vec();
-        for k in (0..count).rev() {
-            solution[k] = ratio(solution[k], self.columns[k][k]);
-            for row in 0..k {
-                let known = solution[k];
-                solution[row] -= self.columns[k][row] * known;
+impl Step {
+    /// A step with what was missing before and after, made orthogonal to others.
+    fn new(mut step: Vectors, before: Vectors, after: &[Vec<f32x4>], others: &[Self]) -> Self {
+        let mut gain = before;
+        for (group, gain) in gain.iter_mut().enumerate() {
+            let step = &mut step[group];
+            let length = dot(gain, gain).sqrt();
+            add_multiple(gain, &after[group], f64x4::splat(-1.0));
+            for other in others {
+                let part = dot(gain, &other.gain[group]);
+                add_multiple(gain, &other.gain[group], -part);
+                add_multiple(step, &other.step[group], -part);
             }
+            // What rounding leaves of systems that are solved says nothing.
+            let new = dot(gain, gain).sqrt();
+            let is_new = new.simd_gt(length * f64x4::splat(LEAST_NEW)) & new.simd_gt(f64x4::splat(LEAST_LENGTH));
+            let inverse = narrow(is_new.select(ratio(f64x4::ONE, new), f64x4::ZERO));
+            gain.iter_mut().chain(step.iter_mut()).for_each(|value| *value *= inverse);
         }
-        solution
+        Self { step, gain }
     }
 }
 
@@ -140,17 +104,14 @@ fn norms(vectors: &[Vec<f32x4>]) -> Vec<f64x4> {
     vectors.iter().map(|vector| dot(vector, vector).sqrt()).collect()
 }
 
-fn divided(vectors: &[Vec<f32x4>], lengths: &[f64x4]) -> Vectors {
-    let of_group = |(vector, length): (&Vec<f32x4>, &f64x4)| {
-        let inverse = narrow(ratio(f64x4::ONE, *length));
-        vector.iter().map(|value| *value * inverse).collect()
-    };
-    vectors.iter().zip(lengths).map(of_group).collect()
+fn greatest_ratio(dividends: &[f64x4], divisors: &[f64x4]) -> f64 {
+    let ratios = dividends.iter().zip(divisors).flat_map(|(dividend, divisor)| ratio(*dividend, *divisor).to_array());
+    ratios.fold(0.0, f64::max)
 }
 
-/// Adds a multiple of the vectors of all groups.
-fn add(vectors: &mut [Vec<f32x4>], others: &[Vec<f32x4>], factor: f64) {
-    vectors.iter_mut().zip(others).for_each(|(vector, other)| add_multiple(vector, other, f64x4::splat(factor)));
+/// Adds the vectors of all groups.
+fn add(vectors: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
+    vectors.iter_mut().zip(others).for_each(|(vector, other)| add_multiple(vector, other, f64x4::ONE));
 }
 
 fn add_multiple(vector: &mut [f32x4], other: &[f32x4], factor: f64x4) {
@@ -183,11 +144,16 @@ mod tests {
             group[ROWS - 1] = f32x4::new([0.0, 2.0, 0.0, 5.0]);
         }
         let mut count = 0;
-        let mut product = |values: &[Vec<f32x4>], _| {
+        let mut missing = |values: &[Vec<f32x4>]| {
             count += 1;
-            values.iter().zip(losses).map(|(values, loss)| along_tube(loss, values)).collect()
+            let of_group = |((values, loss), constant): ((&Vec<f32x4>, f32), &Vec<f32x4>)| {
+                let reflected = along_tube(loss, values).into_iter().zip(constant).zip(values);
+                reflected.map(|((reflected, constant), value)| *constant + reflected - *value).collect()
+            };
+            values.iter().zip(losses).zip(&constant).map(of_group).collect()
         };
-        let solution = solve_fixed_point(&constant, &mut product, 1e-4, 1000);
+        let options = FixedPointOptions { tolerance: 1e-5, most_estimates: 1000, history: 12 };
+        let solution = solve_fixed_point(constant.clone(), &mut missing, options);
         for ((solution, constant), loss) in solution.iter().zip(&constant).zip(losses) {
             let balance = along_tube(loss, solution).into_iter().zip(constant).zip(solution);
             let (mut square, mut light_square) = ([0.0; 4], [0.0; 4]);
@@ -201,18 +167,19 @@ mod tests {
             }
         }
         // To sum reflections without loss, as many as patches squared would be needed.
-        assert!(count < 200, "{count} products");
+        assert!(count < 200, "{count} estimates");
     }
 
     #[test]
-    fn the_number_of_products_is_limited() {
+    fn the_number_of_estimates_is_limited() {
         let mut count = 0;
-        let constant = [vec![f32x4::ONE; ROWS]];
-        let mut product = |values: &[Vec<f32x4>], _| {
+        let mut missing = |values: &[Vec<f32x4>]| {
             count += 1;
-            vec![along_tube(0.0, &values[0])]
+            let reflected = along_tube(0.0, &values[0]);
+            vec![reflected.into_iter().zip(&values[0]).map(|(reflected, value)| reflected - *value).collect()]
         };
-        solve_fixed_point(&constant, &mut product, 1e-9, 5);
+        let options = FixedPointOptions { tolerance: 1e-9, most_estimates: 5, history: 5 };
+        solve_fixed_point(vec![vec![f32x4::ONE; ROWS]], &mut missing, options);
         assert_eq!(count, 5);
     }
 }

@@ -153,10 +153,14 @@ impl Grid {
 
     /// The numbers of the cells at the surface, with the indices of their surface elements.
     pub(crate) fn numbered_surface_cells(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
-        self.cells.iter().enumerate().filter(|(_, cell)| cell.cut != NONE).map(|(number, cell)| {
-            let [start, end] = self.cut_cells[cell.cut as usize].surface;
-            (number, start as usize..end as usize)
-        })
+        let cells = self.cells.iter().enumerate().filter(|(_, cell)| cell.cut != NONE);
+        cells.map(|(number, cell)| (number, self.elements(cell)))
+    }
+
+    /// The indices of the surface elements of a cell.
+    pub(crate) fn elements(&self, cell: &Cell) -> Range<usize> {
+        let [start, end] = self.cut_cells.get(cell.cut as usize).map_or([0; 2], |cut| cut.surface);
+        start as usize..end as usize
     }
 
     /// Size of a cell, in m.
@@ -213,9 +217,20 @@ impl Grid {
     /// The cell at a point of the surface with an outward normal, with the point's coordinates within it.
     #[inline]
     pub(crate) fn find_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(&Cell, [f32; 3])> {
+        let (number, at) = self.number_at_surface(point, normal)?;
+        Some((&self.cells[number], at))
+    }
+
+    /// The same with the number of the cell.
+    #[inline]
+    pub(crate) fn number_at_surface(&self, point: DVec3, normal: DVec3) -> Option<(usize, [f32; 3])> {
         let (_, level) = self.octree.find(self.lattice.cell_at(point));
         let step = self.lattice.step * f64::from(1u32 << level);
-        INWARD.iter().find_map(|inward| self.find(point - normal * step * *inward))
+        INWARD.iter().find_map(|inward| {
+            let point = point - normal * step * *inward;
+            let number = self.number_at(point)?;
+            Some((number, self.within(&self.cells[number], point)))
+        })
     }
 
     /// Coordinates of a point within a cell, between 0 and 1.

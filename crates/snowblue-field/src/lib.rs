@@ -21,8 +21,8 @@ mod system;
 mod vectors;
 
 pub use body::{AxisCrossing, Body};
-pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfaceValues};
-pub use fixed_point::{Product, solve_fixed_point};
+pub use field::{CellBox, Fluence, SnowBody, SnowOfCells, SolveOptions, SurfacePlace, SurfaceValues};
+pub use fixed_point::{FixedPointOptions, Missing, solve_fixed_point};
 pub use grid::GridOptions;
 pub use optics::{GRAIN_RAYS, SnowOptics};
 pub use plan::{FieldError, ScaledSizes, Survey, fit_sizes};

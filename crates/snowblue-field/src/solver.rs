@@ -10,9 +10,14 @@ use crate::vectors::{ROWS_PER_TASK, narrow, ratio, sum, sum_mut, wide};
 /// Most iterations. Fifty to two hundred are usual.
 const MOST_ITERATIONS: usize = 2000;
 
-/// Solves the systems for one right-hand side each, from a start, to a relative residual in the norm of the
-/// preconditioner.
-pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>, tolerance: f64) -> Vec<f32x4> {
+/// Solves the systems for one right-hand side each, from a start, until the residual in the norm of the preconditioner
+/// is small beside the right-hand side or beside that of the start.
+pub(crate) fn solve(
+    system: &System,
+    right: &[f32x4],
+    start: Option<Vec<f32x4>>,
+    [tolerance, residual_left]: [f64; 2],
+) -> Vec<f32x4> {
     let count = system.len();
     let inverse = &system.inverse_diagonal;
     let mut values = start.unwrap_or_else(|| vec![f32x4::ZERO; count]);
@@ -26,8 +31,9 @@ pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>,
     let mut direction: Vec<f32x4> =
         residual.iter().zip(inverse).map(|(residual, inverse)| *residual * *inverse).collect();
     let mut product = vec![f32x4::ZERO; count];
-    let goal = sum(right, |row, right| squared(*right, inverse[row])) * f64x4::splat(tolerance * tolerance);
     let mut norm = sum(&residual, |row, residual| squared(*residual, inverse[row]));
+    let goal = sum(right, |row, right| squared(*right, inverse[row])) * f64x4::splat(tolerance * tolerance);
+    let goal = goal.max(norm * f64x4::splat(residual_left * residual_left));
     let mut iterations = 0;
     while norm.simd_gt(goal).any() && iterations < MOST_ITERATIONS {
         let energy = sum_mut(&mut product, |row, product| {

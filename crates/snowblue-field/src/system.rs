@@ -198,6 +198,24 @@ fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
     f32x4::ONE + absorption_per_m / transport_length_m * (0.25 * square_width_m2)
 }
 
+/// The share of diffuse irradiance that does not leave a slab of a thickness in m again on the side where it enters:
+/// −J over the irradiance, of the solution φ ∝ sinh κ(d − z) + qκℓ* cosh κ(d − z) with no light on the other side.
+pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapolation: f64) -> f32x4 {
+    let Diffusion { transport_length_m, absorption_per_m } = *diffusion;
+    let (lengths_m, absorption_per_m) = (transport_length_m.to_array(), absorption_per_m.to_array());
+    let thickness_m = f64::from(thickness_m);
+    f32x4::from(std::array::from_fn(|k| {
+        let length_m = f64::from(lengths_m[k]);
+        let decay_per_m = (3.0 * f64::from(absorption_per_m[k]) / length_m).sqrt().max(LEAST_DECAY / length_m);
+        let (slope, tanh) = (decay_per_m * length_m, (decay_per_m * thickness_m).tanh());
+        let passed = extrapolation * slope;
+        single_value(4.0 / 3.0 * slope * (1.0 + passed * tanh) / ((1.0 + passed * passed) * tanh + 2.0 * passed))
+    }))
+}
+
+/// Decay of light without absorption over a transport mean free path, in place of zero.
+const LEAST_DECAY: f64 = 1e-6;
+
 /// Widths of a cell, in lengths 1/κ over which light decays, from which on and to which the flux at its surface changes
 /// from the grid's to that of a half-space.
 const UNRESOLVED_WIDTHS: [f32; 2] = [0.75, 1.75];
@@ -241,7 +259,7 @@ impl WideCell {
 }
 
 /// How far values lie between two ends, from 0 to 1.
-fn part([start, end]: [f32; 2], values: f32x4) -> f32x4 {
+pub(crate) fn part([start, end]: [f32; 2], values: f32x4) -> f32x4 {
     ((values - f32x4::splat(start)) / f32x4::splat(end - start)).fast_max(f32x4::ZERO).fast_min(f32x4::ONE)
 }
 

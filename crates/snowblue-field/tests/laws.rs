@@ -143,6 +143,52 @@ fn layers_have_the_solution_of_one_dimension_wherever_their_faces_lie_in_the_cel
     }
 }
 
+/// A wide slab under diffuse light, of which the edges are too far away to count.
+#[test]
+fn the_absorptance_of_a_slab_is_that_of_its_solution() {
+    let snow =
+        Diffusion { transport_length_m: f32x4::splat(0.002), absorption_per_m: f32x4::from([0.0, 0.02, 0.3, 3.0]) };
+    let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.6, 0.6, 0.03));
+    let options = GridOptions { step_m: 0.003, shift: DVec3::ZERO, sizes: None };
+    let prepared = SnowBody::uniform(&body, options, &[snow], Q);
+    let (top, normal) = (DVec3::Z * 0.015, DVec3::Z);
+    let lit = |element: &SurfaceElement| if element.normal.z > 0.5 { f32x4::ONE } else { f32x4::ZERO };
+    let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
+    let fluence = prepared.solve(&[&light], SolveOptions::default());
+    let flux = prepared.flux(&fluence, top, normal).unwrap().next().unwrap().to_array();
+    let element = prepared.element_near(top, normal).unwrap();
+    let near = &prepared.surface()[element];
+    assert!(near.normal.z > 0.99 && f64::from(near.point.distance(top.as_vec3())) < options.step_m, "{near:?}");
+    let absorptance = prepared.slab_absorptance()[0][element].to_array();
+    for (flux, absorptance) in flux.into_iter().zip(absorptance) {
+        // Cells of 1.5 ℓ* have an error of second order.
+        assert!((absorptance + flux).abs() < 5e-3 * absorptance, "{absorptance} {flux}");
+    }
+}
+
+/// A solution that goes on from another until a part of the residual is left is as good as one from nothing.
+#[test]
+fn solutions_in_steps_come_to_the_same_light() {
+    let snow =
+        Diffusion { transport_length_m: f32x4::splat(0.002), absorption_per_m: f32x4::from([0.001, 0.02, 0.08, 0.3]) };
+    let body = BoxBody::aligned(DVec3::ZERO, DVec3::new(0.1, 0.1, 0.1));
+    let options = GridOptions { step_m: 0.005, shift: DVec3::ZERO, sizes: None };
+    let prepared = SnowBody::uniform(&body, options, &[snow], Q);
+    let lit = |element: &SurfaceElement| if element.normal.z > 0.5 { f32x4::ONE } else { f32x4::ZERO };
+    let light: Vec<f32x4> = prepared.surface().iter().map(lit).collect();
+    let whole = prepared.solve(&[&light], SolveOptions::default());
+    let mut steps = prepared.solve_inside(&[&light], SolveOptions { residual_left: 0.03, ..SolveOptions::default() });
+    for _ in 0..4 {
+        let options = SolveOptions { start: Some(&steps), residual_left: 0.03, ..SolveOptions::default() };
+        steps = prepared.solve_inside(&[&light], options);
+    }
+    let values = |fluence| prepared.fluence(fluence, DVec3::ZERO).unwrap().next().unwrap().to_array();
+    for (whole, steps) in values(&whole).into_iter().zip(values(&steps)) {
+        // Both have a relative residual of 10⁻⁶.
+        assert!((whole / steps - 1.0).abs() < 1e-4, "{whole} {steps}");
+    }
+}
+
 /// The fluence rate on the surface of a ball that a distant light shines on with K F = max(cos, 0), by spherical
 /// harmonics: φ = Σ a_l P_l(cos), and the surface condition gives a_l (1 + q ℓ* i_l′(κR) κ / i_l(κR)) = g_l.
 struct LitBall {

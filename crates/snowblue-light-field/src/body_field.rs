@@ -43,6 +43,8 @@ pub struct SnowAt<'f> {
 /// The light in a body by lights of one spectrum.
 pub(super) struct LitFluence {
     pub(super) fluence: Fluence,
+    /// The net flux J.
+    pub(super) flux: SurfaceValues,
     /// What the surface sends out, J + Σ F + H.
     pub(super) exitance: SurfaceValues,
     /// The irradiance H by uniform skies and other surfaces, if there is any.
@@ -105,7 +107,7 @@ impl BodyField {
     /// The net flux outwards through the surface, in W m⁻² as a band density.
     pub fn flux(&self, point: Vec3A, normal: Vec3A) -> Spectrum {
         let (point, normal) = (point.as_dvec3(), normal.as_dvec3());
-        self.sum(|lit| Some(self.spectrum(self.body.flux(&lit.fluence, point, normal)?, &lit.scale)))
+        self.sum(|lit| Some(self.spectrum(self.body.surface_value(&lit.flux, point, normal)?, &lit.scale)))
     }
 
     /// The sum over the lights of all spectra.

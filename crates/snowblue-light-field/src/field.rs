@@ -7,8 +7,9 @@ use snowblue_geometry::ray::SurfacePoint;
 use super::body_field::{BodyField, LitFluence};
 use super::bright_snow::BrightSnow;
 use super::field_scene::FieldScene;
-use super::illumination::{LampInSnow, illuminations};
-use super::lit_bodies::{PreparedBody, solve};
+use super::illumination::{Illumination, LampInSnow, illuminations};
+use super::lit_bodies::solve;
+use super::prepared_body::PreparedBody;
 use super::solid::Solid;
 use snowblue_scene::objects::Objects;
 
@@ -118,14 +119,16 @@ impl LightField {
         mut known: Vec<LitBodies>,
     ) -> Self {
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
-        let (mut lights, mut solved_count) = (Vec::new(), 0);
-        for illumination in illuminations(scene.lights, scene.lamps_in_snow) {
+        let illuminations = illuminations(scene.lights, scene.lamps_in_snow);
+        let is_known = |illumination: &&Illumination| known.iter().any(|(lights, _)| *lights == illumination.indices);
+        let unknown: Vec<&Illumination> = illuminations.iter().filter(|one| !is_known(one)).collect();
+        let solved_count = unknown.len();
+        let mut solved = solve(scene, &unknown, &prepared, &body_of).into_iter();
+        let mut lights = Vec::new();
+        for illumination in illuminations {
             let of_bodies = match known.iter().position(|(lights, _)| *lights == illumination.indices) {
                 Some(number) => known.swap_remove(number).1,
-                None => {
-                    solved_count += 1;
-                    solve(scene, &illumination, &prepared, &body_of)
-                }
+                None => solved.next().unwrap_or_default(),
             };
             lit.iter_mut().zip(of_bodies).for_each(|(lit, one)| lit.push(one));
             lights.push(illumination.indices);

@@ -2,19 +2,19 @@
 //!
 //! From each surface element a few rays with the density of the cosine find what the element sees. A ray that meets a
 //! diffuse surface continues there, as a path tracer's does, until it meets snow or nothing. What snow sends out is
-//! asked for many times, so rays are traced once, and their ends are kept.
+//! asked for many times, so rays are traced once, for the lights of all spectra, and the places where they end are
+//! kept.
 //!
 //! The sky and the snow around an element are seen by the same rays, so that in a cavity of snow, where light is
 //! reflected some hundred times, their shares add up to one.
 
-use arrayvec::ArrayVec;
 use rayon::prelude::*;
-use snowblue_field::{MOST_GROUPS, SnowBody, SpectralNodes, SurfaceElement};
+use snowblue_field::{SnowBody, SpectralNodes, SurfaceElement, SurfacePlace};
 use snowblue_geometry::ray::{Ray, SurfacePoint};
 use wide::f32x4;
 
 use crate::solid::Solid;
-use crate::surface_light::{ELEMENTS_PER_TASK, LitPoint, push, surface_point, visit_lights};
+use crate::surface_light::{ELEMENTS_PER_TASK, LitPoint, append, push, surface_point, visit_lights};
 use snowblue_scene::light::Light;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
@@ -26,19 +26,19 @@ const MOST_RAYS: usize = 2 << 20;
 /// Most rays of a surface element.
 const MOST_RAYS_PER_ELEMENT: usize = 16;
 
-/// Ends of paths that are looked up at a time.
-const ENDS_PER_BLOCK: usize = 1 << 16;
+/// Marks the absence of other surfaces on a path.
+const NONE: u32 = u32::MAX;
 
-/// What snow sends out at a point, in W/m², for each group of nodes.
-pub(super) type Exitance = ArrayVec<f32x4, MOST_GROUPS>;
+/// Values at each surface element, for each group of spectral nodes.
+pub(super) type ElementValues = Vec<Vec<f32x4>>;
 
 /// What the rays of a body's surface elements found.
 #[derive(Debug)]
 pub(super) struct GatheredPaths {
-    /// For each group of nodes and each element the irradiance by uniform skies and by diffuse surfaces that lamps
-    /// light.
-    steady: Vec<Vec<f32x4>>,
-    /// Paths that end at snow.
+    /// The irradiance by uniform skies and by diffuse surfaces that lamps light, for the lights of each spectrum.
+    steady: Vec<ElementValues>,
+    /// The paths of element k that end at snow are `ends[end_starts[k]..end_starts[k + 1]]`.
+    end_starts: Vec<usize>,
     ends: Vec<SnowEnd>,
     /// Transmittance of paths by way of diffuse surfaces, for each group: a range for each such path.
     throughputs: Vec<f32x4>,
@@ -48,20 +48,33 @@ pub(super) struct GatheredPaths {
 /// A path that ends at snow.
 #[derive(Debug, Clone, Copy)]
 struct SnowEnd {
-    element: u32,
-    /// Number of its throughput, or none if it met no other surface.
-    throughput: Option<u32>,
-    object: u32,
-    surface: SurfacePoint,
+    place: SnowPlace,
+    /// Number of its throughput, or [`NONE`] if it met no other surface.
+    throughput: u32,
+}
+
+/// A place on the surface of one of the bodies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SnowPlace {
+    pub(super) body: u32,
+    pub(super) place: SurfacePlace,
 }
 
 /// What paths need of the scene.
 pub(super) struct Surroundings<'a> {
-    pub(super) lights: &'a [&'a Light],
+    /// The lights of each spectrum.
+    pub(super) lit: Vec<LightsAround<'a>>,
     /// The reflectance of a diffuse surface; none for snow.
     pub(super) reflectance: &'a (dyn Fn(&SurfaceInteraction) -> Option<Spectrum> + Sync),
     /// Most surfaces on a path after the first, snow or not.
     pub(super) most_surfaces: u32,
+    /// The place of a hit of snow.
+    pub(super) place_at: &'a (dyn Fn(&SurfaceInteraction) -> Option<SnowPlace> + Sync),
+}
+
+/// Lights of one spectrum.
+pub(super) struct LightsAround<'a> {
+    pub(super) lights: &'a [&'a Light],
     /// The radiance of uniform skies.
     pub(super) sky: Spectrum,
 }
@@ -69,8 +82,10 @@ pub(super) struct Surroundings<'a> {
 /// The paths of some elements, before those of all tasks are joined.
 #[derive(Default)]
 struct Task {
-    steady: Vec<Spectrum>,
-    ends: Vec<(SnowEnd, Option<Spectrum>)>,
+    steady: Vec<ElementValues>,
+    end_counts: Vec<usize>,
+    ends: Vec<SnowEnd>,
+    throughputs: Vec<f32x4>,
 }
 
 impl GatheredPaths {
@@ -78,59 +93,66 @@ impl GatheredPaths {
     pub(super) fn new(solid: &Solid, body: &SnowBody, nodes: &SpectralNodes, around: &Surroundings) -> Self {
         let elements = body.surface();
         let rays_per_element = (MOST_RAYS / elements.len().max(1)).clamp(1, MOST_RAYS_PER_ELEMENT);
-        let is_dark = around.most_surfaces == 0 && around.sky == Spectrum::ZERO;
+        let is_dark = around.most_surfaces == 0 && around.lit.iter().all(|lit| lit.sky == Spectrum::ZERO);
         let rays_per_element = if is_dark { 0 } else { u32::try_from(rays_per_element).unwrap_or(1) };
+        let groups = nodes.indices().len() / snowblue_field::GROUP;
         let task = |(task, elements): (usize, &[SurfaceElement])| {
             let mut queries = SceneQueries::new(solid.objects);
-            let mut found = Task::default();
+            let steady = vec![vec![Vec::with_capacity(elements.len()); groups]; around.lit.len()];
+            let mut found = Task { steady, ..Task::default() };
+            let mut sums = vec![Spectrum::ZERO; around.lit.len()];
             for (k, element) in elements.iter().enumerate() {
                 let number = u32::try_from(task * ELEMENTS_PER_TASK + k).unwrap_or(u32::MAX);
-                let mut steady = Spectrum::ZERO;
+                let first_end = found.ends.len();
+                sums.fill(Spectrum::ZERO);
                 for ray in 0..rays_per_element {
                     // One sequence for all elements, so that the rays of neighbours are well distributed together.
                     let sampler = Sampler::new(2, 0, number.wrapping_mul(rays_per_element).wrapping_add(ray));
-                    let start = surface_point(element);
-                    let (light, end) = trace(&mut queries, solid.object, start, sampler, around);
-                    steady += light;
-                    if let Some((surface, throughput)) = end {
-                        let end = SnowEnd {
-                            element: number,
-                            throughput: None,
-                            object: u32::try_from(surface.object).unwrap_or(u32::MAX),
-                            surface: surface.surface_point(),
-                        };
-                        found.ends.push((end, throughput));
+                    let start = (solid.object, surface_point(element));
+                    let end = trace(&mut queries, start, sampler, around, &mut sums);
+                    let Some((surface, throughput)) = end else { continue };
+                    let Some(place) = (around.place_at)(&surface) else { continue };
+                    let mut end = SnowEnd { place, throughput: NONE };
+                    if let Some(throughput) = throughput {
+                        end.throughput = u32::try_from(found.throughputs.len()).unwrap_or(NONE);
+                        found.throughputs.extend(nodes.gather(|index| throughput.0[index]));
                     }
+                    found.ends.push(end);
                 }
-                found.steady.push(steady * (std::f32::consts::PI / rays_per_element.max(1) as f32));
+                let share = std::f32::consts::PI / rays_per_element.max(1) as f32;
+                sums.iter().zip(&mut found.steady).for_each(|(sum, steady)| push(steady, nodes, &(*sum * share)));
+                found.end_counts.push(found.ends.len() - first_end);
             }
             found
         };
         let tasks: Vec<Task> = elements.par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();
-        let groups = nodes.indices().len() / snowblue_field::GROUP;
         let mut paths = Self {
-            steady: vec![Vec::with_capacity(elements.len()); groups],
+            steady: vec![vec![Vec::with_capacity(elements.len()); groups]; around.lit.len()],
+            end_starts: vec![0],
             ends: Vec::new(),
             throughputs: Vec::new(),
             rays_per_element,
         };
-        for Task { steady, ends } in tasks {
-            steady.iter().for_each(|spectrum| push(&mut paths.steady, nodes, spectrum));
-            for (mut end, throughput) in ends {
-                if let Some(throughput) = throughput {
-                    end.throughput = u32::try_from(paths.throughputs.len()).ok();
-                    paths.throughputs.extend(nodes.gather(|index| throughput.0[index]));
-                }
-                paths.ends.push(end);
-            }
+        for Task { steady, end_counts, ends, throughputs } in tasks {
+            paths.steady.iter_mut().zip(steady).for_each(|(all, steady)| append(all, steady));
+            let mut end = paths.ends.len();
+            paths.end_starts.extend(end_counts.into_iter().map(|count| {
+                end += count;
+                end
+            }));
+            let first = u32::try_from(paths.throughputs.len()).unwrap_or(NONE);
+            paths.ends.extend(ends.into_iter().map(|end| match end.throughput {
+                NONE => end,
+                throughput => SnowEnd { throughput: first + throughput, ..end },
+            }));
+            paths.throughputs.extend(throughputs);
         }
         paths
     }
 
-    /// The irradiance by uniform skies and by diffuse surfaces that lamps light: for each group a value at each
-    /// element.
-    pub(super) fn steady(&self) -> &[Vec<f32x4>] {
-        &self.steady
+    /// The irradiance by uniform skies and by diffuse surfaces that lamps light, for the lights of one spectrum.
+    pub(super) fn steady(&self, spectrum: usize) -> &ElementValues {
+        &self.steady[spectrum]
     }
 
     /// Whether any path ends at snow.
@@ -138,39 +160,39 @@ impl GatheredPaths {
         !self.ends.is_empty()
     }
 
-    /// The irradiance of each element by snow, for each group. `exitance` gives what an object of snow sends out at a
-    /// point.
+    /// The irradiance of each element by snow, for each of some groups. `exitance` gives what snow sends out at a
+    /// place, for a group.
     pub(super) fn irradiance_by_snow(
         &self,
-        exitance: &(dyn Fn(usize, &SurfacePoint) -> Exitance + Sync),
-    ) -> Vec<Vec<f32x4>> {
-        let mut irradiance: Vec<Vec<f32x4>> = self.steady.iter().map(|group| vec![f32x4::ZERO; group.len()]).collect();
+        groups: usize,
+        exitance: &(impl Fn(&SnowPlace, usize) -> f32x4 + Sync),
+    ) -> ElementValues {
         let share = f32x4::splat((self.rays_per_element as f32).recip());
-        for ends in self.ends.chunks(ENDS_PER_BLOCK) {
-            let of_end = |end: &SnowEnd| exitance(end.object as usize, &end.surface);
-            let values: Vec<Exitance> = ends.par_iter().map(of_end).collect();
-            for (end, values) in ends.iter().zip(values) {
-                for (k, (group, value)) in irradiance.iter_mut().zip(values).enumerate() {
-                    let throughput = end.throughput.map_or(f32x4::ONE, |start| self.throughputs[start as usize + k]);
-                    group[end.element as usize] += value * throughput * share;
+        let of_element = |group: usize, range: &[usize]| {
+            let of_end = |end: &SnowEnd| {
+                let value = exitance(&end.place, group);
+                match end.throughput {
+                    NONE => value,
+                    start => value * self.throughputs[start as usize + group],
                 }
-            }
-        }
-        irradiance
+            };
+            self.ends[range[0]..range[1]].iter().fold(f32x4::ZERO, |sum, end| sum + of_end(end)) * share
+        };
+        let of_group = |group: usize| self.end_starts.par_windows(2).map(|range| of_element(group, range)).collect();
+        (0..groups).map(of_group).collect()
     }
 }
 
-/// Follows a path from a surface element. Gives the radiance of uniform skies or, by diffuse surfaces, of all lamps,
-/// and where it ends at snow, with its throughput if it met another surface before.
+/// Follows a path from a surface element. Adds the radiance of uniform skies or, by diffuse surfaces, of all lamps, for
+/// the lights of each spectrum. Gives where it ends at snow, with its throughput if it met another surface before.
 fn trace(
     queries: &mut SceneQueries,
-    object: usize,
-    start: SurfacePoint,
+    (mut object, mut surface): (usize, SurfacePoint),
     mut sampler: Sampler,
     around: &Surroundings,
-) -> (Spectrum, Option<(SurfaceInteraction, Option<Spectrum>)>) {
-    let (mut light, mut throughput) = (Spectrum::ZERO, None);
-    let (mut object, mut surface) = (object, start);
+    light: &mut [Spectrum],
+) -> Option<(SurfaceInteraction, Option<Spectrum>)> {
+    let mut throughput = None;
     for bounce in 0..=around.most_surfaces {
         let [u, v, ..] = sampler.next_four();
         let direction = cosine_direction(surface.normal, u, v);
@@ -178,7 +200,7 @@ fn trace(
         let Some(hit) = queries.indirect_hit(&ray) else {
             // Lamps at diffuse surfaces include the sky.
             if throughput.is_none() {
-                light += around.sky;
+                light.iter_mut().zip(&around.lit).for_each(|(light, lit)| *light += lit.sky);
             }
             break;
         };
@@ -186,7 +208,7 @@ fn trace(
             break;
         }
         let Some(reflectance) = (around.reflectance)(&hit) else {
-            return (light, Some((hit, throughput)));
+            return Some((hit, throughput));
         };
         if bounce == around.most_surfaces {
             break;
@@ -194,15 +216,17 @@ fn trace(
         let through = throughput.unwrap_or(Spectrum::ONE) * reflectance;
         (object, surface) = (hit.object, hit.surface_point());
         let lit = LitPoint { surface, side: Side::Outer(object) };
-        let samplers = std::iter::once(sampler);
-        visit_lights(queries, around.lights, &lit, samplers, &mut |_, irradiance| {
-            light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
-        });
+        for (light, LightsAround { lights, .. }) in light.iter_mut().zip(&around.lit) {
+            let samplers = std::iter::once(sampler);
+            visit_lights(queries, lights, &lit, samplers, &mut |_, irradiance| {
+                light.add_product(std::f32::consts::FRAC_1_PI, &through, &irradiance);
+            });
+        }
         sampler.next_four();
         throughput = Some(through);
         if through.maximum() < 1e-3 {
             break;
         }
     }
-    (light, None)
+    None
 }

@@ -1,0 +1,235 @@
+//! Light that goes back and forth between surfaces of snow.
+//!
+//! The irradiance is H = H₀ + G E(H): H₀ by what is not snow, E what snow sends out, which needs a solution inside the
+//! bodies, and G what of that each surface element receives. In a cavity of snow hardly any light is lost from one
+//! reflection to the next, so that reflections are not added up one by one. Of a slab, the light that is sent out is
+//! (1 − a) H, with the absorptance a known. With E of slabs the equation has no solutions inside, and its solution is
+//! near. So it is the preconditioner: what is missing in an estimate goes through the same equation.
+
+use snowblue_field::{FixedPointOptions, Fluence, SolveOptions, SurfaceValues, solve_fixed_point};
+use wide::{f32x4, f64x4};
+
+use super::gather::{ElementValues, GatheredPaths, SnowPlace};
+use super::prepared_body::{Lighting, PreparedBody, Solution, add};
+
+/// How far the light is followed: root mean square of what is missing at a surface element over the light there.
+const LIGHT: FixedPointOptions = FixedPointOptions { tolerance: 1e-3, most_estimates: 12, history: 5 };
+/// The same for light between slabs.
+const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
+/// Relative residual of the first solutions inside, and of others over that of those before for the new light.
+const FIRST_RESIDUAL: f64 = 1e-3;
+const RESIDUAL_LEFT: f64 = 0.03;
+/// Light below which it no longer counts how great an error is beside the light, over the mean.
+const DARK: f32 = 0.03;
+/// Least light that other light is divided by.
+const LEAST_LIGHT: f32 = 1e-20;
+
+/// The surfaces of all bodies, which send light to each other. Their values are joined, body by body.
+pub(super) struct Exchange<'a> {
+    prepared: &'a [PreparedBody<'a>],
+    paths: &'a [GatheredPaths],
+    /// 1 − a of each surface element.
+    slab_reflectance: ElementValues,
+    patches: Patches,
+}
+
+/// The surface elements of each cell at the surface. Single elements have so few rays that in a narrow gap some see each
+/// other alone, as if no light left them. Of all in a cell, some see the open.
+struct Patches {
+    /// The patch of each surface element.
+    of_element: Vec<u32>,
+    /// The area of each surface element, over that of its patch.
+    share: Vec<f32>,
+    /// The first patch of each body, and the number of all.
+    starts: Vec<usize>,
+}
+
+/// The light in balance.
+pub(super) struct Balance {
+    /// The irradiance H of each body.
+    pub(super) diffuse: Vec<ElementValues>,
+    /// Solutions for nearly this light.
+    pub(super) fluences: Vec<Fluence>,
+}
+
+impl<'a> Exchange<'a> {
+    pub(super) fn new(prepared: &'a [PreparedBody<'a>], paths: &'a [GatheredPaths]) -> Self {
+        let mut slab_reflectance = joined(prepared.iter().map(|one| one.body.slab_absorptance().to_vec()));
+        slab_reflectance.iter_mut().flatten().for_each(|value| *value = f32x4::ONE - *value);
+        Self { prepared, paths, slab_reflectance, patches: Patches::new(prepared) }
+    }
+
+    /// Finds the irradiance H for lamps and skies of one spectrum. `steady` is H without light from snow.
+    pub(super) fn balance(&self, lightings: &[Lighting], steady: Vec<ElementValues>) -> Balance {
+        let mut outer = joined(steady);
+        let direct = joined(lightings.iter().map(|lighting| lighting.entering.irradiance.clone()));
+        // The first estimate is by slabs alone.
+        let escape_weighted = joined(lightings.iter().map(|lighting| lighting.entering.escape_weighted.clone()));
+        let mut exitance = outer.clone();
+        add(&mut exitance, &escape_weighted);
+        multiply(&mut exitance, &self.slab_reflectance);
+        subtract(&mut exitance, &escape_weighted);
+        add(&mut exitance, &direct);
+        add(&mut outer, &direct);
+        let mut light = self.of_slabs(self.received_of_patches(&self.patches.means(&exitance)));
+        add(&mut light, &outer);
+        // Errors count beside the light at their place.
+        let scale = without_dark(&light);
+        let mut fluences: Vec<Fluence> = Vec::new();
+        let mut missing = |relative: &[Vec<f32x4>]| {
+            let mut light = relative.to_vec();
+            multiply(&mut light, &scale);
+            let mut diffuse = light.clone();
+            subtract(&mut diffuse, &direct);
+            let mut solutions = Vec::with_capacity(self.prepared.len());
+            for (number, (one, diffuse)) in self.prepared.iter().zip(self.parts(&diffuse)).enumerate() {
+                let goal = match fluences.get(number) {
+                    Some(start) => {
+                        SolveOptions { start: Some(start), residual_left: RESIDUAL_LEFT, ..SolveOptions::default() }
+                    }
+                    None => SolveOptions {
+                        start: one.before.as_ref(),
+                        tolerance: FIRST_RESIDUAL,
+                        ..SolveOptions::default()
+                    },
+                };
+                solutions.push(one.solve(&lightings[number], &diffuse, goal));
+            }
+            let smooth = |(one, solution): (&PreparedBody, &Solution)| one.body.smooth(&one.exitance(solution));
+            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
+            let mut missing = self.received(light.len(), &|snow, group| {
+                let body = snow.body as usize;
+                self.prepared[body].body.value_at(&exitances[body], group, &snow.place)
+            });
+            fluences = solutions.into_iter().map(|solution| solution.fluence).collect();
+            add(&mut missing, &outer);
+            subtract(&mut missing, &light);
+            let mut missing = self.of_slabs(missing);
+            divide(&mut missing, &scale);
+            missing
+        };
+        divide(&mut light, &scale);
+        let mut diffuse = solve_fixed_point(light, &mut missing, LIGHT);
+        multiply(&mut diffuse, &scale);
+        subtract(&mut diffuse, &direct);
+        Balance { diffuse: self.parts(&diffuse), fluences }
+    }
+
+    /// What all elements receive of what snow sends out at places that they see, for each of some groups.
+    fn received(&self, groups: usize, exitance: &(impl Fn(&SnowPlace, usize) -> f32x4 + Sync)) -> ElementValues {
+        joined(self.paths.iter().map(|paths| paths.irradiance_by_snow(groups, exitance)))
+    }
+
+    /// The same by estimate: each place sends out the mean of its patch.
+    fn received_of_patches(&self, exitance: &[Vec<f32x4>]) -> ElementValues {
+        self.received(exitance.len(), &|snow, group| {
+            let body = snow.body as usize;
+            let patch = self.prepared[body].body.patch_of(&snow.place);
+            patch.map_or(f32x4::ZERO, |patch| exitance[group][self.patches.starts[body] + patch])
+        })
+    }
+
+    /// The irradiance that some irradiance grows to by reflections, if the snow at each element is a slab.
+    fn of_slabs(&self, mut irradiance: ElementValues) -> ElementValues {
+        let reflected = |irradiance: &[Vec<f32x4>]| {
+            let mut exitance = irradiance.to_vec();
+            multiply(&mut exitance, &self.slab_reflectance);
+            self.patches.means(&exitance)
+        };
+        let start = reflected(&irradiance);
+        let mut missing = |exitance: &[Vec<f32x4>]| {
+            let mut missing = reflected(&self.received_of_patches(exitance));
+            add(&mut missing, &start);
+            subtract(&mut missing, exitance);
+            missing
+        };
+        let exitance = solve_fixed_point(start.clone(), &mut missing, LIGHT_OF_SLABS);
+        add(&mut irradiance, &self.received_of_patches(&exitance));
+        irradiance
+    }
+
+    /// The values of each body.
+    fn parts(&self, joined: &[Vec<f32x4>]) -> Vec<ElementValues> {
+        let mut end = 0;
+        let of_body = |one: &PreparedBody| {
+            let start = end;
+            end += one.body.surface().len();
+            joined.iter().map(|group| group[start..end].to_vec()).collect()
+        };
+        self.prepared.iter().map(of_body).collect()
+    }
+}
+
+impl Patches {
+    fn new(prepared: &[PreparedBody]) -> Self {
+        let mut patches = Self { of_element: Vec::new(), share: Vec::new(), starts: vec![0] };
+        let mut start = 0;
+        for body in prepared.iter().map(|prepared| &prepared.body) {
+            let mut area_m2 = vec![0.0; body.patch_count()];
+            for (patch, element) in body.patches().zip(body.surface()) {
+                area_m2[patch] += element.area_m2;
+            }
+            for (patch, element) in body.patches().zip(body.surface()) {
+                patches.of_element.push(u32::try_from(start + patch).unwrap_or(u32::MAX));
+                patches.share.push(element.area_m2 / area_m2[patch].max(f32::MIN_POSITIVE));
+            }
+            start += area_m2.len();
+            patches.starts.push(start);
+        }
+        patches
+    }
+
+    /// The means of values at the surface elements.
+    fn means(&self, elements: &[Vec<f32x4>]) -> ElementValues {
+        let of_group = |elements: &Vec<f32x4>| {
+            let mut means = vec![f32x4::ZERO; self.starts.last().copied().unwrap_or(0)];
+            for ((value, share), patch) in elements.iter().zip(&self.share).zip(&self.of_element) {
+                means[*patch as usize] += *value * *share;
+            }
+            means
+        };
+        elements.iter().map(of_group).collect()
+    }
+}
+
+/// The values of all bodies, one after the other.
+fn joined(bodies: impl IntoIterator<Item = ElementValues>) -> ElementValues {
+    let mut all = ElementValues::new();
+    for values in bodies {
+        all.resize(values.len(), Vec::new());
+        all.iter_mut().zip(values).for_each(|(group, values)| group.extend(values));
+    }
+    all
+}
+
+fn subtract(groups: &mut [Vec<f32x4>], others: &[Vec<f32x4>]) {
+    for (group, other) in groups.iter_mut().zip(others) {
+        group.iter_mut().zip(other).for_each(|(value, other)| *value -= *other);
+    }
+}
+
+fn multiply(groups: &mut [Vec<f32x4>], factors: &[Vec<f32x4>]) {
+    for (group, factors) in groups.iter_mut().zip(factors) {
+        group.iter_mut().zip(factors).for_each(|(value, factor)| *value *= *factor);
+    }
+}
+
+fn divide(groups: &mut [Vec<f32x4>], divisors: &[Vec<f32x4>]) {
+    for (group, divisors) in groups.iter_mut().zip(divisors) {
+        group.iter_mut().zip(divisors).for_each(|(value, divisor)| *value /= *divisor);
+    }
+}
+
+/// Light, but a small part of the mean where it is darker.
+fn without_dark(light: &[Vec<f32x4>]) -> ElementValues {
+    let of_group = |group: &Vec<f32x4>| {
+        let sum = group.iter().fold(f64x4::ZERO, |sum, value| sum + f64x4::from(value.to_array().map(f64::from)));
+        #[expect(clippy::cast_possible_truncation, reason = "rounding is intended")]
+        let mean = f32x4::from(sum.to_array().map(|sum| (sum / group.len() as f64) as f32));
+        // Lamps inside are not part of the first estimate, which may be dark.
+        let is_lit = mean.simd_gt(f32x4::ZERO);
+        let least = is_lit.select((mean * DARK).max(f32x4::splat(LEAST_LIGHT)), f32x4::ONE);
+        group.iter().map(|value| value.max(least)).collect()
+    };
+    light.iter().map(of_group).collect()
+}
