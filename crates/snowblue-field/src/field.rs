@@ -36,10 +36,6 @@ pub struct SnowBody {
     /// What is missing in the grid's flux at each surface element over Σ K F there, for each group; empty for a group
     /// for which all cells at the surface are narrow enough.
     missing_flux: Vec<Vec<f32x4>>,
-    /// −J/H of slabs at each surface element, for each group.
-    slab_absorptance: Vec<Vec<f32x4>>,
-    /// How far the snow below each surface element is thick beside the cell, from 0 to 1.
-    thick_share: Vec<f32>,
 }
 
 /// From where and how far a solution is sought.
@@ -64,8 +60,8 @@ impl Default for SolveOptions<'_> {
     }
 }
 
-/// Thickness of the snow, in cells, from which on and to which no face on its other side shares a node.
-const THICK_CELLS: [f32; 2] = [1.0, 2.0];
+/// Thickness in cells from which on and to which cells resolve a slab.
+const RESOLVED_CELLS: [f32; 2] = [1.0, 2.0];
 
 /// A quantity on the surface of a body, smoothed over the size of a cell.
 #[derive(Debug, Clone, Default)]
@@ -121,17 +117,8 @@ impl SnowBody {
         let of_group = |group: usize| cell_groups.iter().map(|groups| groups[group]).collect();
         let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
-        let slab_absorptance = diffusion.par_iter().map(|diffusion| slab_absorptances(&grid, diffusion, extrapolation));
-        let mut body = Self {
-            slab_absorptance: slab_absorptance.collect(),
-            thick_share: thick_share(&grid),
-            surface_nodes: SurfaceNodes::new(&grid),
-            grid,
-            systems,
-            diffusion,
-            extrapolation,
-            missing_flux: Vec::new(),
-        };
+        let surface_nodes = SurfaceNodes::new(&grid);
+        let mut body = Self { surface_nodes, grid, systems, diffusion, extrapolation, missing_flux: Vec::new() };
         body.missing_flux = (0..groups).map(|group| body.missing_flux(group)).collect();
         body
     }
@@ -209,11 +196,25 @@ impl SnowBody {
         Fluence { nodes, flux: SurfaceValues::default() }
     }
 
-    /// The share of diffuse irradiance that each surface element keeps if the snow below is a slab as thick as the body
-    /// is there: for each group of wavelengths −J/H. It needs no solution.
+    /// The share of diffuse irradiance that leaves each surface element again if the snow below is a slab as thick as
+    /// the body is there, for each group of wavelengths: 1 + J/H. It needs no solution. It is low where snow is so thin
+    /// that cells do not resolve it: there the grid reflects less than a slab.
     #[must_use]
-    pub fn slab_absorptance(&self) -> &[Vec<f32x4>] {
-        &self.slab_absorptance
+    pub fn slab_reflectance(&self) -> Vec<Vec<f32x4>> {
+        let of_group = |diffusion: &Vec<Diffusion>| {
+            let mut values = vec![f32x4::ZERO; self.grid.surface.len()];
+            for (number, elements) in self.grid.numbered_surface_cells() {
+                let size_m = self.grid.cell_size(&self.grid.cells[number]).as_vec3();
+                for index in elements {
+                    let thickness_m = self.grid.thickness_m[index];
+                    let cells = thickness_m / self.grid.surface[index].normal.abs().dot(size_m);
+                    let absorptance = slab_absorptance(&diffusion[number], thickness_m, self.extrapolation);
+                    values[index] = (f32x4::ONE - absorptance) * part(RESOLVED_CELLS, f32x4::splat(cells));
+                }
+            }
+            values
+        };
+        self.diffusion.par_iter().map(of_group).collect()
     }
 
     /// The number of patches: of cells at the surface.
@@ -265,29 +266,16 @@ impl SnowBody {
 
     /// The net flux outwards for the light of the solution: for each group of wavelengths a value at each surface
     /// element. It is linear in the light and in the solution.
-    ///
-    /// Elements of a cell share its φ, whatever light falls on each. At an edge between a lit and a dark face the flux
-    /// by φ is too low on the lit one, and too high on the dark one. Its mean is right. So what thick snow sends out is
-    /// that of a slab in its own light, plus the mean of what the flux by φ has beyond.
     #[must_use]
     pub fn element_flux(&self, fluence: &Fluence, light: &[&[f32x4]]) -> Vec<Vec<f32x4>> {
-        let of_group = |(group, (nodes, light)): (usize, (&Vec<f32x4>, &&[f32x4]))| {
+        let of_group = |((nodes, light), missing): ((&Vec<f32x4>, &&[f32x4]), &Vec<f32x4>)| {
             let mut flux = self.flux_of_grid(nodes, light);
-            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(&self.missing_flux[group]) {
+            for ((flux, light), missing) in flux.iter_mut().zip(*light).zip(missing) {
                 *flux += *missing * *light;
-            }
-            let absorptance = &self.slab_absorptance[group];
-            let mut beyond = flux.clone();
-            for ((beyond, light), absorptance) in beyond.iter_mut().zip(*light).zip(absorptance) {
-                *beyond += *light * *absorptance;
-            }
-            let mean = self.surface_nodes.mean_of_sides(&self.grid, &beyond, &self.thick_share);
-            for (((flux, beyond), mean), share) in flux.iter_mut().zip(beyond).zip(mean).zip(&self.thick_share) {
-                *flux += (mean - beyond) * *share;
             }
             flux
         };
-        fluence.nodes.par_iter().zip(light).enumerate().map(of_group).collect()
+        fluence.nodes.par_iter().zip(light).zip(&self.missing_flux).map(of_group).collect()
     }
 
     /// J = (φ − 4 Σ K F) / (3q) at each surface element.
@@ -302,6 +290,13 @@ impl SnowBody {
             }
         }
         flux
+    }
+
+    /// Averages a quantity of the surface elements for [`surface_value`](Self::surface_value), as [`smooth`](Self::smooth)
+    /// does, but with no sharpening: no value is beyond those around it.
+    #[must_use]
+    pub fn average(&self, elements: &[Vec<f32x4>]) -> SurfaceValues {
+        SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.averaged(&self.grid, values)).collect())
     }
 
     /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of
@@ -383,30 +378,6 @@ impl SnowBody {
             }),
         )
     }
-}
-
-/// −J/H of slabs at each surface element.
-fn slab_absorptances(grid: &Grid, diffusion: &[Diffusion], extrapolation: f64) -> Vec<f32x4> {
-    let mut values = vec![f32x4::ZERO; grid.surface.len()];
-    for (number, elements) in grid.numbered_surface_cells() {
-        for index in elements {
-            values[index] = slab_absorptance(&diffusion[number], grid.thickness_m[index], extrapolation);
-        }
-    }
-    values
-}
-
-/// How far the snow below each surface element is thick beside the cell, from 0 to 1.
-fn thick_share(grid: &Grid) -> Vec<f32> {
-    let mut shares = vec![0.0; grid.surface.len()];
-    for (cell, elements) in grid.surface_cells() {
-        let size_m = grid.cell_size(cell).as_vec3();
-        for index in elements {
-            let width_m = grid.surface[index].normal.abs().dot(size_m);
-            shares[index] = part(THICK_CELLS, f32x4::splat(grid.thickness_m[index] / width_m)).to_array()[0];
-        }
-    }
-    shares
 }
 
 /// The value at a point of a cell.

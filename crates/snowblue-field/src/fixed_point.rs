@@ -47,7 +47,7 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     for _ in 0..options.most_estimates {
         let mut rest = missing(&solution);
         let share = greatest_ratio(&norms(&rest), &norms(&solution));
-        if std::env::var("DBG").is_ok() { let m=solution.iter().flatten().flat_map(|v|v.to_array()).fold((f32::MAX,f32::MIN),|a,b|(a.0.min(b),a.1.max(b))); if options.most_estimates<20 {eprintln!("share {share:.2e} min {:.3e} max {:.3e}",m.0,m.1);} }
+        if std::env::var("DBG").is_ok() && options.most_estimates < 20 { eprintln!("share {share:.2e}"); }
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
                 steps.remove(0);

@@ -82,44 +82,6 @@ impl SurfaceNodes {
         smoothed
     }
 
-    /// The mean of values of the surface elements over all orientations, at each surface element: each counts by its
-    /// area times a weight. Sums over these are kept.
-    pub(crate) fn mean_of_sides(&self, grid: &Grid, values: &[f32x4], weights: &[f32]) -> Vec<f32x4> {
-        let mut mean = self.mean_over_nodes(grid, values, weights);
-        let missed: Vec<f32x4> = values.iter().zip(&mean).map(|(value, mean)| *value - *mean).collect();
-        let correction = self.mean_over_nodes(grid, &missed, weights);
-        mean.iter_mut().zip(correction).for_each(|(mean, correction)| *mean += correction);
-        mean
-    }
-
-    /// The same before it is sharpened.
-    fn mean_over_nodes(&self, grid: &Grid, values: &[f32x4], weights: &[f32]) -> Vec<f32x4> {
-        let (mut sums, mut areas) = (vec![f32x4::ZERO; self.area_m2.len()], vec![0.0; self.area_m2.len()]);
-        self.visit_nodes(grid, &mut |index, node, shape| {
-            let area = grid.surface[index].area_m2 * weights[index] * shape;
-            sums[node] += values[index] * area;
-            areas[node] += area;
-        });
-        sums.iter_mut().zip(areas).for_each(|(sum, area)| *sum = quotient(*sum, area));
-        let mut means = vec![f32x4::ZERO; values.len()];
-        self.visit_nodes(grid, &mut |index, node, shape| means[index] += sums[node] * shape);
-        means
-    }
-
-    /// Visits the nodes around each surface element: its index, the number of the node and its share.
-    fn visit_nodes(&self, grid: &Grid, visit: &mut dyn FnMut(usize, usize, f32)) {
-        for (cell, elements) in grid.surface_cells() {
-            for index in elements {
-                let shape = shape(grid.within(cell, grid.surface[index].point.as_dvec3()));
-                for (corner, shape) in cell.corners.iter().zip(shape) {
-                    for term in grid.terms(*corner) {
-                        visit(index, self.number[term.free as usize] as usize, shape * term.weight);
-                    }
-                }
-            }
-        }
-    }
-
     /// The flux at each surface element.
     pub(crate) fn at_elements(&self, grid: &Grid, nodes: &NodeFlux) -> Vec<f32x4> {
         let mut values = vec![f32x4::ZERO; grid.surface.len()];
@@ -256,7 +218,7 @@ impl SurfaceNodes {
     }
 
     /// The means at the nodes, times their weights.
-    fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
+    pub(crate) fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let mut sums = vec![[f32x4::ZERO; SIDES]; self.area_m2.len()];
         self.visit_elements(grid, &mut |index, place, side, area| sums[place][side] += flux[index] * area);
         for ((sums, areas), weights) in sums.iter_mut().zip(&self.area_m2).zip(&self.weight) {
@@ -269,12 +231,20 @@ impl SurfaceNodes {
 
     /// Visits the weights of each surface element: its index, the number of the node, the orientation and the area.
     fn visit_elements(&self, grid: &Grid, visit: &mut dyn FnMut(usize, usize, usize, f32)) {
-        self.visit_nodes(grid, &mut |index, node, shape| {
-            let element = &grid.surface[index];
-            for (side, weight) in side_weights(element.normal) {
-                visit(index, node, side, element.area_m2 * shape * weight);
+        for (cell, elements) in grid.surface_cells() {
+            for index in elements {
+                let element = &grid.surface[index];
+                let shape = shape(grid.within(cell, element.point.as_dvec3()));
+                for (corner, shape) in cell.corners.iter().zip(shape) {
+                    for term in grid.terms(*corner) {
+                        let number = self.number[term.free as usize] as usize;
+                        for (side, weight) in side_weights(element.normal) {
+                            visit(index, number, side, element.area_m2 * shape * weight * term.weight);
+                        }
+                    }
+                }
             }
-        });
+        }
     }
 }
 

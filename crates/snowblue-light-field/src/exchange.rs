@@ -54,8 +54,7 @@ pub(super) struct Balance {
 
 impl<'a> Exchange<'a> {
     pub(super) fn new(prepared: &'a [PreparedBody<'a>], paths: &'a [GatheredPaths]) -> Self {
-        let mut slab_reflectance = joined(prepared.iter().map(|one| one.body.slab_absorptance().to_vec()));
-        slab_reflectance.iter_mut().flatten().for_each(|value| *value = f32x4::ONE - *value);
+        let slab_reflectance = joined(prepared.iter().map(|prepared| prepared.body.slab_reflectance()));
         Self { prepared, paths, slab_reflectance, patches: Patches::new(prepared) }
     }
 
@@ -95,8 +94,8 @@ impl<'a> Exchange<'a> {
                 };
                 solutions.push(one.solve(&lightings[number], &diffuse, goal));
             }
-            let smooth = |(one, solution): (&PreparedBody, &Solution)| one.body.smooth(&one.exitance(solution));
-            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
+            let average = |(one, solution): (&PreparedBody, &Solution)| one.body.average(&one.exitance(solution));
+            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(average).collect();
             let mut missing = self.received(light.len(), &|snow, group| {
                 let body = snow.body as usize;
                 self.prepared[body].body.value_at(&exitances[body], group, &snow.place)
