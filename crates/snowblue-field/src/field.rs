@@ -13,7 +13,7 @@ use crate::octree::NONE;
 use crate::scan::SurfaceElement;
 use crate::solver::solve;
 use crate::source::{VolumeSource, add_source};
-use crate::surface_flux::{NodeFlux, SurfaceNodes};
+use crate::surface_flux::{NodeFlux, SIDES, SurfaceNodes, sorted_sides};
 use crate::system::{Diffusion, System, WideCell, part, right_hand_side, slab_absorptance};
 
 /// A box with faces across the axes.
@@ -74,6 +74,17 @@ pub struct SurfacePlace {
     /// Coordinates within the cell, between 0 and 1.
     at: [f32; 3],
     normal: Vec3,
+}
+
+/// Patches of the surface of a body.
+#[derive(Debug)]
+pub struct Patches {
+    /// The patch of each surface element.
+    pub of_element: Vec<u32>,
+    /// The patch of each orientation in each cell at the surface, or [`NONE`].
+    of_cell: Vec<[u32; SIDES]>,
+    /// Number of patches.
+    pub count: u32,
 }
 
 /// Fluence rates inside a body for one distribution of light on its surface.
@@ -217,22 +228,33 @@ impl SnowBody {
         self.diffusion.par_iter().map(of_group).collect()
     }
 
-    /// The number of patches: of cells at the surface.
+    /// The patches of the surface: its elements in a cell that face about the same way.
     #[must_use]
-    pub fn patch_count(&self) -> usize {
-        self.grid.cut_cells.len()
+    pub fn patches(&self) -> Patches {
+        let mut patches = Patches {
+            of_element: vec![0; self.grid.surface.len()],
+            of_cell: vec![[NONE; SIDES]; self.grid.cut_cells.len()],
+            count: 0,
+        };
+        for (cell, elements) in self.grid.surface_cells() {
+            let of_side = &mut patches.of_cell[cell.cut as usize];
+            for index in elements {
+                let [(side, _), ..] = sorted_sides(self.grid.surface[index].normal);
+                if of_side[side] == NONE {
+                    of_side[side] = patches.count;
+                    patches.count += 1;
+                }
+                patches.of_element[index] = of_side[side];
+            }
+        }
+        patches
     }
 
-    /// The patch of each surface element, in order.
-    pub fn patches(&self) -> impl Iterator<Item = usize> {
-        self.grid.surface_cells().flat_map(|(cell, elements)| std::iter::repeat_n(cell.cut as usize, elements.len()))
-    }
-
-    /// The patch that holds a place; none if its cell has no surface.
+    /// The patch that holds a place; none if its cell has none that faces this way.
     #[must_use]
-    pub fn patch_of(&self, place: &SurfacePlace) -> Option<usize> {
-        let cut = self.grid.cells[place.cell as usize].cut;
-        (cut != NONE).then_some(cut as usize)
+    pub fn patch_at(&self, patches: &Patches, place: &SurfacePlace) -> Option<u32> {
+        let of_side = patches.of_cell.get(self.grid.cells[place.cell as usize].cut as usize)?;
+        sorted_sides(place.normal).into_iter().map(|(side, _)| of_side[side]).find(|patch| *patch != NONE)
     }
 
     /// The fluence rates of a group at all nodes.
@@ -290,13 +312,6 @@ impl SnowBody {
             }
         }
         flux
-    }
-
-    /// Averages a quantity of the surface elements for [`surface_value`](Self::surface_value), as [`smooth`](Self::smooth)
-    /// does, but with no sharpening: no value is beyond those around it.
-    #[must_use]
-    pub fn average(&self, elements: &[Vec<f32x4>]) -> SurfaceValues {
-        SurfaceValues(elements.par_iter().map(|values| self.surface_nodes.averaged(&self.grid, values)).collect())
     }
 
     /// Smooths a quantity of the surface elements for [`surface_value`](Self::surface_value): for each group of

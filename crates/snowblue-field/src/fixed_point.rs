@@ -47,7 +47,6 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     for _ in 0..options.most_estimates {
         let mut rest = missing(&solution);
         let share = greatest_ratio(&norms(&rest), &norms(&solution));
-        if std::env::var("DBG").is_ok() && options.most_estimates < 20 { eprintln!("share {share:.2e}"); }
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
                 steps.remove(0);

@@ -18,7 +18,7 @@ use crate::grid::{Cell, Grid};
 use crate::octree::NONE;
 
 /// Orientations: towards either end of each axis.
-const SIDES: usize = 6;
+pub(crate) const SIDES: usize = 6;
 
 /// Most steps of averaging over neighbouring cells.
 const MOST_STEPS: usize = 6;
@@ -218,7 +218,7 @@ impl SurfaceNodes {
     }
 
     /// The means at the nodes, times their weights.
-    pub(crate) fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
+    fn averaged(&self, grid: &Grid, flux: &[f32x4]) -> NodeFlux {
         let mut sums = vec![[f32x4::ZERO; SIDES]; self.area_m2.len()];
         self.visit_elements(grid, &mut |index, place, side, area| sums[place][side] += flux[index] * area);
         for ((sums, areas), weights) in sums.iter_mut().zip(&self.area_m2).zip(&self.weight) {
@@ -262,6 +262,13 @@ fn quotient(sum: f32x4, weight: f32) -> f32x4 {
 fn likeness(one: f32, other: f32) -> f32 {
     let (least, greatest) = if one < other { (one, other) } else { (other, one) };
     if greatest > 0.0 { (least.max(0.0) / greatest).powi(2) } else { 1.0 }
+}
+
+/// The three orientations of a normal, the nearest first, with their weights.
+pub(crate) fn sorted_sides(normal: Vec3) -> [(usize, f32); 3] {
+    let mut sides = side_weights(normal);
+    sides.sort_by(|first, second| second.1.total_cmp(&first.1));
+    sides
 }
 
 /// The three orientations of a normal with their weights.

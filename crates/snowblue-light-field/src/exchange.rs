@@ -6,7 +6,9 @@
 //! (1 − a) H, with the absorptance a known. With E of slabs the equation has no solutions inside, and its solution is
 //! near. So it is the preconditioner: what is missing in an estimate goes through the same equation.
 
-use snowblue_field::{FixedPointOptions, Fluence, SolveOptions, SurfaceValues, solve_fixed_point};
+use snowblue_field::{
+    FixedPointOptions, Fluence, Patches, SnowBody, SolveOptions, SurfacePlace, SurfaceValues, solve_fixed_point,
+};
 use wide::{f32x4, f64x4};
 
 use super::gather::{ElementValues, GatheredPaths, SnowPlace};
@@ -30,18 +32,20 @@ pub(super) struct Exchange<'a> {
     paths: &'a [GatheredPaths],
     /// 1 − a of each surface element.
     slab_reflectance: ElementValues,
-    patches: Patches,
+    patches: &'a JoinedPatches,
 }
 
-/// The surface elements of each cell at the surface. Single elements have so few rays that in a narrow gap some see each
-/// other alone, as if no light left them. Of all in a cell, some see the open.
-struct Patches {
+/// The patches of all bodies. Single elements have so few rays that in a narrow gap some see each other alone, as if no
+/// light left them. Of all in a patch, some see the open.
+pub(super) struct JoinedPatches {
+    bodies: Vec<Patches>,
     /// The patch of each surface element.
     of_element: Vec<u32>,
     /// The area of each surface element, over that of its patch.
     share: Vec<f32>,
-    /// The first patch of each body, and the number of all.
-    starts: Vec<usize>,
+    /// The first patch of each body.
+    starts: Vec<u32>,
+    count: usize,
 }
 
 /// The light in balance.
@@ -53,9 +57,13 @@ pub(super) struct Balance {
 }
 
 impl<'a> Exchange<'a> {
-    pub(super) fn new(prepared: &'a [PreparedBody<'a>], paths: &'a [GatheredPaths]) -> Self {
+    pub(super) fn new(
+        prepared: &'a [PreparedBody<'a>],
+        patches: &'a JoinedPatches,
+        paths: &'a [GatheredPaths],
+    ) -> Self {
         let slab_reflectance = joined(prepared.iter().map(|prepared| prepared.body.slab_reflectance()));
-        Self { prepared, paths, slab_reflectance, patches: Patches::new(prepared) }
+        Self { prepared, paths, slab_reflectance, patches }
     }
 
     /// Finds the irradiance H for lamps and skies of one spectrum. `steady` is H without light from snow.
@@ -81,21 +89,22 @@ impl<'a> Exchange<'a> {
             let mut diffuse = light.clone();
             subtract(&mut diffuse, &direct);
             let mut solutions = Vec::with_capacity(self.prepared.len());
-            for (number, (one, diffuse)) in self.prepared.iter().zip(self.parts(&diffuse)).enumerate() {
+            for (number, (prepared, diffuse)) in self.prepared.iter().zip(self.parts(&diffuse)).enumerate() {
                 let goal = match fluences.get(number) {
                     Some(start) => {
                         SolveOptions { start: Some(start), residual_left: RESIDUAL_LEFT, ..SolveOptions::default() }
                     }
                     None => SolveOptions {
-                        start: one.before.as_ref(),
+                        start: prepared.before.as_ref(),
                         tolerance: FIRST_RESIDUAL,
                         ..SolveOptions::default()
                     },
                 };
-                solutions.push(one.solve(&lightings[number], &diffuse, goal));
+                solutions.push(prepared.solve(&lightings[number], &diffuse, goal));
             }
-            let average = |(one, solution): (&PreparedBody, &Solution)| one.body.average(&one.exitance(solution));
-            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(average).collect();
+            let smooth =
+                |(prepared, solution): (&PreparedBody, &Solution)| prepared.body.smooth(&prepared.exitance(solution));
+            let exitances: Vec<SurfaceValues> = self.prepared.iter().zip(&solutions).map(smooth).collect();
             let mut missing = self.received(light.len(), &|snow, group| {
                 let body = snow.body as usize;
                 self.prepared[body].body.value_at(&exitances[body], group, &snow.place)
@@ -122,9 +131,7 @@ impl<'a> Exchange<'a> {
     /// The same by estimate: each place sends out the mean of its patch.
     fn received_of_patches(&self, exitance: &[Vec<f32x4>]) -> ElementValues {
         self.received(exitance.len(), &|snow, group| {
-            let body = snow.body as usize;
-            let patch = self.prepared[body].body.patch_of(&snow.place);
-            patch.map_or(f32x4::ZERO, |patch| exitance[group][self.patches.starts[body] + patch])
+            snow.patch.map_or(f32x4::ZERO, |patch| exitance[group][patch as usize])
         })
     }
 
@@ -150,38 +157,40 @@ impl<'a> Exchange<'a> {
     /// The values of each body.
     fn parts(&self, joined: &[Vec<f32x4>]) -> Vec<ElementValues> {
         let mut end = 0;
-        let of_body = |one: &PreparedBody| {
+        let of_body = |prepared: &PreparedBody| {
             let start = end;
-            end += one.body.surface().len();
+            end += prepared.body.surface().len();
             joined.iter().map(|group| group[start..end].to_vec()).collect()
         };
         self.prepared.iter().map(of_body).collect()
     }
 }
 
-impl Patches {
-    fn new(prepared: &[PreparedBody]) -> Self {
-        let mut patches = Self { of_element: Vec::new(), share: Vec::new(), starts: vec![0] };
-        let mut start = 0;
-        for body in prepared.iter().map(|prepared| &prepared.body) {
-            let mut area_m2 = vec![0.0; body.patch_count()];
-            for (patch, element) in body.patches().zip(body.surface()) {
-                area_m2[patch] += element.area_m2;
-            }
-            for (patch, element) in body.patches().zip(body.surface()) {
-                patches.of_element.push(u32::try_from(start + patch).unwrap_or(u32::MAX));
-                patches.share.push(element.area_m2 / area_m2[patch].max(f32::MIN_POSITIVE));
-            }
-            start += area_m2.len();
-            patches.starts.push(start);
+impl JoinedPatches {
+    pub(super) fn new(prepared: &[PreparedBody]) -> Self {
+        let bodies: Vec<Patches> = prepared.iter().map(|prepared| prepared.body.patches()).collect();
+        let (mut of_element, mut starts, mut count) = (Vec::new(), Vec::new(), 0);
+        for patches in &bodies {
+            of_element.extend(patches.of_element.iter().map(|patch| count + patch));
+            starts.push(count);
+            count += patches.count;
         }
-        patches
+        let mut area_m2 = vec![0.0; count as usize];
+        let areas = || prepared.iter().flat_map(|prepared| prepared.body.surface()).map(|element| element.area_m2);
+        of_element.iter().zip(areas()).for_each(|(patch, area)| area_m2[*patch as usize] += area);
+        let share = of_element.iter().zip(areas()).map(|(patch, area)| area / area_m2[*patch as usize]);
+        Self { share: share.collect(), bodies, of_element, starts, count: count as usize }
+    }
+
+    /// The patch that holds a place of a body.
+    pub(super) fn at(&self, number: usize, body: &SnowBody, place: &SurfacePlace) -> Option<u32> {
+        Some(self.starts[number] + body.patch_at(&self.bodies[number], place)?)
     }
 
     /// The means of values at the surface elements.
     fn means(&self, elements: &[Vec<f32x4>]) -> ElementValues {
         let of_group = |elements: &Vec<f32x4>| {
-            let mut means = vec![f32x4::ZERO; self.starts.last().copied().unwrap_or(0)];
+            let mut means = vec![f32x4::ZERO; self.count];
             for ((value, share), patch) in elements.iter().zip(&self.share).zip(&self.of_element) {
                 means[*patch as usize] += *value * *share;
             }

@@ -58,6 +58,8 @@ struct SnowEnd {
 pub(super) struct SnowPlace {
     pub(super) body: u32,
     pub(super) place: SurfacePlace,
+    /// The patch that holds it, among those of all bodies.
+    pub(super) patch: Option<u32>,
 }
 
 /// What paths need of the scene.

@@ -4,7 +4,7 @@ use snowblue_field::SolveOptions;
 use snowblue_geometry::ray::narrow;
 
 use super::body_field::LitFluence;
-use super::exchange::{Balance, Exchange};
+use super::exchange::{Balance, Exchange, JoinedPatches};
 use super::field_scene::FieldScene;
 use super::gather::{GatheredPaths, LightsAround, SnowPlace, Surroundings};
 use super::illumination::Illumination;
@@ -23,8 +23,9 @@ pub(super) fn solve(
     prepared: &[PreparedBody],
     body_of: &[Option<usize>],
 ) -> Vec<Vec<LitFluence>> {
-    let paths = gathered_paths(scene, illuminations, prepared, body_of);
-    let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &paths));
+    let patches = JoinedPatches::new(prepared);
+    let paths = gathered_paths(scene, illuminations, (prepared, &patches), body_of);
+    let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &patches, &paths));
     let solve = |(number, illumination): (usize, &&Illumination)| {
         let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(illumination, body_of)).collect();
         let steady = paths.iter().map(|paths| paths.steady(number).clone()).collect();
@@ -51,15 +52,16 @@ pub(super) fn solve(
 fn gathered_paths(
     scene: &FieldScene,
     illuminations: &[&Illumination],
-    prepared: &[PreparedBody],
+    (prepared, patches): (&[PreparedBody], &JoinedPatches),
     body_of: &[Option<usize>],
 ) -> Vec<GatheredPaths> {
     let place_at = |hit: &SurfaceInteraction| {
         let number = body_of[hit.object]?;
         let surface = hit.surface_point();
         let (point, normal) = (surface.point.as_dvec3(), surface.normal.as_dvec3());
-        let place = prepared[number].body.surface_place(point, normal)?;
-        Some(SnowPlace { body: u32::try_from(number).ok()?, place })
+        let body = &prepared[number].body;
+        let place = body.surface_place(point, normal)?;
+        Some(SnowPlace { body: u32::try_from(number).ok()?, place, patch: patches.at(number, body, &place) })
     };
     let lit = illuminations.iter().map(|illumination| {
         let mut sky = Spectrum::ZERO;
