@@ -22,9 +22,9 @@ pub(crate) enum PictureFormat {
 pub(crate) const SCENE_NOTE: &str = "Scene";
 pub(crate) const TABLE_NOTE: &str = "Table";
 
-/// Why an exposure has no effect on an EXR without sums.
-pub(crate) const IDLE_EXPOSURE: &str =
-    "an .exr holds light without an exposure; with --keep-sums it also keeps the exposure of a later .png";
+/// Why options of a PNG have no effect on an EXR without sums.
+pub(crate) const IDLE_PNG_OPTION: &str =
+    "an .exr holds light as it is; with --keep-sums it also keeps the exposure and the tone curve of a later .png";
 
 /// A picture file to write.
 #[derive(Debug, Clone)]
@@ -48,11 +48,11 @@ impl PictureFile {
     }
 
     /// Memory that writing takes beside the sums, in bytes for each pixel: that of the filter, and for a PNG its
-    /// colours, their brightness for the exposure, and the bytes before and after encoding. An EXR is written in
-    /// blocks.
+    /// colours, what they show, their brightness for the exposure, and the bytes before and after encoding. An EXR is
+    /// written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
-            PictureFormat::Png => 36,
+            PictureFormat::Png => 37,
             PictureFormat::Exr => 0,
         };
         encoding + residual_filter::bytes_per_pixel(aovs)
@@ -70,7 +70,7 @@ impl PictureFile {
 
     /// Writes the picture with metadata; `more` precedes that of its provenance.
     pub(crate) fn write(&self, sums: &FilmAccumulator, resume_data: ResumeData, more: &[(&str, String)]) -> Outcome {
-        let ResumeData { provenance, exposure } = resume_data;
+        let ResumeData { provenance, development } = resume_data;
         let mut notes = vec![("Software", format!("snowblue {}", provenance.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
         notes.push(("Samples per pixel", describe_samples(sums)));
@@ -81,7 +81,7 @@ impl PictureFile {
         }
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.format {
-            PictureFormat::Png => write_png(&sums.film(), exposure, &notes, &self.path),
+            PictureFormat::Png => write_png(&sums.film(), development, &notes, &self.path),
             PictureFormat::Exr => {
                 resumable_file::write(sums, self.keeps_sums.then_some(resume_data), &notes, &self.path)
             }

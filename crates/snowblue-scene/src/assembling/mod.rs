@@ -156,6 +156,9 @@ impl SceneDescription {
             WhiteBalance::Illuminant(illuminant) => {
                 LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
             }
+            WhiteBalance::Temperature(kelvin) => {
+                LightSpectrum::of_temperature(kelvin).map_err(|error| wrong(&error.to_string()))?.relative
+            }
             WhiteBalance::Sky => irradiance_by_sky(lights),
         };
         if spectrum.maximum() <= 0.0 {

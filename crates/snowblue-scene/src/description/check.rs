@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use snowblue_base::RangeError;
 use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::temperature;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
 use snowblue_transport::{ParameterRange, TransportError};
 
@@ -23,6 +24,7 @@ use super::scene::SceneDescription;
 use super::value::{ColorDescription, Scale, point};
 use crate::camera::PinholeCamera;
 use crate::film::sensor::FalseColor;
+use crate::film::white_balance::WhiteBalance;
 use crate::film::{Exposure, FilmSettings};
 use crate::integrator::{IntegratorSettings, LightFieldSettings};
 use snowblue_base::{KeyError, KeyPath};
@@ -123,6 +125,10 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
         for (key, wavelength_nm) in [("red_nm", red_nm), ("green_nm", green_nm), ("blue_nm", blue_nm)] {
             WAVELENGTH.check(&path.key(key), wavelength_nm)?;
         }
+    }
+    if let WhiteBalance::Temperature(kelvin) = film.white {
+        let (least, greatest) = temperature::RANGE_K.into_inner();
+        Range::new(least, greatest, "K").check(&path.key("white"), kelvin)?;
     }
     match film.exposure {
         Exposure::Auto => Ok(()),
