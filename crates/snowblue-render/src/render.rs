@@ -341,11 +341,16 @@ impl<'scene> Pixel<'scene> {
         }
     }
 
-    /// The camera ray of a sample, uniform over the area of the pixel (a box filter).
+    /// The camera ray of a sample, uniform over the area of the pixel (a box filter) and over the lens.
     #[inline]
     fn camera_ray(&self, sample: u32) -> Ray {
         let [across, down] = self.pattern.position(self.shift, sample);
-        self.scene.camera().ray((self.column + across) / self.width, (self.row + down) / self.height)
+        let (across, down) = ((self.column + across) / self.width, (self.row + down) / self.height);
+        let camera = self.scene.camera();
+        if !camera.has_lens() {
+            return camera.ray(across, down);
+        }
+        camera.lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
     }
 
     /// The random numbers of a sample's path.
