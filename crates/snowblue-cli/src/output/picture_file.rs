@@ -52,7 +52,7 @@ impl PictureFile {
     /// written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
-            PictureFormat::Png => 37,
+            PictureFormat::Png => 44,
             PictureFormat::Exr => 0,
         };
         encoding + residual_filter::bytes_per_pixel(aovs)

@@ -94,15 +94,8 @@ impl FilmAccumulator {
         let pixels = self.all_pixels();
         let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
-        let shown = |pixel: &PixelSums| {
-            if pixel.aov(Aov::Emitter, 0) > 0.0 {
-                Shown::Emitter
-            } else if pixel.aov(Aov::Snow, 0) >= 0.5 {
-                Shown::Snow
-            } else {
-                Shown::Other
-            }
-        };
+        let shown =
+            |pixel: &PixelSums| Shown { snow: pixel.aov(Aov::Snow, 0), emitter: pixel.aov(Aov::Emitter, 0) > 0.0 };
         let film = Film::new(self.window().size(), colours.collect());
         film.with_shown(pixels.iter().map(shown).collect())
     }

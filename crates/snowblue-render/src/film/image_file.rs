@@ -4,13 +4,13 @@ use std::io::{Cursor, Write as _};
 use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
-use rayon::prelude::*;
 use snowblue_base::atomic_file::write_atomically;
-use snowblue_color::{LinearRgb, Srgb8, Xyz};
+use snowblue_color::{LinearRgb, Xyz};
 use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::film::Film;
+use crate::film::display::displayed;
 use crate::raster::RasterImage;
 use snowblue_scene::film::{Development, ImageSize};
 
@@ -34,11 +34,8 @@ pub fn write_png(
 
 /// Converts an image to the 8-bit sRGB of a PNG.
 pub fn to_raster(film: &Film, development: impl Into<Development>) -> RasterImage {
-    let development = development.into();
-    let factor = film.display_factor(development);
-    let encoded = |xyz: &Xyz| Srgb8::encode(development.tone.displayed(LinearRgb::from_xyz(*xyz * factor)));
     let ImageSize { width, height } = film.size();
-    RasterImage::new(width, height, film.pixels().par_iter().map(encoded).collect())
+    RasterImage::new(width, height, displayed(film, development.into()))
 }
 
 /// Writes an 8-bit image as PNG.

@@ -8,6 +8,7 @@
 pub mod accumulator;
 pub mod aov;
 pub mod channels;
+mod display;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
@@ -29,14 +30,13 @@ pub struct Film {
     shown: Vec<Shown>,
 }
 
-/// What a pixel shows, for automatic exposure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shown {
-    /// A lamp or the sun, in any sample.
-    Emitter,
-    /// Snow, in half of the samples at least.
-    Snow,
-    Other,
+/// What a pixel shows, for automatic exposure and the edges of snow.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Shown {
+    /// The fraction of the samples that see snow.
+    pub(crate) snow: f32,
+    /// Whether any sample sees a lamp or the sun.
+    pub(crate) emitter: bool,
 }
 
 impl Film {
@@ -69,17 +69,26 @@ impl Film {
     /// The pixels that an automatic exposure depends on: all but those that show a lamp or the sun, which is some
     /// thousand times as bright as what it lights.
     pub fn metered_pixels(&self) -> impl Iterator<Item = Xyz> {
-        self.showing(|shown| shown != Shown::Emitter)
+        self.showing(|shown| !shown.emitter)
     }
 
     /// The pixels that show snow in half of their samples at least, and no lamp.
     pub fn snow_pixels(&self) -> impl Iterator<Item = Xyz> {
-        self.showing(|shown| shown == Shown::Snow)
+        self.showing(|shown| shown.snow >= 0.5 && !shown.emitter)
     }
 
     fn showing(&self, is_meant: impl Fn(Shown) -> bool) -> impl Iterator<Item = Xyz> {
-        let shown = |index: usize| self.shown.get(index).copied().unwrap_or(Shown::Other);
-        self.pixels.iter().enumerate().filter(move |(index, _)| is_meant(shown(*index))).map(|(_, pixel)| *pixel)
+        let pixels = self.pixels.iter().enumerate();
+        pixels.filter(move |(index, _)| is_meant(self.shown(*index))).map(|(_, pixel)| *pixel)
+    }
+
+    fn shown(&self, pixel: usize) -> Shown {
+        self.shown.get(pixel).copied().unwrap_or_default()
+    }
+
+    /// The fraction of the samples of a pixel that see snow.
+    pub(crate) fn snow_fraction(&self, pixel: usize) -> f64 {
+        self.shown(pixel).snow.into()
     }
 
     /// The factor by which radiance is multiplied for display.
@@ -102,7 +111,7 @@ mod tests {
         let film = Film::new(ImageSize { width: 200, height: 1 }, pixels);
         assert!((film.display_factor(Exposure::Auto) - 0.9 / 198.0).abs() < 1e-9);
         assert!((film.display_factor(Exposure::Stops(-2.0)) - 0.25).abs() < 1e-12);
-        let shown = (0..200).map(|k| if k >= 100 { Shown::Emitter } else { Shown::Other }).collect();
+        let shown = (0..200).map(|k| Shown { snow: 0.0, emitter: k >= 100 }).collect();
         assert!((film.with_shown(shown).display_factor(Exposure::Auto) - 0.9 / 99.0).abs() < 1e-9);
         let black = Film::new(ImageSize { width: 1, height: 1 }, vec![Xyz::default()]);
         assert!((black.display_factor(Exposure::Auto) - 1.0).abs() < 1e-12);
@@ -113,7 +122,7 @@ mod tests {
         let grey = |level: f64| LinearRgb { r: level, g: level, b: level }.xyz();
         let film = |snow: f64, sky: f64| {
             let pixels = (0..100).map(|k| grey(if k < 60 { snow } else { sky })).collect();
-            let shown = (0..100).map(|k| if k < 60 { Shown::Snow } else { Shown::Other }).collect();
+            let shown = (0..100).map(|k| Shown { snow: if k < 60 { 1.0 } else { 0.0 }, emitter: false }).collect();
             Film::new(ImageSize { width: 100, height: 1 }, pixels).with_shown(shown)
         };
         for (tone, snow, highlights) in
