@@ -42,6 +42,7 @@ fn options_without_effect_are_refused() {
         (&["bake", "--scene", "block_30cm", "-o", "a.ply"], &["--exposure", "1"], "no preview"),
         (&["render", "--scene", "block_30cm", "-o", "a.exr"], &["--exposure", "1"], "holds light as it is"),
         (&["render", "--scene", "block_30cm", "-o", "a.exr"], &["--tone", "agx"], "holds light as it is"),
+        (&["render", "--scene", "block_30cm", "-o", "a.exr"], &["--bloom", "0.1"], "holds light as it is"),
         (&["render", "scene.toml"], &["--print"], "--scene NAME"),
         (&["render", "--scene", "block_30cm", "--check"], &["--spp", "4"], "--check renders no picture"),
         (&["render", "--scene", "block_30cm", "--check"], &["--integrator", "hybrid"], "--check renders no picture"),

@@ -137,7 +137,9 @@ fn parts_merge_to_the_whole_picture() {
     let bright = decoded(&folder.render("whole.png", &["--spp", "10"]));
     assert!(bright == decoded(&folder.merge(&parts, "merged.png", &[])));
     assert!(folder.bytes("merged.png") == folder.bytes("whole.png"));
-    assert!(bright != decoded(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
+    for other in [["--exposure", "1"], ["--tone", "agx"], ["--bloom", "0.5"]] {
+        assert!(bright != decoded(&folder.merge(&parts, "merged.png", &other)), "{other:?}");
+    }
     folder.merge(&parts, "merged.exr", &["--keep-sums"]);
     assert!(bright == decoded(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
     folder.render("dark.exr", &["--spp-range", "3:5", "--exposure", "-5"]);

@@ -72,6 +72,7 @@ fn mistakes_are_named_with_file_line_value_and_range() {
         ("[film]", "[keyframes]\nsky.turbidity = [2, 4]\n[film]", 4, "unknown table `keyframes`"),
         ("\"auto\"", "\"bright\"", 5, "film.exposure is \"bright\""),
         ("[film]", "[film]\nwidth = 0", 5, "film.width is 0, but must lie in 1–16384"),
+        ("[film]", "[film]\nbloom = 1.5", 5, "film.bloom is 1.5, but must lie in 0 to 1"),
         ("[film]", "[film]\ntone = \"hable\"", 5, "tone curve is `hable`, but must be one of filmic, agx, none"),
         ("[film]", "[film]\nwhite = 500", 5, "film.white is 500 K, but must lie in 2000 to 25000 K"),
         ("[film]", "[film]\nwhite = \"26000K\"", 5, "colour temperature is 26000 K, but must lie in 2000–25000 K"),

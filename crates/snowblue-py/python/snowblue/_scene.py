@@ -134,6 +134,7 @@ class Scene:
         seed: int | None = None,
         exposure: float | Literal["auto"] | None = None,
         tone: Tone | None = None,
+        bloom: float | None = None,
         aovs: Sequence[Aov] = (),
         database: Database | None = None,
         output: str | PathLike[str] | None = None,
@@ -144,7 +145,7 @@ class Scene:
         Parameters
         ----------
         integrator : "hybrid", "diffusion", "pcasnow" or "reference", optional
-        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone : optional
+        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone, bloom : optional
             Instead of those of the scene.
         raw : bool
             Leave out the filter of hybrid, which averages the noise of random walks over pixels of like snow.
@@ -167,7 +168,7 @@ class Scene:
             pcasnow solved for.
         """
         changed = self._changed(
-            film={"width": width, "height": height, "exposure": exposure, "tone": tone},
+            film={"width": width, "height": height, "exposure": exposure, "tone": tone, "bloom": bloom},
             integrator={
                 "type": integrator,
                 "samples_per_pixel": samples_per_pixel,

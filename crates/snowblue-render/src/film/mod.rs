@@ -7,6 +7,7 @@
 
 pub mod accumulator;
 pub mod aov;
+mod bloom;
 pub mod channels;
 mod display;
 pub mod image_file;
@@ -54,6 +55,11 @@ impl Film {
     pub(crate) fn with_shown(self, shown: Vec<Shown>) -> Self {
         assert_eq!(shown.len(), self.pixels.len(), "one value per pixel");
         Self { shown, ..self }
+    }
+
+    /// The image with a fraction of its light spread by [bloom](bloom::spread).
+    fn with_bloom(&self, fraction: f64) -> Self {
+        Self { pixels: bloom::spread(&self.pixels, self.size, fraction), ..self.clone() }
     }
 
     /// Size in pixels.
@@ -128,7 +134,7 @@ mod tests {
         for (tone, snow, highlights) in
             [(ToneCurve::None, 0.8, 0.9), (ToneCurve::Filmic, 0.8, 0.9), (ToneCurve::Agx, 0.6, 0.75)]
         {
-            let development = Development { exposure: Exposure::Auto, tone };
+            let development = Development { exposure: Exposure::Auto, tone, bloom: 0.0 };
             let displayed = |film: &Film, level: f64| {
                 tone.displayed(LinearRgb::from_xyz(grey(level * film.display_factor(development)))).luminance()
             };

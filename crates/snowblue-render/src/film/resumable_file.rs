@@ -5,8 +5,9 @@
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
 //! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths, and the
-//! exposure and the tone curve of a PNG. One more channel (`sums.missing`) has the number of samples that a pixel lacks
-//! at the end of the range. The data window and the display window give the position of a part in the image.
+//! exposure, the tone curve and the bloom of a PNG. One more channel (`sums.missing`) has the number of samples that a
+//! pixel lacks at the end of the range. The data window and the display window give the position of a part in the
+//! image.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -46,6 +47,7 @@ const AOVS: &str = "snowblueAovs";
 const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
 const TONE: &str = "snowblueTone";
+const BLOOM: &str = "snowblueBloom";
 /// The channel of missing samples.
 const MISSING: &str = "sums.missing";
 
@@ -103,6 +105,7 @@ pub fn write(
         insert(WAVELENGTHS, &wavelengths.join(" "));
         insert(EXPOSURE, &development.exposure.to_string());
         insert(TONE, development.tone.name());
+        insert(BLOOM, &development.bloom.to_string());
         channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
@@ -332,7 +335,11 @@ impl ResumableImage {
             path: path.into(),
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
-            development: Development { exposure: parsed(header, EXPOSURE)?, tone: parsed(header, TONE)? },
+            development: Development {
+                exposure: parsed(header, EXPOSURE)?,
+                tone: parsed(header, TONE)?,
+                bloom: parsed(header, BLOOM)?,
+            },
             samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: Aovs::of_file(&parsed::<String>(header, AOVS)?)
                 .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,

@@ -134,6 +134,7 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
             WAVELENGTH.check(&path.key(key), wavelength_nm)?;
         }
     }
+    FRACTION.check(&path.key("bloom"), film.bloom)?;
     if let WhiteBalance::Temperature(kelvin) = film.white {
         let (least, greatest) = temperature::RANGE_K.into_inner();
         Range::new(least, greatest, "K").check(&path.key("white"), kelvin)?;

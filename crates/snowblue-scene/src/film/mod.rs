@@ -44,6 +44,8 @@ pub struct FilmSettings {
     /// Tone curve of a PNG.
     #[serde(with = "text")]
     pub tone: ToneCurve,
+    /// Fraction of the light that is spread around what is bright in a PNG.
+    pub bloom: f64,
     /// The light that looks white. In false colour all lights do.
     pub white: WhiteBalance,
     /// Three wavelengths as red, green and blue, instead of the colours that an observer sees. Lights are then white.
@@ -53,8 +55,8 @@ pub struct FilmSettings {
 
 impl Default for FilmSettings {
     fn default() -> Self {
-        let Development { exposure, tone } = Development::default();
-        Self { width: 1080, height: 1080, exposure, tone, white: WhiteBalance::default(), false_color: None }
+        let Development { exposure, tone, bloom } = Development::default();
+        Self { width: 1080, height: 1080, exposure, tone, bloom, white: WhiteBalance::default(), false_color: None }
     }
 }
 
@@ -66,7 +68,7 @@ impl FilmSettings {
 
     /// What makes a PNG of the light.
     pub fn development(&self) -> Development {
-        Development { exposure: self.exposure, tone: self.tone }
+        Development { exposure: self.exposure, tone: self.tone, bloom: self.bloom }
     }
 }
 
@@ -77,12 +79,14 @@ pub struct Development {
     pub exposure: Exposure,
     /// From exposed light to the range of the display.
     pub tone: ToneCurve,
+    /// Fraction of the light that is spread around what is bright, before the tone curve.
+    pub bloom: f64,
 }
 
 impl From<Exposure> for Development {
     /// Light as it is, up to white.
     fn from(exposure: Exposure) -> Self {
-        Self { exposure, tone: ToneCurve::None }
+        Self { exposure, tone: ToneCurve::None, bloom: 0.0 }
     }
 }
 

@@ -148,6 +148,11 @@ pub(crate) struct Render {
     /// agx (low contrast, with pale highlights) or none (light as it is, up to white)
     #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
     tone: Option<ToneCurve>,
+    #[arg(
+        long, value_name = "FRACTION", value_parser = parse::number_of(0.0..=1.0),
+        help = "Fraction [0–1] of the light that is spread around what is bright in a PNG, instead of the scene's"
+    )]
+    bloom: Option<f64>,
     /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour temperature
     /// [2000K–25000K], or 'sky' for the light of sun and sky on level ground
     #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
@@ -247,6 +252,7 @@ impl Render {
             "film_memory_mib",
             "exposure",
             "tone",
+            "bloom",
             "white",
             "false_color",
             "aovs",
@@ -324,7 +330,7 @@ impl Render {
         }
         self.given.refuse_idle(&[Idle {
             when: file.format == PictureFormat::Exr && !file.keeps_sums,
-            options: &["exposure", "tone"],
+            options: &["exposure", "tone", "bloom"],
             why: IDLE_PNG_OPTION,
         }])?;
         Ok(file)
@@ -360,6 +366,7 @@ impl Render {
     /// Checks that the pixels to render fit into the memory, and says what they take.
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
+        let file = &PictureFile { blooms: scene.film.bloom > 0.0, ..file.clone() };
         let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
         let path = file.path.display();
         print_notes(quiet, needed_mib.map(|mib| format!("{path}: the pixels take {mib} MiB of memory")));
@@ -384,6 +391,7 @@ impl Render {
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
         film.tone = self.tone.unwrap_or(film.tone);
+        film.bloom = self.bloom.unwrap_or(film.bloom);
         film.white = self.white.unwrap_or(film.white);
         film.false_color = self.false_color.or(film.false_color);
         let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);
