@@ -107,7 +107,7 @@ fn parts_merge_to_the_whole_picture() {
     let folder = Folder::new();
     folder.render("whole.exr", &["--spp", "10"]);
     let whole = pixels(&folder.path("whole.exr"));
-    assert_eq!(whole.len(), 3, "a finished picture has colours only");
+    assert_eq!(whole.len(), 4, "a finished picture has colours, and says where they show snow");
     folder.render("a.exr", &["--spp-range", "0:3"]);
     folder.render("b.exr", &["--spp-range", "3:10", "--crop", "0:8,0:14", "--threads", "1"]);
     folder.render("c.exr", &["--spp-range", "3:10", "--crop", "8:21,0:5", "--threads", "3"]);
@@ -137,7 +137,9 @@ fn parts_merge_to_the_whole_picture() {
     let bright = decoded(&folder.render("whole.png", &["--spp", "10"]));
     assert!(bright == decoded(&folder.merge(&parts, "merged.png", &[])));
     assert!(folder.bytes("merged.png") == folder.bytes("whole.png"));
-    assert!(bright != decoded(&folder.merge(&parts, "merged.png", &["--exposure", "1"])));
+    for other in [["--exposure", "1"], ["--tone", "agx"], ["--bloom", "0.5"]] {
+        assert!(bright != decoded(&folder.merge(&parts, "merged.png", &other)), "{other:?}");
+    }
     folder.merge(&parts, "merged.exr", &["--keep-sums"]);
     assert!(bright == decoded(&folder.merge(&["merged.exr"], "merged.png", &[])), "through another file");
     folder.render("dark.exr", &["--spp-range", "3:5", "--exposure", "-5"]);
@@ -267,7 +269,7 @@ fn requested_aovs_are_in_the_file() {
     {
         assert!(names.iter().any(|one| one == name), "{name}: {names:?}");
     }
-    assert_eq!(names.len(), 45);
+    assert_eq!(names.len(), 46);
     // A PNG is made of the colours of parts with other AOVs.
     folder.render("part.exr", &["--spp", "1", "--aovs", "normal", "--keep-sums"]);
     assert_eq!(folder.merge(&["part.exr"], "part.png", &[])[..4], *b"\x89PNG");

@@ -82,6 +82,18 @@ pub enum ColorError {
         /// Number of wavelengths.
         count: usize,
     },
+    /// No tone curve has this name.
+    #[error("tone curve is `{name}`, but must be one of filmic, agx, none")]
+    UnknownToneCurve {
+        /// The given name.
+        name: String,
+    },
+    /// A colour temperature has no light.
+    #[error("colour temperature is {kelvin} K, but must lie in 2000–25000 K")]
+    Temperature {
+        /// The temperature in K.
+        kelvin: f64,
+    },
     /// Not a hexadecimal colour as in HTML.
     #[error("colour is `{text}`, but must be `#` and six hexadecimal digits, such as #8fb8de")]
     InvalidHex {

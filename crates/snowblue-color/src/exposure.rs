@@ -41,14 +41,17 @@ impl AutoExposure {
 
     /// Exposure factor for some pixels; 1 if there are none or the quantile is black.
     pub fn factor(self, pixels: impl IntoIterator<Item = LinearRgb>) -> f64 {
+        self.factor_of_any(pixels).unwrap_or(1.0)
+    }
+
+    /// Exposure factor for some pixels; none if there are none or the quantile is black.
+    pub fn factor_of_any(self, pixels: impl IntoIterator<Item = LinearRgb>) -> Option<f64> {
         let mut brightest: Vec<f64> = pixels.into_iter().map(brightest_channel).collect();
-        let Some(last) = brightest.len().checked_sub(1) else {
-            return 1.0;
-        };
+        let last = brightest.len().checked_sub(1)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a length")]
         let rank = ((self.fraction * brightest.len() as f64) as usize).min(last);
         let (_, &mut quantile, _) = brightest.select_nth_unstable_by(rank, f64::total_cmp);
-        if quantile > 0.0 { self.level / quantile } else { 1.0 }
+        (quantile > 0.0).then(|| self.level / quantile)
     }
 }
 

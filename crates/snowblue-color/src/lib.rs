@@ -3,7 +3,7 @@
 //! # Data flow
 //!
 //! ```text
-//! observer, illuminant ─► colorimeter ─► Xyz ─┬─► LinearRgb ─► exposure ─► gamut ─► Srgb8 (#rrggbb)
+//! observer, illuminant ─► colorimeter ─► Xyz ─┬─► LinearRgb ─► exposure ─► tone ─► gamut ─► Srgb8 (#rrggbb)
 //!         sampling ─► spectrum ──┘            ├─► RgbSpace (sRGB, Rec. 2020, ACEScg), Oklab
 //!                                             └─► Lab ─► ΔE*ab, CIEDE2000
 //! ```
@@ -11,7 +11,8 @@
 //! A [`Colorimeter`] is built once from an [`Observer`], an [`Illuminant`] and a list of wavelengths. It converts any
 //! spectrum on these wavelengths, given as a ratio to the bare light (a transmittance or a reflectance), to [`Xyz`].
 //! [`LinearRgb::displayable`] maps colours outside the sRGB gamut, such as the blue of deep snow, to displayable ones:
-//! it keeps the luminance, and nearly keeps the perceived hue.
+//! it keeps the luminance, and nearly keeps the perceived hue. A [`ToneCurve`] does the same for light that is brighter
+//! than white.
 //!
 //! # Simplifications
 //!
@@ -22,7 +23,7 @@
 //!
 //! # Out of scope
 //!
-//! Fluorescence, colour appearance (surround, adapting luminance, scotopic vision), tone curves, display profiles and
+//! Fluorescence, colour appearance (surround, adapting luminance, scotopic vision), display profiles and
 //! high-dynamic-range encodings.
 
 pub mod error;
@@ -35,6 +36,7 @@ pub mod xyz;
 pub mod illuminant;
 pub mod observer;
 pub mod sampling;
+pub mod temperature;
 
 pub mod colorimeter;
 
@@ -58,6 +60,7 @@ pub mod gamut;
 pub mod shader;
 
 pub mod exposure;
+pub mod tone;
 
 pub use adaptation::ChromaticAdaptation;
 pub use colorimeter::Colorimeter;
@@ -71,4 +74,5 @@ pub use oklab::Oklab;
 pub use rgb::{LinearRgb, Primaries, Rgb, RgbSpace};
 pub use sampling::{THREE_SAMPLES_NM, WavelengthStep};
 pub use srgb8::Srgb8;
+pub use tone::ToneCurve;
 pub use xyz::{Chromaticity, Xyy, Xyz};

@@ -9,7 +9,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snowblue_database::CompressedTable;
-use snowblue_render::Exposure;
+use snowblue_render::Development;
 use snowblue_render::bake::{
     BakeError, BakeOptions, BakedObject, BakedScene, Channels, STEP_RANGE, write_glb, write_ply,
 };
@@ -119,7 +119,7 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let aovs: Aovs = aovs.parse().map_err(input)?;
         let is_png = output.as_deref().map(is_png).transpose()?;
-        let exposure = self.description.film.exposure;
+        let development = self.description.film.development();
         let table = table.map(Table::compressed).transpose()?;
         let (sums, made) = self.work(py, table, progress, move |built, control| {
             let Built { integrator, provenance } = built;
@@ -136,17 +136,17 @@ impl Scene {
         })?;
         let (provenance, solved_light_fields, notes) = made;
         if let (Some(path), Some(is_png)) = (output, is_png) {
-            save(&sums, exposure, is_png, &path).map_err(failure)?;
+            save(&sums, development, is_png, &path).map_err(failure)?;
         }
         let dict = PyDict::new(py);
         for channel in channels(&sums) {
             dict.set_item(channel.name, PyArray1::from_vec(py, channel.values))?;
         }
         let film = sums.film();
-        dict.set_item("display", PyArray1::from_vec(py, to_raster(&film, exposure).bytes()))?;
+        dict.set_item("display", PyArray1::from_vec(py, to_raster(&film, development).bytes()))?;
         dict.set_item("width", film.size().width)?;
         dict.set_item("height", film.size().height)?;
-        dict.set_item("exposure_stops", film.display_factor(exposure).log2())?;
+        dict.set_item("exposure_stops", film.display_factor(development).log2())?;
         dict.set_item("wavelengths", sums.wavelengths_nm().to_vec())?;
         dict.set_item("provenance", provenance)?;
         dict.set_item("solved_light_fields", solved_light_fields)?;
@@ -269,11 +269,11 @@ fn is_png(path: &Path) -> PyResult<bool> {
     }
 }
 
-fn save(sums: &FilmAccumulator, exposure: Exposure, is_png: bool, path: &Path) -> Result<(), RenderError> {
+fn save(sums: &FilmAccumulator, development: Development, is_png: bool, path: &Path) -> Result<(), RenderError> {
     let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
     let metadata = [("Software", software)];
     if is_png {
-        write_png(&sums.film(), exposure, &metadata, path)
+        write_png(&sums.film(), development, &metadata, path)
     } else {
         resumable_file::write(sums, None, &metadata, path)
     }

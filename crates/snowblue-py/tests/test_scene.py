@@ -63,6 +63,35 @@ def test_pictures_have_their_aovs_and_a_display(tmp_path):
     picture.display.plot.imshow()
 
 
+def test_a_tone_curve_changes_the_display_alone():
+    few = {"integrator": "diffusion", "samples_per_pixel": 4, "exposure": 4.0}
+    none, filmic, agx = (block().render(tone=tone, **few) for tone in ("none", "filmic", "agx"))
+    np.testing.assert_array_equal(none.rgb.values, filmic.rgb.values)
+    assert none.display.max() == 255 and filmic.display.values.sum() < none.display.values.sum()
+    assert agx.display.values.sum() < filmic.display.values.sum()
+    np.testing.assert_array_equal(block().render(**few).display.values, filmic.display.values)
+    assert 0 < filmic.snow.mean() < 1
+    with pytest.raises(ValueError, match="tone curve is `hable`, but must be one of filmic, agx, none"):
+        block().render(tone="hable", **few)
+
+
+def test_automatic_exposure_shows_snow_as_white():
+    scene = block(environment={"radiance_w_m2_sr": 100}).with_(light=[])
+    picture = scene.with_(film={"width": 24, "height": 18}).render(integrator="diffusion", samples_per_pixel=16)
+    snow = picture.display.values[picture.snow.values == 1].max(axis=-1)
+    # The 90th percentile is displayed at 0.8.
+    assert abs(int(np.percentile(snow, 90)) - 231) <= 2
+
+
+def test_the_white_of_a_temperature():
+    few = {"integrator": "diffusion", "samples_per_pixel": 4}
+    of = {white: block().with_(film=FILM | {"white": white}).render(**few).rgb for white in ("D65", 6504, "2856K", "A")}
+    np.testing.assert_allclose(of[6504], of["D65"], rtol=5e-3, atol=1e-4)
+    np.testing.assert_allclose(of["2856K"], of["A"], rtol=5e-3, atol=1e-3)
+    with pytest.raises(ValueError, match="white is 500 K, but must lie in 2000 to 25000 K"):
+        block().with_(film=FILM | {"white": 500})
+
+
 def test_snow_beyond_the_table_is_rendered_and_its_curves_are_solved_for():
     wet = {"snow": {"type": "snow", "snow": "melt-forms", "water_saturation": 0.1,
                     "impurities_ng_g": {"black-carbon": 50}}}

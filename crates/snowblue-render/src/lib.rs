@@ -39,6 +39,6 @@ pub use render::{Progress, Rendering, render};
 pub use snowblue_base::files;
 pub use snowblue_light_field::bake;
 pub use snowblue_scene as scene;
-pub use snowblue_scene::film::Exposure;
 pub use snowblue_scene::film::sensor::FalseColor;
+pub use snowblue_scene::film::{Development, Exposure};
 pub use snowblue_scene::{Scene, SceneDescription, SceneError, SceneFile};

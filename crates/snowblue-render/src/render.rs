@@ -31,7 +31,7 @@ use snowblue_geometry::ray::Ray;
 use crate::error::RenderError;
 use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, Row};
-use crate::film::aov::Aovs;
+use crate::film::aov::{Aov, Aovs};
 use crate::film::image_file::write_png;
 use crate::film::noise::{decide, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
@@ -40,7 +40,7 @@ use crate::film::window::{Window, range_length};
 use crate::integrators::{Integrator, PathSample};
 use crate::raster::PixelPosition;
 use snowblue_scene::description::SceneDescription;
-use snowblue_scene::film::Exposure;
+use snowblue_scene::film::Development;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
 use snowblue_scene::spectrum::Spectrum;
@@ -83,8 +83,8 @@ impl Default for RenderControl<'_> {
 pub struct Rendering {
     /// The image.
     pub film: Film,
-    /// The exposure of the scene.
-    pub exposure: Exposure,
+    /// What makes a PNG of the image, by the scene.
+    pub development: Development,
     /// Counts of rays, and of lines through meshes that are not watertight.
     pub statistics: Statistics,
 }
@@ -107,18 +107,18 @@ pub fn render_all(integrator: &Integrator, progress: &(dyn Fn(Progress) + Sync))
     let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
     let control = RenderControl { progress, ..RenderControl::default() };
     let statistics = render_missing(integrator, &target, &mut accumulator, control);
-    Rendering { film: accumulator.film(), exposure: scene.film().exposure, statistics }
+    Rendering { film: accumulator.film(), development: scene.film().development(), statistics }
 }
 
 impl Rendering {
-    /// Writes the image as PNG, with the exposure of the scene.
+    /// Writes the image as PNG, with exposure and tone curve of the scene.
     ///
     /// # Errors
     ///
     /// If the file cannot be written.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
         let software = concat!("snowblue ", env!("CARGO_PKG_VERSION"));
-        write_png(&self.film, self.exposure, &[("Software", software)], path.as_ref())
+        write_png(&self.film, self.development, &[("Software", software)], path.as_ref())
     }
 }
 
@@ -128,12 +128,14 @@ pub fn accumulator(scene: &Scene, aovs: Aovs, window: &Window) -> FilmAccumulato
     FilmAccumulator::new(scene.film().size(), window, aovs, scene.sensor().wavelengths_nm())
 }
 
-/// The AOVs that an image has if some are asked for: with a noise target also the variance, and with lamps or a sun
-/// that the camera may see also the emitter, for automatic exposure; by `hybrid` also what the filter needs.
+/// The AOVs that an image has if some are asked for: with a noise target also the variance; for automatic exposure also
+/// the emitter, with lamps or a sun that the camera may see, and the snow, if there is any; by `hybrid` also what the
+/// filter needs.
 pub fn with_needed(aovs: Aovs, scene: &SceneDescription) -> Aovs {
     Aovs {
         variance: aovs.variance || scene.integrator.noise_target.is_some(),
         emitter: aovs.emitter || scene.has_visible_emitters(),
+        snow: aovs.snow || scene.has_snow(),
         residual: scene.integrator.kind == IntegratorKind::Hybrid && scene.integrator.filter,
         ..aovs
     }
@@ -277,13 +279,16 @@ impl RowRenderer<'_> {
             let pixel = Pixel::new(scene, &pattern, column, row.number);
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
-                if aovs.spectrum {
-                    let PathSample { radiance, snow } = tracer.radiance(&ray, &mut sampler);
+                let sees_snow = if aovs.spectrum {
+                    let PathSample { radiance, sees_snow, snow } = tracer.radiance(&ray, &mut sampler);
                     accumulator.add_radiance(scene.sensor(), &radiance, snow.as_ref());
+                    sees_snow
                 } else {
-                    let PathSample { radiance, snow } = tracer.response(scene, &ray, &mut sampler);
+                    let PathSample { radiance, sees_snow, snow } = tracer.response(scene, &ray, &mut sampler);
                     accumulator.add_sample(radiance, snow.as_ref());
-                }
+                    sees_snow
+                };
+                accumulator.add_aov(Aov::Snow, [if sees_snow { 1.0 } else { 0.0 }, 0.0, 0.0]);
                 if let Some(first_hits) = &mut first_hits {
                     first_hits.add(&ray, &mut accumulator, aovs);
                 }
@@ -336,11 +341,16 @@ impl<'scene> Pixel<'scene> {
         }
     }
 
-    /// The camera ray of a sample, uniform over the area of the pixel (a box filter).
+    /// The camera ray of a sample, uniform over the area of the pixel (a box filter) and over the lens.
     #[inline]
     fn camera_ray(&self, sample: u32) -> Ray {
         let [across, down] = self.pattern.position(self.shift, sample);
-        self.scene.camera().ray((self.column + across) / self.width, (self.row + down) / self.height)
+        let (across, down) = ((self.column + across) / self.width, (self.row + down) / self.height);
+        let camera = self.scene.camera();
+        if !camera.has_lens() {
+            return camera.ray(across, down);
+        }
+        camera.lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
     }
 
     /// The random numbers of a sample's path.

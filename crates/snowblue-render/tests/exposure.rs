@@ -5,12 +5,11 @@
 mod snow;
 
 use snow::{SNOW, analytic_table, prepared};
-use snowblue_color::Xyz;
-use snowblue_render::Exposure;
+use snowblue_color::LinearRgb;
+use snowblue_render::film::image_file::to_raster;
 use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
 use snowblue_render::scene::file::SceneFile;
-use snowblue_render::scene::film::ImageSize;
-use snowblue_render::{Aovs, Film, Integrator, Rendering};
+use snowblue_render::{Aovs, Development, Exposure, Integrator, Rendering};
 
 /// A ball of snow close to the camera, before a white wall, lit from the left. It is small, for the sake of the
 /// reference. A lamp hangs at the upper right, within the picture.
@@ -57,9 +56,10 @@ fn a_lamp_in_view_leaves_the_exposure_to_what_it_lights() {
         assert_eq!(seen.film.metered_pixels().count(), 24 * 16 - bright, "{method}");
         // The other pixels are those of the picture without the sight of the lamp.
         let others = hidden.film.pixels().iter().zip(&shows_lamp).filter(|(_, shows)| !**shows);
-        let others: Vec<Xyz> = others.map(|(pixel, _)| *pixel).collect();
-        let size = ImageSize { width: others.len() as u32, height: 1 };
-        let expected = Film::new(size, others).display_factor(Exposure::Auto).log2();
+        let others: Vec<LinearRgb> = others.map(|(pixel, _)| LinearRgb::from_xyz(*pixel)).collect();
+        assert!(seen.film.snow_pixels().eq(hidden.film.snow_pixels()) && seen.film.snow_pixels().count() > 8);
+        let snow = hidden.film.snow_pixels().map(LinearRgb::from_xyz);
+        let expected = Development::from(Exposure::Auto).display_factor(others.into_iter(), snow).log2();
         assert!((stops(&seen) - expected).abs() < 1e-9, "{method}: {} {expected}", stops(&seen));
         assert!((expected - (0.9 / 1e5_f64).log2()).abs() > 3.0, "{method}: not that of the lamp, {expected}");
         assert_eq!(none.film.metered_pixels().count(), 24 * 16);
@@ -82,7 +82,7 @@ fn the_aov_says_where_a_lamp_is() {
     let integrator = lamp_beside_snow("pcasnow", &lamp(true));
     let target = all_samples(integrator.scene());
     let mut sums = accumulator(integrator.scene(), Aovs::default(), &target.window());
-    assert_eq!(sums.aovs().to_string(), "rgb,emitter");
+    assert_eq!(sums.aovs().to_string(), "rgb,emitter,snow");
     render_missing(&integrator, &target, &mut sums, RenderControl::default());
     let channels = snowblue_render::film::channels::channels(&sums);
     let emitter = &channels.iter().find(|channel| channel.name == "emitter").unwrap().values;
@@ -91,4 +91,34 @@ fn the_aov_says_where_a_lamp_is() {
         assert_eq!(pixel.y > LAMP, *fraction > 0.0, "{pixel:?} {fraction}");
     }
     assert!(emitter.contains(&1.0) && emitter.contains(&0.0));
+}
+
+/// An even plane of snow under an even sky, with a dark floor at its side, is displayed at 0.8, code 231, and by AgX at
+/// 0.6, code 203.
+#[test]
+fn a_plane_of_snow_is_white() {
+    for (method, tone, expected) in
+        [("diffusion", "filmic", 231), ("hybrid", "agx", 203), ("pcasnow", "none", 231), ("reference", "filmic", 231)]
+    {
+        let text = format!(
+            "[camera]\nposition = [0, -0.02, 0.6]\nlook_at = [0, 0, 0]\nvertical_fov_deg = 8\n\
+             [film]\nwidth = 16\nheight = 8\ntone = \"{tone}\"\n\
+             [integrator]\nsamples_per_pixel = 64\nmax_bounces = 0\ntype = \"{method}\"\n{SNOW}\
+             [material.floor]\ntype = \"diffuse\"\nreflectance = 0.1\n\
+             [environment]\nradiance_w_m2_sr = 37\nvisible = false\n\
+             [[object]]\nshape = \"box\"\nsize = [0.3, 0.3, 0.1]\nposition = [-0.15, 0, -0.05]\nmaterial = \"snow\"\n\
+             [[object]]\nshape = \"box\"\nsize = [0.3, 0.3, 0.1]\nposition = [0.15, 0, -0.05]\nmaterial = \"floor\"\n"
+        );
+        let scene = SceneFile::parse(text, "scene.toml").and_then(|file| file.build()).unwrap();
+        let integrator = prepared(&scene, Some(&analytic_table()));
+        let Rendering { film, development, .. } = render_all(&integrator, &|_| {});
+        assert_eq!(film.snow_pixels().count(), 8 * 8, "{method}: the left half is snow");
+        let raster = to_raster(&film, development);
+        for (place, pixel) in raster.pixels().iter().enumerate() {
+            let (code, is_snow) = (pixel.r.max(pixel.g).max(pixel.b), place % 16 < 4);
+            // The noise of 64 samples. Near its edge a body loses light.
+            assert!(!is_snow || code.abs_diff(expected) <= 9, "{method}: {place} {pixel}");
+            assert!(place % 16 < 9 || code < 165, "{method}: {place} {pixel}");
+        }
+    }
 }

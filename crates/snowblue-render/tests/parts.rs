@@ -30,6 +30,7 @@ const ALL: Aovs = Aovs {
     thickness: true,
     angle: true,
     emitter: true,
+    snow: true,
     residual: false,
 };
 
@@ -113,7 +114,7 @@ fn filtered_parts_are_the_filtered_image() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sums.exr");
         let provenance = integrator.provenance();
-        let resume = ResumeData { provenance: &provenance, exposure: Exposure::Auto };
+        let resume = ResumeData { provenance: &provenance, development: Exposure::Auto.into() };
         resumable_file::write(&at_once, Some(resume), &[], &path).unwrap();
         assert!(ResumableImage::open(&path).unwrap().read_sums().unwrap() == at_once);
         // The colours of the file are those of the film.
@@ -242,14 +243,14 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
         // Columns 4 and 5 have more samples.
         let mut sums = sums_of(&integrator, channels, &block(4..15, 3..12, 5..9));
         render_missing(&integrator, &block(4..6, 3..12, 5..12), &mut sums, RenderControl::default());
-        let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Stops(-1.2) };
+        let resume_data = ResumeData { provenance: &provenance, development: Exposure::Stops(-1.2).into() };
         resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
         let file = ResumableImage::open(&path).unwrap();
         assert_eq!(
             (&file.provenance, file.aovs, file.image_size),
             (&provenance, sums.aovs(), ImageSize { width: 23, height: 17 })
         );
-        assert_eq!((&file.samples, file.exposure), (&(5..12), resume_data.exposure));
+        assert_eq!((&file.samples, file.development), (&(5..12), resume_data.development));
         let back = file.read_sums().unwrap();
         assert!(back == sums);
         let rest = SampleBlock { samples: 5..37, ..all_samples(integrator.scene()) };
@@ -260,8 +261,8 @@ fn files_keep_the_exact_sums_and_their_position_in_the_image() {
     // A file without sums is not resumable.
     resumable_file::write(&sums_of(&integrator, Aovs::default(), &all_samples(integrator.scene())), None, &[], &path)
         .unwrap();
-    // Automatic exposure needs to know where the picture shows a lamp.
-    assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R", "emitter"]);
+    // Automatic exposure needs to know where the picture shows a lamp, and where snow.
+    assert_eq!(channels_of(&path).into_keys().collect::<Vec<_>>(), ["B", "G", "R", "emitter", "snow"]);
     assert!(ResumableImage::open(&path).unwrap_err().to_string().contains("no sums"));
     write_exr(&Film::new(ImageSize { width: 1, height: 1 }, vec![LinearRgb::default().xyz()]), &[], &path).unwrap();
     assert!(ResumableImage::open(&path).is_err());
@@ -278,7 +279,7 @@ fn files_of_the_same_sums_have_the_same_bytes() {
     let sums = sums_of(&integrator, ALL, &block(4..15, 3..12, 5..9));
     let written = |name: &str| {
         let path = folder.path().join(name);
-        let resume_data = ResumeData { provenance: &provenance, exposure: Exposure::Auto };
+        let resume_data = ResumeData { provenance: &provenance, development: Exposure::Auto.into() };
         resumable_file::write(&sums, Some(resume_data), &[("seed", "1")], &path).unwrap();
         std::fs::read(path).unwrap()
     };
@@ -296,7 +297,7 @@ fn channels_have_the_values_of_their_names() {
     let sums = sums_of(&integrator, ALL, &all_samples(integrator.scene()));
     resumable_file::write(&sums, None, &[], &path).unwrap();
     let channels = channels_of(&path);
-    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1);
+    assert_eq!(channels.len(), 3 + 31 + 3 + 3 + 3 + 1 + 1 + 1 + 1);
     // The camera is at (0, −9, 0). The block's front faces −y, in the left half of the image.
     let block = 8 * 23 + 7;
     let at = |name: &str| channels[name][block];

@@ -1,17 +1,46 @@
-//! A pinhole camera.
+//! A camera with a thin lens, or a pinhole.
+//!
+//! A ray through a lens begins at a point of its disc and meets the ray through the middle of the lens in the plane of
+//! focus (M. Potmesil & I. Chakravarty 1981, *A lens and aperture camera model for synthetic image generation*,
+//! SIGGRAPH, 297–305, doi:10.1145/800224.806818; R. L. Cook, T. Porter & L. Carpenter 1984, *Distributed ray tracing*,
+//! SIGGRAPH, 137–145). A point at the distance z along the axis is seen as a disc, A |1/f − 1/z| wide on an image plane
+//! at distance 1, with the aperture A and the plane of focus at f.
 
 use glam::Vec3A;
 
 use snowblue_geometry::ray::Ray;
 
-/// A pinhole camera: all distances are in focus.
+use crate::sampling::concentric_disc;
+
+/// A camera with a perspective view.
 #[derive(Debug, Clone, Copy)]
-pub struct PinholeCamera {
+pub struct PerspectiveCamera {
     position: Vec3A,
     forward: Vec3A,
     /// From the middle of the image plane at distance 1 to its right edge, and to its upper edge.
     right: Vec3A,
     up: Vec3A,
+    /// None for a pinhole.
+    lens: Option<LensDisc>,
+}
+
+/// The disc of a lens.
+#[derive(Debug, Clone, Copy)]
+struct LensDisc {
+    /// From its middle to its edge, to the right and upwards in the image, in m.
+    right: Vec3A,
+    up: Vec3A,
+    /// One over the distance of the plane of focus along the axis, in 1/m.
+    inverse_focus_per_m: f32,
+}
+
+/// What is in focus. By default everything is, as in a pinhole camera.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Lens {
+    /// Diameter of the aperture, in m; 0 for a pinhole.
+    pub aperture_m: f32,
+    /// Distance of the plane of focus along the axis, in m; that of the point at the centre of the image if none.
+    pub focus_m: Option<f32>,
 }
 
 /// Position and orientation of a camera.
@@ -27,18 +56,27 @@ pub struct View {
     pub vertical_fov_deg: f32,
 }
 
-impl PinholeCamera {
+impl PerspectiveCamera {
     /// A camera for images of a width-to-height ratio. None if `look_at` is the position or along the up direction.
-    pub fn new(view: &View, aspect: f32) -> Option<Self> {
-        let forward = (view.look_at - view.position).try_normalize()?;
+    pub fn new(view: &View, lens: Lens, aspect: f32) -> Option<Self> {
+        let ahead = view.look_at - view.position;
+        let forward = ahead.try_normalize()?;
         let right = forward.cross(view.up.try_normalize()?);
         let right = (right.length() > 1e-6).then(|| right.normalize())?;
         let half_height = (0.5 * view.vertical_fov_deg.to_radians()).tan();
+        let up = right.cross(forward);
+        let radius_m = 0.5 * lens.aperture_m;
+        let lens = (radius_m > 0.0).then(|| LensDisc {
+            right: right * radius_m,
+            up: up * radius_m,
+            inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).recip(),
+        });
         Some(Self {
             position: view.position,
             forward,
             right: right * (half_height * aspect),
-            up: right.cross(forward) * half_height,
+            up: up * half_height,
+            lens,
         })
     }
 
@@ -47,11 +85,41 @@ impl PinholeCamera {
         self.position
     }
 
-    /// The ray through a point of the image: (0, 0) is the upper left corner and (1, 1) the lower right.
+    /// Whether it has a lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// The ray through a point of the image and the middle of the lens: (0, 0) is the upper left corner and (1, 1) the
+    /// lower right.
     #[inline]
     pub fn ray(&self, across: f32, down: f32) -> Ray {
-        let direction = self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down);
+        let direction = self.through(across, down);
         Ray { origin: self.position, direction: direction / direction.length() }
+    }
+
+    /// The ray through a point of the image and a point of the lens, which two numbers in [0, 1) choose evenly.
+    #[inline]
+    pub fn lens_ray(&self, across: f32, down: f32, numbers: [f32; 2]) -> Ray {
+        let Some(lens) = &self.lens else { return self.ray(across, down) };
+        let [x, y] = concentric_disc(numbers);
+        let offset = lens.right * x + lens.up * y;
+        let direction = self.through(across, down) - offset * lens.inverse_focus_per_m;
+        Ray { origin: self.position + offset, direction: direction / direction.length() }
+    }
+
+    /// Points at the edge of the lens, in m; none of a pinhole.
+    pub fn rim(&self) -> impl Iterator<Item = Vec3A> {
+        const POINTS: u8 = 16;
+        let angles = (0..POINTS).map(|k| std::f32::consts::TAU * f32::from(k) / f32::from(POINTS));
+        let point = |lens: LensDisc| angles.map(move |angle| lens.right * angle.cos() + lens.up * angle.sin());
+        self.lens.map(point).into_iter().flatten().map(|offset| self.position + offset)
+    }
+
+    /// A direction of length 1 along the axis.
+    #[inline]
+    fn through(&self, across: f32, down: f32) -> Vec3A {
+        self.forward + self.right * (2.0 * across - 1.0) + self.up * (1.0 - 2.0 * down)
     }
 }
 
@@ -63,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_image_is_upright_and_not_mirrored() {
-        let camera = PinholeCamera::new(&VIEW, 2.0).unwrap();
+        let camera = PerspectiveCamera::new(&VIEW, Lens::default(), 2.0).unwrap();
         assert!((camera.ray(0.5, 0.5).direction - Vec3A::Y).length() < 1e-6);
         let top_right = camera.ray(1.0, 0.0).direction;
         assert!((top_right - Vec3A::new(2.0, 1.0, 1.0).normalize()).length() < 1e-6);
@@ -71,7 +139,35 @@ mod tests {
 
     #[test]
     fn a_view_along_up_or_without_a_direction_is_refused() {
-        assert!(PinholeCamera::new(&View { up: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
-        assert!(PinholeCamera::new(&View { look_at: Vec3A::NEG_Y, ..VIEW }, 1.0).is_none());
+        let camera = |view| PerspectiveCamera::new(&view, Lens::default(), 1.0);
+        assert!(camera(View { up: Vec3A::NEG_Y, ..VIEW }).is_none());
+        assert!(camera(View { look_at: Vec3A::NEG_Y, ..VIEW }).is_none());
+    }
+
+    #[test]
+    fn rays_through_a_lens_meet_in_the_plane_of_focus() {
+        for (focus_m, distance_m) in [(Some(2.5), 2.5), (None, 1.0)] {
+            let camera = PerspectiveCamera::new(&VIEW, Lens { aperture_m: 0.3, focus_m }, 2.0).unwrap();
+            let meets_at =
+                |ray: Ray| ray.origin + ray.direction * ((distance_m - 1.0 - ray.origin.y) / ray.direction.y);
+            let middle = meets_at(camera.ray(0.8, 0.3));
+            for numbers in [[0.0, 0.0], [0.99, 0.2], [0.5, 0.5], [0.3, 0.9]] {
+                let ray = camera.lens_ray(0.8, 0.3, numbers);
+                assert!((meets_at(ray) - middle).length() < 1e-5, "{numbers:?}");
+                assert!(
+                    ray.origin.distance(VIEW.position) <= 0.15 + 1e-6 && (ray.direction.length() - 1.0).abs() < 1e-6
+                );
+            }
+            assert!(camera.rim().all(|point| (point.distance(VIEW.position) - 0.15).abs() < 1e-6));
+            assert_eq!(camera.rim().count(), 16);
+        }
+    }
+
+    #[test]
+    fn a_pinhole_has_one_ray_through_a_point() {
+        let camera = PerspectiveCamera::new(&VIEW, Lens { aperture_m: 0.0, focus_m: Some(3.0) }, 1.0).unwrap();
+        let [one, other] = [camera.ray(0.2, 0.7), camera.lens_ray(0.2, 0.7, [0.9, 0.1])];
+        assert!(!camera.has_lens() && camera.rim().next().is_none());
+        assert_eq!((one.origin, one.direction), (other.origin, other.direction));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::camera::{PinholeCamera, View};
+use crate::camera::{PerspectiveCamera, View};
 use crate::description::{CameraDescription, SceneDescription};
 use crate::film::FilmSettings;
 use crate::film::ImageSize;
@@ -19,7 +19,7 @@ use snowblue_base::KeyPath;
 /// Everything that a picture depends on. A clone shares what is large.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    pub(crate) camera: PinholeCamera,
+    pub(crate) camera: PerspectiveCamera,
     /// The view of the camera.
     pub(crate) view: View,
     pub(crate) objects: Arc<Objects>,
@@ -47,7 +47,7 @@ pub struct Scene {
 
 impl Scene {
     /// The camera.
-    pub fn camera(&self) -> &PinholeCamera {
+    pub fn camera(&self) -> &PerspectiveCamera {
         &self.camera
     }
 
@@ -143,16 +143,20 @@ impl Scene {
         self.set_view(&view);
     }
 
-    /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
+    /// Points the camera elsewhere, with its lens; false, and no change, if the view looks along its own up direction
+    /// or nowhere.
     ///
     /// It does not check that the camera stays out of snow.
     pub fn set_view(&mut self, view: &View) -> bool {
         let aspect = self.film.width as f32 / self.film.height as f32;
-        let Some(camera) = PinholeCamera::new(view, aspect) else {
+        let described = self.description.camera.clone();
+        let lens = described.as_ref().map(CameraDescription::lens).unwrap_or_default();
+        let Some(camera) = PerspectiveCamera::new(view, lens, aspect) else {
             return false;
         };
         (self.camera, self.view) = (camera, *view);
-        self.description.camera = Some(CameraDescription::from(view));
+        self.description.camera =
+            Some(described.map_or_else(|| CameraDescription::from(view), |camera| camera.with_view(view)));
         true
     }
 }

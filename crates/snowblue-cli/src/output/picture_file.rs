@@ -22,9 +22,9 @@ pub(crate) enum PictureFormat {
 pub(crate) const SCENE_NOTE: &str = "Scene";
 pub(crate) const TABLE_NOTE: &str = "Table";
 
-/// Why an exposure has no effect on an EXR without sums.
-pub(crate) const IDLE_EXPOSURE: &str =
-    "an .exr holds light without an exposure; with --keep-sums it also keeps the exposure of a later .png";
+/// Why options of a PNG have no effect on an EXR without sums.
+pub(crate) const IDLE_PNG_OPTION: &str =
+    "an .exr holds light as it is; with --keep-sums it also keeps exposure, tone curve and bloom of a later .png";
 
 /// A picture file to write.
 #[derive(Debug, Clone)]
@@ -33,6 +33,8 @@ pub(crate) struct PictureFile {
     pub(crate) format: PictureFormat,
     /// Whether an EXR keeps the sums of samples, which merging and resuming need.
     pub(crate) keeps_sums: bool,
+    /// Whether a PNG has bloom.
+    pub(crate) blooms: bool,
 }
 
 impl PictureFile {
@@ -44,15 +46,16 @@ impl PictureFile {
             _ => return Err(Failure::Input(format!("{}: the picture must end in .png or .exr", path.display()))),
         };
         check_path(path)?;
-        Ok(Self { path: path.to_owned(), format, keeps_sums })
+        Ok(Self { path: path.to_owned(), format, keeps_sums, blooms: false })
     }
 
     /// Memory that writing takes beside the sums, in bytes for each pixel: that of the filter, and for a PNG its
-    /// colours, their brightness for the exposure, and the bytes before and after encoding. An EXR is written in
-    /// blocks.
+    /// colours, what they show, their brightness for the exposure, and the bytes before and after encoding. An EXR is
+    /// written in blocks.
     pub(crate) fn bytes_per_pixel(&self, aovs: Aovs) -> u64 {
         let encoding = match self.format {
-            PictureFormat::Png => 36,
+            PictureFormat::Png if self.blooms => 92,
+            PictureFormat::Png => 44,
             PictureFormat::Exr => 0,
         };
         encoding + residual_filter::bytes_per_pixel(aovs)
@@ -70,7 +73,7 @@ impl PictureFile {
 
     /// Writes the picture with metadata; `more` precedes that of its provenance.
     pub(crate) fn write(&self, sums: &FilmAccumulator, resume_data: ResumeData, more: &[(&str, String)]) -> Outcome {
-        let ResumeData { provenance, exposure } = resume_data;
+        let ResumeData { provenance, development } = resume_data;
         let mut notes = vec![("Software", format!("snowblue {}", provenance.get("version").unwrap_or("?")))];
         notes.extend(more.iter().cloned());
         notes.push(("Samples per pixel", describe_samples(sums)));
@@ -81,7 +84,7 @@ impl PictureFile {
         }
         let notes: Vec<(&str, &str)> = notes.iter().map(|(keyword, text)| (*keyword, &**text)).collect();
         match self.format {
-            PictureFormat::Png => write_png(&sums.film(), exposure, &notes, &self.path),
+            PictureFormat::Png => write_png(&sums.film(), development, &notes, &self.path),
             PictureFormat::Exr => {
                 resumable_file::write(sums, self.keeps_sums.then_some(resume_data), &notes, &self.path)
             }

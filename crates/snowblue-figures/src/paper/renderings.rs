@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use snowblue_color::LinearRgb;
 use snowblue_render::Exposure;
 use snowblue_render::files::FilesIn;
 use snowblue_render::film::image_file;
@@ -181,14 +182,16 @@ fn rendered(captions: &Captions, shots: &[Shot]) -> Result<Figure, FigureError> 
         (scene.film.width, scene.film.height) = (width, height);
         let scene = scene.build(&FilesIn::new(""))?;
         let rendering = render(&scene)?;
-        let stops = rendering.film.display_factor(scene.film().exposure).log2();
+        // Light as it is, without a tone curve. Snow counts like all else.
+        let metered = rendering.film.metered_pixels().map(LinearRgb::from_xyz);
+        let stops = scene.film().exposure.display_factor(metered).log2();
         let counts = [width, height, scene.integrator().samples_per_pixel, scene.integrator().max_bounces];
         let mut row = vec![Cell::word(&shot.name), Cell::word(scene.integrator().kind.name())];
         row.extend(counts.map(|count| Cell::Number(count.into())));
         row.push(Cell::Number(stops));
         row.push(Cell::Number(rendering.statistics.odd_depth_lines as f64));
         rows.push(row);
-        let picture = image_file::to_raster(&rendering.film, scene.film().exposure);
+        let picture = image_file::to_raster(&rendering.film, Exposure::Stops(stops));
         let png = image_file::png_bytes(&picture, &[("Software", SOFTWARE)])?;
         renderings.push(Rendering { name: shot.name.clone(), caption: shot.caption.clone(), png });
     }

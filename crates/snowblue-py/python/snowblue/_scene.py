@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Integrator = Literal["hybrid", "diffusion", "pcasnow", "reference"]
-Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter"]
+Tone = Literal["filmic", "agx", "none"]
+Aov = Literal["spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow"]
 AXES = {"R": "r", "G": "g", "B": "b", "X": "x", "Y": "y", "Z": "z"}
 
 
@@ -132,6 +133,8 @@ class Scene:
         max_bounces: int | None = None,
         seed: int | None = None,
         exposure: float | Literal["auto"] | None = None,
+        tone: Tone | None = None,
+        bloom: float | None = None,
         aovs: Sequence[Aov] = (),
         database: Database | None = None,
         output: str | PathLike[str] | None = None,
@@ -142,12 +145,12 @@ class Scene:
         Parameters
         ----------
         integrator : "hybrid", "diffusion", "pcasnow" or "reference", optional
-        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure : optional
+        width, height, samples_per_pixel, noise_target, max_bounces, seed, exposure, tone, bloom : optional
             Instead of those of the scene.
         raw : bool
             Leave out the filter of hybrid, which averages the noise of random walks over pixels of like snow.
         aovs : sequence
-            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter.
+            Values beside the colours: spectrum, variance, normal, albedo, thickness, angle, emitter, snow.
         database : Database, optional
             A compressed table of curves for pcasnow instead of that of the scene, or else the embedded one. The curves
             of snow that it does not hold are solved for.
@@ -159,12 +162,13 @@ class Scene:
         -------
         xarray.Dataset
             `rgb`: linear sRGB, where luminance 1 is that of 1 W/(m² sr) of equal-energy light over 400 to 700 nm;
-            `display`: 8-bit sRGB at the exposure, for `picture.display.plot.imshow()`; and the AOVs. The pixel at the
-            upper left is the first; y grows upwards. The attribute `solved_light_fields` counts the solutions for light
-            in snow that were not kept of an earlier picture, and `notes` says which curves pcasnow solved for.
+            `display`: 8-bit sRGB at the exposure and by the tone curve, for `picture.display.plot.imshow()`; and the
+            AOVs. The pixel at the upper left is the first; y grows upwards. The attribute `solved_light_fields` counts
+            the solutions for light in snow that were not kept of an earlier picture, and `notes` says which curves
+            pcasnow solved for.
         """
         changed = self._changed(
-            film={"width": width, "height": height, "exposure": exposure},
+            film={"width": width, "height": height, "exposure": exposure, "tone": tone, "bloom": bloom},
             integrator={
                 "type": integrator,
                 "samples_per_pixel": samples_per_pixel,

@@ -26,6 +26,8 @@ pub struct Aovs {
     pub angle: bool,
     /// Fraction of the samples that see a lamp or the sun directly. Automatic exposure leaves such pixels out.
     pub emitter: bool,
+    /// Fraction of the samples that see snow first. Automatic exposure meters pixels of snow.
+    pub snow: bool,
     /// The sums that the filter of random walks needs. They are no channels of an image.
     pub residual: bool,
 }
@@ -40,13 +42,14 @@ pub struct UnknownAov(pub String);
 
 impl Aovs {
     /// Names of all AOVs. An image always has `rgb`.
-    pub const NAMES: [&str; 8] = ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter"];
+    pub const NAMES: [&str; 9] =
+        ["rgb", "spectrum", "variance", "normal", "albedo", "thickness", "angle", "emitter", "snow"];
 
-    fn named_flags(&mut self) -> [(&'static str, &mut bool); 8] {
-        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter, residual } = self;
+    fn named_flags(&mut self) -> [(&'static str, &mut bool); 9] {
+        let Self { spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual } = self;
         let [_, names @ ..] = Self::NAMES;
         let mut names = names.into_iter().chain([RESIDUAL]);
-        [spectrum, variance, normal, albedo, thickness, angle, emitter, residual]
+        [spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual]
             .map(|flag| (names.next().unwrap_or_default(), flag))
     }
 }
@@ -92,10 +95,12 @@ pub(crate) enum Aov {
     Thickness,
     Angle,
     Emitter,
+    Snow,
 }
 
 impl Aov {
-    pub(crate) const ALL: [Self; 5] = [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle, Self::Emitter];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Normal, Self::Albedo, Self::Thickness, Self::Angle, Self::Emitter, Self::Snow];
 
     /// Its channels in an image file.
     pub(crate) fn channel_names(self) -> &'static [&'static str] {
@@ -105,6 +110,7 @@ impl Aov {
             Self::Thickness => &["thickness"],
             Self::Angle => &["angle"],
             Self::Emitter => &["emitter"],
+            Self::Snow => &["snow"],
         }
     }
 }
@@ -158,7 +164,7 @@ impl Aovs {
 
     /// Whether any AOV needs the first surface on a sample's path.
     pub(crate) fn need_first_surface(self) -> bool {
-        Aov::ALL.into_iter().any(|aov| aov != Aov::Emitter && self.contains(aov))
+        [Aov::Normal, Aov::Albedo, Aov::Thickness, Aov::Angle].into_iter().any(|aov| self.contains(aov))
     }
 
     pub(crate) fn contains(self, aov: Aov) -> bool {
@@ -168,6 +174,7 @@ impl Aovs {
             Aov::Thickness => self.thickness,
             Aov::Angle => self.angle,
             Aov::Emitter => self.emitter,
+            Aov::Snow => self.snow,
         }
     }
 
@@ -242,10 +249,10 @@ mod tests {
 
     #[test]
     fn offsets_agree_with_names() {
-        for bits in 0..256u32 {
-            let [spectrum, variance, normal, albedo, thickness, angle, emitter, residual] =
-                [0, 1, 2, 3, 4, 5, 6, 7].map(|k| bits >> k & 1 == 1);
-            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter, residual };
+        for bits in 0..512u32 {
+            let [spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual] =
+                [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| bits >> k & 1 == 1);
+            let aovs = Aovs { spectrum, variance, normal, albedo, thickness, angle, emitter, snow, residual };
             let names = aovs.sum_names();
             let offset = |name: &str| names.iter().position(|one| one == name);
             assert_eq!(names.len(), aovs.sum_count());
@@ -262,7 +269,7 @@ mod tests {
             ] {
                 assert_eq!(offset(&format!("residual_{name}")), layout.map(of));
             }
-            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle", "emitter"]) {
+            for (aov, name) in Aov::ALL.into_iter().zip(["normal", "albedo", "thickness", "angle", "emitter", "snow"]) {
                 assert_eq!(offset(&format!("{name}_samples")), aovs.offset(aov), "{names:?}");
             }
             assert_eq!(offset("S00"), spectrum.then_some(SPECTRUM_OFFSET));

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::narrow;
 
-use crate::film::Film;
 use crate::film::accumulator::{FilmAccumulator, PixelSums};
 use crate::film::aov::Aov;
 use crate::film::residual_filter::Filtered;
+use crate::film::{Film, Shown};
 use snowblue_scene::spectrum::SAMPLES;
 
 /// A channel of an image.
@@ -94,8 +94,9 @@ impl FilmAccumulator {
         let pixels = self.all_pixels();
         let changes = |index: usize| Filtered::changes(filtered.as_ref(), index);
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
+        let shown =
+            |pixel: &PixelSums| Shown { snow: pixel.aov(Aov::Snow, 0), emitter: pixel.aov(Aov::Emitter, 0) > 0.0 };
         let film = Film::new(self.window().size(), colours.collect());
-        let Some(offset) = self.aovs().offset(Aov::Emitter) else { return film };
-        film.with_emitters(pixels.iter().map(|pixel| pixel.at(offset + 1) > 0).collect())
+        film.with_shown(pixels.iter().map(shown).collect())
     }
 }

@@ -4,35 +4,38 @@ use std::io::{Cursor, Write as _};
 use std::path::Path;
 
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, WritableImage};
-use rayon::prelude::*;
 use snowblue_base::atomic_file::write_atomically;
-use snowblue_color::{LinearRgb, Srgb8, Xyz};
+use snowblue_color::{LinearRgb, Xyz};
 use snowblue_geometry::ray::narrow;
 
 use crate::error::RenderError;
 use crate::film::Film;
+use crate::film::display::displayed;
 use crate::raster::RasterImage;
-use snowblue_scene::film::Exposure;
-use snowblue_scene::film::ImageSize;
+use snowblue_scene::film::{Development, ImageSize};
 
 /// Texts that are stored with an image: pairs of keyword and text, such as the program and the seed.
 pub type Metadata<'a> = [(&'a str, &'a str)];
 
-/// Writes an image as 8-bit sRGB: radiance times the exposure, with out-of-gamut colours mapped into the gamut.
+/// Writes an image as 8-bit sRGB: radiance times the exposure, by a tone curve, with out-of-gamut colours mapped into
+/// the gamut. An exposure alone has no tone curve.
 ///
 /// # Errors
 ///
 /// When the image cannot be encoded or written.
-pub fn write_png(film: &Film, exposure: Exposure, metadata: &Metadata, path: &Path) -> Result<(), RenderError> {
-    write_raster_png(&to_raster(film, exposure), metadata, path)
+pub fn write_png(
+    film: &Film,
+    development: impl Into<Development>,
+    metadata: &Metadata,
+    path: &Path,
+) -> Result<(), RenderError> {
+    write_raster_png(&to_raster(film, development), metadata, path)
 }
 
-/// Converts an image to 8-bit sRGB: radiance times the exposure, with out-of-gamut colours mapped into the gamut.
-pub fn to_raster(film: &Film, exposure: Exposure) -> RasterImage {
-    let factor = film.display_factor(exposure);
-    let encoded = |xyz: &Xyz| Srgb8::encode(LinearRgb::from_xyz(*xyz * factor).displayable());
+/// Converts an image to the 8-bit sRGB of a PNG.
+pub fn to_raster(film: &Film, development: impl Into<Development>) -> RasterImage {
     let ImageSize { width, height } = film.size();
-    RasterImage::new(width, height, film.pixels().par_iter().map(encoded).collect())
+    RasterImage::new(width, height, displayed(film, development.into()))
 }
 
 /// Writes an 8-bit image as PNG.
@@ -131,6 +134,8 @@ pub(crate) fn write_file(path: &Path, content: Result<Vec<u8>, String>) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use snowblue_color::ToneCurve;
+    use snowblue_scene::film::Exposure;
 
     fn film() -> Film {
         let blue = LinearRgb { r: -0.1, g: 0.2, b: 0.5 }.xyz();
@@ -172,6 +177,18 @@ mod tests {
         assert_eq!(&pixels[9..], [188, 188, 188]);
         // The blue pixel at +1 stop is (−0.2, 0.4, 1.0). Its chroma is reduced until red is 0.
         assert!(pixels[6] == 0 && pixels[7] > 130 && pixels[8] > pixels[7] && pixels[8] < 255, "{pixels:?}");
+    }
+
+    #[test]
+    fn a_tone_curve_compresses_what_is_brighter_than_white() {
+        let development = |tone| Development { exposure: Exposure::Stops(2.0), tone, bloom: 0.0 };
+        let codes =
+            |tone| to_raster(&film(), development(tone)).pixels().iter().map(|pixel| pixel.g).collect::<Vec<_>>();
+        let [none, filmic, agx] = [ToneCurve::None, ToneCurve::Filmic, ToneCurve::Agx].map(codes);
+        // Light of 4 and 1 is white without a curve; by the shoulder it is 1 − 0.04/3.4 = 0.988 and 0.9.
+        assert_eq!((none[1], none[3], filmic[1], filmic[3]), (255, 255, 254, 243));
+        assert!(agx[3] < agx[1] && agx[1] < 243, "{agx:?}");
+        assert_eq!([none[0], filmic[0], agx[0]], [0; 3]);
     }
 
     #[test]

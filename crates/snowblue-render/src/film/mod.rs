@@ -7,7 +7,9 @@
 
 pub mod accumulator;
 pub mod aov;
+mod bloom;
 pub mod channels;
+mod display;
 pub mod image_file;
 pub(crate) mod noise;
 pub(crate) mod pixel_accumulator;
@@ -18,16 +20,24 @@ pub mod window;
 
 use snowblue_color::{LinearRgb, Xyz};
 
-use snowblue_scene::film::Exposure;
-use snowblue_scene::film::ImageSize;
+use snowblue_scene::film::{Development, ImageSize};
 
 /// A finished image, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     size: ImageSize,
     pixels: Vec<Xyz>,
-    /// Whether each pixel shows a lamp or the sun; empty if none does.
-    shows_emitter: Vec<bool>,
+    /// What each pixel shows; empty if that is not known.
+    shown: Vec<Shown>,
+}
+
+/// What a pixel shows, for automatic exposure and the edges of snow.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Shown {
+    /// The fraction of the samples that see snow.
+    pub(crate) snow: f32,
+    /// Whether any sample sees a lamp or the sun.
+    pub(crate) emitter: bool,
 }
 
 impl Film {
@@ -38,14 +48,18 @@ impl Film {
     /// When the number of pixels is not that of the size.
     pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
         assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
-        Self { size, pixels, shows_emitter: Vec::new() }
+        Self { size, pixels, shown: Vec::new() }
     }
 
-    /// The image, of which some pixels show a lamp or the sun.
-    pub(crate) fn with_emitters(self, shows_emitter: Vec<bool>) -> Self {
-        assert_eq!(shows_emitter.len(), self.pixels.len(), "one value per pixel");
-        let is_any = shows_emitter.contains(&true);
-        Self { shows_emitter: if is_any { shows_emitter } else { Vec::new() }, ..self }
+    /// The image, with what each pixel shows.
+    pub(crate) fn with_shown(self, shown: Vec<Shown>) -> Self {
+        assert_eq!(shown.len(), self.pixels.len(), "one value per pixel");
+        Self { shown, ..self }
+    }
+
+    /// The image with a fraction of its light spread by [bloom](bloom::spread).
+    fn with_bloom(&self, fraction: f64) -> Self {
+        Self { pixels: bloom::spread(&self.pixels, self.size, fraction), ..self.clone() }
     }
 
     /// Size in pixels.
@@ -61,19 +75,40 @@ impl Film {
     /// The pixels that an automatic exposure depends on: all but those that show a lamp or the sun, which is some
     /// thousand times as bright as what it lights.
     pub fn metered_pixels(&self) -> impl Iterator<Item = Xyz> {
-        let shows_emitter = |index: usize| self.shows_emitter.get(index).copied().unwrap_or(false);
-        self.pixels.iter().enumerate().filter(move |(index, _)| !shows_emitter(*index)).map(|(_, pixel)| *pixel)
+        self.showing(|shown| !shown.emitter)
+    }
+
+    /// The pixels that show snow in half of their samples at least, and no lamp.
+    pub fn snow_pixels(&self) -> impl Iterator<Item = Xyz> {
+        self.showing(|shown| shown.snow >= 0.5 && !shown.emitter)
+    }
+
+    fn showing(&self, is_meant: impl Fn(Shown) -> bool) -> impl Iterator<Item = Xyz> {
+        let pixels = self.pixels.iter().enumerate();
+        pixels.filter(move |(index, _)| is_meant(self.shown(*index))).map(|(_, pixel)| *pixel)
+    }
+
+    fn shown(&self, pixel: usize) -> Shown {
+        self.shown.get(pixel).copied().unwrap_or_default()
+    }
+
+    /// The fraction of the samples of a pixel that see snow.
+    pub(crate) fn snow_fraction(&self, pixel: usize) -> f64 {
+        self.shown(pixel).snow.into()
     }
 
     /// The factor by which radiance is multiplied for display.
-    pub fn display_factor(&self, exposure: Exposure) -> f64 {
-        exposure.display_factor(self.metered_pixels().map(LinearRgb::from_xyz))
+    pub fn display_factor(&self, development: impl Into<Development>) -> f64 {
+        let (all, snow) = (self.metered_pixels(), self.snow_pixels());
+        development.into().display_factor(all.map(LinearRgb::from_xyz), snow.map(LinearRgb::from_xyz))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use snowblue_color::ToneCurve;
+    use snowblue_scene::film::Exposure;
 
     #[test]
     fn automatic_exposure_maps_the_99th_percentile_close_to_white() {
@@ -82,9 +117,36 @@ mod tests {
         let film = Film::new(ImageSize { width: 200, height: 1 }, pixels);
         assert!((film.display_factor(Exposure::Auto) - 0.9 / 198.0).abs() < 1e-9);
         assert!((film.display_factor(Exposure::Stops(-2.0)) - 0.25).abs() < 1e-12);
-        let bright: Vec<bool> = (0..200).map(|k| k >= 100).collect();
-        assert!((film.with_emitters(bright).display_factor(Exposure::Auto) - 0.9 / 99.0).abs() < 1e-9);
+        let shown = (0..200).map(|k| Shown { snow: 0.0, emitter: k >= 100 }).collect();
+        assert!((film.with_shown(shown).display_factor(Exposure::Auto) - 0.9 / 99.0).abs() < 1e-9);
         let black = Film::new(ImageSize { width: 1, height: 1 }, vec![Xyz::default()]);
         assert!((black.display_factor(Exposure::Auto) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn snow_is_displayed_as_white_snow_unless_highlights_would_be_lost() {
+        let grey = |level: f64| LinearRgb { r: level, g: level, b: level }.xyz();
+        let film = |snow: f64, sky: f64| {
+            let pixels = (0..100).map(|k| grey(if k < 60 { snow } else { sky })).collect();
+            let shown = (0..100).map(|k| Shown { snow: if k < 60 { 1.0 } else { 0.0 }, emitter: false }).collect();
+            Film::new(ImageSize { width: 100, height: 1 }, pixels).with_shown(shown)
+        };
+        for (tone, snow, highlights) in
+            [(ToneCurve::None, 0.8, 0.9), (ToneCurve::Filmic, 0.8, 0.9), (ToneCurve::Agx, 0.6, 0.75)]
+        {
+            let development = Development { exposure: Exposure::Auto, tone, bloom: 0.0 };
+            let displayed = |film: &Film, level: f64| {
+                tone.displayed(LinearRgb::from_xyz(grey(level * film.display_factor(development)))).luminance()
+            };
+            // A dim sky does not matter.
+            for sky in [0.0, 5.0] {
+                let level = displayed(&film(7.0, sky), 7.0);
+                assert!((level - snow).abs() < 1e-9, "{tone}: {level}");
+            }
+            // Before a sky that is ten times as bright, the sky gets twice the light of highlights.
+            let bright = film(7.0, 70.0);
+            let light = 70.0 * bright.display_factor(development);
+            assert!((light / (2.0 * tone.light_of(highlights)) - 1.0).abs() < 1e-9, "{tone}: {light}");
+        }
     }
 }

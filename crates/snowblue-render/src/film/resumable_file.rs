@@ -4,9 +4,10 @@
 //! `emissiveUnits`.
 //!
 //! A resumable file has four further unsigned 32-bit channels for each sum (`sums.X.0`, the lowest 32 bits, to
-//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths and the
-//! exposure of a PNG. One more channel (`sums.missing`) has the number of samples that a pixel lacks at the end of the
-//! range. The data window and the display window give the position of a part in the image.
+//! `sums.X.3`). Its attributes hold the range of samples, the [`Provenance`], the AOVs, the wavelengths, and the
+//! exposure, the tone curve and the bloom of a PNG. One more channel (`sums.missing`) has the number of samples that a
+//! pixel lacks at the end of the range. The data window and the display window give the position of a part in the
+//! image.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -36,8 +37,7 @@ use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
-use snowblue_scene::film::Exposure;
-use snowblue_scene::film::ImageSize;
+use snowblue_scene::film::{Development, ImageSize};
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::spectrum::SAMPLES;
 
@@ -46,6 +46,8 @@ const SAMPLE_RANGE: &str = "snowblueSamples";
 const AOVS: &str = "snowblueAovs";
 const WAVELENGTHS: &str = "snowblueWavelengths";
 const EXPOSURE: &str = "snowblueExposure";
+const TONE: &str = "snowblueTone";
+const BLOOM: &str = "snowblueBloom";
 /// The channel of missing samples.
 const MISSING: &str = "sums.missing";
 
@@ -57,8 +59,8 @@ const WORDS: usize = 4;
 pub struct ResumeData<'a> {
     /// The inputs that the samples depend on.
     pub provenance: &'a Provenance,
-    /// Exposure of a PNG. It may differ between parts of an image.
-    pub exposure: Exposure,
+    /// What makes a PNG of the image. It may differ between parts of an image.
+    pub development: Development,
 }
 
 /// Writes the means of the samples as OpenEXR. With `resume_data` the file is resumable.
@@ -91,7 +93,7 @@ pub fn write(
         }
     }
     let mut encoding = Encoding::SMALL_LOSSLESS;
-    if let Some(ResumeData { provenance, exposure }) = resume_data {
+    if let Some(ResumeData { provenance, development }) = resume_data {
         // The lower bits of sums are noise. Deflate makes them 10 % smaller than run lengths, in eight times the time,
         // for which an interrupt would have to wait.
         encoding.compression = Compression::RLE;
@@ -101,7 +103,9 @@ pub fn write(
         insert(SAMPLE_RANGE, &format!("{start}:{end}"));
         insert(AOVS, &aovs.to_string());
         insert(WAVELENGTHS, &wavelengths.join(" "));
-        insert(EXPOSURE, &exposure.to_string());
+        insert(EXPOSURE, &development.exposure.to_string());
+        insert(TONE, development.tone.name());
+        insert(BLOOM, &development.bloom.to_string());
         channels.extend(sum_channels(aovs));
     }
     let channels = FilmChannels::new(accumulator, channels);
@@ -255,8 +259,8 @@ pub struct ResumableImage {
     comments: String,
     /// The inputs that the samples depend on.
     pub provenance: Provenance,
-    /// Exposure of a PNG.
-    pub exposure: Exposure,
+    /// What makes a PNG of the image.
+    pub development: Development,
     /// The samples of the pixel that has most.
     pub samples: Range<u32>,
     /// The values that are summed beside colours.
@@ -331,7 +335,11 @@ impl ResumableImage {
             path: path.into(),
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
-            exposure: parsed(header, EXPOSURE)?,
+            development: Development {
+                exposure: parsed(header, EXPOSURE)?,
+                tone: parsed(header, TONE)?,
+                bloom: parsed(header, BLOOM)?,
+            },
             samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: Aovs::of_file(&parsed::<String>(header, AOVS)?)
                 .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,

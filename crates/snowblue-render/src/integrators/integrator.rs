@@ -281,7 +281,7 @@ impl Tracer<'_> {
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
         match self {
             Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
-            Self::Reference(tracer) => PathSample { radiance: tracer.radiance(camera_ray, sampler), snow: None },
+            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
         }
     }
 
@@ -296,7 +296,8 @@ impl Tracer<'_> {
         match self {
             Self::Path(tracer) => tracer.response(camera_ray, sampler),
             Self::Reference(tracer) => {
-                PathSample { radiance: scene.sensor().sample(&tracer.radiance(camera_ray, sampler)), snow: None }
+                let PathSample { radiance, sees_snow, .. } = tracer.radiance(camera_ray, sampler);
+                PathSample { radiance: scene.sensor().sample(&radiance), sees_snow, snow: None }
             }
         }
     }

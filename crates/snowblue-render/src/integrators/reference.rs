@@ -30,6 +30,7 @@ use snowblue_geometry::ray::{Ray, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
 
+use crate::integrators::PathSample;
 use crate::integrators::snow_volumes::{SnowVolumes, attenuation};
 use crate::integrators::snow_walk::{SnowWalk, WalkLight};
 use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings};
@@ -108,7 +109,7 @@ impl<'scene> ReferenceTracer<'scene> {
     }
 
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
-    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> Spectrum {
+    pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &Sampler) -> PathSample<Spectrum> {
         let [pixel, sample] = sampler.address();
         self.surroundings.statistics.camera_rays += 1;
         let mut of_lights = *sampler;
@@ -117,19 +118,26 @@ impl<'scene> ReferenceTracer<'scene> {
             let sample = light.small_sample(&mut of_lights)?;
             Some(WalkLight { sample, power: light.power(&sample.origin) })
         }));
-        let mut radiance = Spectrum::ZERO;
+        let (mut radiance, mut sees_snow) = (Spectrum::ZERO, false);
         for node in 0..self.weights.len() {
             let mut path = Path { walk: SnowWalk::new(*camera_ray, Stream::new(pixel.into(), sample.into())), node };
-            self.trace(&mut path);
+            sees_snow = self.trace(&mut path);
             radiance.add_product(1.0, &self.weights[node], &path.walk.radiance);
         }
-        radiance
+        PathSample { radiance, sees_snow, snow: None }
     }
 
-    /// Traces a path to its end.
-    fn trace(&mut self, path: &mut Path) {
-        let mut hit = self.surroundings.first_hit(&path.walk.ray);
+    /// Traces a path to its end. Returns whether the first surface is snow.
+    fn trace(&mut self, path: &mut Path) -> bool {
+        let hit = self.surroundings.first_hit(&path.walk.ray);
         self.add_visible_lights(path, hit.as_ref());
+        let sees_snow = hit.as_ref().is_some_and(|surface| self.scene.materials()[surface.material].is_snow());
+        self.follow(path, hit);
+        sees_snow
+    }
+
+    /// Traces a path from its first surface to its end.
+    fn follow(&mut self, path: &mut Path, mut hit: Option<SurfaceInteraction>) {
         let mut within = None;
         for bounce in 0..=self.scene.integrator().max_bounces {
             let Some(surface) = hit else { return };

@@ -7,6 +7,8 @@ use glam::Vec3A;
 pub(crate) struct PathSample<C> {
     /// The radiance along the camera ray, or the sensor's response to it.
     pub(crate) radiance: C,
+    /// Whether the first surface is snow.
+    pub(crate) sees_snow: bool,
     /// The part that comes from snow, if a walk was followed there.
     pub(crate) snow: Option<SnowSample<C>>,
 }

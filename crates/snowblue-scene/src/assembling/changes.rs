@@ -26,7 +26,7 @@ impl Changes {
         let SceneDescription {
             gltf,
             camera,
-            film: FilmSettings { width: _, height, exposure: _, white: _, false_color },
+            film: FilmSettings { width: _, height, exposure: _, tone: _, bloom: _, white: _, false_color },
             integrator:
                 IntegratorSettings {
                     kind,

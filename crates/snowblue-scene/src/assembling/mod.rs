@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::Scene;
-use crate::camera::{PinholeCamera, View};
+use crate::camera::{PerspectiveCamera, View};
 use crate::description::SceneDescription;
 use crate::error::SceneError;
 use crate::film::FilmSettings;
@@ -123,9 +123,15 @@ impl SceneDescription {
             let name = &objects.list()[index].name;
             return Err(path.key("position").error(format!("lies inside the snow of \"{name}\"")).into());
         }
-        let camera = PinholeCamera::new(&view, self.film.width as f32 / self.film.height as f32);
+        let lens = self.camera.as_ref().map(|camera| camera.lens()).unwrap_or_default();
+        let camera = PerspectiveCamera::new(&view, lens, self.film.width as f32 / self.film.height as f32);
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
+        let in_snow = |point| objects.around(point, |object| materials[object.material].is_snow());
+        if let Some(index) = camera.rim().find_map(in_snow) {
+            let name = &objects.list()[index].name;
+            return Err(path.key("aperture").error(format!("reaches into the snow of \"{name}\"")).into());
+        }
         Ok(Scene {
             camera,
             view,
@@ -155,6 +161,9 @@ impl SceneDescription {
         let spectrum = match white {
             WhiteBalance::Illuminant(illuminant) => {
                 LightSpectrum::illuminant(illuminant).map_err(|error| wrong(&error.to_string()))?.relative
+            }
+            WhiteBalance::Temperature(kelvin) => {
+                LightSpectrum::of_temperature(kelvin).map_err(|error| wrong(&error.to_string()))?.relative
             }
             WhiteBalance::Sky => irradiance_by_sky(lights),
         };

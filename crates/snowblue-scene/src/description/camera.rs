@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use snowblue_geometry::ray::narrow;
 
 use super::value::{numbers, point};
-use crate::camera::View;
+use crate::camera::{Lens, View};
 
-/// A pinhole camera.
+/// A camera: a pinhole, or a thin lens.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraDescription {
@@ -23,12 +23,29 @@ pub struct CameraDescription {
     /// Angle between the upper and the lower edge of the picture, in degrees.
     #[serde(default = "CameraDescription::default_vertical_fov_deg")]
     pub vertical_fov_deg: f64,
+    /// Diameter of the aperture of the lens, in m; 0 for a pinhole, which sees everything sharp.
+    #[serde(default)]
+    pub aperture: f64,
+    /// Distance of the plane of focus along the viewing axis, in m; that of `look_at` if none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus: Option<f64>,
 }
 
 impl CameraDescription {
-    /// An upright camera with a field of view of 40°.
+    /// An upright pinhole camera with a field of view of 40°.
     pub fn new(position: [f64; 3], look_at: [f64; 3]) -> Self {
-        Self { position, look_at, up: upwards(), vertical_fov_deg: Self::default_vertical_fov_deg() }
+        let vertical_fov_deg = Self::default_vertical_fov_deg();
+        Self { position, look_at, up: upwards(), vertical_fov_deg, aperture: 0.0, focus: None }
+    }
+
+    /// The lens in single precision.
+    pub(crate) fn lens(&self) -> Lens {
+        Lens { aperture_m: narrow(self.aperture), focus_m: self.focus.map(narrow) }
+    }
+
+    /// The camera with another view and the same lens.
+    pub(crate) fn with_view(self, view: &View) -> Self {
+        Self { aperture: self.aperture, focus: self.focus, ..Self::from(view) }
     }
 
     fn default_vertical_fov_deg() -> f64 {
@@ -54,6 +71,8 @@ impl From<&View> for CameraDescription {
             look_at: wide(view.look_at),
             up: wide(view.up),
             vertical_fov_deg: view.vertical_fov_deg.into(),
+            aperture: 0.0,
+            focus: None,
         }
     }
 }

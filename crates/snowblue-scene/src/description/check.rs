@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use snowblue_base::RangeError;
 use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::temperature;
 use snowblue_transport::sample::{SnowKeyError, SnowKeys, SnowSample};
 use snowblue_transport::{ParameterRange, TransportError};
 
@@ -18,11 +19,12 @@ use super::material::{
     TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
-use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, ROTATION, Range, unit_vector};
+use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, GREATEST_COORDINATE_M, ROTATION, Range, unit_vector};
 use super::scene::SceneDescription;
 use super::value::{ColorDescription, Scale, point};
-use crate::camera::PinholeCamera;
+use crate::camera::{Lens, PerspectiveCamera};
 use crate::film::sensor::FalseColor;
+use crate::film::white_balance::WhiteBalance;
 use crate::film::{Exposure, FilmSettings};
 use crate::integrator::{IntegratorSettings, LightFieldSettings};
 use snowblue_base::{KeyError, KeyPath};
@@ -45,6 +47,10 @@ pub const SAMPLES_PER_PIXEL: RangeInclusive<u32> = 1..=1 << 24;
 pub const BOUNCES: RangeInclusive<u32> = 0..=10_000;
 
 const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
+/// Diameter of the aperture of a camera.
+const APERTURE: Range = Range::new(0.0, 10.0, "m");
+/// Distance of the plane of focus.
+const FOCUS: Range = Range::new(1e-3, GREATEST_COORDINATE_M, "m");
 const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
 /// A height above the sea or above a floor.
 const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
@@ -109,7 +115,11 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
     COORDINATE.check_all(&path.key("look_at"), &camera.look_at)?;
     DIRECTION.check_all(&path.key("up"), &camera.up)?;
     FIELD_OF_VIEW.check(&path.key("vertical_fov_deg"), camera.vertical_fov_deg)?;
-    if PinholeCamera::new(&camera.view(), 1.0).is_none() {
+    APERTURE.check(&path.key("aperture"), camera.aperture)?;
+    if let Some(focus) = camera.focus {
+        FOCUS.check(&path.key("focus"), focus)?;
+    }
+    if PerspectiveCamera::new(&camera.view(), Lens::default(), 1.0).is_none() {
         return Err(path.key("look_at").error("must not lie at the camera's position or along its up axis"));
     }
     Ok(())
@@ -123,6 +133,11 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
         for (key, wavelength_nm) in [("red_nm", red_nm), ("green_nm", green_nm), ("blue_nm", blue_nm)] {
             WAVELENGTH.check(&path.key(key), wavelength_nm)?;
         }
+    }
+    FRACTION.check(&path.key("bloom"), film.bloom)?;
+    if let WhiteBalance::Temperature(kelvin) = film.white {
+        let (least, greatest) = temperature::RANGE_K.into_inner();
+        Range::new(least, greatest, "K").check(&path.key("white"), kelvin)?;
     }
     match film.exposure {
         Exposure::Auto => Ok(()),

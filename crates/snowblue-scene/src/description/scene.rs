@@ -51,6 +51,11 @@ impl SceneDescription {
         shows_sun || self.lights.iter().any(|light| light.source.keys().is_visible_emitter())
     }
 
+    /// Whether a material is snow.
+    pub fn has_snow(&self) -> bool {
+        self.materials.values().any(|material| matches!(material, MaterialDescription::Snow(_)))
+    }
+
     /// The scene as the text of a scene file.
     ///
     /// # Panics

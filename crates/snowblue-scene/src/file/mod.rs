@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! gltf = "FILE.glb"        # all its meshes and lights, and its camera where there is no [camera]; before all tables
-//! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40
+//! [camera]                 # position, look_at, up = [0, 0, 1], vertical_fov_deg = 40, aperture = 0, focus
 //! [film]                   # width = 1080, height = 1080, exposure = "auto" or stops, white = "D65" or "sky",
 //!                          # false_color = { red_nm, green_nm, blue_nm }
 //! [integrator]             # samples_per_pixel = 64, noise_target, filter = true, max_bounces = 8, seed = 1,

@@ -8,8 +8,8 @@ use std::num::ParseFloatError;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use snowblue_color::LinearRgb;
 use snowblue_color::exposure::{AutoExposure, factor};
+use snowblue_color::{LinearRgb, ToneCurve};
 
 use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
@@ -41,8 +41,12 @@ pub struct FilmSettings {
     pub height: u32,
     /// Exposure of a PNG.
     pub exposure: Exposure,
-    /// The light that looks white. In false colour all lights do.
+    /// Tone curve of a PNG.
     #[serde(with = "text")]
+    pub tone: ToneCurve,
+    /// Fraction of the light that is spread around what is bright in a PNG.
+    pub bloom: f64,
+    /// The light that looks white. In false colour all lights do.
     pub white: WhiteBalance,
     /// Three wavelengths as red, green and blue, instead of the colours that an observer sees. Lights are then white.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,7 +55,8 @@ pub struct FilmSettings {
 
 impl Default for FilmSettings {
     fn default() -> Self {
-        Self { width: 1080, height: 1080, exposure: Exposure::Auto, white: WhiteBalance::default(), false_color: None }
+        let Development { exposure, tone, bloom } = Development::default();
+        Self { width: 1080, height: 1080, exposure, tone, bloom, white: WhiteBalance::default(), false_color: None }
     }
 }
 
@@ -60,19 +65,62 @@ impl FilmSettings {
     pub fn size(&self) -> ImageSize {
         ImageSize { width: self.width, height: self.height }
     }
+
+    /// What makes a PNG of the light.
+    pub fn development(&self) -> Development {
+        Development { exposure: self.exposure, tone: self.tone, bloom: self.bloom }
+    }
 }
 
-/// The fraction of pixels that automatic exposure fits into the display's range. The rest, lights and highlights, may
-/// clip.
-const AUTO_FRACTION: f64 = 0.99;
+/// What makes a picture for a display, such as a PNG, of light. EXR files store light without it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Development {
+    /// The factor of light.
+    pub exposure: Exposure,
+    /// From exposed light to the range of the display.
+    pub tone: ToneCurve,
+    /// Fraction of the light that is spread around what is bright, before the tone curve.
+    pub bloom: f64,
+}
 
-/// The level to which automatic exposure maps the brightest of these pixels; 1 is the display's white.
-const AUTO_LEVEL: f64 = 0.9;
+impl From<Exposure> for Development {
+    /// Light as it is, up to white.
+    fn from(exposure: Exposure) -> Self {
+        Self { exposure, tone: ToneCurve::None, bloom: 0.0 }
+    }
+}
+
+/// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
+const HIGHLIGHT_FRACTION: f64 = 0.99;
+/// The fraction of the pixels of snow that is displayed below the level of snow. Lit snow, if any is lit, lies there.
+const SNOW_FRACTION: f64 = 0.9;
+/// Displayed levels, of which 1 is the display's white.
+struct Levels {
+    /// Of lit snow.
+    snow: f64,
+    /// Of the brightest pixels but highlights, in a picture without snow.
+    highlights: f64,
+}
+
+impl Levels {
+    /// With AgX white surfaces are darker, so that they keep their contrast.
+    fn of(tone: ToneCurve) -> Self {
+        match tone {
+            ToneCurve::Filmic | ToneCurve::None => Self { snow: 0.8, highlights: 0.9 },
+            ToneCurve::Agx => Self { snow: 0.6, highlights: 0.75 },
+        }
+    }
+}
+
+/// How much brighter than without snow a picture is at most, so that snow in the shade leaves a sky or a lit rim.
+const MOST_OVER_HIGHLIGHTS: f64 = 2.0;
 
 /// The factor between radiance and linear RGB in a PNG. EXR files store radiance without exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
-    /// The 99th percentile of the pixels is close to white. Pixels that show a lamp or the sun do not count.
+    /// The 90th percentile of the pixels that show snow is displayed as white snow is, at 0.8 (0.6 with AgX). At most,
+    /// the 99th percentile of all pixels gets twice the light that is displayed as 0.9 (0.75); without snow it is
+    /// displayed as 0.9. Pixels that show a lamp or the sun do not count.
     #[default]
     Auto,
     /// The factor is 2^stops. At 0 stops, a luminance of 1 (that of 1 W m⁻² sr⁻¹ of equal-energy light over
@@ -81,11 +129,28 @@ pub enum Exposure {
 }
 
 impl Exposure {
-    /// The factor by which the radiance of some pixels is multiplied for display.
+    /// The factor by which the radiance of some pixels is multiplied for display without a tone curve, where all of
+    /// them count alike.
     pub fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>) -> f64 {
-        match self {
-            Self::Stops(stops) => factor(stops),
-            Self::Auto => AutoExposure { fraction: AUTO_FRACTION, level: AUTO_LEVEL }.factor(pixels),
+        Development::from(self).display_factor(pixels, std::iter::empty())
+    }
+}
+
+impl Development {
+    /// The factor by which the radiance of some pixels, of which some show snow, is multiplied before the tone curve.
+    pub fn display_factor(self, pixels: impl Iterator<Item = LinearRgb>, snow: impl Iterator<Item = LinearRgb>) -> f64 {
+        let metering = |fraction, level| AutoExposure { fraction, level: self.tone.light_of(level) };
+        match self.exposure {
+            Exposure::Stops(stops) => factor(stops),
+            Exposure::Auto => {
+                let levels = Levels::of(self.tone);
+                let of_highlights = metering(HIGHLIGHT_FRACTION, levels.highlights).factor_of_any(pixels);
+                let of_snow = metering(SNOW_FRACTION, levels.snow).factor_of_any(snow);
+                match (of_snow, of_highlights) {
+                    (Some(of_snow), Some(of_highlights)) => of_snow.min(MOST_OVER_HIGHLIGHTS * of_highlights),
+                    (of_snow, of_highlights) => of_snow.or(of_highlights).unwrap_or(1.0),
+                }
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use snowblue_base::files::{FileSource, NamedFile};
-use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer};
+use snowblue_color::{ColorError, Colorimeter, Illuminant, Observer, temperature};
 use snowblue_geometry::ray::narrow;
 
 use crate::error::SceneError;
@@ -46,6 +46,19 @@ impl LightSpectrum {
         let mut power = [0.0; SAMPLES];
         for (sample, nm) in power.iter_mut().zip(wavelengths_nm()) {
             *sample = illuminant.relative_power(nm)?;
+        }
+        Ok(Self::of_power(&power))
+    }
+
+    /// The spectrum of a correlated [colour temperature](temperature) in K.
+    ///
+    /// # Errors
+    ///
+    /// When the temperature lies outside its range.
+    pub fn of_temperature(kelvin: f64) -> Result<Self, ColorError> {
+        let mut power = [0.0; SAMPLES];
+        for (sample, nm) in power.iter_mut().zip(wavelengths_nm()) {
+            *sample = temperature::relative_power(kelvin, nm)?;
         }
         Ok(Self::of_power(&power))
     }

@@ -7,6 +7,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use snowblue_color::ToneCurve;
 use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
@@ -14,10 +15,10 @@ use snowblue_render::Exposure;
 
 use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{
-    Failure, IDLE_EXPOSURE, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
+    Failure, IDLE_PNG_OPTION, Outcome, PictureFile, PictureFormat, check_not_input, check_table_path, output_path,
     print_notes,
 };
-use pictures::merge_pictures;
+use pictures::{Given, merge_pictures};
 
 /// Magic number of OpenEXR.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -55,6 +56,14 @@ pub(crate) struct Merge {
         help = format!("Exposure of a PNG in stops [{}], or 'auto' [default: that of the parts]", limits::stops())
     )]
     exposure: Option<Exposure>,
+    /// Tone curve of a PNG: filmic, agx or none [default: that of the parts]
+    #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
+    tone: Option<ToneCurve>,
+    #[arg(
+        long, value_name = "FRACTION", value_parser = parse::number_of(0.0..=1.0),
+        help = "Fraction [0–1] of the light that is spread around what is bright in a PNG [default: that of the parts]"
+    )]
+    bloom: Option<f64>,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table
     #[arg(short, long, value_name = "FILE", value_parser = output_path())]
     output: PathBuf,
@@ -97,16 +106,21 @@ impl Merge {
         }
         self.given.refuse_idle(&[Idle {
             when: file.format == PictureFormat::Exr && !self.keep_sums,
-            options: &["exposure"],
-            why: IDLE_EXPOSURE,
+            options: &["exposure", "tone", "bloom"],
+            why: IDLE_PNG_OPTION,
         }])?;
-        merge_pictures(&self.parts, &file, self.exposure, self.film_memory)
+        merge_pictures(
+            &self.parts,
+            &file,
+            Given { exposure: self.exposure, tone: self.tone, bloom: self.bloom },
+            self.film_memory,
+        )
     }
 
     fn merge_shards(&self) -> Result<String, Failure> {
         self.given.refuse_idle(&[Idle {
             when: true,
-            options: &["keep_sums", "exposure", "film_memory_mib"],
+            options: &["keep_sums", "exposure", "tone", "bloom", "film_memory_mib"],
             why: "it is for pictures, but the parts are tables",
         }])?;
         check_table_path(&self.output)?;

@@ -1,36 +1,53 @@
 //! Merges parts of a picture.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
-use snowblue_render::Exposure;
-use snowblue_render::FilmAccumulator;
+use snowblue_color::ToneCurve;
 use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::scene::film::ImageSize;
+use snowblue_render::{Development, Exposure, FilmAccumulator};
 
 use crate::options::FilmMemory;
 use crate::output::{Failure, Outcome, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE, describe_samples};
 
-/// Merges parts, writes the picture and returns a summary. Without an exposure, that of the parts is used.
+/// What options say of the picture. Else the parts say it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Given {
+    pub(super) exposure: Option<Exposure>,
+    pub(super) tone: Option<ToneCurve>,
+    pub(super) bloom: Option<f64>,
+}
+
+/// Merges parts, writes the picture and returns a summary.
 ///
 /// All headers are checked before the first pixel is read, and whether samples follow each other as they are added.
 pub(super) fn merge_pictures(
     paths: &[PathBuf],
     file: &PictureFile,
-    exposure: Option<Exposure>,
+    given: Given,
     memory: FilmMemory,
 ) -> Result<String, Failure> {
     let parts: Vec<ResumableImage> =
         paths.iter().map(|path| ResumableImage::open(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     check(paths, &parts)?;
-    let exposure = match exposure {
-        Some(exposure) => exposure,
-        None if file.format == PictureFormat::Exr && !file.keeps_sums => Exposure::Auto,
-        None => common_exposure(paths, &parts)?,
+    let development = if file.format == PictureFormat::Exr && !file.keeps_sums {
+        Development::default()
+    } else {
+        let exposures = || common(paths, &parts, "exposure", |development| development.exposure);
+        let blooms = || common(paths, &parts, "bloom", |development| development.bloom);
+        let tones = || common(paths, &parts, "tone", |development| development.tone);
+        Development {
+            exposure: given.exposure.map_or_else(exposures, Ok)?,
+            tone: given.tone.map_or_else(tones, Ok)?,
+            bloom: given.bloom.map_or_else(blooms, Ok)?,
+        }
     };
     let first = &parts[0];
     let window = parts.iter().fold(first.window.clone(), |window, part| window.enclosing(&part.window));
     let largest = parts.iter().map(|part| &part.window).max_by_key(|window| window.size().pixel_count());
+    let file = &PictureFile { blooms: development.bloom > 0.0, ..file.clone() };
     memory.check(file, &[Some(&window), largest].into_iter().flatten().collect::<Vec<_>>(), first.aovs)?;
     let mut sums = FilmAccumulator::new(first.image_size, &window, first.aovs, &first.wavelengths_nm);
     let mut ordered: Vec<(&PathBuf, &ResumableImage)> = paths.iter().zip(&parts).collect();
@@ -49,7 +66,7 @@ pub(super) fn merge_pictures(
     } else {
         format!(" of {} × {}, from {},{}", whole.width, whole.height, window.columns.start, window.rows.start)
     };
-    file.write(&sums, ResumeData { provenance: &first.provenance, exposure }, &common_notes(&parts))?;
+    file.write(&sums, ResumeData { provenance: &first.provenance, development }, &common_notes(&parts))?;
     let (samples, count) = (describe_samples(&sums), paths.len());
     let parts = if count == 1 { "part" } else { "parts" };
     Ok(format!("{columns} × {rows} pixels{crop}, {samples} samples per pixel, from {count} {parts}"))
@@ -64,15 +81,20 @@ fn common_notes(parts: &[ResumableImage]) -> Vec<(&'static str, String)> {
     [SCENE_NOTE, TABLE_NOTE].into_iter().filter_map(common).collect()
 }
 
-/// The exposure of all parts.
-fn common_exposure(paths: &[PathBuf], parts: &[ResumableImage]) -> Result<Exposure, Failure> {
-    let exposure = parts[0].exposure;
-    match paths.iter().zip(parts).find(|(_, part)| part.exposure != exposure) {
-        None => Ok(exposure),
+/// What all parts say of the picture, by the name of its option.
+fn common<T: Copy + PartialEq + Display>(
+    paths: &[PathBuf],
+    parts: &[ResumableImage],
+    name: &str,
+    of: impl Fn(Development) -> T,
+) -> Result<T, Failure> {
+    let first = of(parts[0].development);
+    match paths.iter().zip(parts).find(|(_, part)| of(part.development) != first) {
+        None => Ok(first),
         Some((path, part)) => Err(Failure::Input(format!(
-            "the exposure is {exposure} in {}, but {} in {}: give --exposure",
+            "the {name} is {first} in {}, but {} in {}: give --{name}",
             paths[0].display(),
-            part.exposure,
+            of(part.development),
             path.display()
         ))),
     }

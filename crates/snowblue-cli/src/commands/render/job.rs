@@ -133,7 +133,7 @@ impl RenderJob<'_> {
         file.keeps_sums |= !self.is_finished(sums);
         file.write(
             sums,
-            ResumeData { provenance: &self.provenance, exposure: self.scene().film().exposure },
+            ResumeData { provenance: &self.provenance, development: self.scene().film().development() },
             &self.notes,
         )
     }

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use clap::Args;
 use snowblue_base::atomic_file::is_stream;
+use snowblue_color::ToneCurve;
 use snowblue_database::CompressedTable;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
@@ -23,7 +24,7 @@ use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Sc
 use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
-    Failure, Format, IDLE_EXPOSURE, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
+    Failure, Format, IDLE_PNG_OPTION, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
     output_path, print, print_notes,
 };
 use job::RenderJob;
@@ -138,13 +139,22 @@ pub(crate) struct Render {
     #[arg(
         long, value_name = "STOPS", value_parser = parse::exposure, allow_negative_numbers = true,
         help = format!(
-            "Exposure of a PNG in stops [{}], or 'auto', instead of the scene's; 'auto' leaves out pixels that show a \
-             lamp or the sun", limits::stops()
+            "Exposure of a PNG in stops [{}], or 'auto', instead of the scene's; 'auto' shows lit snow as white, \
+             and leaves out pixels that show a lamp or the sun", limits::stops()
         )
     )]
     exposure: Option<Exposure>,
-    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, or 'sky' for the light of
-    /// sun and sky on level ground
+    /// Tone curve of a PNG, instead of the scene's: filmic (a straight line with a shoulder below white, on luminance),
+    /// agx (low contrast, with pale highlights) or none (light as it is, up to white)
+    #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
+    tone: Option<ToneCurve>,
+    #[arg(
+        long, value_name = "FRACTION", value_parser = parse::number_of(0.0..=1.0),
+        help = "Fraction [0–1] of the light that is spread around what is bright in a PNG, instead of the scene's"
+    )]
+    bloom: Option<f64>,
+    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour temperature
+    /// [2000K–25000K], or 'sky' for the light of sun and sky on level ground
     #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
     white: Option<WhiteBalance>,
     /// False colour: three wavelengths in nm [300–2500], shown as red, green and blue [1030,860,550 if none are given],
@@ -156,7 +166,7 @@ pub(crate) struct Render {
     false_color: Option<FalseColor>,
     /// Arbitrary output variables (AOVs) of an .exr, separated by commas: rgb, spectrum (31 channels, W/(m² sr nm)),
     /// variance (of the mean), normal, albedo, thickness (m), angle (degrees), emitter (fraction of samples that see a
-    /// lamp or the sun)
+    /// lamp or the sun), snow (fraction that sees snow)
     #[arg(long, value_name = "LIST", default_value = "rgb", value_parser = parse::aovs)]
     aovs: Aovs,
     /// Keep the sums of samples in an .exr, for 'snowblue merge' and --resume; parts of pictures always keep them
@@ -241,6 +251,8 @@ impl Render {
             "field_step_mm",
             "film_memory_mib",
             "exposure",
+            "tone",
+            "bloom",
             "white",
             "false_color",
             "aovs",
@@ -318,8 +330,8 @@ impl Render {
         }
         self.given.refuse_idle(&[Idle {
             when: file.format == PictureFormat::Exr && !file.keeps_sums,
-            options: &["exposure"],
-            why: IDLE_EXPOSURE,
+            options: &["exposure", "tone", "bloom"],
+            why: IDLE_PNG_OPTION,
         }])?;
         Ok(file)
     }
@@ -354,6 +366,7 @@ impl Render {
     /// Checks that the pixels to render fit into the memory, and says what they take.
     fn check_memory(&self, scene: &SceneDescription, file: &PictureFile, quiet: bool) -> Outcome {
         let window = self.target(scene)?.window();
+        let file = &PictureFile { blooms: scene.film.bloom > 0.0, ..file.clone() };
         let needed_mib = self.film_memory.check(file, &[&window], with_needed(self.aovs, scene))?;
         let path = file.path.display();
         print_notes(quiet, needed_mib.map(|mib| format!("{path}: the pixels take {mib} MiB of memory")));
@@ -377,6 +390,8 @@ impl Render {
         film.width = self.width.unwrap_or(film.width);
         film.height = self.height.unwrap_or(film.height);
         film.exposure = self.exposure.unwrap_or(film.exposure);
+        film.tone = self.tone.unwrap_or(film.tone);
+        film.bloom = self.bloom.unwrap_or(film.bloom);
         film.white = self.white.unwrap_or(film.white);
         film.false_color = self.false_color.or(film.false_color);
         let with_path_mode = self.path.map(|_| IntegratorKind::PcaSnow);

@@ -63,6 +63,8 @@ pub(crate) struct PathTracer<'a> {
 struct PathRadiance<C> {
     /// Light that leaves the first surface, or a light before it.
     first: C,
+    /// Whether the first surface is snow.
+    sees_snow: bool,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
     /// Light of a random walk into snow, if one was followed.
@@ -82,7 +84,7 @@ impl<C: Carried> PathRadiance<C> {
     /// The sample of the path.
     #[inline]
     fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
-        let Self { first: mut radiance, later, walk } = self;
+        let Self { first: mut radiance, sees_snow, later, walk } = self;
         if let Some(later) = later {
             radiance += carried(later);
         }
@@ -91,7 +93,7 @@ impl<C: Carried> PathRadiance<C> {
             radiance += walked;
             reading.map(|reading| SnowSample { residual: walked.less(reading), reading, normal, distance_m })
         });
-        PathSample { radiance, snow }
+        PathSample { radiance, sees_snow, snow }
     }
 }
 
@@ -143,18 +145,19 @@ impl<'a> PathTracer<'a> {
         if self.has_area_lights {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
-        let Some(surface) = hit else { return PathRadiance { first, later: None, walk: None } };
+        let Some(surface) = hit else { return PathRadiance { first, sees_snow: false, later: None, walk: None } };
+        let sees_snow = self.scene.materials()[surface.material].is_snow();
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
             let (reading, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
             first += reading;
-            return PathRadiance { first, later: None, walk };
+            return PathRadiance { first, sees_snow, later: None, walk };
         }
         first += self.direct_light::<C>(&vertex, sampler);
         if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
-            return PathRadiance { first, later: None, walk: None };
+            return PathRadiance { first, sees_snow, later: None, walk: None };
         }
-        PathRadiance { first, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
+        PathRadiance { first, sees_snow, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
     }
 
     /// Light from snow: by the light field at the surface, or by a random walk.
