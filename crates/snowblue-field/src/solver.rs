@@ -8,11 +8,11 @@ use crate::system::System;
 use crate::vectors::{ROWS_PER_TASK, narrow, ratio, sum, sum_mut, wide};
 
 /// Most iterations. Fifty to two hundred are usual.
-const MOST_ITERATIONS: usize = 2000;
+const MOST_ITERATIONS: u64 = 2000;
 
 /// Solves the systems for one right-hand side each, from a start, to a relative residual in the norm of the
-/// preconditioner.
-pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>, tolerance: f64) -> Vec<f32x4> {
+/// preconditioner. Returns them with the number of iterations.
+pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>, tolerance: f64) -> (Vec<f32x4>, u64) {
     let count = system.len();
     let inverse = &system.inverse_diagonal;
     let mut values = start.unwrap_or_else(|| vec![f32x4::ZERO; count]);
@@ -54,7 +54,7 @@ pub(crate) fn solve(system: &System, right: &[f32x4], start: Option<Vec<f32x4>>,
         });
         iterations += 1;
     }
-    values
+    (values, iterations)
 }
 
 fn squared(value: f32x4, inverse: f32x4) -> f64x4 {

@@ -104,6 +104,7 @@ impl GatheredPaths {
                 }
                 found.steady.push(steady * (std::f32::consts::PI / rays_per_element.max(1) as f32));
             }
+            solid.watch.add_rays(queries.statistics.rays());
             found
         };
         let tasks: Vec<Task> = elements.par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();

@@ -20,8 +20,6 @@ use super::surface_light::{EnteringLight, NOISE, entering_light};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::spectrum::Spectrum;
 
-/// Most reflections of light between pieces of snow that are computed.
-const MOST_REFLECTIONS: usize = 40;
 /// Relative residual of the light that snow receives from snow, over all surfaces. The light in a cave may be a small
 /// part of that outside, and its error is some thirty times the residual there.
 const GATHER_TOLERANCE: f64 = 1e-5;
@@ -70,6 +68,7 @@ pub(super) fn solve(
     prepared: &[PreparedBody],
     body_of: &[Option<usize>],
 ) -> Vec<LitFluence> {
+    scene.watch.begin_light(prepared.len());
     let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(scene, illumination, body_of)).collect();
     let bodies = || prepared.iter().zip(&lightings);
     let mut diffuse: Vec<ElementValues> = lightings.iter().map(|lighting| lighting.paths.steady().to_vec()).collect();
@@ -80,10 +79,13 @@ pub(super) fn solve(
             let options = SolveOptions { start, sources: &lighting.sources, tolerance: GATHER_TOLERANCE };
             one.solve(Some(&lighting.entering), diffuse, options)
         }));
-        for (diffuse, by_snow) in diffuse.iter_mut().zip(irradiance_by_snow(prepared, &lightings, &first, body_of)) {
+        for (diffuse, by_snow) in
+            diffuse.iter_mut().zip(irradiance_by_snow(scene, prepared, &lightings, &first, body_of))
+        {
             add(diffuse, &by_snow);
         }
     }
+    scene.watch.end_rounds();
     let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
     let lit = bodies().zip(diffuse).enumerate().map(|(number, ((one, lighting), mut diffuse))| {
         one.body.denoise(&mut diffuse, NOISE);
@@ -108,6 +110,7 @@ fn mean_spectrum(lightings: &[Lighting]) -> Spectrum {
 /// It is H = b + M H, where b is by the first solutions, and M H by solutions for H alone. In a cavity of snow hardly
 /// any light is lost from one reflection to the next, so reflections are not added up one by one.
 fn irradiance_by_snow(
+    scene: &FieldScene,
     prepared: &[PreparedBody],
     lightings: &[Lighting],
     first: &[Solution],
@@ -140,11 +143,17 @@ fn irradiance_by_snow(
         prepared.iter().map(of_body).collect()
     };
     let mut reflected = |joined: &[Vec<f32x4>], tolerance: f64| {
+        scene.watch.begin_round(1.0 - tolerance.ln() / GATHER_TOLERANCE.ln());
         let options = SolveOptions { tolerance, ..SolveOptions::default() };
         let solutions = prepared.iter().zip(of_bodies(joined)).map(|(one, diffuse)| one.solve(None, &diffuse, options));
         received(&solutions.collect::<Vec<Solution>>())
     };
-    of_bodies(&solve_fixed_point(&received(first), &mut reflected, GATHER_TOLERANCE, MOST_REFLECTIONS))
+    of_bodies(&solve_fixed_point(
+        &received(first),
+        &mut reflected,
+        GATHER_TOLERANCE,
+        scene.settings.most_rounds as usize,
+    ))
 }
 
 impl<'a> PreparedBody<'a> {
@@ -220,6 +229,7 @@ impl<'a> PreparedBody<'a> {
         }
         let groups: Vec<&[f32x4]> = entering.iter().map(Vec::as_slice).collect();
         let fluence = self.body.solve(&groups, options);
+        self.solid.watch.add_solution();
         Solution { entering, irradiance, fluence }
     }
 
