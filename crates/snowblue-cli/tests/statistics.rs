@@ -1,6 +1,6 @@
 //! The table of `render --stats`.
 
-#![allow(clippy::unwrap_used, reason = "tests may panic")]
+#![allow(clippy::unwrap_used, clippy::float_cmp, reason = "tests may panic, and counts are whole")]
 
 mod shell;
 
