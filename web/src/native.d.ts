@@ -119,7 +119,11 @@ export interface SceneModule {
     grain_rays: number | undefined,
     cells_per_edge: number | undefined,
   ) => LightField;
-  Picture: new (scene: string, files: Files) => Picture;
+  Picture: {
+    new (scene: string, files: Files): Picture;
+    /** A first picture of few pixels with a sample each, with coarse cells of snow, if there can be one. */
+    coarse(scene: string, files: Files): Picture | undefined;
+  };
   /** The GLB of `snowblue bake`. */
   bake_glb(scene: string, files: Files): Uint8Array<ArrayBuffer>;
 }

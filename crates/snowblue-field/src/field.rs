@@ -1,6 +1,7 @@
 //! The light field inside a body of snow.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -36,6 +37,9 @@ pub struct SnowBody {
     /// What is missing in the grid's flux at each surface element over Σ K F there, for each group; empty for a group
     /// for which all cells at the surface are narrow enough.
     missing_flux: Vec<Vec<f32x4>>,
+    /// Solutions for four wavelengths so far, and their iterations.
+    solves: AtomicU64,
+    iterations: AtomicU64,
 }
 
 /// From where and how far a solution is sought.
@@ -129,7 +133,9 @@ impl SnowBody {
         let diffusion: Vec<Vec<Diffusion>> = (0..groups).map(of_group).collect();
         let systems = diffusion.iter().map(|diffusion| System::new(&grid, diffusion, extrapolation)).collect();
         let surface_nodes = SurfaceNodes::new(&grid);
-        let mut body = Self { surface_nodes, grid, systems, diffusion, extrapolation, missing_flux: Vec::new() };
+        let (missing_flux, [solves, iterations]) = (Vec::new(), [0; 2].map(AtomicU64::new));
+        let mut body =
+            Self { surface_nodes, grid, systems, diffusion, extrapolation, missing_flux, solves, iterations };
         body.missing_flux = (0..groups).map(|group| body.missing_flux(group)).collect();
         body
     }
@@ -174,6 +180,18 @@ impl SnowBody {
     #[must_use]
     pub fn node_count(&self) -> usize {
         self.grid.free_count
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.grid.cells.len()
+    }
+
+    /// Solutions for four wavelengths so far, and iterations of conjugate gradients in all of them.
+    #[must_use]
+    pub fn solves_and_iterations(&self) -> [u64; 2] {
+        [&self.solves, &self.iterations].map(|count| count.load(Ordering::Relaxed))
     }
 
     /// Memory of the grid and the systems, in bytes, about.
@@ -266,7 +284,10 @@ impl SnowBody {
             add_source(&self.grid, source, group, diffusion, &mut right);
         }
         let start = options.start.map(|start| self.at_free_nodes(&start.nodes[group]));
-        let solution = solve(&self.systems[group], &right, start, [options.tolerance, options.residual_left]);
+        let residuals = [options.tolerance, options.residual_left];
+        let (solution, iterations) = solve(&self.systems[group], &right, start, residuals);
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        self.iterations.fetch_add(iterations, Ordering::Relaxed);
         let node = |node: u32| {
             let terms = self.grid.terms(node).iter();
             terms.fold(f32x4::ZERO, |sum, term| sum + solution[term.free as usize] * term.weight)

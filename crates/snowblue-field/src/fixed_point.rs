@@ -13,8 +13,9 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives what is missing, b + M x − x, for the x of all groups.
-pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>]) -> Vec<Vec<f32x4>>;
+/// Gives what is missing, b + M x − x, for the x of all groups. It also takes how much was missing in the estimate
+/// before, relative to x: 1 at first.
+pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
 
 /// When the solution of a fixed point ends.
 #[derive(Debug, Clone, Copy)]
@@ -44,9 +45,10 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     let mut steps: Vec<Step> = Vec::new();
     // The last step, and what was missing before.
     let mut last: Option<(Vectors, Vectors)> = None;
+    let mut share = 1.0;
     for _ in 0..options.most_estimates {
-        let mut rest = missing(&solution);
-        let share = greatest_ratio(&norms(&rest), &norms(&solution));
+        let mut rest = missing(&solution, share);
+        share = greatest_ratio(&norms(&rest), &norms(&solution));
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
                 steps.remove(0);
@@ -143,7 +145,7 @@ mod tests {
             group[ROWS - 1] = f32x4::new([0.0, 2.0, 0.0, 5.0]);
         }
         let mut count = 0;
-        let mut missing = |values: &[Vec<f32x4>]| {
+        let mut missing = |values: &[Vec<f32x4>], _: f64| {
             count += 1;
             let of_group = |((values, loss), constant): ((&Vec<f32x4>, f32), &Vec<f32x4>)| {
                 let reflected = along_tube(loss, values).into_iter().zip(constant).zip(values);
@@ -172,7 +174,7 @@ mod tests {
     #[test]
     fn the_number_of_estimates_is_limited() {
         let mut count = 0;
-        let mut missing = |values: &[Vec<f32x4>]| {
+        let mut missing = |values: &[Vec<f32x4>], _: f64| {
             count += 1;
             let reflected = along_tube(0.0, &values[0]);
             vec![reflected.into_iter().zip(&values[0]).map(|(reflected, value)| reflected - *value).collect()]

@@ -8,16 +8,16 @@ use crate::system::System;
 use crate::vectors::{ROWS_PER_TASK, narrow, ratio, sum, sum_mut, wide};
 
 /// Most iterations. Fifty to two hundred are usual.
-const MOST_ITERATIONS: usize = 2000;
+const MOST_ITERATIONS: u64 = 2000;
 
 /// Solves the systems for one right-hand side each, from a start, until the residual in the norm of the preconditioner
-/// is small beside the right-hand side or beside that of the start.
+/// is small beside the right-hand side or beside that of the start. Returns them with the number of iterations.
 pub(crate) fn solve(
     system: &System,
     right: &[f32x4],
     start: Option<Vec<f32x4>>,
     [tolerance, residual_left]: [f64; 2],
-) -> Vec<f32x4> {
+) -> (Vec<f32x4>, u64) {
     let count = system.len();
     let inverse = &system.inverse_diagonal;
     let mut values = start.unwrap_or_else(|| vec![f32x4::ZERO; count]);
@@ -60,7 +60,7 @@ pub(crate) fn solve(
         });
         iterations += 1;
     }
-    values
+    (values, iterations)
 }
 
 fn squared(value: f32x4, inverse: f32x4) -> f64x4 {

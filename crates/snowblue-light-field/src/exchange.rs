@@ -11,11 +11,12 @@ use snowblue_field::{
 };
 use wide::{f32x4, f64x4};
 
+use super::field_scene::FieldScene;
 use super::gather::{ElementValues, GatheredPaths, SnowPlace};
 use super::prepared_body::{Lighting, PreparedBody, Solution, add};
 
 /// How far the light is followed: root mean square of what is missing at a surface element over the light there.
-const LIGHT: FixedPointOptions = FixedPointOptions { tolerance: 1e-3, most_estimates: 12, history: 5 };
+const TOLERANCE: f64 = 1e-3;
 /// The same for light between slabs.
 const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
 /// Relative residual of the first solutions inside, and of others over that of those before for the new light.
@@ -67,7 +68,7 @@ impl<'a> Exchange<'a> {
     }
 
     /// Finds the irradiance H for lamps and skies of one spectrum. `steady` is H without light from snow.
-    pub(super) fn balance(&self, lightings: &[Lighting], steady: Vec<ElementValues>) -> Balance {
+    pub(super) fn balance(&self, lightings: &[Lighting], steady: Vec<ElementValues>, scene: &FieldScene) -> Balance {
         let mut outer = joined(steady);
         let direct = joined(lightings.iter().map(|lighting| lighting.entering.irradiance.clone()));
         // The first estimate is by slabs alone.
@@ -83,7 +84,8 @@ impl<'a> Exchange<'a> {
         // Errors count beside the light at their place.
         let scale = without_dark(&light);
         let mut fluences: Vec<Fluence> = Vec::new();
-        let mut missing = |relative: &[Vec<f32x4>]| {
+        let mut missing = |relative: &[Vec<f32x4>], share: f64| {
+            scene.watch.begin_round((share.ln() / TOLERANCE.ln()).clamp(0.0, 1.0));
             let mut light = relative.to_vec();
             multiply(&mut light, &scale);
             let mut diffuse = light.clone();
@@ -117,7 +119,9 @@ impl<'a> Exchange<'a> {
             missing
         };
         divide(&mut light, &scale);
-        let mut diffuse = solve_fixed_point(light, &mut missing, LIGHT);
+        let most_estimates = scene.settings.most_rounds as usize;
+        let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: 5 };
+        let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
         subtract(&mut diffuse, &direct);
         Balance { diffuse: self.parts(&diffuse), fluences }
@@ -143,7 +147,7 @@ impl<'a> Exchange<'a> {
             self.patches.means(&exitance)
         };
         let start = reflected(&irradiance);
-        let mut missing = |exitance: &[Vec<f32x4>]| {
+        let mut missing = |exitance: &[Vec<f32x4>], _: f64| {
             let mut missing = reflected(&self.received_of_patches(exitance));
             add(&mut missing, &start);
             subtract(&mut missing, exitance);

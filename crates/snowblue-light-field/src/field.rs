@@ -1,7 +1,7 @@
 //! The light in all snow of a scene.
 
 use glam::Vec3A;
-use snowblue_field::{SpectralNodes, Survey};
+use snowblue_field::{GROUP, SnowBody, SpectralNodes, Survey};
 use snowblue_geometry::ray::SurfacePoint;
 
 use super::body_field::{BodyField, LitFluence};
@@ -11,7 +11,7 @@ use super::illumination::{Illumination, LampInSnow, illuminations};
 use super::lit_bodies::solve;
 use super::prepared_body::PreparedBody;
 use super::solid::Solid;
-use snowblue_scene::objects::Objects;
+use super::watch::Work;
 
 /// Most bodies of snow. Each has a grid, and is lit by all others.
 const MOST_BODIES: usize = 1000;
@@ -28,6 +28,32 @@ pub struct LightField {
     lights: Vec<Vec<usize>>,
     /// Solutions that are not of an earlier light field.
     solved_count: usize,
+    work: Work,
+}
+
+/// What a light field has and what it took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldStatistics {
+    /// Bodies of snow.
+    pub bodies: usize,
+    /// Cells of all bodies.
+    pub cells: usize,
+    /// Unknowns at each wavelength, of all bodies.
+    pub nodes: usize,
+    /// Memory of the grids and their systems of equations, in bytes, about.
+    pub bytes: usize,
+    /// Groups of four wavelengths at which light is solved for.
+    pub groups: usize,
+    /// Lights of one spectrum.
+    pub lights: usize,
+    /// Solutions in a body for a group of wavelengths, since the cells were made.
+    pub solves: u64,
+    /// Iterations of conjugate gradients in all solutions.
+    pub iterations: u64,
+    /// Rounds of light between bodies. Each takes a solution in each body.
+    pub rounds: u64,
+    /// Rays from surfaces of snow to lights and other surfaces.
+    pub rays: u64,
 }
 
 /// A solution: its lights, by their indices in the scene, and what it is in each body.
@@ -40,6 +66,7 @@ impl LightField {
     ///
     /// With the object's index and the reason, if a body has no grid.
     pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
+        scene.watch.cells(0, 0);
         let mut body_of = vec![None; scene.objects.list().len()];
         let mut solids = Vec::new();
         for object in 0..body_of.len() {
@@ -57,7 +84,7 @@ impl LightField {
                 ));
             }
             scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
-            let solid = Solid::new(scene.objects, object)
+            let solid = Solid::new(scene, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
             solids.push((solid, snow, survey));
@@ -68,9 +95,11 @@ impl LightField {
             .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
         let nodes =
             thickest.map(|(_, snow, survey)| SpectralNodes::for_layers(&snow.spectra(survey.mean_thickness_m())));
-        let mut prepared = Vec::with_capacity(solids.len());
+        let count = solids.len();
+        let mut prepared = Vec::with_capacity(count);
         for (solid, snow, survey) in solids {
             let Some(nodes) = &nodes else { break };
+            scene.watch.cells(prepared.len(), count);
             let object = solid.object;
             let one = PreparedBody::new(solid, &survey, snow, nodes, scene);
             prepared.push(one.map_err(|reason| (object, reason))?);
@@ -81,7 +110,7 @@ impl LightField {
     /// Solves for the light of other lamps in the same bodies. The solutions start from one of the present light, so
     /// they depend on it within their tolerance.
     pub(crate) fn relit(self, scene: &FieldScene) -> Self {
-        let (mut prepared, solutions, body_of) = self.into_parts(scene.objects);
+        let (mut prepared, solutions, body_of) = self.into_parts(scene);
         if let Some((_, lit)) = solutions.into_iter().next() {
             prepared.iter_mut().zip(lit).for_each(|(one, lit)| one.before = Some(lit.fluence));
         }
@@ -91,18 +120,18 @@ impl LightField {
     /// Solves for the light of those lights in the same bodies for which `has_changed`, and keeps the solutions of the
     /// others. The light field is the same, to the last bit, as a new one.
     pub(crate) fn relit_where_changed(self, scene: &FieldScene, has_changed: &dyn Fn(usize) -> bool) -> Self {
-        let (prepared, mut solutions, body_of) = self.into_parts(scene.objects);
+        let (prepared, mut solutions, body_of) = self.into_parts(scene);
         solutions.retain(|(lights, _)| !lights.iter().any(|light| has_changed(*light)));
         Self::lit(prepared, body_of, scene, solutions)
     }
 
     /// The bodies without light, the solutions, and the body of each object.
-    fn into_parts(self, objects: &Objects) -> (Vec<PreparedBody<'_>>, Vec<LitBodies>, Vec<Option<usize>>) {
+    fn into_parts<'s>(self, scene: &'s FieldScene) -> (Vec<PreparedBody<'s>>, Vec<LitBodies>, Vec<Option<usize>>) {
         let Self { bodies, body_of, lights, .. } = self;
         let mut solutions: Vec<LitBodies> = lights.into_iter().map(|lights| (lights, Vec::new())).collect();
         let prepared = bodies.into_iter().enumerate().map(|(number, one)| {
             let object = body_of.iter().position(|body| *body == Some(number));
-            let solid = object.and_then(|object| Solid::new(objects, object));
+            let solid = object.and_then(|object| Solid::new(scene, object));
             let BodyField { body, lit, nodes, snow, transport_lengths_m, view_factor } = one;
             solutions.iter_mut().zip(lit).for_each(|((_, bodies), lit)| bodies.push(lit));
             let solid = solid.expect("a body with a light field has an object and bounds");
@@ -123,6 +152,7 @@ impl LightField {
         let is_known = |illumination: &&Illumination| known.iter().any(|(lights, _)| *lights == illumination.indices);
         let unknown: Vec<&Illumination> = illuminations.iter().filter(|one| !is_known(one)).collect();
         let solved_count = unknown.len();
+        scene.watch.expect_lights(solved_count);
         let mut solved = solve(scene, &unknown, &prepared, &body_of).into_iter();
         let mut lights = Vec::new();
         for illumination in illuminations {
@@ -139,7 +169,15 @@ impl LightField {
         });
         let bodies: Vec<BodyField> = bodies.collect();
         let bright_snow = BrightSnow::new(if scene.max_bounces > 0 { &bodies } else { &[] });
-        Self { bodies, body_of, lamps_in_snow: scene.lamps_in_snow.to_vec(), bright_snow, lights, solved_count }
+        Self {
+            bodies,
+            body_of,
+            lamps_in_snow: scene.lamps_in_snow.to_vec(),
+            bright_snow,
+            lights,
+            solved_count,
+            work: scene.watch.work(),
+        }
     }
 
     /// The number of its solutions that are not of an earlier light field.
@@ -166,6 +204,24 @@ impl LightField {
     /// If cells have sizes for a viewer: the greatest factor of these sizes that makes them fit into the memory.
     pub fn view_factor(&self) -> Option<f64> {
         self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
+    }
+
+    /// What it has and what it took.
+    pub fn statistics(&self) -> FieldStatistics {
+        let bodies = || self.bodies.iter().map(|body| &body.body);
+        let [solves, iterations] = [0, 1].map(|of| bodies().map(|body| body.solves_and_iterations()[of]).sum());
+        FieldStatistics {
+            bodies: self.bodies.len(),
+            cells: bodies().map(SnowBody::cell_count).sum(),
+            nodes: self.node_count(),
+            bytes: bodies().map(SnowBody::bytes).sum(),
+            groups: self.bodies.first().map_or(0, |body| body.nodes.indices().len() / GROUP),
+            lights: self.lights.len(),
+            solves,
+            iterations,
+            rounds: self.work.rounds,
+            rays: self.work.rays,
+        }
     }
 
     /// Unknowns of a solution at each wavelength, of all bodies.

@@ -7,6 +7,7 @@ use snowblue_field::SizesByDistance;
 
 use super::illumination::LampInSnow;
 use super::snowpack::Snowpack;
+use super::watch::Watch;
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::light::Light;
 use snowblue_scene::objects::{Objects, SurfaceInteraction};
@@ -31,6 +32,8 @@ pub struct FieldScene<'a> {
     pub(crate) viewer: Option<Viewer>,
     /// Memory and cells of the grid of a body.
     pub(crate) settings: LightFieldSettings,
+    /// Receives the progress, and counts.
+    pub(crate) watch: Watch<'a>,
 }
 
 /// A viewpoint, and the fineness of its picture.

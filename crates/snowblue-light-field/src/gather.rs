@@ -125,6 +125,7 @@ impl GatheredPaths {
                 sums.iter().zip(&mut found.steady).for_each(|(sum, steady)| push(steady, nodes, &(*sum * share)));
                 found.end_counts.push(found.ends.len() - first_end);
             }
+            solid.watch.add_rays(queries.statistics.rays());
             found
         };
         let tasks: Vec<Task> = elements.par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();

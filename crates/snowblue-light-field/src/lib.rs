@@ -24,10 +24,11 @@ mod prepared_body;
 mod snowpack;
 mod solid;
 mod surface_light;
+mod watch;
 
 pub use body_field::{BodyField, SnowAt};
 pub use end_depth::{EndDepth, WalkEndsByDepth};
-pub use field::LightField;
+pub use field::{FieldStatistics, LightField};
 pub use field_scene::FieldScene;
 pub use illumination::LampInSnow;
 pub use near_light::{LightWeights, NearLight};

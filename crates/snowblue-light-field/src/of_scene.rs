@@ -9,6 +9,7 @@ use super::field::LightField;
 use super::field_scene::{FieldScene, Viewer};
 use super::illumination::LampInSnow;
 use super::snowpack::{KindOptics, Snowpack};
+use super::watch::Watch;
 use snowblue_base::KeyPath;
 use snowblue_scene::Changes;
 use snowblue_scene::Scene;
@@ -16,6 +17,7 @@ use snowblue_scene::SceneError;
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::{Object, SurfaceInteraction};
+use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::SAMPLES;
 
 /// The snow of each material, by its index; none of other materials.
@@ -50,14 +52,14 @@ pub fn snowpacks(
 }
 
 impl LightField {
-    /// Solves for the light in all snow of a scene.
+    /// Solves for the light in all snow of a scene, and reports the progress.
     ///
     /// # Errors
     ///
     /// If a body has no grid, or a light other than a point or a sphere lies inside snow.
-    pub fn of_scene(scene: &Scene, snow: &SnowOfMaterials<Snowpack>) -> Result<Self, SceneError> {
+    pub fn of_scene(scene: &Scene, snow: &SnowOfMaterials<Snowpack>, report: Report) -> Result<Self, SceneError> {
         let of_object = |object: usize| snow[scene.objects().list()[object].material].clone();
-        with_field_scene(scene, &of_object, |field_scene| {
+        with_field_scene(scene, &of_object, report, |field_scene| {
             Self::new(field_scene).map_err(|(object, reason)| {
                 let name = &scene.objects().list()[object].name;
                 KeyPath::root("object").error(format!("\"{name}\" {reason}")).into()
@@ -65,13 +67,13 @@ impl LightField {
         })
     }
 
-    /// The light field in the same snow of a scene whose lights have changed.
+    /// The light field in the same snow of a scene whose lights have changed. It reports the progress.
     ///
     /// # Errors
     ///
     /// If a light other than a point or a sphere lies inside snow.
-    pub fn after_changes(self, scene: &Scene, changes: &Changes) -> Result<Self, SceneError> {
-        with_field_scene(scene, &|_| None, |field_scene| {
+    pub fn after_changes(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, SceneError> {
+        with_field_scene(scene, &|_| None, report, |field_scene| {
             Ok(self.relit_where_changed(field_scene, &|light| changes.has_light(light)))
         })
     }
@@ -81,6 +83,7 @@ impl LightField {
 fn with_field_scene<T>(
     scene: &Scene,
     snow: &dyn Fn(usize) -> Option<Arc<Snowpack>>,
+    report: Report,
     call: impl FnOnce(&FieldScene) -> Result<T, SceneError>,
 ) -> Result<T, SceneError> {
     let lamps_in_snow = lamps_in_snow(scene)?;
@@ -99,6 +102,7 @@ fn with_field_scene<T>(
             pixel_rad: f64::from(scene.view().vertical_fov_deg.to_radians()) / f64::from(scene.film().height),
         }),
         settings: scene.description().light_field,
+        watch: Watch::new(report),
     })
 }
 

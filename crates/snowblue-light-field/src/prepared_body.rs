@@ -116,6 +116,7 @@ impl<'a> PreparedBody<'a> {
         let groups: Vec<&[f32x4]> = entering.iter().map(Vec::as_slice).collect();
         let options = SolveOptions { sources: &lighting.sources, ..options };
         let fluence = self.body.solve_inside(&groups, options);
+        self.solid.watch.add_solution();
         Solution { entering, irradiance, fluence }
     }
 

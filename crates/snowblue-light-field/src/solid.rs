@@ -7,6 +7,8 @@ use snowblue_field::{AxisCrossing, Body};
 use snowblue_geometry::bounds::Bounds;
 use snowblue_geometry::ray::{Crossing, Ray};
 
+use super::field_scene::FieldScene;
+use super::watch::Watch;
 use snowblue_scene::objects::Objects;
 
 /// A body of snow.
@@ -14,6 +16,7 @@ pub(crate) struct Solid<'scene> {
     pub(super) objects: &'scene Objects,
     /// One of its objects.
     pub(super) object: usize,
+    pub(super) watch: &'scene Watch<'scene>,
     bounds: Bounds,
 }
 
@@ -24,13 +27,14 @@ thread_local! {
 
 impl<'scene> Solid<'scene> {
     /// The body that an object belongs to; none if it has no bounds.
-    pub(crate) fn new(objects: &'scene Objects, object: usize) -> Option<Self> {
+    pub(crate) fn new(scene: &'scene FieldScene, object: usize) -> Option<Self> {
+        let objects = scene.objects;
         let mut bounds = Bounds::of(std::iter::empty());
         for member in objects.body_of(object) {
             let of_member = objects.list()[*member].shape.bounds()?;
             bounds = Bounds { low: bounds.low.min(of_member.low), high: bounds.high.max(of_member.high) };
         }
-        Some(Self { objects, object, bounds })
+        Some(Self { objects, object, watch: &scene.watch, bounds })
     }
 }
 

@@ -71,6 +71,7 @@ pub(super) fn entering_light(
             push(&mut entering.irradiance, nodes, &total);
             entering.spectrum += escape_weighted;
         }
+        solid.watch.add_rays(queries.statistics.rays());
         entering
     };
     let tasks: Vec<EnteringLight> = body.surface().par_chunks(ELEMENTS_PER_TASK).enumerate().map(task).collect();

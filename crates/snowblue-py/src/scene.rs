@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -17,13 +18,15 @@ use snowblue_render::files::{FileSource, FilesIn};
 use snowblue_render::film::channels::channels;
 use snowblue_render::film::image_file::{to_raster, write_png};
 use snowblue_render::film::resumable_file;
-use snowblue_render::render::{RenderControl, accumulator, all_samples, render_missing};
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_coarse, render_missing};
 use snowblue_render::scene::provenance::Provenance;
-use snowblue_render::scene::queries::Statistics;
-use snowblue_render::{Aovs, FilmAccumulator, Integrator, Preparation, RenderError, SceneDescription, SceneFile};
+use snowblue_render::{
+    Aovs, FilmAccumulator, Integrator, Phase, Preparation, Progress, RenderError, SampleBlock, SceneDescription,
+    SceneFile,
+};
 
 use crate::database::Table;
-use crate::work::{Control, failure, input, run};
+use crate::work::{Control, failure, input, run_showing};
 
 /// A scene: its description, and the files that it names.
 #[pyclass(frozen, module = "snowblue._native")]
@@ -33,6 +36,15 @@ pub(crate) struct Scene {
     /// What was built last, of this scene or of one with the same files.
     last: Arc<Mutex<Option<Built>>>,
 }
+
+/// Functions of Python that follow the work.
+struct Watchers<'py> {
+    progress: Option<Bound<'py, PyAny>>,
+    preview: Option<Bound<'py, PyAny>>,
+}
+
+/// Time between two unfinished pictures.
+const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What a bake holds.
 #[derive(FromPyObject)]
@@ -107,7 +119,8 @@ impl Scene {
     }
 
     /// Renders the scene: its channels, width and height, and its exposure in stops. Writes them to `output` too,
-    /// a PNG or an OpenEXR file. Without a table, PCASnow reads that of the scene, or else the embedded one.
+    /// a PNG or an OpenEXR file. Without a table, PCASnow reads that of the scene, or else the embedded one. Calls
+    /// `preview` with unfinished pictures: first one with coarse cells of snow.
     #[expect(clippy::too_many_arguments, reason = "the keywords of Python")]
     fn render<'py>(
         &self,
@@ -116,18 +129,18 @@ impl Scene {
         aovs: &str,
         output: Option<PathBuf>,
         progress: Option<Bound<'py, PyAny>>,
+        preview: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let aovs: Aovs = aovs.parse().map_err(input)?;
         let is_png = output.as_deref().map(is_png).transpose()?;
         let development = self.description.film.development();
         let table = table.map(Table::compressed).transpose()?;
-        let (sums, made) = self.work(py, table, progress, move |built, control| {
+        let shows = preview.is_some();
+        let (sums, made) = self.work(py, table, Watchers { progress, preview }, move |built, control| {
             let Built { integrator, provenance } = built;
             let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
             let mut sums = accumulator(scene, aovs, &target.window());
-            let progress = |at: snowblue_render::Progress| control.set(at.samples_done, at.samples);
-            let render_control = RenderControl { progress: &progress, stop: &|| control.is_stopped() };
-            let Statistics { unusable_samples, .. } = render_missing(integrator, &target, &mut sums, render_control);
+            let unusable_samples = add_samples(integrator, &target, &mut sums, control, shows);
             if unusable_samples > 0 {
                 let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
                 return Err(failure(format!("{unusable_samples} {reason}")));
@@ -173,10 +186,15 @@ impl Scene {
         if let Some(step_mm) = step_mm {
             STEP_RANGE.check(step_mm).map_err(input)?;
         }
-        let (baked, provenance) = self.work(py, None, progress, move |Built { integrator, provenance }, control| {
-            let baked = integrator.bake(options, &|done, all| control.set(done as u64, all as u64));
-            baked.map(|baked| (baked, provenance.clone())).map_err(|error: BakeError| input(error))
-        })?;
+        let (baked, provenance) = self.work(
+            py,
+            None,
+            Watchers { progress, preview: None },
+            move |Built { integrator, provenance }, control| {
+                let baked = integrator.bake(options, &|at| control.set_phase(at));
+                baked.map(|baked| (baked, provenance.clone())).map_err(|error: BakeError| input(error))
+            },
+        )?;
         if let Some(path) = output {
             let is_glb = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
             let write = if is_glb { write_glb } else { write_ply };
@@ -199,6 +217,32 @@ impl Scene {
     }
 }
 
+/// Adds all samples of a picture, which is shown from time to time if it `shows`, and returns how many cannot be used.
+fn add_samples(
+    integrator: &Integrator,
+    target: &SampleBlock,
+    sums: &mut FilmAccumulator,
+    control: &Control,
+    shows: bool,
+) -> u64 {
+    let (all, mut unusable_samples) = (target.count(), 0);
+    loop {
+        let missing = sums.missing_count(target);
+        if missing == 0 || control.is_stopped() {
+            return unusable_samples;
+        }
+        let pause = shows.then(|| Instant::now() + PREVIEW_INTERVAL);
+        let render_control = RenderControl {
+            report: &|at| control.set_phase(Progress { done: all - missing + at.done, total: all, ..at }),
+            stop: &|| control.is_stopped() || pause.is_some_and(|pause| Instant::now() >= pause),
+        };
+        unusable_samples += render_missing(integrator, target, sums, render_control).unusable_samples;
+        if shows {
+            control.show(to_raster(&sums.film(), integrator.scene().film().development()));
+        }
+    }
+}
+
 /// The description of a JSON document, checked.
 fn described(text: &str) -> PyResult<SceneDescription> {
     let description: SceneDescription = serde_json::from_str(text).map_err(input)?;
@@ -217,22 +261,33 @@ impl Scene {
         &self,
         py: Python<'_>,
         table: Option<Arc<CompressedTable>>,
-        progress: Option<Bound<'_, PyAny>>,
+        Watchers { progress, preview }: Watchers,
         work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {
         let (description, files, last) = (self.description.clone(), Arc::clone(&self.files), Arc::clone(&self.last));
-        run(py, progress.as_ref(), move |control| {
+        let shows = preview.is_some();
+        run_showing(py, progress.as_ref(), preview.as_ref(), move |control| {
             let is_current = |Built { integrator, provenance }: &Built| {
                 *provenance == provenance.of_same_files(integrator.scene().description(), &*files)
             };
             let earlier = last.lock().unwrap_or_else(PoisonError::into_inner).take().filter(is_current);
             let earlier = earlier.map(|built| built.integrator);
+            control.set_phase(Progress { phase: Phase::Meshes, done: 0, total: 0 });
             let scene = match &earlier {
                 None => description.build(&*files),
                 Some(earlier) => description.build_after(earlier.scene(), &*files),
             };
-            let preparation = Preparation { table: table.as_deref(), earlier };
-            let integrator = Integrator::prepare_with(&scene.map_err(input)?, preparation).map_err(input)?;
+            let scene = scene.map_err(input)?;
+            let report = |at| control.set_phase(at);
+            // If it fails, its cells are too coarse for the snow, and there is no first picture.
+            if shows
+                && earlier.is_none()
+                && let Ok(Some(first)) = render_coarse(&scene, &report)
+            {
+                control.show(to_raster(&first.film, first.development));
+            }
+            let preparation = Preparation { table: table.as_deref(), earlier, report: &report };
+            let integrator = Integrator::prepare_with(&scene, preparation).map_err(input)?;
             let built = Built { provenance: integrator.provenance(), integrator };
             let result = work(&built, control);
             *last.lock().unwrap_or_else(PoisonError::into_inner) = Some(built);

@@ -7,15 +7,22 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
+use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use snowblue_render::raster::RasterImage;
+use snowblue_render::{Phase, Progress};
 
 /// Time between two looks at signals and progress.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// What passes between work and the thread that waits for it.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Control {
+    /// The phase of the work, if it has phases.
+    phase: Mutex<Option<Phase>>,
+    /// An unfinished picture that has not been shown.
+    picture: Mutex<Option<RasterImage>>,
     done: AtomicU64,
     total: AtomicU64,
     stop: AtomicBool,
@@ -32,6 +39,17 @@ impl Control {
         self.check();
     }
 
+    /// Sets the progress of work with phases. It does not return if the work is to stop.
+    pub(crate) fn set_phase(&self, Progress { phase, done, total }: Progress) {
+        *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = Some(phase);
+        self.set(done, total);
+    }
+
+    /// Shows an unfinished picture.
+    pub(crate) fn show(&self, picture: RasterImage) {
+        *self.picture.lock().unwrap_or_else(PoisonError::into_inner) = Some(picture);
+    }
+
     /// Whether the work is to stop.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -46,10 +64,21 @@ impl Control {
 }
 
 /// Runs work on another thread without the interpreter's lock. Meanwhile this thread handles signals and calls
-/// `progress(done, total)`; an exception in either stops the work and is raised.
+/// `progress(done, total)`, or `progress(done, total, phase)` for work with phases; an exception in either stops the
+/// work and is raised.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Control) -> PyResult<T> + Send + 'static,
+) -> PyResult<T> {
+    run_showing(py, progress, None, work)
+}
+
+/// The same for work on a picture, which calls `preview(width, height, pixels)` with unfinished ones: 8-bit sRGB.
+pub(crate) fn run_showing<T: Send + 'static>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    preview: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
     check_process()?;
@@ -65,11 +94,12 @@ pub(crate) fn run<T: Send + 'static>(
     });
     loop {
         match py.detach(|| receiver.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(INTERVAL)) {
-            Ok(Ok(result)) => return result,
+            Ok(Ok(result)) => return show(py, preview, &control).and(result),
             Ok(Err(panic)) => resume_unwind(panic),
             Err(RecvTimeoutError::Disconnected) => return Err(PyRuntimeError::new_err("the work has ended early")),
             Err(RecvTimeoutError::Timeout) => {
                 let reported = py.check_signals().and_then(|()| report(progress, &control));
+                let reported = reported.and_then(|()| show(py, preview, &control));
                 if let Err(exception) = reported {
                     control.stop.store(true, Ordering::Relaxed);
                     drop(thread);
@@ -93,9 +123,23 @@ fn check_process() -> PyResult<()> {
 }
 
 fn report(progress: Option<&Bound<'_, PyAny>>, control: &Control) -> PyResult<()> {
-    let total = control.total.load(Ordering::Relaxed);
-    match progress {
-        Some(progress) if total > 0 => progress.call1((control.done.load(Ordering::Relaxed), total)).map(drop),
+    let Some(progress) = progress else { return Ok(()) };
+    let phase = *control.phase.lock().unwrap_or_else(PoisonError::into_inner);
+    let (done, total) = (control.done.load(Ordering::Relaxed), control.total.load(Ordering::Relaxed));
+    match phase {
+        Some(phase) => progress.call1((done, total, phase.name())).map(drop),
+        None if total > 0 => progress.call1((done, total)).map(drop),
+        None => Ok(()),
+    }
+}
+
+fn show(py: Python<'_>, preview: Option<&Bound<'_, PyAny>>, control: &Control) -> PyResult<()> {
+    let picture = control.picture.lock().unwrap_or_else(PoisonError::into_inner).take();
+    match (preview, picture) {
+        (Some(preview), Some(picture)) => {
+            let pixels = PyArray1::from_vec(py, picture.bytes());
+            preview.call1((picture.width(), picture.height(), pixels)).map(drop)
+        }
         _ => Ok(()),
     }
 }

@@ -190,3 +190,17 @@ def test_bad_scenes_are_named(tmp_path, repository):
         full = snowblue.Database.build(grain_size_um=[400], facetness=[0.3], density_kg_m3=[300], thickness_cm=[1, 5],
                                        angle_deg=[0], tally_rays=1024)
         block().render(database=full)
+
+
+def test_phases_come_in_their_order_and_the_last_preview_is_the_picture():
+    phases, shown = [], []
+    picture = block().render(
+        integrator="diffusion", samples_per_pixel=1, preview=shown.append,
+        progress=lambda done, total, phase: phases.append((phase, 0 <= done <= total)))
+    order = ["meshes", "preview", "snow", "cells", "light", "samples"]
+    # Progress is looked at every 50 ms, so that short phases may be missed.
+    places = [order.index(phase) for phase, _ in phases]
+    assert places == sorted(places) and all(is_right for _, is_right in phases)
+    np.testing.assert_array_equal(shown[-1], picture.display)
+    alone = block().render(integrator="diffusion", samples_per_pixel=1)
+    np.testing.assert_array_equal(picture.rgb, alone.rgb)

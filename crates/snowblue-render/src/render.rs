@@ -41,6 +41,7 @@ use crate::integrators::{Integrator, PathSample};
 use crate::raster::PixelPosition;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::Development;
+use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::{PixelPattern, PixelSampler, Sampler};
 use snowblue_scene::spectrum::Spectrum;
@@ -53,20 +54,11 @@ const SAMPLES_PER_PASS: u64 = 1 << 20;
 /// pixel. So it is with a noise target, which is compared with the noise before each pass.
 const SAMPLES_PER_PIXEL_AND_PASS: [u64; 2] = [16, 1 << 12];
 
-/// Progress of a rendering.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// Samples done, of all pixels together.
-    pub samples_done: u64,
-    /// Samples to do.
-    pub samples: u64,
-}
-
 /// Callbacks of a rendering. Any thread calls them.
 #[derive(Clone, Copy)]
 pub struct RenderControl<'a> {
-    /// Receives the progress, once for each row of pixels in each pass.
-    pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Receives the progress, once for each row of pixels in each pass: samples of all pixels together.
+    pub report: Report<'a>,
     /// Returns whether to stop. Pixels that have begun are finished.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -74,7 +66,7 @@ pub struct RenderControl<'a> {
 /// Ignores the progress and never stops.
 impl Default for RenderControl<'_> {
     fn default() -> Self {
-        Self { progress: &|_| {}, stop: &|| false }
+        Self { report: &|_| {}, stop: &|| false }
     }
 }
 
@@ -98,14 +90,25 @@ pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
     Ok(render_all(&Integrator::prepare(scene)?, &|_| {}))
 }
 
+/// A first picture of a scene, if it has any ([`Integrator::prepare_coarse`]), on the threads of the current rayon
+/// pool.
+///
+/// # Errors
+///
+/// As those of [`Integrator::prepare`]: a body of snow may need finer cells.
+pub fn render_coarse(scene: &Scene, report: Report) -> Result<Option<Rendering>, RenderError> {
+    let integrator = Integrator::prepare_coarse(scene, report)?;
+    Ok(integrator.map(|integrator| render_all(&integrator, &|at| report(Progress { phase: Phase::Preview, ..at }))))
+}
+
 /// Renders the whole image of the scene of an integrator, on the threads of the current rayon pool.
 ///
-/// Any thread calls `progress` after each row of each pass. Rows do not finish in order.
-pub fn render_all(integrator: &Integrator, progress: &(dyn Fn(Progress) + Sync)) -> Rendering {
+/// Any thread reports after each row of each pass. Rows do not finish in order.
+pub fn render_all(integrator: &Integrator, report: Report) -> Rendering {
     let scene = integrator.scene();
     let target = all_samples(scene);
     let mut accumulator = accumulator(scene, Aovs::default(), &target.window());
-    let control = RenderControl { progress, ..RenderControl::default() };
+    let control = RenderControl { report, ..RenderControl::default() };
     let statistics = render_missing(integrator, &target, &mut accumulator, control);
     Rendering { film: accumulator.film(), development: scene.film().development(), statistics }
 }
@@ -163,13 +166,13 @@ pub fn render_missing(
     control: RenderControl,
 ) -> Statistics {
     accumulator.begin_at(target.samples.start);
-    let samples = accumulator.missing_count(target);
-    let done = AtomicU64::new(0);
-    let progress = |row: Progress| {
-        let samples_done = done.fetch_add(row.samples_done, Ordering::Relaxed) + row.samples_done;
-        (control.progress)(Progress { samples_done, samples });
+    let total = accumulator.missing_count(target);
+    let all_done = AtomicU64::new(0);
+    let report_row = |row: Progress| {
+        let done = all_done.fetch_add(row.done, Ordering::Relaxed) + row.done;
+        (control.report)(Progress { done, total, ..row });
     };
-    let control = RenderControl { progress: &progress, ..control };
+    let control = RenderControl { report: &report_row, ..control };
     let per_pass = samples_per_pixel_and_pass(integrator.scene(), target);
     let mut statistics = Statistics::default();
     let fewest = accumulator.counts_of(target).min();
@@ -225,8 +228,9 @@ fn render_pass(
         }
         let first = (row.number - window.rows.start) * window.size().width + pass.columns.start - window.columns.start;
         let done = done.get(first as usize..).unwrap_or_default();
-        let (samples_done, statistics) = renderer.render((row, done), pass, aovs, control.stop);
-        (control.progress)(Progress { samples_done, samples: samples_done });
+        let statistics = renderer.render((row, done), pass, aovs, control.stop);
+        let done = statistics.samples;
+        (control.report)(Progress { phase: Phase::Samples, done, total: done });
         statistics
     });
     let statistics = rows.reduce(Statistics::default, Statistics::plus);
@@ -241,15 +245,15 @@ struct RowRenderer<'a> {
 }
 
 impl RowRenderer<'_> {
-    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and returns their number. A
-    /// pixel that has begun is finished. Pixels that are `done` repeat their samples.
+    /// Adds the samples of a block that are missing from a row, until `stop` returns true, and counts. A pixel that has
+    /// begun is finished. Pixels that are `done` repeat their samples.
     fn render(
         &self,
         (row, done): (Row, &[bool]),
         pass: &SampleBlock,
         aovs: Aovs,
         stop: &(dyn Fn() -> bool + Sync),
-    ) -> (u64, Statistics) {
+    ) -> Statistics {
         let scene = self.integrator.scene();
         let mut tracer = self.integrator.tracer(!aovs.spectrum);
         let mut first_hits = aovs.need_first_hit().then(|| self.integrator.first_hits());
@@ -295,7 +299,8 @@ impl RowRenderer<'_> {
             }
             accumulator.flush(sums);
         }
-        (samples_done, Statistics { unusable_samples: accumulator.unusable_samples, ..tracer.statistics() })
+        let unusable_samples = accumulator.unusable_samples;
+        Statistics { samples: samples_done, unusable_samples, ..tracer.statistics() }
     }
 }
 

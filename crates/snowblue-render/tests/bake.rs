@@ -59,7 +59,7 @@ fn with_bounces(text: &str) -> Integrator {
 }
 
 fn baked(integrator: &Integrator, step_m: f64, channels: Channels) -> BakedScene {
-    integrator.bake(BakeOptions { step_m: Some(step_m), channels, is_total: false }, &|_, _| {}).unwrap()
+    integrator.bake(BakeOptions { step_m: Some(step_m), channels, is_total: false }, &|_| {}).unwrap()
 }
 
 fn area_m2(object: &BakedObject, triangle: [u32; 3]) -> f64 {
@@ -227,7 +227,7 @@ fn files_hold_the_meshes_and_their_attributes() {
 #[test]
 fn what_cannot_be_baked_is_named() {
     let floor = "[[object]]\nshape = \"plane\"\nmaterial = \"grey\"\n";
-    let error = |integrator: &Integrator, options| integrator.bake(options, &|_, _| {}).unwrap_err().to_string();
+    let error = |integrator: &Integrator, options| integrator.bake(options, &|_| {}).unwrap_err().to_string();
     assert_eq!(error(&integrator(&format!("{SKY}{floor}")), BakeOptions::default()), "the scene has no snow");
     let tiny = BakeOptions { step_m: Some(1e-5), ..BakeOptions::default() };
     let many = error(&coarse(&format!("{SKY}{BLOCK}"), 0), tiny);
@@ -254,7 +254,7 @@ fn relighting_forgets_the_last_lamp() {
     let (behind, inside) = (of_lamp(LAMP_BEHIND), of_lamp(&inside));
     let lamps = [&behind, &inside].map(|integrator| Arc::clone(&integrator.scene().lights()[0]));
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
-    let fresh = [&behind, &inside].map(|integrator| integrator.bake(options, &|_, _| {}).unwrap());
+    let fresh = [&behind, &inside].map(|integrator| integrator.bake(options, &|_| {}).unwrap());
     let cells = cells_of(&behind, 0.02);
     let mut relighting = behind.into_relighting(cells).unwrap();
     for number in [1, 0, 1] {
@@ -281,7 +281,7 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
     let lamp = Arc::clone(&integrator.scene().lights()[0]);
     let position = lamp.central_sample().and_then(|sample| sample.origin.position()).unwrap();
     let options = BakeOptions { step_m: Some(0.01), is_total: true, ..BakeOptions::default() };
-    let baked = integrator.bake(options, &|_, _| {}).unwrap();
+    let baked = integrator.bake(options, &|_| {}).unwrap();
     let cells = cells_of(&integrator, 0.01);
     let LitSnow { mut surfaces, strength, .. } = integrator.into_relighting(cells).unwrap().light(&lamp);
     let (lit, intensity) = (surfaces.remove(0), strength.g);
@@ -311,7 +311,7 @@ fn visibility_and_irradiance_are_those_of_the_lamp() {
 fn under_sky(sky: &str) -> (BakedObject, Vec<(Arc<Light>, LinearRgb, LitSurface)>) {
     let integrator = with_bounces(&format!("[light_field]\nstep_mm = 12\n{sky}{BLOCK}"));
     let options = BakeOptions { step_m: Some(0.02), is_total: true, ..BakeOptions::default() };
-    let baked = integrator.bake(options, &|_, _| {}).unwrap().objects.remove(0);
+    let baked = integrator.bake(options, &|_| {}).unwrap().objects.remove(0);
     let sky = integrator.scene().description().sky.clone();
     let cells = cells_of(&integrator, 0.02);
     let mut relighting = integrator.into_relighting(cells).unwrap();

@@ -110,7 +110,8 @@ fn curves_are_solved_for_where_the_table_has_other_wavelengths() {
     }
     // In a picture of visible light it is the table of the infrared that is not read.
     let scene = snow::scene(&slab("D65"), &[]);
-    let visible = Integrator::prepare_with(&scene, Preparation { table: Some(&infrared), earlier: None }).unwrap();
+    let visible =
+        Integrator::prepare_with(&scene, Preparation { table: Some(&infrared), ..Preparation::default() }).unwrap();
     assert!(visible.notes()[0].contains("other wavelengths"), "{:?}", visible.notes());
 }
 

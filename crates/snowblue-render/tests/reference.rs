@@ -74,7 +74,7 @@ fn no_pass_has_more_than_16_samples_of_a_pixel() {
     let mut integrator = reference(&format!("{}{SKY}", level(0.002)));
     integrator.set_samples_per_pixel(100);
     let reported = Mutex::new(vec![0]);
-    render_all(&integrator, &|at| reported.lock().unwrap().push(at.samples_done));
+    render_all(&integrator, &|at| reported.lock().unwrap().push(at.done));
     let reported = reported.into_inner().unwrap();
     assert!(reported.windows(2).all(|pair| pair[1] - pair[0] <= 16) && reported.ends_with(&[100]), "{reported:?}");
 }

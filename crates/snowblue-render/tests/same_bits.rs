@@ -14,12 +14,12 @@ use snowblue_render::film::Film;
 use snowblue_render::film::image_file::write_exr;
 use snowblue_render::raster::PixelPosition;
 use snowblue_render::render::{
-    self, Progress, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
+    self, RenderControl, Rendering, accumulator, pixel_radiance, render_all, render_missing,
 };
 use snowblue_render::scene::Scene;
 use snowblue_render::scene::camera::View;
 use snowblue_render::scene::film::ImageSize;
-use snowblue_render::{Aovs, Integrator};
+use snowblue_render::{Aovs, Integrator, Progress};
 
 fn shipped() -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/block_30cm.toml");
@@ -154,12 +154,12 @@ fn every_sample_is_reported_once() {
     let report = |at: Progress| reported.lock().unwrap().push(at);
     render_all(&prepared(&shipped(), Some(&analytic_table())), &report);
     let mut reported = reported.into_inner().unwrap();
-    reported.sort_unstable_by_key(|at| at.samples_done);
+    reported.sort_unstable_by_key(|at| at.done);
     // Two passes, of one and of three samples.
     assert_eq!(reported.len(), 2 * 40);
-    assert!(reported.iter().all(|at| at.samples == 48 * 40 * 4));
-    assert!(reported.windows(2).all(|pair| [48, 144].contains(&(pair[1].samples_done - pair[0].samples_done))));
-    assert_eq!(reported[79].samples_done, 48 * 40 * 4);
+    assert!(reported.iter().all(|at| at.total == 48 * 40 * 4));
+    assert!(reported.windows(2).all(|pair| [48, 144].contains(&(pair[1].done - pair[0].done))));
+    assert_eq!(reported[79].done, 48 * 40 * 4);
 }
 
 #[test]

@@ -174,10 +174,16 @@ pub struct LightFieldSettings {
     /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
     #[serde(skip)]
     pub grain_rays: u32,
+    /// Most rounds of light between bodies of snow. Scene files have no such key.
+    #[serde(skip)]
+    pub most_rounds: u32,
 }
+
+/// Most rounds of light between bodies. Caves take some ten.
+const MOST_ROUNDS: u32 = 12;
 
 impl Default for LightFieldSettings {
     fn default() -> Self {
-        Self { memory_mib: 1024, step_mm: None, nodes: None, grain_rays: GRAIN_RAYS }
+        Self { memory_mib: 1024, step_mm: None, nodes: None, grain_rays: GRAIN_RAYS, most_rounds: MOST_ROUNDS }
     }
 }

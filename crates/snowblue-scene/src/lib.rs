@@ -28,6 +28,7 @@ pub mod integrator;
 pub mod light;
 pub mod material;
 pub mod objects;
+pub mod progress;
 pub mod queries;
 
 pub mod description;

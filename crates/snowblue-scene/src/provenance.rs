@@ -64,7 +64,10 @@ impl Provenance {
         }
         entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm, nodes, grain_rays } = scene.light_field;
+            let LightFieldSettings { memory_mib, step_mm, nodes, grain_rays, most_rounds } = scene.light_field;
+            if most_rounds != LightFieldSettings::default().most_rounds {
+                entries.push(("rounds of light between bodies", format!("at most {most_rounds}")));
+            }
             entries.push(("light field", format!("{memory_mib} MiB, {grain_rays} rays through grains")));
             let cells = match (step_mm, nodes) {
                 (Some(step_mm), _) => format!("{step_mm} mm"),

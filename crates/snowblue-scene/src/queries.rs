@@ -6,9 +6,11 @@ use snowblue_geometry::ray::{Crossing, Ray, SurfacePoint, off_surface};
 
 use crate::objects::{Objects, Side, SurfaceInteraction, set_object};
 
-/// Counts of the queries of a rendering.
+/// Counts of a rendering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Statistics {
+    /// Samples of all pixels, also those that a pixel below its noise target repeats.
+    pub samples: u64,
     /// Camera rays.
     pub camera_rays: u64,
     /// Rays from one surface to the next.
@@ -20,6 +22,12 @@ pub struct Statistics {
     /// Lines through snow that crossed its surface an odd number of times, because the mesh is open. The last crossing
     /// is ignored, and with it the snow behind it.
     pub odd_depth_lines: u64,
+    /// Random walks into snow.
+    pub walks: u64,
+    /// Walks that ended in the light field inside.
+    pub walks_into_field: u64,
+    /// Flights from grain to grain of all walks.
+    pub flights: u64,
     /// Samples that are not numbers or too bright to be summed; they count as black.
     pub unusable_samples: u64,
 }
@@ -29,11 +37,15 @@ impl Statistics {
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
+            samples: self.samples + other.samples,
             camera_rays: self.camera_rays + other.camera_rays,
             indirect_rays: self.indirect_rays + other.indirect_rays,
             shadow_rays: self.shadow_rays + other.shadow_rays,
             depth_lines: self.depth_lines + other.depth_lines,
             odd_depth_lines: self.odd_depth_lines + other.odd_depth_lines,
+            walks: self.walks + other.walks,
+            walks_into_field: self.walks_into_field + other.walks_into_field,
+            flights: self.flights + other.flights,
             unusable_samples: self.unusable_samples + other.unusable_samples,
         }
     }

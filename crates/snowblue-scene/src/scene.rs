@@ -9,12 +9,19 @@ use crate::description::{CameraDescription, SceneDescription};
 use crate::film::FilmSettings;
 use crate::film::ImageSize;
 use crate::film::sensor::Sensor;
-use crate::integrator::IntegratorSettings;
+use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings};
 use crate::light::Light;
 use crate::material::Material;
 use crate::objects::Objects;
 use crate::spectrum::SAMPLES;
 use snowblue_base::KeyPath;
+
+/// Of a coarse scene: the least factor between the sides of the pictures, most pixels, rays through grains, and
+/// rounds of light between bodies.
+const COARSE_FACTOR: f64 = 4.0;
+const COARSE_PIXELS: f64 = 65_536.0;
+const COARSE_GRAIN_RAYS: u32 = 1 << 13;
+const COARSE_ROUNDS: u32 = 2;
 
 /// Everything that a picture depends on. A clone shares what is large.
 #[derive(Debug, Clone)]
@@ -115,6 +122,30 @@ impl Scene {
     pub fn material_path(&self, material: usize) -> KeyPath {
         let path = KeyPath::root("material");
         self.description.materials.keys().nth(material).map_or(path.clone(), |name| path.key(name))
+    }
+
+    /// The scene for a first picture: few pixels with a sample each, and by `diffusion` with coarse cells, which takes
+    /// about a second. The cells of a body take so many MiB. None for PCASnow, which has no cells.
+    pub fn coarse(&self, memory_mib: u32) -> Option<Self> {
+        if self.integrator.kind == IntegratorKind::PcaSnow {
+            return None;
+        }
+        let mut coarse = self.clone();
+        let [width, height] = [self.film.width, self.film.height].map(f64::from);
+        let factor = (width * height / COARSE_PIXELS).sqrt().max(COARSE_FACTOR);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small positive numbers")]
+        let [width, height] = [width, height].map(|side| (side / factor).ceil() as u32);
+        coarse.set_image_size(ImageSize { width, height });
+        coarse.integrator.kind = IntegratorKind::Diffusion;
+        coarse.integrator.noise_target = None;
+        coarse.set_samples_per_pixel(1);
+        coarse.description.light_field = LightFieldSettings {
+            memory_mib: memory_mib.min(self.description.light_field.memory_mib),
+            grain_rays: COARSE_GRAIN_RAYS,
+            most_rounds: COARSE_ROUNDS,
+            ..LightFieldSettings::default()
+        };
+        Some(coarse)
     }
 
     /// Sets the number of samples per pixel, at least one.

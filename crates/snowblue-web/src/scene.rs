@@ -97,7 +97,7 @@ fn baked(scene: &str, files: &Files) -> Result<Vec<u8>, String> {
     let mut description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
     description.integrator.kind = IntegratorKind::Diffusion;
     let integrator = prepare(&description, files)?;
-    let baked = integrator.bake(BakeOptions::default(), &|_, _| {}).map_err(text)?;
+    let baked = integrator.bake(BakeOptions::default(), &|_| {}).map_err(text)?;
     glb_bytes(&baked, &integrator.provenance()).map_err(text)
 }
 
@@ -319,10 +319,29 @@ impl Picture {
 
     fn unfinished(scene: &str, files: &Files) -> Result<Self, String> {
         let description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
-        let integrator = prepare(&description, files)?;
+        Ok(Self::without_samples(prepare(&description, files)?))
+    }
+
+    fn without_samples(integrator: Integrator) -> Self {
         let scene = integrator.scene();
         let sums = accumulator(scene, Aovs::default(), &all_samples(scene).window());
-        Ok(Self { integrator, sums })
+        Self { integrator, sums }
+    }
+
+    /// A first picture of the scene: few pixels with a sample each, and coarse cells of snow. None for `pcasnow`, which
+    /// has no cells, and for snow that needs finer ones.
+    ///
+    /// # Errors
+    ///
+    /// In the words of the command.
+    pub fn coarse(scene: &str, files: &Files) -> Result<Option<Self>, JsError> {
+        Self::coarse_picture(scene, files).map_err(|reason| JsError::new(&reason))
+    }
+
+    fn coarse_picture(scene: &str, files: &Files) -> Result<Option<Self>, String> {
+        let description: SceneDescription = serde_json::from_str(scene).map_err(text)?;
+        let scene = description.build(&files.0).map_err(text)?;
+        Ok(Integrator::prepare_coarse(&scene, &|_| {}).ok().flatten().map(Self::without_samples))
     }
 
     /// Width in pixels.
@@ -349,7 +368,7 @@ impl Picture {
     /// Adds samples for about some milliseconds, and returns how many each pixel has.
     pub fn add(&mut self, milliseconds: f64) -> u32 {
         let end = Date::now() + milliseconds;
-        let control = RenderControl { progress: &|_| {}, stop: &|| Date::now() >= end };
+        let control = RenderControl { report: &|_| {}, stop: &|| Date::now() >= end };
         render_missing(&self.integrator, &all_samples(self.integrator.scene()), &mut self.sums, control);
         self.samples()
     }

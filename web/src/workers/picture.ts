@@ -1,6 +1,7 @@
 /** Traces a picture of a scene and posts it as it gets better. A new request replaces the present one. */
 
 import init, { Files, Picture } from "native:scene";
+import type { Picture as UnfinishedPicture } from "../native";
 import { addCoefficients } from "../view/coefficients";
 import type { PictureAnswer, PictureRequest } from "../view/picture-messages";
 import type { sceneOf } from "../view/scene";
@@ -34,15 +35,21 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
     const { integrator, sky } = JSON.parse(scene) as ReturnType<typeof sceneOf>;
     if (sky?.type === "clear") await addCoefficients(files);
     if (newest !== version) return;
+    const coarse = Picture.coarse(scene, files);
+    if (coarse !== undefined) {
+      while (coarse.add(SHARE_MS) === 0);
+      show(version, coarse, 0);
+      coarse.free();
+      await otherMessages();
+      if (newest !== version) return;
+    }
     const picture = new Picture(scene, files);
     const wanted = integrator.samples_per_pixel;
     try {
       let samples = 0;
       while (newest === version && samples < wanted) {
         samples = picture.add(SHARE_MS);
-        const pixels = picture.display() as Uint8ClampedArray<ArrayBuffer>;
-        const [width, height] = [picture.width(), picture.height()];
-        post({ kind: "picture", version, width, height, pixels, samples }, [pixels.buffer]);
+        show(version, picture, samples);
         await otherMessages();
       }
     } finally {
@@ -53,6 +60,13 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
   } finally {
     files.free();
   }
+}
+
+/** Posts a picture with so many samples for each pixel. */
+function show(version: number, picture: UnfinishedPicture, samples: number): void {
+  const pixels = picture.display() as Uint8ClampedArray<ArrayBuffer>;
+  const [width, height] = [picture.width(), picture.height()];
+  post({ kind: "picture", version, width, height, pixels, samples }, [pixels.buffer]);
 }
 
 /** Lets messages that arrived meanwhile come first. */

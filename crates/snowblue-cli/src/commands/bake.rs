@@ -9,10 +9,11 @@ use snowblue_render::bake::{
 };
 use snowblue_render::scene::IntegratorKind;
 use snowblue_render::scene::description::BOUNCES;
-use snowblue_render::{Integrator, SceneDescription};
+use snowblue_render::{Integrator, Phase, Preparation, SceneDescription};
 
+use crate::commands::interrupt;
 use crate::options::{GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
-use crate::output::{Failure, Outcome, Progress, check_path, ending, output_path, print_notes};
+use crate::output::{Failure, Outcome, Phases, check_path, ending, output_path, print_notes};
 
 /// Bake the light field of a scene (TOML) on its snow, as GLB or PLY for other renderers
 #[derive(Debug, Args)]
@@ -88,11 +89,17 @@ impl Bake {
         integrator.kind = IntegratorKind::Diffusion;
         integrator.max_bounces = self.max_bounces.unwrap_or(integrator.max_bounces);
         self.light_field.override_values(light_field);
+        interrupt::listen(&self.output)?;
+        let phases = Phases::new(quiet, false);
+        phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;
-        let integrator = Integrator::prepare(&scene).map_err(|error| Failure::input(error.located(&file)))?;
+        let preparation = Preparation { report: &|at| phases.report(at), ..Preparation::default() };
+        let integrator = Integrator::prepare_with(&scene, preparation);
+        let integrator = integrator.map_err(|error| Failure::input(error.located(&file)))?;
+        phases.end();
         print_notes(quiet, integrator.notes().iter().map(|note| format!("{}: {note}", self.output.display())));
         let provenance = integrator.provenance();
-        let baked = self.bake(&integrator, quiet)?;
+        let baked = self.bake(&integrator, &phases)?;
         match format {
             Format::Glb => write_glb(&baked, &provenance, &self.output),
             Format::Ply => write_ply(&baked, &provenance, &self.output),
@@ -115,15 +122,14 @@ impl Bake {
         Ok(format)
     }
 
-    fn bake(&self, integrator: &Integrator, quiet: bool) -> Result<BakedScene, Failure> {
+    fn bake(&self, integrator: &Integrator, phases: &Phases) -> Result<BakedScene, Failure> {
         let options = BakeOptions {
             step_m: self.step_mm.map(|step_mm| 1e-3 * step_mm),
             channels: if self.spectrum { Channels::Spectrum } else { Channels::Rgb },
             is_total: false,
         };
-        let bar = Progress::new("solutions", quiet);
-        let baked = integrator.bake(options, &|done, all| bar.set(done as u64, all as u64));
-        bar.finish();
+        let baked = integrator.bake(options, &|at| phases.report(at));
+        phases.end();
         baked.map_err(|error| {
             let reason = match error {
                 BakeError::TooManyVertices { .. } => format!("{error} (--step-mm)"),

@@ -7,6 +7,7 @@ pub(crate) mod completions;
 pub(crate) mod database;
 pub(crate) mod export;
 pub(crate) mod figures;
+mod interrupt;
 pub(crate) mod man;
 pub(crate) mod match_color;
 pub(crate) mod merge;

@@ -5,6 +5,10 @@ use std::io::{self, IsTerminal as _};
 use std::time::Duration;
 
 use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use snowblue_render::Phase;
+
+/// Interval at which a bar is drawn even if nothing is reported.
+const TICK: Duration = Duration::from_millis(200);
 
 /// A progress bar on stderr.
 pub(crate) struct Progress(ProgressBar);
@@ -12,11 +16,31 @@ pub(crate) struct Progress(ProgressBar);
 impl Progress {
     /// A bar that counts in `unit`, hidden if `quiet` or if stderr is not a terminal.
     pub(crate) fn new(unit: &str, quiet: bool) -> Self {
+        Self::with_template(&format!("{{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}"), quiet)
+    }
+
+    /// A bar for a phase of the work on a picture. Phases without known steps have a clock.
+    pub(crate) fn of_phase(phase: Phase, quiet: bool) -> Self {
+        let (name, unit) = (phase.name(), phase.unit());
+        let bar = match phase {
+            Phase::Meshes | Phase::Preview | Phase::Snow => {
+                Self::with_template(&format!("{name} {{spinner}} {{elapsed}}"), quiet)
+            }
+            Phase::Cells | Phase::Light | Phase::Lamps | Phase::Samples => {
+                Self::with_template(&format!("{name} {{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}"), quiet)
+            }
+        };
+        if !bar.0.is_hidden() {
+            bar.0.enable_steady_tick(TICK);
+        }
+        bar
+    }
+
+    fn with_template(template: &str, quiet: bool) -> Self {
         let hidden = quiet || !io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(None, target);
-        let template = format!("{{wide_bar}} {{human_pos}}/{{human_len}} {unit}{{pace}}");
-        if let Ok(style) = ProgressStyle::with_template(&template) {
+        if let Ok(style) = ProgressStyle::with_template(template) {
             let write = |state: &ProgressState, text: &mut dyn Write| {
                 // The bar shows what it can.
                 let _ = text.write_str(&pace(state.per_sec(), state.eta()));

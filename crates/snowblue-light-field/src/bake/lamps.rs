@@ -1,7 +1,9 @@
 //! The lamps of a scene, and the light of each of them alone.
 
+use crate::watch::Watch;
 use crate::{BodyField, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
+use snowblue_scene::progress::Report;
 
 /// A lamp whose light has an attribute of its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,7 +21,12 @@ pub(super) fn lamps(scene: &Scene) -> Vec<Lamp> {
 }
 
 /// The light of one lamp in all snow, without other surfaces. `field` is that of all lights.
-pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result<LightField, (usize, String)> {
+pub(super) fn field_of(
+    lamp: &Lamp,
+    scene: &Scene,
+    field: &LightField,
+    report: Report,
+) -> Result<LightField, (usize, String)> {
     let light = &scene.lights()[lamp.light];
     let inside = field.lamp_inside(lamp.light).map(|lamp| LampInSnow { light: 0, ..lamp.clone() });
     let alone = FieldScene {
@@ -31,6 +38,7 @@ pub(super) fn field_of(lamp: &Lamp, scene: &Scene, field: &LightField) -> Result
         max_bounces: 0,
         viewer: None,
         settings: scene.description().light_field,
+        watch: Watch::new(report),
     };
     LightField::new(&alone)
 }

@@ -37,6 +37,7 @@ use crate::{BodyField, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::film::Exposure;
 use snowblue_scene::film::sensor::Sensor;
+use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::spectrum::{SAMPLES, Spectrum, WAVELENGTH_STEP_NM};
 
 use lamps::{field_of, lamps};
@@ -188,20 +189,13 @@ fn rgb(flux: &Spectrum, sensor: &Sensor) -> LinearRgb {
     LinearRgb::from_xyz(sensor.xyz(flux))
 }
 
-/// Bakes the light field of a scene. `progress` is called with the number of solutions that are done and of all:
-/// one for all lights, and one for each lamp.
+/// Bakes the light field of a scene. It reports which lamps are done.
 ///
 /// # Errors
 ///
 /// When there is no snow, a lamp has no light field, or there would be too many vertices.
-pub fn bake(
-    scene: &Scene,
-    field: &LightField,
-    options: BakeOptions,
-    progress: &dyn Fn(usize, usize),
-) -> Result<BakedScene, BakeError> {
+pub fn bake(scene: &Scene, field: &LightField, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
     let lamps = if options.is_total { Vec::new() } else { lamps(scene) };
-    progress(1, lamps.len() + 1);
     let numbers = options.channels.count() * (lamps.len() + 1);
     let step_m = |body: &BodyField| options.step_m.unwrap_or_else(|| DEFAULT_CELLS * body.step_m());
     let mut surfaces = surfaces(scene, field, step_m, MOST_VERTICES.min(MOST_NUMBERS / numbers))?;
@@ -211,16 +205,17 @@ pub fn bake(
         surface.baked.exitance = surface.exitance(field, scene.sensor());
     }
     for (number, lamp) in lamps.iter().enumerate() {
-        let alone = field_of(lamp, scene, field).map_err(|(object, reason)| BakeError::Field {
-            object: scene.objects().list()[object].name.clone(),
-            reason,
+        // What a lamp alone reports is a sign of life.
+        let of_lamp = |done: usize| Progress { phase: Phase::Lamps, done: done as u64, total: lamps.len() as u64 };
+        let alone = field_of(lamp, scene, field, &|_| report(of_lamp(number))).map_err(|(object, reason)| {
+            BakeError::Field { object: scene.objects().list()[object].name.clone(), reason }
         })?;
         for (surface, sky) in surfaces.iter_mut().zip(&mut sky) {
             let flux = surface.flux(&alone, options.channels, scene.sensor());
             sky.iter_mut().zip(&flux).for_each(|(rest, value)| *rest -= value);
             surface.baked.flux.push(flux);
         }
-        progress(number + 2, lamps.len() + 1);
+        report(of_lamp(number + 1));
     }
     let finished = surfaces.into_iter().zip(sky).map(|(mut surface, sky)| {
         surface.baked.flux.push(sky);

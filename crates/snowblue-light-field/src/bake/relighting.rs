@@ -13,6 +13,7 @@ use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::SurfacePoint;
 
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
+use crate::watch::Watch;
 use crate::{BodyField, FieldScene, LampInSnow, LightField, LitPoint, visit_lights};
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
@@ -138,6 +139,7 @@ impl Relighting {
             max_bounces: scene.integrator().max_bounces,
             viewer: None,
             settings: scene.description().light_field,
+            watch: Watch::new(&|_| {}),
         });
         let of_surface = |surface: &Surface| surface.lit(scene, &field, light);
         let lit = surfaces.iter().map(of_surface).collect();

@@ -8,6 +8,10 @@ from contextlib import contextmanager
 Progress = bool | Callable[[int, int], object] | None
 """False for none, a function of what is done and of all, or None for a bar by tqdm if that is installed."""
 
+PhaseProgress = bool | Callable[[int, int, str], object] | None
+"""The same for work with phases, whose function also gets the name of the present phase. Its steps are 0 of 0 while
+their number is not known."""
+
 DELAY_S = 1.0
 
 
@@ -30,6 +34,32 @@ def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], ob
 
         def show(done: int, total: int) -> None:
             bar.total = total
+            bar.update(done - bar.n)
+
+        yield show
+
+
+@contextmanager
+def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, str], object] | None]:
+    """A function that shows the progress of work with phases."""
+    if progress is False:
+        yield None
+        return
+    if callable(progress):
+        yield progress
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        yield None
+        return
+    with tqdm(delay=DELAY_S, unit_scale=True, disable=None, leave=False) as bar:
+
+        def show(done: int, total: int, phase: str) -> None:
+            if bar.desc != f"{phase}: ":
+                bar.reset(total or None)
+                bar.set_description(phase, refresh=False)
+            bar.total = total or None
             bar.update(done - bar.n)
 
         yield show

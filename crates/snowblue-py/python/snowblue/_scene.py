@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from snowblue import _native
 from snowblue._arguments import attributes, wavelength_coordinate
 from snowblue._database import Database, existing
-from snowblue._progress import Progress, reporting
+from snowblue._progress import PhaseProgress, reporting_phases
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,7 +138,8 @@ class Scene:
         aovs: Sequence[Aov] = (),
         database: Database | None = None,
         output: str | PathLike[str] | None = None,
-        progress: Progress = None,
+        progress: PhaseProgress = None,
+        preview: Callable[[np.ndarray], object] | None = None,
     ) -> xr.Dataset:
         """Renders the scene.
 
@@ -157,6 +158,10 @@ class Scene:
         output : path, optional
             A .png or .exr file to write too.
         progress : bool or callable, optional
+            A function of the steps done, of all, and of the phase: meshes, snow, cells, light, samples.
+        preview : callable, optional
+            A function of unfinished pictures, (rows, columns, 3) in 8-bit sRGB: a coarse one of fewer pixels before the
+            light in the snow is solved for, and then one about every second. An exception in it stops the work.
 
         Returns
         -------
@@ -179,9 +184,10 @@ class Scene:
             },
         )
         target = _target(output)
-        with reporting(progress, "samples") as report:
+        with reporting_phases(progress) as report:
             table = None if database is None else database._table
-            rendered = changed.render(table, ",".join(["rgb", *aovs]), target, report)
+            shown = None if preview is None else lambda width, height, pixels: preview(pixels.reshape(height, width, 3))
+            rendered = changed.render(table, ",".join(["rgb", *aovs]), target, report, shown)
         return _picture(rendered)
 
     def bake(
@@ -191,7 +197,7 @@ class Scene:
         spectrum: bool = False,
         max_bounces: int | None = None,
         output: str | PathLike[str] | None = None,
-        progress: Progress = None,
+        progress: PhaseProgress = None,
     ) -> Bake:
         """Solves for the light field and gives the net flux J outwards at the vertices of the snow.
 
@@ -208,6 +214,7 @@ class Scene:
         output : path, optional
             A .glb or .ply file to write too.
         progress : bool or callable, optional
+            A function of the steps done, of all, and of the phase: meshes, snow, cells, light, lamps.
         """
         target = _target(output)
         if target is not None and Path(target).suffix.lower() not in (".glb", ".ply"):
@@ -215,7 +222,7 @@ class Scene:
         if target is not None and spectrum and Path(target).suffix.lower() == ".glb":
             raise ValueError(f"{target}: spectra need a .ply: a GLB holds colours only")
         changed = self._changed(integrator={"type": "diffusion", "max_bounces": max_bounces})
-        with reporting(progress, "solutions") as report:
+        with reporting_phases(progress) as report:
             content = {"spectrum": spectrum, "is_total": False, "reflection": False}
             of_all, *objects = changed.bake(step_mm, content, target, report)
         return Bake([_baked(one, of_all["lamps"]) for one in objects], of_all["lamps"], of_all["provenance"])

@@ -17,17 +17,21 @@ use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::reference::ReferenceTracer;
 use crate::integrators::snow_volumes::SnowVolumes;
 use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
-use snowblue_light_field::{LightField, SnowOfMaterials};
+use snowblue_light_field::{FieldStatistics, LightField, SnowOfMaterials};
 use snowblue_scene::Changes;
 use snowblue_scene::camera::View;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::progress::{Phase, Progress, Report};
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{IntegratorKind, Scene};
+
+/// Memory of the coarse cells of a body of snow for a first picture, in MiB, and if they do not fit.
+const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
 
 /// An integrator that is ready for a scene. It shares the scene's parts.
 #[derive(Debug)]
@@ -38,14 +42,35 @@ pub struct Integrator {
     notes: Vec<String>,
 }
 
+/// What a scene has, and the method that is ready for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SceneStatistics {
+    /// Objects of the scene.
+    pub objects: usize,
+    /// Those that are meshes.
+    pub meshes: usize,
+    /// Triangles of all meshes.
+    pub triangles: usize,
+    /// The light field, if the method has one.
+    pub light_field: Option<FieldStatistics>,
+}
+
 /// What an integrator is prepared with.
-#[derive(Debug, Default)]
 pub struct Preparation<'a> {
     /// The table of curves for PCASnow; none for that of the scene, or else the embedded one.
     pub table: Option<&'a CompressedTable>,
     /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
     /// must have had the same files.
     pub earlier: Option<Integrator>,
+    /// Receives the progress.
+    pub report: Report<'a>,
+}
+
+/// The table of the scene or the embedded one, nothing earlier, and nobody to report to.
+impl Default for Preparation<'_> {
+    fn default() -> Self {
+        Self { table: None, earlier: None, report: &|_| {} }
+    }
 }
 
 impl Integrator {
@@ -66,24 +91,26 @@ impl Integrator {
     /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (scene.notes().to_vec(), None);
-        let method = match Kept::of(preparation.earlier, scene) {
+        let Preparation { table, earlier, report } = preparation;
+        let method = match Kept::of(earlier, scene) {
             Kept::Everything(mut method) => {
                 method.field_mut().into_iter().for_each(LightField::keep_all);
                 *method
             }
-            Kept::Grids(method, changes) => method.relit(scene, &changes)?,
+            Kept::Grids(method, changes) => method.relit(scene, &changes, report)?,
             Kept::Nothing => {
+                report(Progress { phase: Phase::Snow, done: 0, total: 0 });
                 let kinds =
                     |material: &Material| material.snow().map(|snow| Arc::new(snow.kinds(scene.wavelengths_nm())));
                 let kinds: SnowOfMaterials<SnowKinds> = scene.materials().iter().map(kinds).collect();
                 match scene.integrator().kind {
                     IntegratorKind::PcaSnow => {
-                        let table = table_of(scene, preparation.table)?;
+                        let table = table_of(scene, table)?;
                         hash = table.as_deref().map(table_hash);
                         Method::PcaSnow(curves(scene, &kinds, table.as_deref(), &mut notes)?)
                     }
-                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds)?,
-                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds)?,
+                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds, report)?,
+                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds, report)?,
                     IntegratorKind::Reference => {
                         Method::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default())
                     }
@@ -91,6 +118,26 @@ impl Integrator {
             }
         };
         Ok(Self { prepared: Prepared::new(scene, method), table_hash: hash, notes })
+    }
+
+    /// Prepares an integrator for a first picture of a scene ([`Scene::coarse`]); none for PCASnow. It reports
+    /// [`Phase::Preview`].
+    ///
+    /// # Errors
+    ///
+    /// As those of [`prepare_with`](Self::prepare_with).
+    pub fn prepare_coarse(scene: &Scene, report: Report) -> Result<Option<Self>, RenderError> {
+        let report = |_| report(Progress { phase: Phase::Preview, done: 0, total: 0 });
+        let prepare = |memory_mib: u32| {
+            let coarse = scene.coarse(memory_mib)?;
+            Some(Self::prepare_with(&coarse, Preparation { report: &report, ..Preparation::default() }))
+        };
+        let [memory_mib, more_mib] = COARSE_MEMORY_MIB;
+        match prepare(memory_mib) {
+            Some(Err(_)) => prepare(more_mib),
+            prepared => prepared,
+        }
+        .transpose()
     }
 
     /// The scene.
@@ -120,6 +167,18 @@ impl Integrator {
         Provenance::of(self.scene(), self.table_hash)
     }
 
+    /// What the scene and the method have.
+    pub fn statistics(&self) -> SceneStatistics {
+        let objects = self.scene().objects().list();
+        let meshes = || objects.iter().filter_map(|object| object.shape.mesh());
+        SceneStatistics {
+            objects: objects.len(),
+            meshes: meshes().count(),
+            triangles: meshes().map(|mesh| mesh.triangles().indices.len()).sum(),
+            light_field: self.light_field().map(LightField::statistics),
+        }
+    }
+
     /// The light field, if the method has one.
     pub fn light_field(&self) -> Option<&LightField> {
         self.prepared.method.field()
@@ -130,8 +189,8 @@ impl Integrator {
     /// # Errors
     ///
     /// When the method has no light field, there is no snow, or there would be too many vertices.
-    pub fn bake(&self, options: BakeOptions, progress: &dyn Fn(usize, usize)) -> Result<BakedScene, BakeError> {
-        bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, progress)
+    pub fn bake(&self, options: BakeOptions, report: Report) -> Result<BakedScene, BakeError> {
+        bake(self.scene(), self.light_field().ok_or(BakeError::NoField)?, options, report)
     }
 
     /// The snow of the scene, to be [lit](Relighting) by one light at a time, with edges of at most so many cells of

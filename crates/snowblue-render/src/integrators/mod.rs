@@ -20,5 +20,5 @@ mod integrator;
 mod prepared;
 mod snow_sample;
 
-pub use integrator::{Integrator, Preparation};
+pub use integrator::{Integrator, Preparation, SceneStatistics};
 pub(crate) use snow_sample::{PathSample, SnowSample};

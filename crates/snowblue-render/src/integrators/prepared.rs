@@ -11,6 +11,7 @@ use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
 use snowblue_scene::Changes;
 use snowblue_scene::Scene;
 use snowblue_scene::material::snow::SnowKinds;
+use snowblue_scene::progress::Report;
 
 /// Rays through grains for the albedo of snow, where nothing else needs its optics.
 const ALBEDO_RAYS: u32 = 1 << 14;
@@ -61,25 +62,34 @@ impl Prepared {
 }
 
 impl Method {
-    pub(super) fn diffusion(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+    pub(super) fn diffusion(
+        scene: &Scene,
+        kinds: &SnowOfMaterials<SnowKinds>,
+        report: Report,
+    ) -> Result<Self, RenderError> {
         let rays = scene.description().light_field.grain_rays;
-        Ok(Self::Diffusion(LightField::of_scene(scene, &snowpacks(scene, kinds, rays, &|_, _, _| None)?)?))
+        let snow = snowpacks(scene, kinds, rays, &|_, _, _| None)?;
+        Ok(Self::Diffusion(LightField::of_scene(scene, &snow, report)?))
     }
 
-    pub(super) fn hybrid(scene: &Scene, kinds: &SnowOfMaterials<SnowKinds>) -> Result<Self, RenderError> {
+    pub(super) fn hybrid(
+        scene: &Scene,
+        kinds: &SnowOfMaterials<SnowKinds>,
+        report: Report,
+    ) -> Result<Self, RenderError> {
         let volumes = SnowVolumes::for_short_walks(scene, kinds)?;
         let walk_ends = |material: usize, kind: usize, length_m: f64| {
             volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
         };
         let snow = snowpacks(scene, kinds, scene.description().light_field.grain_rays, &walk_ends)?;
-        Ok(Self::Hybrid(LightField::of_scene(scene, &snow)?, volumes))
+        Ok(Self::Hybrid(LightField::of_scene(scene, &snow, report)?, volumes))
     }
 
     /// The same snow under changed lights.
-    pub(super) fn relit(self, scene: &Scene, changes: &Changes) -> Result<Self, RenderError> {
+    pub(super) fn relit(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, RenderError> {
         Ok(match self {
-            Self::Diffusion(field) => Self::Diffusion(field.after_changes(scene, changes)?),
-            Self::Hybrid(field, volumes) => Self::Hybrid(field.after_changes(scene, changes)?, volumes),
+            Self::Diffusion(field) => Self::Diffusion(field.after_changes(scene, changes, report)?),
+            Self::Hybrid(field, volumes) => Self::Hybrid(field.after_changes(scene, changes, report)?, volumes),
             Self::PcaSnow(_) | Self::Reference(..) => self,
         })
     }

@@ -193,8 +193,10 @@ impl<'scene> ReferenceTracer<'scene> {
                 return SnowEnd::Missed;
             }
         }
+        self.surroundings.statistics.walks += 1;
         let mut kind = self.kind_at(snow, object, path);
         loop {
+            self.surroundings.statistics.flights += 1;
             let flight_m = path.walk.flight_m(mean_flight_m);
             let flight = self.surroundings.fly(object, &path.walk.ray, flight_m, known_exit.take());
             let length_m = flight.length_m();

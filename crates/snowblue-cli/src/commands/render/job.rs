@@ -6,12 +6,14 @@ use snowblue_render::film::resumable_file::{ResumableImage, ResumeData};
 use snowblue_render::render::{RenderControl, accumulator, render_missing, with_needed};
 use snowblue_render::scene::provenance::Provenance;
 use snowblue_render::scene::queries::Statistics;
-use snowblue_render::{Aovs, FilmAccumulator, Integrator, SampleBlock, Scene};
+use snowblue_render::{Aovs, FilmAccumulator, Integrator, Phase, Progress, SampleBlock, Scene};
 
-use super::interrupt;
 use super::preview::Preview;
+use crate::commands::interrupt;
 use crate::options::FilmMemory;
-use crate::output::{Failure, Outcome, PictureFile, Progress, describe_samples, print_message, print_notes};
+use crate::output::{
+    Failure, Outcome, Phases, PictureFile, describe_samples, print_message, print_notes, statistics_table,
+};
 
 /// Interval of previews.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
@@ -29,6 +31,8 @@ pub(super) struct RenderJob<'a> {
     /// Interval of checkpoints.
     pub(super) checkpoint: Option<Duration>,
     pub(super) preview: Option<Preview>,
+    pub(super) phases: Phases,
+    pub(super) prints_statistics: bool,
     pub(super) quiet: bool,
 }
 
@@ -47,12 +51,11 @@ impl RenderJob<'_> {
             self.print_note(&format!("{}: already has all of these samples", self.file.path.display()));
             return Ok(());
         }
-        interrupt::listen(&self.file.path)?;
-        let bar = Progress::new("samples", self.quiet);
-        let statistics = self.render(&mut sums, &bar)?;
-        bar.finish();
+        interrupt::keep_samples();
+        let statistics = self.render(&mut sums)?;
+        self.phases.end();
         if sums.is_empty() {
-            return Err(Failure::Interrupted("interrupted before the first sample; nothing is written".to_owned()));
+            return Err(interrupt::nothing_written());
         }
         self.write(&sums)?;
         self.print_statistics(&statistics);
@@ -88,24 +91,25 @@ impl RenderJob<'_> {
     }
 
     /// Renders missing samples until all are done or a signal arrives.
-    fn render(&mut self, sums: &mut FilmAccumulator, bar: &Progress) -> Result<Statistics, Failure> {
+    fn render(&mut self, sums: &mut FilmAccumulator) -> Result<Statistics, Failure> {
         let all = self.target.count();
         let mut statistics = Statistics::default();
+        self.phases.report(Progress {
+            phase: Phase::Samples,
+            done: all - sums.missing_count(&self.target),
+            total: all,
+        });
         let mut next_checkpoint = self.checkpoint.map(|every| Instant::now() + every);
-        let mut first = true;
         loop {
             let missing = sums.missing_count(&self.target);
             if missing == 0 || interrupt::is_requested() {
                 return Ok(statistics);
             }
             let done = all - missing;
-            if std::mem::take(&mut first) {
-                bar.start_at(done, all);
-            }
             let next_preview = self.preview.as_ref().map(|_| Instant::now() + PREVIEW_INTERVAL);
             let pause = next_preview.into_iter().chain(next_checkpoint).min();
             let control = RenderControl {
-                progress: &|at| bar.set(done + at.samples_done, all),
+                report: &|at| self.phases.report(Progress { done: done + at.done, total: all, ..at }),
                 stop: &|| interrupt::is_requested() || pause.is_some_and(|pause| Instant::now() >= pause),
             };
             statistics = statistics.plus(render_missing(self.integrator, &self.target, sums, control));
@@ -143,6 +147,9 @@ impl RenderJob<'_> {
     }
 
     fn print_statistics(&self, statistics: &Statistics) {
+        if self.prints_statistics {
+            print_message(&statistics_table(&self.phases, &self.integrator.statistics(), statistics));
+        }
         let Statistics { odd_depth_lines, depth_lines, unusable_samples, .. } = statistics;
         if *odd_depth_lines > 0 {
             self.print_note(&format!(

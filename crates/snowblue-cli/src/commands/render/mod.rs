@@ -1,7 +1,6 @@
 //! `snowblue render`: renders a scene as a picture.
 
 mod check;
-mod interrupt;
 mod job;
 mod preview;
 
@@ -15,17 +14,21 @@ use snowblue_color::ToneCurve;
 use snowblue_database::CompressedTable;
 use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
-use snowblue_render::render::with_needed;
+use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
 use snowblue_render::scene::film::white_balance::WhiteBalance;
+use snowblue_render::scene::progress::Report;
 use snowblue_render::scene::{IntegratorKind, PathMode};
-use snowblue_render::{Aovs, FalseColor, Integrator, Preparation, SampleBlock, Scene, SceneDescription, SceneFile};
+use snowblue_render::{
+    Aovs, FalseColor, Integrator, Phase, Preparation, SampleBlock, Scene, SceneDescription, SceneFile,
+};
 
+use crate::commands::interrupt;
 use crate::input::SCENES;
 use crate::options::{FilmMemory, GivenOptions, Idle, LightFieldOptions, SceneOptions, limits, parse};
 use crate::output::{
-    Failure, Format, IDLE_PNG_OPTION, Outcome, OutputOptions, PictureFile, PictureFormat, SCENE_NOTE, TABLE_NOTE,
-    output_path, print, print_notes,
+    Failure, Format, IDLE_PNG_OPTION, Outcome, OutputOptions, Phases, PictureFile, PictureFormat, SCENE_NOTE,
+    TABLE_NOTE, output_path, print, print_notes,
 };
 use job::RenderJob;
 use preview::{Preview, TEV};
@@ -50,8 +53,8 @@ use preview::{Preview, TEV};
   snowblue render scenes/block_30cm.toml --crop 500:516,300:316 --spp 1000 -o detail.exr
   snowblue render scenes/block_30cm.toml --spp 4096 --checkpoint 10 --resume -o block.exr
 
-Ctrl-C and SIGTERM write the samples so far and end with exit code 130; --resume continues an .exr. Pictures are \
-identical to the last bit however they are split into parts, and on any number of threads."
+Ctrl-C and SIGTERM write the samples so far, if there are any, and end with exit code 130; --resume continues an \
+.exr. Pictures are identical to the last bit however they are split into parts, and on any number of threads."
 )]
 pub(crate) struct Render {
     /// Must be the first field.
@@ -180,9 +183,14 @@ pub(crate) struct Render {
     /// Write the unfinished picture at this interval in minutes [0.01–100000]
     #[arg(long, value_name = "MINUTES", value_parser = parse::minutes)]
     checkpoint: Option<Duration>,
-    /// Show the unfinished picture in the viewer tev [127.0.0.1:14158 if no address is given]
+    /// Show the unfinished picture in the viewer tev, after a first one with coarse cells of snow [127.0.0.1:14158 if
+    /// no address is given]
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV)]
     tev: Option<String>,
+    /// Print what the picture took to the standard error: time and memory of each phase, and counts of triangles,
+    /// cells, solutions, rays and walks
+    #[arg(long)]
+    stats: bool,
 }
 
 /// Cells of snow that are larger by more than this factor than the pixels of a picture need are worth a message.
@@ -204,19 +212,28 @@ impl Render {
             _ => {
                 let output = OutputOptions { output: self.output.clone(), format: self.format };
                 output.check()?;
-                let (_, scene) = self.load(|_| Ok(()))?;
+                let (_, scene) = self.load(&Phases::new(quiet, false), |_| Ok(()))?;
                 return check::check(&scene, &output, quiet);
             }
         };
         let file = self.file(output)?;
-        let (scene_file, scene) = self.load(|scene| self.check_memory(scene, &file, quiet))?;
+        interrupt::listen(output)?;
+        let mut preview = self.preview(file_name(output))?;
+        let phases = Phases::new(quiet, self.stats);
+        let (scene_file, scene) = self.load(&phases, |scene| self.check_memory(scene, &file, quiet))?;
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
-        let preparation = Preparation { table: table.as_ref(), earlier: None };
+        let report = |at| phases.report(at);
+        if let Some(preview) = &mut preview {
+            let failed = first_picture(&scene, preview, &report).err();
+            phases.end();
+            print_notes(quiet, failed.map(|reason| format!("{}: no first picture: {reason}", output.display())));
+        }
+        let preparation = Preparation { table: table.as_ref(), report: &report, ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
+        phases.end();
         let notes = integrator.notes().iter().cloned().chain(coarse_cells(&integrator));
         print_notes(quiet, notes.map(|note| format!("{}: {note}", output.display())));
-        let preview = self.preview(file_name(output))?;
         let target = self.target(scene.description())?;
         let job = RenderJob {
             integrator: &integrator,
@@ -228,6 +245,8 @@ impl Render {
             file,
             film_memory: self.film_memory,
             checkpoint: self.checkpoint,
+            phases,
+            prints_statistics: self.stats,
             quiet,
         };
         job.run(self.resume)
@@ -260,6 +279,7 @@ impl Render {
             "resume",
             "checkpoint",
             "tev",
+            "stats",
         ];
         let scene_options: &[&str] = &["output", "check", "format", "database"];
         self.given.refuse_idle(&[
@@ -374,13 +394,19 @@ impl Render {
     }
 
     /// Reads the scene, calls `check` with its description and builds it.
-    fn load(&self, check: impl Fn(&SceneDescription) -> Outcome) -> Result<(SceneFile, Scene), Failure> {
+    fn load(
+        &self,
+        phases: &Phases,
+        check: impl Fn(&SceneDescription) -> Outcome,
+    ) -> Result<(SceneFile, Scene), Failure> {
         let mut file = self.scene.open()?;
         self.check_effects_on(&file.description)?;
         self.override_values(&mut file.description);
         // Values of the file were checked when it was read, and those of options by their ranges.
         check(&file.description)?;
+        phases.begin(Phase::Meshes);
         let scene = file.build().map_err(Failure::input)?;
+        phases.end();
         Ok((file, scene))
     }
 
@@ -415,6 +441,14 @@ fn list_scenes() -> Outcome {
     let width = SCENES.iter().map(|scene| scene.name.len()).max().unwrap_or(0);
     let lines = SCENES.map(|scene| format!("{:width$}  {}\n", scene.name, scene.summary()));
     print(&lines.concat()).map_err(Failure::work)
+}
+
+/// Shows a first picture with coarse cells.
+fn first_picture(scene: &Scene, preview: &mut Preview, report: Report) -> Result<(), String> {
+    match render_coarse(scene, report).map_err(|error| error.to_string())? {
+        Some(rendering) => preview.show_coarse(&rendering.film, scene.film().size()).map_err(|error| error.to_string()),
+        None => Ok(()),
+    }
 }
 
 /// What to say of cells of snow that may be too large, if those of a wide body follow the pixels of the picture.

@@ -4,9 +4,10 @@ use std::io;
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
-use snowblue_color::LinearRgb;
-use snowblue_render::FilmAccumulator;
+use snowblue_color::{LinearRgb, Xyz};
+use snowblue_render::film::window::Window;
 use snowblue_render::scene::film::ImageSize;
+use snowblue_render::{Film, FilmAccumulator};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::output::Failure;
@@ -49,9 +50,26 @@ impl Preview {
         }
     }
 
-    /// Sends the current picture in linear sRGB.
+    /// Sends the current picture.
     pub(super) fn show(&mut self, sums: &FilmAccumulator) -> io::Result<()> {
-        let ImageSize { width, height } = sums.image_size();
+        self.send(sums.image_size(), sums.window(), sums.film().pixels())
+    }
+
+    /// Sends a picture of fewer pixels, enlarged.
+    pub(super) fn show_coarse(&mut self, coarse: &Film, size: ImageSize) -> io::Result<()> {
+        let ImageSize { width, height } = size;
+        let at = |place: u32, side: u32, coarse_side: u32| place as usize * coarse_side as usize / side as usize;
+        let of_row = |y: u32| {
+            let row = at(y, height, coarse.size().height) * coarse.size().width as usize;
+            (0..width).map(move |x| coarse.pixels()[row + at(x, width, coarse.size().width)])
+        };
+        let pixels: Vec<Xyz> = (0..height).flat_map(of_row).collect();
+        self.send(size, &Window::of_image(size), &pixels)
+    }
+
+    /// Sends the pixels of a window in linear sRGB.
+    fn send(&mut self, size: ImageSize, window: &Window, pixels: &[Xyz]) -> io::Result<()> {
+        let ImageSize { width, height } = size;
         if !std::mem::replace(&mut self.is_created, true) {
             self.client.send(PacketCreateImage {
                 image_name: &self.name,
@@ -66,9 +84,8 @@ impl Preview {
             let value = value as f32;
             value
         };
-        let colours = sums.film().pixels().iter().map(|xyz| LinearRgb::from_xyz(*xyz)).collect::<Vec<_>>();
-        let data: Vec<f32> = colours.iter().flat_map(|colour| [colour.r, colour.g, colour.b].map(single)).collect();
-        let window = sums.window();
+        let colours = pixels.iter().map(|xyz| LinearRgb::from_xyz(*xyz));
+        let data: Vec<f32> = colours.flat_map(|colour| [colour.r, colour.g, colour.b].map(single)).collect();
         self.client.send(PacketUpdateImage {
             image_name: &self.name,
             grab_focus: false,

@@ -139,6 +139,7 @@ impl<'scene> WalkTracer<'scene> {
             lengths: PathLengths::default(),
             bounces: 0,
         };
+        self.surroundings.statistics.walks += 1;
         let entry = SurfacePoint { point: ray.origin, normal: surface.normal };
         let match_depth_m = end_depth.match_lengths() * transport_length_m;
         let near = NearLight::new(field, entry.point - entry.normal * match_depth_m, &entry);
@@ -149,7 +150,10 @@ impl<'scene> WalkTracer<'scene> {
                 walk.walk.radiance += tangent.correction(surface.shading_normal);
             }
             match end {
-                BodyEnd::Inside => return walk.walk.radiance,
+                BodyEnd::Inside => {
+                    self.surroundings.statistics.walks_into_field += 1;
+                    return walk.walk.radiance;
+                }
                 BodyEnd::Outside(surface) => {
                     let throughput = walk.walk.throughput * attenuation(snow.volume, &walk.lengths, 0.0);
                     let irradiance = near
@@ -229,6 +233,7 @@ impl<'scene> WalkTracer<'scene> {
                 tangent.fly(&walk.walk.ray, flight_m);
             }
             if end.is_none() {
+                self.surroundings.statistics.flights += 1;
                 let flight = self.surroundings.fly(snow.object, &walk.walk.ray, flight_m, walk.way_out.take());
                 walk.lengths.pores_m += f64::from(flight.length_m());
                 end = match flight {

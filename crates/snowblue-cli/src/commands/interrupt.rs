@@ -1,0 +1,66 @@
+//! Ctrl-C, and the signals by which a system or a cluster ends a program.
+
+use std::io::{self, IsTerminal as _};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use snowblue_base::atomic_file::partial_path;
+
+use crate::output::{Failure, INTERRUPTED, Outcome, exit_code, print_message};
+
+/// Time within which signals count as one: `timeout -s INT` signals the process and its group.
+const ONE_SIGNAL: Duration = Duration::from_secs(1);
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+static STATE: Mutex<State> = Mutex::new(State { keeps_samples: false, since: None });
+
+/// What signals meet.
+struct State {
+    /// Whether there are samples to be written.
+    keeps_samples: bool,
+    /// When the first signal came.
+    since: Option<Instant>,
+}
+
+/// Installs the signal handler. A signal ends the program at once, without a trace of `output`, until
+/// [`keep_samples`].
+pub(super) fn listen(output: &Path) -> Outcome {
+    let unfinished = partial_path(output);
+    let handler = move || {
+        let mut state = STATE.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_first = state.since.is_none();
+        let elapsed = state.since.get_or_insert_with(Instant::now).elapsed();
+        if state.keeps_samples && elapsed <= ONE_SIGNAL {
+            REQUESTED.store(true, Ordering::Relaxed);
+            return;
+        }
+        if let Some(unfinished) = &unfinished {
+            // Usually there is none.
+            drop(std::fs::remove_file(unfinished));
+        }
+        if is_first {
+            // The bar has no end of line.
+            print_message(if io::stderr().is_terminal() { "\n" } else { "" });
+            exit_code(&Err(nothing_written()));
+        }
+        std::process::exit(INTERRUPTED.into());
+    };
+    ctrlc::set_handler(handler).map_err(Failure::work)
+}
+
+/// From now on the first signal sets the flag of [`is_requested`]; one more ends the program at once.
+pub(super) fn keep_samples() {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).keeps_samples = true;
+}
+
+/// Whether a signal has been received.
+pub(super) fn is_requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+}
+
+/// What an interrupt leaves before there are samples.
+pub(super) fn nothing_written() -> Failure {
+    Failure::Interrupted("interrupted: nothing is written".to_owned())
+}
