@@ -13,8 +13,8 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives what is missing, b + M x − x, for the x of all groups. It also takes how much was missing in the estimate
-/// before, relative to x: 1 at first.
+/// Gives what is missing, b + M x − x, for the x of all groups. It also takes the greatest share of x
+/// that was missing in a system in the estimate before: 1 at first.
 pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
 
 /// When the solution of a fixed point ends.
@@ -48,7 +48,7 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
     let mut share = 1.0;
     for _ in 0..options.most_estimates {
         let mut rest = missing(&solution, share);
-        share = greatest_ratio(&norms(&rest), &norms(&solution));
+        let missed = norms(&rest);
         if let Some((step, before)) = last.take() {
             if steps.len() == options.history.max(1) {
                 steps.remove(0);
@@ -66,6 +66,7 @@ pub fn solve_fixed_point(start: Vectors, missing: Missing, options: FixedPointOp
         }
         add(&mut step, &rest);
         add(&mut solution, &step);
+        share = greatest_ratio(&missed, &norms(&solution));
         if share <= options.tolerance {
             break;
         }
@@ -107,7 +108,8 @@ fn norms(vectors: &[Vec<f32x4>]) -> Vec<f64x4> {
 
 fn greatest_ratio(dividends: &[f64x4], divisors: &[f64x4]) -> f64 {
     let ratios = dividends.iter().zip(divisors).flat_map(|(dividend, divisor)| ratio(*dividend, *divisor).to_array());
-    ratios.fold(0.0, f64::max)
+    // Without a number there is no balance.
+    ratios.fold(0.0, |greatest, ratio| if ratio.is_nan() { f64::INFINITY } else { greatest.max(ratio) })
 }
 
 /// Adds the vectors of all groups.
@@ -138,37 +140,39 @@ mod tests {
     #[test]
     fn light_along_a_tube_is_in_balance() {
         let losses = [0.0, 0.02, 0.5];
-        let dark = f32x4::ZERO;
-        let mut constant = vec![vec![dark; ROWS]; losses.len()];
+        let dark = vec![vec![f32x4::ZERO; ROWS]; losses.len()];
+        let mut constant = dark.clone();
         for group in &mut constant {
             group[0] = f32x4::new([1.0, 0.0, 0.0, 1e-3]);
             group[ROWS - 1] = f32x4::new([0.0, 2.0, 0.0, 5.0]);
         }
-        let mut count = 0;
-        let mut missing = |values: &[Vec<f32x4>], _: f64| {
-            count += 1;
-            let of_group = |((values, loss), constant): ((&Vec<f32x4>, f32), &Vec<f32x4>)| {
-                let reflected = along_tube(loss, values).into_iter().zip(constant).zip(values);
-                reflected.map(|((reflected, constant), value)| *constant + reflected - *value).collect()
+        for start in [constant.clone(), dark] {
+            let mut count = 0;
+            let mut missing = |values: &[Vec<f32x4>], _: f64| {
+                count += 1;
+                let of_group = |((values, loss), constant): ((&Vec<f32x4>, f32), &Vec<f32x4>)| {
+                    let reflected = along_tube(loss, values).into_iter().zip(constant).zip(values);
+                    reflected.map(|((reflected, constant), value)| *constant + reflected - *value).collect()
+                };
+                values.iter().zip(losses).zip(&constant).map(of_group).collect()
             };
-            values.iter().zip(losses).zip(&constant).map(of_group).collect()
-        };
-        let options = FixedPointOptions { tolerance: 1e-5, most_estimates: 1000, history: 12 };
-        let solution = solve_fixed_point(constant.clone(), &mut missing, options);
-        for ((solution, constant), loss) in solution.iter().zip(&constant).zip(losses) {
-            let balance = along_tube(loss, solution).into_iter().zip(constant).zip(solution);
-            let (mut square, mut light_square) = ([0.0; 4], [0.0; 4]);
-            for ((reflected, constant), value) in balance {
-                let missed = (reflected + *constant - *value).to_array();
-                (0..4).for_each(|k| square[k] += missed[k] * missed[k]);
-                (0..4).for_each(|k| light_square[k] += constant.to_array()[k].powi(2));
+            let options = FixedPointOptions { tolerance: 1e-5, most_estimates: 1000, history: 12 };
+            let solution = solve_fixed_point(start, &mut missing, options);
+            for ((solution, constant), loss) in solution.iter().zip(&constant).zip(losses) {
+                let balance = along_tube(loss, solution).into_iter().zip(constant).zip(solution);
+                let (mut square, mut light_square) = ([0.0; 4], [0.0; 4]);
+                for ((reflected, constant), value) in balance {
+                    let missed = (reflected + *constant - *value).to_array();
+                    (0..4).for_each(|k| square[k] += missed[k] * missed[k]);
+                    (0..4).for_each(|k| light_square[k] += constant.to_array()[k].powi(2));
+                }
+                for (square, light_square) in square.into_iter().zip(light_square) {
+                    assert!(square.sqrt() <= 2e-4 * light_square.sqrt(), "{loss}: {square} {light_square}");
+                }
             }
-            for (square, light_square) in square.into_iter().zip(light_square) {
-                assert!(square.sqrt() <= 2e-4 * light_square.sqrt(), "{loss}: {square} {light_square}");
-            }
+            // To sum reflections without loss, as many as patches squared would be needed.
+            assert!(count < 200, "{count} estimates");
         }
-        // To sum reflections without loss, as many as patches squared would be needed.
-        assert!(count < 200, "{count} estimates");
     }
 
     #[test]

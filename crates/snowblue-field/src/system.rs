@@ -199,7 +199,8 @@ fn end_correction(diffusion: &Diffusion, square_width_m2: f32) -> f32x4 {
 }
 
 /// The share of diffuse irradiance that does not leave a slab of a thickness in m again on the side where it enters:
-/// −J over the irradiance, of the solution φ ∝ sinh κ(d − z) + qκℓ* cosh κ(d − z) with no light on the other side.
+/// −J over the irradiance, of the solution φ ∝ sinh κ(d − z) + qκℓ* cosh κ(d − z) with no light on the other side. It
+/// is at most 1, which diffusion exceeds where snow absorbs nearly all light.
 pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapolation: f64) -> f32x4 {
     let Diffusion { transport_length_m, absorption_per_m } = *diffusion;
     let (lengths_m, absorption_per_m) = (transport_length_m.to_array(), absorption_per_m.to_array());
@@ -209,7 +210,8 @@ pub(crate) fn slab_absorptance(diffusion: &Diffusion, thickness_m: f32, extrapol
         let decay_per_m = (3.0 * f64::from(absorption_per_m[k]) / length_m).sqrt().max(LEAST_DECAY / length_m);
         let (slope, tanh) = (decay_per_m * length_m, (decay_per_m * thickness_m).tanh());
         let passed = extrapolation * slope;
-        single_value(4.0 / 3.0 * slope * (1.0 + passed * tanh) / ((1.0 + passed * passed) * tanh + 2.0 * passed))
+        let absorptance = 4.0 / 3.0 * slope * (1.0 + passed * tanh) / ((1.0 + passed * passed) * tanh + 2.0 * passed);
+        single_value(absorptance.min(1.0))
     }))
 }
 

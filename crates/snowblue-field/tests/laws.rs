@@ -162,6 +162,7 @@ fn the_absorptance_of_a_slab_is_that_of_its_solution() {
     let reflectance = prepared.slab_reflectance()[0][nearest.unwrap()].to_array();
     for (flux, reflectance) in flux.into_iter().zip(reflectance) {
         let absorptance = 1.0 - reflectance;
+        assert!((0.0..=1.0).contains(&reflectance));
         // Cells of 1.5 ℓ* have an error of second order.
         assert!((absorptance + flux).abs() < 5e-3 * absorptance, "{absorptance} {flux}");
     }

@@ -15,7 +15,8 @@ use super::field_scene::FieldScene;
 use super::gather::{ElementValues, GatheredPaths, SnowPlace};
 use super::prepared_body::{Lighting, PreparedBody, Solution, add};
 
-/// How far the light is followed: root mean square of what is missing at a surface element over the light there.
+/// How far the light is followed: root mean square over the surface elements of what an estimate by slabs adds to the
+/// light there, relative to that light.
 const TOLERANCE: f64 = 1e-3;
 /// The same for light between slabs.
 const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
@@ -124,6 +125,8 @@ impl<'a> Exchange<'a> {
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
         subtract(&mut diffuse, &direct);
+        // Of a small difference rounding may leave less than nothing.
+        diffuse.iter_mut().flatten().for_each(|value| *value = value.max(f32x4::ZERO));
         Balance { diffuse: self.parts(&diffuse), fluences }
     }
 

@@ -58,7 +58,8 @@ struct SnowEnd {
 pub(super) struct SnowPlace {
     pub(super) body: u32,
     pub(super) place: SurfacePlace,
-    /// The patch that holds it, among those of all bodies.
+    /// The patch that holds it, among those of all bodies; none in a cell without surface, which estimates take for
+    /// black.
     pub(super) patch: Option<u32>,
 }
 

@@ -8,7 +8,7 @@
 
 use glam::Vec3A;
 
-use snowblue_geometry::ray::Ray;
+use snowblue_geometry::ray::{Ray, narrow};
 
 use crate::sampling::concentric_disc;
 
@@ -33,6 +33,9 @@ struct LensDisc {
     /// One over the distance of the plane of focus along the axis, in 1/m.
     inverse_focus_per_m: f32,
 }
+
+/// Least distance of the plane of focus, in m.
+pub(crate) const LEAST_FOCUS_M: f64 = 1e-3;
 
 /// What is in focus. By default everything is, as in a pinhole camera.
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,7 +72,7 @@ impl PerspectiveCamera {
         let lens = (radius_m > 0.0).then(|| LensDisc {
             right: right * radius_m,
             up: up * radius_m,
-            inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).recip(),
+            inverse_focus_per_m: lens.focus_m.unwrap_or(ahead.length()).max(narrow(LEAST_FOCUS_M)).recip(),
         });
         Some(Self {
             position: view.position,
@@ -108,11 +111,14 @@ impl PerspectiveCamera {
         Ray { origin: self.position + offset, direction: direction / direction.length() }
     }
 
-    /// Points at the edge of the lens, in m; none of a pinhole.
-    pub fn rim(&self) -> impl Iterator<Item = Vec3A> {
+    /// Points on four rings of the lens, the last at its edge, in m; none of a pinhole.
+    pub fn lens_points(&self) -> impl Iterator<Item = Vec3A> {
+        const RINGS: u8 = 4;
         const POINTS: u8 = 16;
         let angles = (0..POINTS).map(|k| std::f32::consts::TAU * f32::from(k) / f32::from(POINTS));
-        let point = |lens: LensDisc| angles.map(move |angle| lens.right * angle.cos() + lens.up * angle.sin());
+        let ring = move |radius: f32| angles.clone().map(move |angle| (radius * angle.cos(), radius * angle.sin()));
+        let places = (1..=RINGS).flat_map(move |k| ring(f32::from(k) / f32::from(RINGS)));
+        let point = |lens: LensDisc| places.map(move |(x, y)| lens.right * x + lens.up * y);
         self.lens.map(point).into_iter().flatten().map(|offset| self.position + offset)
     }
 
@@ -158,8 +164,10 @@ mod tests {
                     ray.origin.distance(VIEW.position) <= 0.15 + 1e-6 && (ray.direction.length() - 1.0).abs() < 1e-6
                 );
             }
-            assert!(camera.rim().all(|point| (point.distance(VIEW.position) - 0.15).abs() < 1e-6));
-            assert_eq!(camera.rim().count(), 16);
+            let radii: Vec<f32> = camera.lens_points().map(|point| point.distance(VIEW.position)).collect();
+            assert_eq!(radii.len(), 64);
+            assert!(radii[..48].iter().all(|radius| *radius < 0.12));
+            assert!(radii[48..].iter().all(|radius| (radius - 0.15).abs() < 1e-6));
         }
     }
 
@@ -167,7 +175,7 @@ mod tests {
     fn a_pinhole_has_one_ray_through_a_point() {
         let camera = PerspectiveCamera::new(&VIEW, Lens { aperture_m: 0.0, focus_m: Some(3.0) }, 1.0).unwrap();
         let [one, other] = [camera.ray(0.2, 0.7), camera.lens_ray(0.2, 0.7, [0.9, 0.1])];
-        assert!(!camera.has_lens() && camera.rim().next().is_none());
+        assert!(!camera.has_lens() && camera.lens_points().next().is_none());
         assert_eq!((one.origin, one.direction), (other.origin, other.direction));
     }
 }

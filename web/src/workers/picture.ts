@@ -37,9 +37,12 @@ async function trace({ version, scene, mesh }: PictureRequest): Promise<void> {
     if (newest !== version) return;
     const coarse = Picture.coarse(scene, files);
     if (coarse !== undefined) {
-      while (coarse.add(SHARE_MS) === 0);
-      show(version, coarse, 0);
-      coarse.free();
+      try {
+        while (coarse.add(SHARE_MS) === 0);
+        show(version, coarse, 0);
+      } finally {
+        coarse.free();
+      }
       await otherMessages();
       if (newest !== version) return;
     }

@@ -104,7 +104,9 @@ impl Bake {
             Format::Glb => write_glb(&baked, &provenance, &self.output),
             Format::Ply => write_ply(&baked, &provenance, &self.output),
         }
-        .map_err(Failure::work)
+        .map_err(Failure::work)?;
+        interrupt::file_is_written();
+        Ok(())
     }
 
     /// The format by the ending, if the options agree with it.

@@ -14,12 +14,14 @@ use crate::output::{Failure, INTERRUPTED, Outcome, exit_code, print_message};
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
-static STATE: Mutex<State> = Mutex::new(State { keeps_samples: false, since: None });
+static STATE: Mutex<State> = Mutex::new(State { keeps_samples: false, is_written: false, since: None });
 
 /// What signals meet.
 struct State {
     /// Whether there are samples to be written.
     keeps_samples: bool,
+    /// Whether the file is complete.
+    is_written: bool,
     /// When the first signal came.
     since: Option<Instant>,
 }
@@ -40,7 +42,7 @@ pub(super) fn listen(output: &Path) -> Outcome {
             // Usually there is none.
             drop(std::fs::remove_file(unfinished));
         }
-        if is_first {
+        if is_first && !state.is_written {
             // The bar has no end of line.
             print_message(if io::stderr().is_terminal() { "\n" } else { "" });
             exit_code(&Err(nothing_written()));
@@ -53,6 +55,11 @@ pub(super) fn listen(output: &Path) -> Outcome {
 /// From now on the first signal sets the flag of [`is_requested`]; one more ends the program at once.
 pub(super) fn keep_samples() {
     STATE.lock().unwrap_or_else(PoisonError::into_inner).keeps_samples = true;
+}
+
+/// From now on signals end the program without a word.
+pub(super) fn file_is_written() {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).is_written = true;
 }
 
 /// Whether a signal has been received.

@@ -53,10 +53,13 @@ def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, st
     except ImportError:
         yield None
         return
+    last = None
     with tqdm(delay=DELAY_S, unit_scale=True, disable=None, leave=False) as bar:
 
         def show(done: int, total: int, phase: str) -> None:
-            if bar.desc != f"{phase}: ":
+            nonlocal last
+            if phase != last:
+                last = phase
                 bar.reset(total or None)
                 bar.set_description(phase, refresh=False)
             bar.total = total or None

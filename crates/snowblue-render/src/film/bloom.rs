@@ -16,8 +16,9 @@ const GLARE: [(f64, f64); 3] = [(1.0 / 256.0, 0.666), (1.0 / 64.0, 0.222), (1.0 
 /// Box filters of a Gaussian.
 const BOXES: usize = 3;
 
-/// The image with a fraction of its light spread.
-pub(crate) fn spread(pixels: &[Xyz], size: ImageSize, fraction: f64) -> Vec<Xyz> {
+/// The image with a fraction of its light spread. It may be a part of an image with more rows, which the size is followed
+/// by.
+pub(crate) fn spread(pixels: &[Xyz], size: (ImageSize, u32), fraction: f64) -> Vec<Xyz> {
     let glare = |value: fn(&Xyz) -> f64| glare(&pixels.iter().map(value).collect::<Vec<_>>(), size);
     let [x, y, z] = [glare(|xyz| xyz.x), glare(|xyz| xyz.y), glare(|xyz| xyz.z)];
     let spread = |(index, pixel): (usize, &Xyz)| {
@@ -27,11 +28,11 @@ pub(crate) fn spread(pixels: &[Xyz], size: ImageSize, fraction: f64) -> Vec<Xyz>
 }
 
 /// A plane of rows under the point spread function.
-fn glare(plane: &[f64], size: ImageSize) -> Vec<f64> {
+fn glare(plane: &[f64], (size, image_height): (ImageSize, u32)) -> Vec<f64> {
     let (width, height) = (size.width as usize, size.height as usize);
     let mut sum = vec![0.0; plane.len()];
     for (deviation, weight) in GLARE {
-        let radius = box_radius(deviation * height as f64);
+        let radius = box_radius(deviation * f64::from(image_height));
         let rows = blurred(plane.to_vec(), width, radius);
         let columns = blurred(transposed(&rows, width), height, radius);
         sum.iter_mut().zip(transposed(&columns, height)).for_each(|(sum, value)| *sum += weight * value);
@@ -71,7 +72,9 @@ fn blurred(mut plane: Vec<f64>, length: usize, radius: usize) -> Vec<f64> {
 
 /// A plane of rows of some length, as columns.
 fn transposed(plane: &[f64], length: usize) -> Vec<f64> {
-    (0..length).flat_map(|column| plane.iter().skip(column).step_by(length).copied()).collect()
+    let mut columns = Vec::with_capacity(plane.len());
+    columns.extend((0..length).flat_map(|column| plane.iter().skip(column).step_by(length).copied()));
+    columns
 }
 
 #[cfg(test)]
@@ -96,7 +99,7 @@ mod tests {
             let mut pixels = vec![grey(0.1); 64 * 90];
             pixels[place] = grey(1e6);
             for fraction in [0.0, 0.1, 1.0] {
-                let after = spread(&pixels, SIZE, fraction);
+                let after = spread(&pixels, (SIZE, 64), fraction);
                 for (after, before) in sum(&after).into_iter().zip(sum(&pixels)) {
                     assert!((after / before - 1.0).abs() < 1e-12, "{after} {before}");
                 }
@@ -109,12 +112,28 @@ mod tests {
     #[test]
     fn an_even_picture_and_no_bloom_change_nothing() {
         let even = vec![grey(0.7); 64 * 90];
-        assert!(spread(&even, SIZE, 0.5).iter().all(|pixel| (pixel.y - 0.7).abs() < 1e-12));
+        assert!(spread(&even, (SIZE, 64), 0.5).iter().all(|pixel| (pixel.y - 0.7).abs() < 1e-12));
         let ramp: Vec<Xyz> = (0..64 * 90).map(|k| grey(f64::from(k))).collect();
-        assert_eq!(spread(&ramp, SIZE, 0.0), ramp);
+        assert_eq!(spread(&ramp, (SIZE, 64), 0.0), ramp);
         // Wider than the picture.
         let narrow = ImageSize { width: 1, height: 640 };
-        assert!(spread(&vec![grey(2.0); 640], narrow, 1.0).iter().all(|pixel| (pixel.y - 2.0).abs() < 1e-12));
+        assert!(spread(&vec![grey(2.0); 640], (narrow, 640), 1.0).iter().all(|pixel| (pixel.y - 2.0).abs() < 1e-12));
+    }
+
+    /// A lamp in a crop of a picture is spread as in the whole picture.
+    #[test]
+    fn a_part_of_a_picture_has_the_deviations_of_the_whole() {
+        let lamp = |side: usize| {
+            let mut pixels = vec![Xyz::default(); side * side];
+            pixels[side / 2 * side + side / 2] = grey(1.0);
+            pixels
+        };
+        let size = |side| ImageSize { width: side, height: side };
+        let whole = spread(&lamp(256), (size(256), 256), 1.0);
+        let part = spread(&lamp(128), (size(128), 256), 1.0);
+        let (whole, part) = (whole[128 * 256 + 128].y, part[64 * 128 + 64].y);
+        // The mirrors of the part are four deviations away.
+        assert!((part / whole - 1.0).abs() < 1e-3, "{part} {whole}");
     }
 
     /// The variance of the spread light is the weighted sum of those of the Gaussians, and it falls from the middle.
@@ -123,7 +142,7 @@ mod tests {
         let size = ImageSize { width: 512, height: 512 };
         let mut pixels = vec![Xyz::default(); 512 * 512];
         pixels[256 * 512 + 256] = grey(1.0);
-        let after = spread(&pixels, size, 1.0);
+        let after = spread(&pixels, (size, 512), 1.0);
         let variance: f64 =
             after.iter().enumerate().map(|(k, pixel)| pixel.y * ((k % 512) as f64 - 256.0).powi(2)).sum();
         let of_boxes = |deviation: f64| {

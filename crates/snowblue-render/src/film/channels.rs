@@ -96,7 +96,7 @@ impl FilmAccumulator {
         let colours = pixels.par_iter().enumerate().map(|(index, pixel)| pixel.filtered_xyz(changes(index)));
         let shown =
             |pixel: &PixelSums| Shown { snow: pixel.aov(Aov::Snow, 0), emitter: pixel.aov(Aov::Emitter, 0) > 0.0 };
-        let film = Film::new(self.window().size(), colours.collect());
+        let film = Film::new(self.window().size(), colours.collect()).with_image_height(self.image_size().height);
         film.with_shown(pixels.iter().map(shown).collect())
     }
 }

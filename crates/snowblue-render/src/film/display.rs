@@ -7,8 +7,8 @@
 //!
 //! > c T(S) + (1 − c) T(D)
 //!
-//! is shown. Pixels with snow alone, or without, stay as they are, and so does all that is no brighter than the
-//! straight part of the curve.
+//! is shown. Pixels with snow alone, or without, stay as they are. With `filmic` and `none`, so do
+//! displayable colours no brighter than the straight part of the curve; `agx` has none.
 
 use rayon::prelude::*;
 use snowblue_color::{LinearRgb, Srgb8, ToneCurve};
@@ -46,7 +46,12 @@ impl Edges<'_> {
     /// The displayed colour of a pixel that snow covers in part; none if the rest is not seen beside it.
     fn displayed_edge(&self, pixel: usize, mean: LinearRgb, snow: f64) -> Option<LinearRgb> {
         let (mut rest, mut count) = (LinearRgb::default(), 0_u8);
-        for neighbour in self.neighbours(pixel).filter(|neighbour| self.film.snow_fraction(*neighbour) <= 0.0) {
+        // A lamp beside the edge is not what the pixel shows.
+        let is_rest = |neighbour: &usize| {
+            let shown = self.film.shown(*neighbour);
+            shown.snow <= 0.0 && (!shown.emitter || self.film.shown(pixel).emitter)
+        };
+        for neighbour in self.neighbours(pixel).filter(is_rest) {
             rest += self.exposed(neighbour);
             count += 1;
         }

@@ -26,6 +26,8 @@ use snowblue_scene::film::{Development, ImageSize};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     size: ImageSize,
+    /// Rows of the whole image, of which it may be a part.
+    image_height: u32,
     pixels: Vec<Xyz>,
     /// What each pixel shows; empty if that is not known.
     shown: Vec<Shown>,
@@ -48,7 +50,7 @@ impl Film {
     /// When the number of pixels is not that of the size.
     pub fn new(size: ImageSize, pixels: Vec<Xyz>) -> Self {
         assert_eq!(pixels.len(), size.pixel_count(), "one value per pixel");
-        Self { size, pixels, shown: Vec::new() }
+        Self { size, image_height: size.height, pixels, shown: Vec::new() }
     }
 
     /// The image, with what each pixel shows.
@@ -57,9 +59,15 @@ impl Film {
         Self { shown, ..self }
     }
 
+    /// The image as a part of one with so many rows.
+    pub(crate) fn with_image_height(self, image_height: u32) -> Self {
+        Self { image_height, ..self }
+    }
+
     /// The image with a fraction of its light spread by [bloom](bloom::spread).
     fn with_bloom(&self, fraction: f64) -> Self {
-        Self { pixels: bloom::spread(&self.pixels, self.size, fraction), ..self.clone() }
+        let pixels = bloom::spread(&self.pixels, (self.size, self.image_height), fraction);
+        Self { pixels, shown: self.shown.clone(), ..*self }
     }
 
     /// Size in pixels.

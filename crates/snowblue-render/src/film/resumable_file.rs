@@ -28,6 +28,7 @@ use exr::meta::header::Header;
 use exr::prelude::{Compression, Encoding, Image, Layer, Vec2, WritableImage as _};
 use snowblue_base::atomic_file::write_atomically;
 use snowblue_base::files::FileError;
+use snowblue_color::exposure::GREATEST_STOPS;
 use snowblue_geometry::images::exr_size::check_header_expansion;
 
 use crate::error::RenderError;
@@ -37,7 +38,7 @@ use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
-use snowblue_scene::film::{Development, ImageSize};
+use snowblue_scene::film::{Development, Exposure, ImageSize};
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::spectrum::SAMPLES;
 
@@ -312,6 +313,18 @@ impl ResumableImage {
             let text = text(header, name).ok_or_else(|| format!("the attribute {name} of the sums is missing"))?;
             text.parse().map_err(|error| format!("the attribute {name} of the sums: {error}"))
         }
+        fn development(header: &Header) -> Result<Development, String> {
+            let exposure = parsed(header, EXPOSURE)?;
+            if matches!(exposure, Exposure::Stops(stops) if !(-GREATEST_STOPS..=GREATEST_STOPS).contains(&stops)) {
+                let range = format!("must lie in -{GREATEST_STOPS} to {GREATEST_STOPS} stops");
+                return Err(format!("the attribute {EXPOSURE} of the sums is {exposure}, but {range}"));
+            }
+            let bloom: f64 = parsed(header, BLOOM)?;
+            if !(0.0..=1.0).contains(&bloom) {
+                return Err(format!("the attribute {BLOOM} of the sums is {bloom}, but must lie in 0 to 1"));
+            }
+            Ok(Development { exposure, tone: parsed(header, TONE)?, bloom })
+        }
         let display = header.shared_attributes.display_window;
         let position = header.own_attributes.layer_position;
         let range = |start: i32, length: usize| {
@@ -335,11 +348,7 @@ impl ResumableImage {
             path: path.into(),
             comments: header.own_attributes.comments.as_ref().map(of_exr_text).unwrap_or_default(),
             provenance: Provenance::parse(&parsed::<String>(header, PROVENANCE)?),
-            development: Development {
-                exposure: parsed(header, EXPOSURE)?,
-                tone: parsed(header, TONE)?,
-                bloom: parsed(header, BLOOM)?,
-            },
+            development: development(header)?,
             samples: samples.ok_or_else(|| damaged("range of samples"))?,
             aovs: Aovs::of_file(&parsed::<String>(header, AOVS)?)
                 .map_err(|error| format!("the attribute {AOVS} of the sums: {error}"))?,

@@ -128,7 +128,7 @@ impl SceneDescription {
         let camera = camera
             .ok_or_else(|| path.key("look_at").error("must not lie at the camera's position or along its up axis"))?;
         let in_snow = |point| objects.around(point, |object| materials[object.material].is_snow());
-        if let Some(index) = camera.rim().find_map(in_snow) {
+        if let Some(index) = camera.lens_points().find_map(in_snow) {
             let name = &objects.list()[index].name;
             return Err(path.key("aperture").error(format!("reaches into the snow of \"{name}\"")).into());
         }

@@ -22,7 +22,7 @@ use super::object::{DriftDescription, IglooDescription, ObjectDescription, Shape
 use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, GREATEST_COORDINATE_M, ROTATION, Range, unit_vector};
 use super::scene::SceneDescription;
 use super::value::{ColorDescription, Scale, point};
-use crate::camera::{Lens, PerspectiveCamera};
+use crate::camera::{LEAST_FOCUS_M, Lens, PerspectiveCamera};
 use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
 use crate::film::{Exposure, FilmSettings};
@@ -50,7 +50,7 @@ const FIELD_OF_VIEW: Range = Range::new(0.1, 170.0, "deg");
 /// Diameter of the aperture of a camera.
 const APERTURE: Range = Range::new(0.0, 10.0, "m");
 /// Distance of the plane of focus.
-const FOCUS: Range = Range::new(1e-3, GREATEST_COORDINATE_M, "m");
+const FOCUS: Range = Range::new(LEAST_FOCUS_M, GREATEST_COORDINATE_M, "m");
 const SHAPE_SIZE: Range = Range::new(1e-4, 1e5, "m");
 /// A height above the sea or above a floor.
 const HEIGHT: Range = Range::new(-1e5, 1e5, "m");
@@ -118,6 +118,11 @@ fn check_camera(path: &KeyPath, camera: &CameraDescription) -> Checked {
     APERTURE.check(&path.key("aperture"), camera.aperture)?;
     if let Some(focus) = camera.focus {
         FOCUS.check(&path.key("focus"), focus)?;
+    }
+    let distance_m = (camera.view().look_at - camera.view().position).length();
+    if camera.aperture > 0.0 && camera.focus.is_none() && f64::from(distance_m) < LEAST_FOCUS_M {
+        let reason = format!("is {distance_m} m from the camera, but a lens focuses on {LEAST_FOCUS_M} m and more");
+        return Err(path.key("look_at").error(format!("{reason}: give 'focus'")));
     }
     if PerspectiveCamera::new(&camera.view(), Lens::default(), 1.0).is_none() {
         return Err(path.key("look_at").error("must not lie at the camera's position or along its up axis"));

@@ -94,6 +94,7 @@ impl From<Exposure> for Development {
 const HIGHLIGHT_FRACTION: f64 = 0.99;
 /// The fraction of the pixels of snow that is displayed below the level of snow. Lit snow, if any is lit, lies there.
 const SNOW_FRACTION: f64 = 0.9;
+
 /// Displayed levels, of which 1 is the display's white.
 struct Levels {
     /// Of lit snow.

@@ -223,7 +223,9 @@ impl Render {
         let (scene_file, scene) = self.load(&phases, |scene| self.check_memory(scene, &file, quiet))?;
         let table = self.database.as_deref().map(CompressedTable::open).transpose().map_err(Failure::input)?;
         let report = |at| phases.report(at);
-        if let Some(preview) = &mut preview {
+        // Parts and resumed pictures have none: it would cover what is there.
+        let is_new = !self.resume && self.crop.is_none();
+        if let Some(preview) = preview.as_mut().filter(|_| is_new) {
             let failed = first_picture(&scene, preview, &report).err();
             phases.end();
             print_notes(quiet, failed.map(|reason| format!("{}: no first picture: {reason}", output.display())));
