@@ -16,8 +16,8 @@ const GLARE: [(f64, f64); 3] = [(1.0 / 256.0, 0.666), (1.0 / 64.0, 0.222), (1.0 
 /// Box filters of a Gaussian.
 const BOXES: usize = 3;
 
-/// The image with a fraction of its light spread. It may be a part of an image with more rows, which the size is followed
-/// by.
+/// The image with a fraction of its light spread. The size comes with the rows of the whole image, of which it may be a
+/// part.
 pub(crate) fn spread(pixels: &[Xyz], size: (ImageSize, u32), fraction: f64) -> Vec<Xyz> {
     let glare = |value: fn(&Xyz) -> f64| glare(&pixels.iter().map(value).collect::<Vec<_>>(), size);
     let [x, y, z] = [glare(|xyz| xyz.x), glare(|xyz| xyz.y), glare(|xyz| xyz.z)];
