@@ -1,5 +1,7 @@
 //! Errors of this crate.
 
+use std::ops::RangeInclusive;
+
 /// Why a colour cannot be computed from the input.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ColorError {
@@ -83,16 +85,20 @@ pub enum ColorError {
         count: usize,
     },
     /// No tone curve has this name.
-    #[error("tone curve is `{name}`, but must be one of filmic, agx, none")]
+    #[error("tone curve is `{name}`, but must be one of {known}")]
     UnknownToneCurve {
         /// The given name.
         name: String,
+        /// All names, separated by commas.
+        known: String,
     },
     /// A colour temperature has no light.
-    #[error("colour temperature is {kelvin} K, but must lie in 2000–25000 K")]
+    #[error("colour temperature is {kelvin} K, but must lie in {}–{} K", range_k.start(), range_k.end())]
     Temperature {
         /// The temperature in K.
         kelvin: f64,
+        /// Where it must lie, in K.
+        range_k: RangeInclusive<f64>,
     },
     /// Not a hexadecimal colour as in HTML.
     #[error("colour is `{text}`, but must be `#` and six hexadecimal digits, such as #8fb8de")]

@@ -34,7 +34,7 @@ const DAYLIGHTS: [[f64; 2]; 3] = [[-1.040, 0.367], [-0.296, -0.688], [0.144, -0.
 /// # Errors
 /// If it lies outside [`RANGE_K`].
 pub fn check(kelvin: f64) -> Result<f64, ColorError> {
-    if RANGE_K.contains(&kelvin) { Ok(kelvin) } else { Err(ColorError::Temperature { kelvin }) }
+    if RANGE_K.contains(&kelvin) { Ok(kelvin) } else { Err(ColorError::Temperature { kelvin, range_k: RANGE_K }) }
 }
 
 /// Power of the reference illuminant of a temperature in K relative to that at 560 nm.

@@ -167,10 +167,10 @@ impl FromStr for ToneCurve {
     type Err = ColorError;
 
     fn from_str(name: &str) -> Result<Self, ColorError> {
-        Self::ALL
-            .into_iter()
-            .find(|curve| curve.name() == name)
-            .ok_or_else(|| ColorError::UnknownToneCurve { name: name.to_owned() })
+        Self::ALL.into_iter().find(|curve| curve.name() == name).ok_or_else(|| ColorError::UnknownToneCurve {
+            name: name.to_owned(),
+            known: Self::ALL.map(Self::name).join(", "),
+        })
     }
 }
 

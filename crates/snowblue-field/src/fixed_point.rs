@@ -13,8 +13,8 @@ use crate::vectors::{narrow, ratio, sum, wide};
 /// Vectors of all groups of systems.
 type Vectors = Vec<Vec<f32x4>>;
 
-/// Gives what is missing, b + M x − x, for the x of all groups. It also takes the greatest share of x
-/// that was missing in a system in the estimate before: 1 at first.
+/// Gives what is missing, b + M x − x, for the x of all groups. It also takes the greatest share of x that was missing
+/// in a system in the estimate before: 1 at first.
 pub type Missing<'p> = &'p mut dyn FnMut(&[Vec<f32x4>], f64) -> Vec<Vec<f32x4>>;
 
 /// When the solution of a fixed point ends.

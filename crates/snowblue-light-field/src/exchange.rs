@@ -18,6 +18,8 @@ use super::prepared_body::{Lighting, PreparedBody, Solution, add};
 /// How far the light is followed: root mean square over the surface elements of what an estimate by slabs adds to the
 /// light there, relative to that light.
 const TOLERANCE: f64 = 1e-3;
+/// Steps that are remembered.
+const HISTORY: usize = 5;
 /// The same for light between slabs.
 const LIGHT_OF_SLABS: FixedPointOptions = FixedPointOptions { tolerance: 1e-2, most_estimates: 60, history: 3 };
 /// Relative residual of the first solutions inside, and of others over that of those before for the new light.
@@ -121,7 +123,7 @@ impl<'a> Exchange<'a> {
         };
         divide(&mut light, &scale);
         let most_estimates = scene.settings.most_rounds as usize;
-        let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: 5 };
+        let options = FixedPointOptions { tolerance: TOLERANCE, most_estimates, history: HISTORY };
         let mut diffuse = solve_fixed_point(light, &mut missing, options);
         multiply(&mut diffuse, &scale);
         subtract(&mut diffuse, &direct);

@@ -150,7 +150,7 @@ impl LightField {
         let mut lit: Vec<Vec<LitFluence>> = prepared.iter().map(|_| Vec::new()).collect();
         let illuminations = illuminations(scene.lights, scene.lamps_in_snow);
         let is_known = |illumination: &&Illumination| known.iter().any(|(lights, _)| *lights == illumination.indices);
-        let unknown: Vec<&Illumination> = illuminations.iter().filter(|one| !is_known(one)).collect();
+        let unknown: Vec<&Illumination> = illuminations.iter().filter(|illumination| !is_known(illumination)).collect();
         let solved_count = unknown.len();
         scene.watch.expect_lights(solved_count);
         let mut solved = solve(scene, &unknown, &prepared, &body_of).into_iter();

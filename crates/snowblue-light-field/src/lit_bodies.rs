@@ -28,7 +28,7 @@ pub(super) fn solve(
     let exchange = paths.iter().any(GatheredPaths::reach_snow).then(|| Exchange::new(prepared, &patches, &paths));
     let solve = |(number, illumination): (usize, &&Illumination)| {
         scene.watch.begin_light(prepared.len());
-        let lightings: Vec<Lighting> = prepared.iter().map(|one| one.lighting(illumination, body_of)).collect();
+        let lightings: Vec<Lighting> = prepared.iter().map(|body| body.lighting(illumination, body_of)).collect();
         let steady = paths.iter().map(|paths| paths.steady(number).clone()).collect();
         let balance = match &exchange {
             Some(exchange) => exchange.balance(&lightings, steady, scene),
@@ -38,12 +38,12 @@ pub(super) fn solve(
         let spectrum = illumination.spectrum.unwrap_or_else(|| mean_spectrum(&lightings));
         let Balance { diffuse, fluences } = balance;
         let bodies = prepared.iter().zip(&lightings).zip(diffuse).enumerate();
-        let lit = bodies.map(|(number, ((one, lighting), mut diffuse))| {
-            one.body.denoise(&mut diffuse, NOISE);
-            let start = fluences.get(number).or(one.before.as_ref());
-            let solution = one.solve(lighting, &diffuse, SolveOptions { start, ..SolveOptions::default() });
-            let scale = |k: usize| narrow(one.transport_lengths_m[k]) * spectrum.0[k];
-            one.lit(solution, &diffuse, Spectrum(std::array::from_fn(scale)))
+        let lit = bodies.map(|(number, ((prepared, lighting), mut diffuse))| {
+            prepared.body.denoise(&mut diffuse, NOISE);
+            let start = fluences.get(number).or(prepared.before.as_ref());
+            let solution = prepared.solve(lighting, &diffuse, SolveOptions { start, ..SolveOptions::default() });
+            let scale = |k: usize| narrow(prepared.transport_lengths_m[k]) * spectrum.0[k];
+            prepared.lit(solution, &diffuse, Spectrum(std::array::from_fn(scale)))
         });
         lit.collect()
     };
@@ -77,7 +77,7 @@ fn gathered_paths(
         most_surfaces: scene.max_bounces.min(MOST_GATHER_SURFACES),
         place_at: &place_at,
     };
-    prepared.iter().map(|one| GatheredPaths::new(&one.solid, &one.body, &one.nodes, &around)).collect()
+    prepared.iter().map(|body| GatheredPaths::new(&body.solid, &body.body, &body.nodes, &around)).collect()
 }
 
 /// The spectrum of the light on all bodies; white if there is none.

@@ -351,11 +351,7 @@ impl<'scene> Pixel<'scene> {
     fn camera_ray(&self, sample: u32) -> Ray {
         let [across, down] = self.pattern.position(self.shift, sample);
         let (across, down) = ((self.column + across) / self.width, (self.row + down) / self.height);
-        let camera = self.scene.camera();
-        if !camera.has_lens() {
-            return camera.ray(across, down);
-        }
-        camera.lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
+        self.scene.camera().lens_ray(across, down, self.pattern.lens_numbers(self.shift, sample))
     }
 
     /// The random numbers of a sample's path.

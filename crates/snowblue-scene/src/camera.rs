@@ -88,11 +88,6 @@ impl PerspectiveCamera {
         self.position
     }
 
-    /// Whether it has a lens.
-    pub fn has_lens(&self) -> bool {
-        self.lens.is_some()
-    }
-
     /// The ray through a point of the image and the middle of the lens: (0, 0) is the upper left corner and (1, 1) the
     /// lower right.
     #[inline]
@@ -175,7 +170,7 @@ mod tests {
     fn a_pinhole_has_one_ray_through_a_point() {
         let camera = PerspectiveCamera::new(&VIEW, Lens { aperture_m: 0.0, focus_m: Some(3.0) }, 1.0).unwrap();
         let [one, other] = [camera.ray(0.2, 0.7), camera.lens_ray(0.2, 0.7, [0.9, 0.1])];
-        assert!(!camera.has_lens() && camera.lens_points().next().is_none());
+        assert!(camera.lens_points().next().is_none());
         assert_eq!((one.origin, one.direction), (other.origin, other.direction));
     }
 }

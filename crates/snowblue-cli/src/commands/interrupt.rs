@@ -14,16 +14,24 @@ use crate::output::{Failure, INTERRUPTED, Outcome, exit_code, print_message};
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
-static STATE: Mutex<State> = Mutex::new(State { keeps_samples: false, is_written: false, since: None });
+static STATE: Mutex<State> = Mutex::new(State { stage: Stage::Preparation, since: None });
 
 /// What signals meet.
 struct State {
-    /// Whether there are samples to be written.
-    keeps_samples: bool,
-    /// Whether the file is complete.
-    is_written: bool,
+    stage: Stage,
     /// When the first signal came.
     since: Option<Instant>,
+}
+
+/// How far the work is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// There is nothing to be written.
+    Preparation,
+    /// There are samples to be written.
+    Samples,
+    /// The file is complete.
+    Written,
 }
 
 /// Installs the signal handler. A signal ends the program at once, without a trace of `output`, until
@@ -34,7 +42,7 @@ pub(super) fn listen(output: &Path) -> Outcome {
         let mut state = STATE.lock().unwrap_or_else(PoisonError::into_inner);
         let is_first = state.since.is_none();
         let elapsed = state.since.get_or_insert_with(Instant::now).elapsed();
-        if state.keeps_samples && elapsed <= ONE_SIGNAL {
+        if state.stage == Stage::Samples && elapsed <= ONE_SIGNAL {
             REQUESTED.store(true, Ordering::Relaxed);
             return;
         }
@@ -42,7 +50,7 @@ pub(super) fn listen(output: &Path) -> Outcome {
             // Usually there is none.
             drop(std::fs::remove_file(unfinished));
         }
-        if is_first && !state.is_written {
+        if is_first && state.stage == Stage::Preparation {
             // The bar has no end of line.
             print_message(if io::stderr().is_terminal() { "\n" } else { "" });
             exit_code(&Err(nothing_written()));
@@ -54,12 +62,12 @@ pub(super) fn listen(output: &Path) -> Outcome {
 
 /// From now on the first signal sets the flag of [`is_requested`]; one more ends the program at once.
 pub(super) fn keep_samples() {
-    STATE.lock().unwrap_or_else(PoisonError::into_inner).keeps_samples = true;
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Samples;
 }
 
 /// From now on signals end the program without a word.
 pub(super) fn file_is_written() {
-    STATE.lock().unwrap_or_else(PoisonError::into_inner).is_written = true;
+    STATE.lock().unwrap_or_else(PoisonError::into_inner).stage = Stage::Written;
 }
 
 /// Whether a signal has been received.

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use snowblue_color::exposure::GREATEST_STOPS;
+use snowblue_color::temperature::RANGE_K;
 use snowblue_transport::sample::SnowSample;
 use snowblue_transport::{Parameter, WavelengthRange};
 
@@ -25,6 +26,11 @@ pub(crate) fn wavelengths(WavelengthRange { first_nm, last_nm }: WavelengthRange
 /// The wavelengths of dry, clean snow, in nm.
 pub(crate) fn snow_wavelengths() -> String {
     wavelengths(SnowSample::default().wavelength_range())
+}
+
+/// Colour temperatures.
+pub(crate) fn temperatures() -> String {
+    format!("{}K–{}K", RANGE_K.start(), RANGE_K.end())
 }
 
 /// Stops of an exposure.

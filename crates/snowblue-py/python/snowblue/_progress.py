@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 Progress = bool | Callable[[int, int], object] | None
 """False for none, a function of what is done and of all, or None for a bar by tqdm if that is installed."""
@@ -18,43 +19,24 @@ DELAY_S = 1.0
 @contextmanager
 def reporting(progress: Progress, unit: str) -> Iterator[Callable[[int, int], object] | None]:
     """A function that shows the progress of some work."""
-    if progress is False:
-        yield None
-        return
-    if callable(progress):
-        yield progress
-        return
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        yield None
-        return
-    # Without a terminal or notebook tqdm shows nothing: disable=None.
-    with tqdm(unit=f" {unit}", delay=DELAY_S, unit_scale=True, disable=None, leave=False) as bar:
 
+    def shown_by(bar: Any) -> Callable[[int, int], object]:
         def show(done: int, total: int) -> None:
             bar.total = total
             bar.update(done - bar.n)
 
-        yield show
+        return show
+
+    with _reporting(progress, shown_by, unit=f" {unit}") as report:
+        yield report
 
 
 @contextmanager
 def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, str], object] | None]:
     """A function that shows the progress of work with phases."""
-    if progress is False:
-        yield None
-        return
-    if callable(progress):
-        yield progress
-        return
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        yield None
-        return
-    last = None
-    with tqdm(delay=DELAY_S, unit_scale=True, disable=None, leave=False) as bar:
+
+    def shown_by(bar: Any) -> Callable[[int, int, str], object]:
+        last = None
 
         def show(done: int, total: int, phase: str) -> None:
             nonlocal last
@@ -65,4 +47,23 @@ def reporting_phases(progress: PhaseProgress) -> Iterator[Callable[[int, int, st
             bar.total = total or None
             bar.update(done - bar.n)
 
-        yield show
+        return show
+
+    with _reporting(progress, shown_by) as report:
+        yield report
+
+
+@contextmanager
+def _reporting(progress: Any, shown_by: Callable[[Any], Any], **options: str) -> Iterator[Any]:
+    """None, the given function, or what shows the progress by a bar with some options."""
+    if progress is False or callable(progress):
+        yield progress or None
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        yield None
+        return
+    # Without a terminal or notebook tqdm shows nothing: disable=None.
+    with tqdm(delay=DELAY_S, unit_scale=True, disable=None, leave=False, **options) as bar:
+        yield shown_by(bar)

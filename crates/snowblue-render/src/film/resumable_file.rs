@@ -38,7 +38,7 @@ use crate::film::channels::{Mean, means};
 use crate::film::image_file::{Metadata, attributes, exr_text, note_of, of_exr_text};
 use crate::film::residual_filter::Filtered;
 use crate::film::window::{Window, range_length};
-use snowblue_scene::film::{Development, Exposure, ImageSize};
+use snowblue_scene::film::{self, Development, Exposure, ImageSize};
 use snowblue_scene::provenance::Provenance;
 use snowblue_scene::spectrum::SAMPLES;
 
@@ -320,8 +320,10 @@ impl ResumableImage {
                 return Err(format!("the attribute {EXPOSURE} of the sums is {exposure}, but {range}"));
             }
             let bloom: f64 = parsed(header, BLOOM)?;
-            if !(0.0..=1.0).contains(&bloom) {
-                return Err(format!("the attribute {BLOOM} of the sums is {bloom}, but must lie in 0 to 1"));
+            if !film::BLOOM.contains(&bloom) {
+                let (least, greatest) = film::BLOOM.into_inner();
+                let range = format!("must lie in {least} to {greatest}");
+                return Err(format!("the attribute {BLOOM} of the sums is {bloom}, but {range}"));
             }
             Ok(Development { exposure, tone: parsed(header, TONE)?, bloom })
         }

@@ -25,7 +25,7 @@ use super::value::{ColorDescription, Scale, point};
 use crate::camera::{LEAST_FOCUS_M, Lens, PerspectiveCamera};
 use crate::film::sensor::FalseColor;
 use crate::film::white_balance::WhiteBalance;
-use crate::film::{Exposure, FilmSettings};
+use crate::film::{BLOOM, Exposure, FilmSettings};
 use crate::integrator::{IntegratorSettings, LightFieldSettings};
 use snowblue_base::{KeyError, KeyPath};
 
@@ -139,7 +139,8 @@ fn check_film(path: &KeyPath, film: &FilmSettings) -> Checked {
             WAVELENGTH.check(&path.key(key), wavelength_nm)?;
         }
     }
-    FRACTION.check(&path.key("bloom"), film.bloom)?;
+    let (least, greatest) = BLOOM.into_inner();
+    Range::new(least, greatest, "").check(&path.key("bloom"), film.bloom)?;
     if let WhiteBalance::Temperature(kelvin) = film.white {
         let (least, greatest) = temperature::RANGE_K.into_inner();
         Range::new(least, greatest, "K").check(&path.key("white"), kelvin)?;

@@ -5,6 +5,7 @@ pub mod white_balance;
 
 use std::fmt;
 use std::num::ParseFloatError;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -89,6 +90,9 @@ impl From<Exposure> for Development {
         Self { exposure, tone: ToneCurve::None, bloom: 0.0 }
     }
 }
+
+/// Fractions of the light that bloom may spread.
+pub const BLOOM: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The fraction of all pixels that automatic exposure fits into the display's range. The rest are highlights.
 const HIGHLIGHT_FRACTION: f64 = 0.99;

@@ -12,6 +12,7 @@ use snowblue_database::Table;
 use snowblue_database::file::{self, AnyTable};
 use snowblue_database::shard::{self, NamedShard};
 use snowblue_render::Exposure;
+use snowblue_render::scene::film::BLOOM;
 
 use crate::options::{Compression, FilmMemory, GivenOptions, Idle, limits, parse};
 use crate::output::{
@@ -60,8 +61,11 @@ pub(crate) struct Merge {
     #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
     tone: Option<ToneCurve>,
     #[arg(
-        long, value_name = "FRACTION", value_parser = parse::number_of(0.0..=1.0),
-        help = "Fraction [0–1] of the light that is spread around what is bright in a PNG [default: that of the parts]"
+        long, value_name = "FRACTION", value_parser = parse::number_of(BLOOM),
+        help = format!(
+            "Fraction [{}] of the light that is spread around what is bright in a PNG [default: that of the parts]",
+            limits::ends(&BLOOM)
+        )
     )]
     bloom: Option<f64>,
     /// File to write: .exr or .png for a picture, .nc (NetCDF) for a table

@@ -16,6 +16,7 @@ use snowblue_render::Exposure;
 use snowblue_render::film::window::Window;
 use snowblue_render::render::{render_coarse, with_needed};
 use snowblue_render::scene::description::{BOUNCES, NOISE_TARGET_RANGE, SAMPLES_PER_PIXEL, SIDE_PIXELS};
+use snowblue_render::scene::film::BLOOM;
 use snowblue_render::scene::film::white_balance::WhiteBalance;
 use snowblue_render::scene::progress::Report;
 use snowblue_render::scene::{IntegratorKind, PathMode};
@@ -152,13 +153,20 @@ pub(crate) struct Render {
     #[arg(long, value_name = "CURVE", value_parser = clap::value_parser!(ToneCurve))]
     tone: Option<ToneCurve>,
     #[arg(
-        long, value_name = "FRACTION", value_parser = parse::number_of(0.0..=1.0),
-        help = "Fraction [0–1] of the light that is spread around what is bright in a PNG, instead of the scene's"
+        long, value_name = "FRACTION", value_parser = parse::number_of(BLOOM),
+        help = format!(
+            "Fraction [{}] of the light that is spread around what is bright in a PNG, instead of the scene's",
+            limits::ends(&BLOOM)
+        )
     )]
     bloom: Option<f64>,
-    /// Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour temperature
-    /// [2000K–25000K], or 'sky' for the light of sun and sky on level ground
-    #[arg(long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color")]
+    #[arg(
+        long, value_name = "LIGHT", value_parser = clap::value_parser!(WhiteBalance), conflicts_with = "false_color",
+        help = format!(
+            "Light that looks white, instead of the scene's: a CIE illuminant such as D65 or D55, a colour \
+             temperature [{}], or 'sky' for the light of sun and sky on level ground", limits::temperatures()
+        )
+    )]
     white: Option<WhiteBalance>,
     /// False colour: three wavelengths in nm [300–2500], shown as red, green and blue [1030,860,550 if none are given],
     /// under spectrally constant lights
