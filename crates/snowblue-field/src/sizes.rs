@@ -78,8 +78,9 @@ const FLAT_CELLS: f64 = 0.125;
 const THICK_CELLS: f64 = 2.0;
 /// Difference of height between neighbouring lines, over their distance, that is a wall between them.
 const WALL_SLOPE: f64 = 2.0;
-/// Distance from a face within which a surface lies on it, in cells: the rounding of coordinates.
-const FACE_CELLS: f64 = 1e-6;
+/// Distance from a face of a cell within which a surface lies on it, over the greatest coordinate of the body: four
+/// times the rounding of single precision.
+const FACE_ROUNDING: f64 = 4.0 * 6e-8;
 /// Where in a column its line is, as fractions along x and y, if the lines before have an odd number of crossings. The
 /// middle would meet the vertices of meshes too often.
 pub(crate) const LINES: [[f64; 2]; 4] = [[0.375, 0.625], [0.625, 0.375], [0.125, 0.875], [0.875, 0.125]];
@@ -112,6 +113,8 @@ struct Inside {
 /// What lines along z meet.
 struct Lines<'a> {
     lattice: &'a Lattice,
+    /// Distance from a face of a cell within which a surface lies on it, in m.
+    rounding_m: f64,
     sizes: &'a dyn CellSizes,
     lines: Vec<Line>,
     segments: Vec<Inside>,
@@ -154,7 +157,9 @@ impl<'a> Lines<'a> {
             let code = code(place.map(|k| k << level));
             lines.push(Line { code, level, at, segments: start..segments.len(), walls: 0..0 });
         }
-        let mut lines = Self { lattice, sizes, lines, segments, walls: Vec::new() };
+        let [low, high] = body.bounds();
+        let rounding_m = FACE_ROUNDING * low.abs().max(high.abs()).max_element();
+        let mut lines = Self { lattice, rounding_m, sizes, lines, segments, walls: Vec::new() };
         lines.find_walls();
         lines
     }
@@ -202,8 +207,8 @@ impl<'a> Lines<'a> {
     fn demands(&self, level: u8, place: [u32; 3], lines: Range<usize>) -> Vec<(u8, u64)> {
         let coarse = self.lattice.coarsened(level);
         // A surface on the face of a cell belongs to the cells on both sides.
-        let low = coarse.corner(place) - FACE_CELLS * coarse.step;
-        let high = low + (1.0 + 2.0 * FACE_CELLS) * coarse.step;
+        let low = coarse.corner(place) - self.rounding_m;
+        let high = low + coarse.step + 2.0 * self.rounding_m;
         if !lines.clone().any(|line| self.meets(&self.lines[line], low.z, high.z)) {
             return Vec::new();
         }
@@ -330,6 +335,7 @@ fn code([x, y]: [u32; 2]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::AxisCrossing;
     use crate::octree::place;
     use crate::shapes::{BoxBody, BoxWithHole};
 
@@ -348,6 +354,42 @@ mod tests {
         assert!((far.detailed_m - 0.05).abs() < 1e-12 && (far.flat_m - 0.15).abs() < 1e-12, "{far:?}");
         let around = at(DVec3::splat(-3.0), DVec3::splat(3.0));
         assert!(around.detailed_m.abs() < 1e-12 && around.flat_m.abs() < 1e-12, "{around:?}");
+    }
+
+    /// A box of which lines find faces outside of its bounds, by the rounding of single precision.
+    struct Rounded(BoxBody);
+
+    impl Body for Rounded {
+        fn bounds(&self) -> [DVec3; 2] {
+            self.0.bounds()
+        }
+
+        fn crossings(&self, axis: usize, point: DVec3, crossings: &mut Vec<AxisCrossing>) {
+            self.0.crossings(axis, point, crossings);
+            let middle = self.0.centre[axis];
+            crossings
+                .iter_mut()
+                .for_each(|crossing| crossing.coordinate_m += 5e-8 * (crossing.coordinate_m - middle).signum());
+        }
+    }
+
+    #[test]
+    fn faces_on_the_bounds_need_cells_whatever_the_rounding() {
+        #[derive(Debug)]
+        struct Rule;
+        impl CellSizes for Rule {
+            fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
+                SizeLimits { flat_m: 0.0, detailed_m: 0.0 }
+            }
+        }
+        let body = BoxBody::aligned(DVec3::new(0.5, 0.1, 0.75), DVec3::splat(0.3));
+        let lattice = Lattice::around(&body, 0.03, DVec3::ZERO);
+        let finest = |body: &dyn Body| -> Vec<u64> {
+            let keys = demands(body, &lattice, &Rule)[0].clone();
+            keys.into_iter().filter(|key| place(*key).iter().all(|k| *k < 10)).collect()
+        };
+        assert_eq!(finest(&body).len(), 10 * 10 * 10 - 8 * 8 * 8);
+        assert_eq!(finest(&Rounded(body)), finest(&body));
     }
 
     #[test]

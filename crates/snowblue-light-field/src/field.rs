@@ -1,7 +1,7 @@
 //! The light in all snow of a scene.
 
 use glam::Vec3A;
-use snowblue_field::{GROUP, SnowBody, SpectralNodes, Survey};
+use snowblue_field::{FieldError, GROUP, SnowBody, SpectralNodes, Survey};
 use snowblue_geometry::ray::SurfacePoint;
 
 use super::body_field::{BodyField, LitFluence};
@@ -9,7 +9,7 @@ use super::bright_snow::BrightSnow;
 use super::field_scene::FieldScene;
 use super::illumination::{Illumination, LampInSnow, illuminations};
 use super::lit_bodies::solve;
-use super::prepared_body::PreparedBody;
+use super::prepared_body::{BareBody, PreparedBody};
 use super::solid::Solid;
 use super::watch::Work;
 
@@ -28,6 +28,8 @@ pub struct LightField {
     lights: Vec<Vec<usize>>,
     /// Solutions that are not of an earlier light field.
     solved_count: usize,
+    /// Whether snow that the camera does not see has larger cells.
+    has_one_view: bool,
     work: Work,
 }
 
@@ -68,13 +70,13 @@ impl LightField {
     pub(crate) fn new(scene: &FieldScene) -> Result<Self, (usize, String)> {
         scene.watch.cells(0, 0);
         let mut body_of = vec![None; scene.objects.list().len()];
-        let mut solids = Vec::new();
+        let mut bare: Vec<BareBody> = Vec::new();
         for object in 0..body_of.len() {
             if body_of[object].is_some() {
                 continue;
             }
             let Some(snow) = (scene.snow)(object) else { continue };
-            if solids.len() == MOST_BODIES {
+            if bare.len() == MOST_BODIES {
                 return Err((
                     object,
                     format!(
@@ -83,26 +85,28 @@ impl LightField {
                     ),
                 ));
             }
-            scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(solids.len()));
+            scene.objects.body_of(object).iter().for_each(|member| body_of[*member] = Some(bare.len()));
             let solid = Solid::new(scene, object)
                 .ok_or_else(|| (object, "is infinite: only pcasnow can render infinite snow".to_owned()))?;
             let survey = Survey::new(&solid).map_err(|error| (object, error.to_string()))?;
-            solids.push((solid, snow, survey));
+            bare.push(BareBody { solid, snow, survey });
         }
+        let refusal = |object: usize| move |error: FieldError| (object, error.to_string());
         // The thickest body needs the most wavelengths, and all bodies have the same, so that light can pass between.
-        let thickest = solids
-            .iter()
-            .max_by(|(_, _, one), (_, _, other)| one.mean_thickness_m().total_cmp(&other.mean_thickness_m()));
-        let nodes =
-            thickest.map(|(_, snow, survey)| SpectralNodes::for_layers(&snow.spectra(survey.mean_thickness_m())));
-        let count = solids.len();
+        let thickness_m = |body: &BareBody| body.survey.mean_thickness_m();
+        let thickest = bare.iter().max_by(|one, other| thickness_m(one).total_cmp(&thickness_m(other)));
+        let nodes = thickest.map(|body| SpectralNodes::for_layers(&body.snow.spectra(thickness_m(body))));
+        let count = bare.len();
         let mut prepared = Vec::with_capacity(count);
-        for (solid, snow, survey) in solids {
-            let Some(nodes) = &nodes else { break };
-            scene.watch.cells(prepared.len(), count);
-            let object = solid.object;
-            let one = PreparedBody::new(solid, &survey, snow, nodes, scene);
-            prepared.push(one.map_err(|reason| (object, reason))?);
+        if let Some(nodes) = &nodes {
+            let groups = nodes.indices().len() / GROUP;
+            let wanted = bare.iter().map(|body| body.wanted_mib(groups, scene).map_err(refusal(body.solid.object)));
+            let memory_mib = memory_of_each(wanted.collect::<Result<_, _>>()?, scene.settings.memory_mib);
+            for body in bare {
+                scene.watch.cells(prepared.len(), count);
+                let object = body.solid.object;
+                prepared.push(PreparedBody::new(body, nodes, scene, memory_mib).map_err(refusal(object))?);
+            }
         }
         Ok(Self::lit(prepared, body_of, scene, Vec::new()))
     }
@@ -176,6 +180,7 @@ impl LightField {
             bright_snow,
             lights,
             solved_count,
+            has_one_view: scene.has_one_view,
             work: scene.watch.work(),
         }
     }
@@ -206,6 +211,11 @@ impl LightField {
         self.bodies.iter().filter_map(|body| body.view_factor).max_by(f64::total_cmp)
     }
 
+    /// Whether it is for the pictures of one camera: snow that this camera does not see has larger cells.
+    pub fn has_one_view(&self) -> bool {
+        self.has_one_view
+    }
+
     /// What it has and what it took.
     pub fn statistics(&self) -> FieldStatistics {
         let bodies = || self.bodies.iter().map(|body| &body.body);
@@ -233,5 +243,35 @@ impl LightField {
     #[inline]
     pub fn of_object(&self, object: usize) -> Option<&BodyField> {
         self.body_of[object].map(|body| &self.bodies[body])
+    }
+}
+
+/// The bound of memory in MiB that each body has, so that all together keep to theirs: those that want less leave the
+/// rest to the others.
+fn memory_of_each(mut wanted_mib: Vec<f64>, memory_mib: u32) -> u64 {
+    wanted_mib.sort_by(f64::total_cmp);
+    let (mut rest_mib, mut bodies) = (f64::from(memory_mib), wanted_mib.len());
+    for wanted in &wanted_mib {
+        let share = rest_mib / bodies as f64;
+        if *wanted > share {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounding down is intended")]
+            return (share as u64).max(1);
+        }
+        rest_mib -= wanted;
+        bodies -= 1;
+    }
+    memory_mib.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_share_the_memory_of_the_scene() {
+        assert_eq!(memory_of_each(vec![200.0, 100.0, 300.0], 1024), 1024);
+        // The two small ones take 300 MiB.
+        assert_eq!(memory_of_each(vec![5000.0, 200.0, 1e9, 100.0], 1024), 362);
+        assert_eq!(memory_of_each(vec![90.0; 1000], 500), 1);
     }
 }

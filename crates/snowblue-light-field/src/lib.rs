@@ -21,6 +21,7 @@ mod lit_bodies;
 mod near_light;
 mod of_scene;
 mod prepared_body;
+mod sight;
 mod snowpack;
 mod solid;
 mod surface_light;

@@ -6,8 +6,9 @@ use snowblue_field::SnowOptics;
 
 use super::end_depth::WalkEndsByDepth;
 use super::field::LightField;
-use super::field_scene::{FieldScene, Viewer};
+use super::field_scene::FieldScene;
 use super::illumination::LampInSnow;
+use super::sight::Sight;
 use super::snowpack::{KindOptics, Snowpack};
 use super::watch::Watch;
 use snowblue_base::KeyPath;
@@ -52,14 +53,20 @@ pub fn snowpacks(
 }
 
 impl LightField {
-    /// Solves for the light in all snow of a scene, and reports the progress.
+    /// Solves for the light in all snow of a scene, and reports the progress. If it `has_one_view`, snow that the
+    /// camera of the scene does not see has larger cells.
     ///
     /// # Errors
     ///
     /// If a body has no grid, or a light other than a point or a sphere lies inside snow.
-    pub fn of_scene(scene: &Scene, snow: &SnowOfMaterials<Snowpack>, report: Report) -> Result<Self, SceneError> {
+    pub fn of_scene(
+        scene: &Scene,
+        snow: &SnowOfMaterials<Snowpack>,
+        has_one_view: bool,
+        report: Report,
+    ) -> Result<Self, SceneError> {
         let of_object = |object: usize| snow[scene.objects().list()[object].material].clone();
-        with_field_scene(scene, &of_object, report, |field_scene| {
+        with_field_scene(scene, &of_object, has_one_view, report, |field_scene| {
             Self::new(field_scene).map_err(|(object, reason)| {
                 let name = &scene.objects().list()[object].name;
                 KeyPath::root("object").error(format!("\"{name}\" {reason}")).into()
@@ -73,7 +80,8 @@ impl LightField {
     ///
     /// If a light other than a point or a sphere lies inside snow.
     pub fn after_changes(self, scene: &Scene, changes: &Changes, report: Report) -> Result<Self, SceneError> {
-        with_field_scene(scene, &|_| None, report, |field_scene| {
+        let has_one_view = self.has_one_view();
+        with_field_scene(scene, &|_| None, has_one_view, report, |field_scene| {
             Ok(self.relit_where_changed(field_scene, &|light| changes.has_light(light)))
         })
     }
@@ -83,6 +91,7 @@ impl LightField {
 fn with_field_scene<T>(
     scene: &Scene,
     snow: &dyn Fn(usize) -> Option<Arc<Snowpack>>,
+    has_one_view: bool,
     report: Report,
     call: impl FnOnce(&FieldScene) -> Result<T, SceneError>,
 ) -> Result<T, SceneError> {
@@ -97,10 +106,8 @@ fn with_field_scene<T>(
             Material::Snow(_) => None,
         },
         max_bounces: scene.integrator().max_bounces,
-        viewer: Some(Viewer {
-            position: scene.view().position,
-            pixel_rad: f64::from(scene.view().vertical_fov_deg.to_radians()) / f64::from(scene.film().height),
-        }),
+        sight: Some(Sight::of(scene)),
+        has_one_view,
         settings: scene.description().light_field,
         watch: Watch::new(report),
     })

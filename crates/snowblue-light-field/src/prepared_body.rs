@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use snowblue_field::{
-    CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SnowBody, SnowOfCells, SolveOptions, SpectralNodes,
-    Survey, VolumeSource, fit_sizes,
+    Body, CellSizes, FieldError, Fluence, GridOptions, ScaledSizes, SizesByDistance, SnowBody, SnowOfCells,
+    SolveOptions, SpectralNodes, Survey, VolumeSource, fit_sizes,
 };
 use wide::f32x4;
 
@@ -13,11 +13,19 @@ use super::body_field::LitFluence;
 use super::field_scene::FieldScene;
 use super::gather::ElementValues;
 use super::illumination::{Illumination, LampInSnow};
+use super::sight::SizesBySight;
 use super::snowpack::Snowpack;
 use super::solid::Solid;
 use super::surface_light::{EnteringLight, entering_light};
 use snowblue_scene::integrator::LightFieldSettings;
 use snowblue_scene::spectrum::Spectrum;
+
+/// A body without cells.
+pub(super) struct BareBody<'a> {
+    pub(super) solid: Solid<'a>,
+    pub(super) snow: Arc<Snowpack>,
+    pub(super) survey: Survey,
+}
 
 /// A body before its light is known.
 pub(super) struct PreparedBody<'a> {
@@ -49,35 +57,69 @@ pub(super) struct Solution {
     pub(super) fluence: Fluence,
 }
 
+impl BareBody<'_> {
+    /// Memory in MiB that its cells and equations take if nothing bounds it, at some number of groups of wavelengths.
+    pub(super) fn wanted_mib(&self, groups: usize, scene: &FieldScene) -> Result<f64, FieldError> {
+        let step_m = self.step_m(groups, scene, u64::from(u32::MAX))?;
+        Ok(self.survey.memory_mib(step_m, groups))
+    }
+
+    /// Size of its smallest cells, in m.
+    fn step_m(&self, groups: usize, scene: &FieldScene, memory_mib: u64) -> Result<f64, FieldError> {
+        let Self { snow, survey, .. } = self;
+        let shortest_m = snow.least_transport_length_m();
+        let LightFieldSettings { step_mm, nodes, .. } = scene.settings;
+        match (step_mm, nodes) {
+            (Some(step_mm), _) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
+            (None, Some(nodes)) => survey.step_of_nodes_m(nodes, shortest_m, groups, memory_mib),
+            (None, None) if self.is_wide(groups, scene, memory_mib) => Ok(survey.finest_step_m(shortest_m)),
+            (None, None) => {
+                let step_m = survey.choose_step_m(shortest_m, groups, memory_mib)?;
+                let [low, high] = self.solid.bounds();
+                let of_picture = self.sizes(groups, scene, memory_mib).map(|sizes| sizes.least_between(low, high));
+                Ok(of_picture.map_or(step_m, |limits| step_m.max(limits.detailed_m)))
+            }
+        }
+    }
+
+    /// Sizes of its cells that follow the picture; none where one size is everywhere.
+    fn sizes<'s>(&self, groups: usize, scene: &'s FieldScene, memory_mib: u64) -> Option<SizesBySight<'s>> {
+        let LightFieldSettings { step_mm: None, nodes: None, .. } = scene.settings else { return None };
+        let sight = scene.sight.as_ref()?;
+        let is_wide = self.is_wide(groups, scene, memory_mib);
+        let sizes: Option<SizesByDistance> = if is_wide {
+            Some(sight.sizes_of_wide())
+        } else {
+            let shortest_m = self.snow.least_transport_length_m();
+            scene.has_one_view.then(|| sight.sizes(self.survey.coarsest_usual_step_m(shortest_m)))
+        };
+        Some(SizesBySight { sizes: sizes?, seen: scene.has_one_view.then(|| sight.seen()) })
+    }
+
+    /// Whether its cells must follow a picture to fit into the memory.
+    fn is_wide(&self, groups: usize, scene: &FieldScene, memory_mib: u64) -> bool {
+        scene.sight.is_some() && self.survey.is_wide(self.snow.least_transport_length_m(), groups, memory_mib)
+    }
+}
+
 impl<'a> PreparedBody<'a> {
+    /// Divides a body into cells, within a bound of memory in MiB.
     pub(super) fn new(
-        solid: Solid<'a>,
-        survey: &Survey,
-        snow: Arc<Snowpack>,
+        bare: BareBody<'a>,
         nodes: &SpectralNodes,
         scene: &FieldScene,
-    ) -> Result<Self, String> {
+        memory_mib: u64,
+    ) -> Result<Self, FieldError> {
+        let groups = nodes.indices().len() / snowblue_field::GROUP;
+        let step_m = bare.step_m(groups, scene, memory_mib)?;
+        let sizes_by_sight = bare.sizes(groups, scene, memory_mib);
+        let BareBody { solid, snow, survey } = bare;
         let thickness_m = survey.mean_thickness_m();
         let nodes = nodes.with_layers(&snow.spectra(thickness_m));
         let transport_lengths_m = snow.transport_lengths_m(thickness_m);
-        let groups = nodes.indices().len() / snowblue_field::GROUP;
-        let shortest_m = snow.least_transport_length_m();
-        let memory_mib = u64::from(scene.settings.memory_mib);
-        let refusal = |error: FieldError| error.to_string();
-        let LightFieldSettings { step_mm, nodes: wanted_nodes, .. } = scene.settings;
-        let is_chosen = step_mm.is_none() && wanted_nodes.is_none();
-        let viewer = scene.viewer.filter(|_| is_chosen && survey.is_wide(shortest_m, groups, memory_mib));
-        let viewer_sizes = viewer.map(|viewer| viewer.sizes());
-        let step_m = match (step_mm, wanted_nodes) {
-            (Some(step_mm), _) => survey.check_step_m(1e-3 * step_mm, shortest_m, groups, memory_mib),
-            (None, Some(nodes)) => survey.step_of_nodes_m(nodes, shortest_m, groups, memory_mib),
-            (None, None) if viewer.is_some() => Ok(survey.finest_step_m(shortest_m)),
-            (None, None) => survey.choose_step_m(shortest_m, groups, memory_mib),
-        };
-        let step_m = step_m.map_err(refusal)?;
-        let sizes = match &viewer_sizes {
+        let sizes = match &sizes_by_sight {
             Some(sizes) => {
-                let (factor, _) = fit_sizes(&solid, step_m, sizes, groups, memory_mib).map_err(refusal)?;
+                let (factor, _) = fit_sizes(&solid, step_m, sizes, groups, memory_mib)?;
                 Some(ScaledSizes { sizes, factor })
             }
             None => None,

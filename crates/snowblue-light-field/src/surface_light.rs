@@ -16,6 +16,8 @@ use snowblue_scene::spectrum::Spectrum;
 
 /// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
 const MOST_SAMPLES_PER_ELEMENT: usize = 16;
+/// Most samples of the sun. Only where it is partly hidden do they differ.
+const MOST_SAMPLES_OF_SUN: usize = 2;
 /// Most samples of a light with extent on a body, which bounds the time.
 const MOST_SAMPLES: usize = 4 << 20;
 /// Relative noise to which sampled light is smoothed.
@@ -51,7 +53,8 @@ pub(super) fn entering_light(
     let samples = (MOST_SAMPLES / body.surface().len().max(1)).clamp(1, MOST_SAMPLES_PER_ELEMENT);
     let samples = u32::try_from(samples).unwrap_or(1);
     let groups = nodes.indices().len() / snowblue_field::GROUP;
-    let lights: Vec<&Light> = lights.iter().copied().filter(|light| !light.is_diffuse()).collect();
+    let lights = lights.iter().copied().filter(|light| !light.is_diffuse());
+    let (small, wide): (Vec<&Light>, Vec<&Light>) = lights.partition(|light| light.is_small());
     let task = |(task, elements): (usize, &[SurfaceElement])| {
         let mut queries = SceneQueries::new(solid.objects);
         let mut entering = EnteringLight::with_capacity(groups, elements.len());
@@ -63,10 +66,12 @@ pub(super) fn entering_light(
             let samples = (0..samples).map(|index| Sampler::new(1, 0, first.wrapping_add(index)));
             let lit = LitPoint { surface: surface_point(element), side: Side::Outer(solid.object) };
             let optics = snow.at_surface(solid.objects, solid.object, &lit.surface);
-            visit_lights(&mut queries, &lights, &lit, samples, &mut |cos, irradiance| {
+            let mut add = |cos: f32, irradiance: Spectrum| {
                 escape_weighted += irradiance * optics.escape(cos);
                 total += irradiance;
-            });
+            };
+            visit_lights(&mut queries, &small, &lit, samples.clone().take(MOST_SAMPLES_OF_SUN), &mut add);
+            visit_lights(&mut queries, &wide, &lit, samples, &mut add);
             push(&mut entering.escape_weighted, nodes, &escape_weighted);
             push(&mut entering.irradiance, nodes, &total);
             entering.spectrum += escape_weighted;

@@ -136,7 +136,7 @@ impl Scene {
         let development = self.description.film.development();
         let table = table.map(Table::compressed).transpose()?;
         let shows = preview.is_some();
-        let (sums, made) = self.work(py, table, Watchers { progress, preview }, move |built, control| {
+        let (sums, made) = self.work(py, table, true, Watchers { progress, preview }, move |built, control| {
             let Built { integrator, provenance } = built;
             let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
             let mut sums = accumulator(scene, aovs, &target.window());
@@ -189,6 +189,7 @@ impl Scene {
         let (baked, provenance) = self.work(
             py,
             None,
+            false,
             Watchers { progress, preview: None },
             move |Built { integrator, provenance }, control| {
                 let baked = integrator.bake(options, &|at| control.set_phase(at));
@@ -256,11 +257,12 @@ impl Scene {
     }
 
     /// Prepares the scene on another thread and works with it there. It keeps what it has in common with the scene that
-    /// was built last, if the files are still the same.
+    /// was built last, if the files are still the same. If it `has_one_view`, only its camera looks.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
         table: Option<Arc<CompressedTable>>,
+        has_one_view: bool,
         Watchers { progress, preview }: Watchers,
         work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {
@@ -286,7 +288,7 @@ impl Scene {
             {
                 control.show(to_raster(&first.film, first.development));
             }
-            let preparation = Preparation { table: table.as_deref(), earlier, report: &report };
+            let preparation = Preparation { table: table.as_deref(), earlier, has_one_view, report: &report };
             let integrator = Integrator::prepare_with(&scene, preparation).map_err(input)?;
             let built = Built { provenance: integrator.provenance(), integrator };
             let result = work(&built, control);

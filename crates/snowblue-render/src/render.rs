@@ -37,7 +37,7 @@ use crate::film::noise::{decide, repeat};
 use crate::film::pixel_accumulator::PixelAccumulator;
 use crate::film::sample_block::SampleBlock;
 use crate::film::window::{Window, range_length};
-use crate::integrators::{Integrator, PathSample};
+use crate::integrators::{Integrator, PathSample, Preparation};
 use crate::raster::PixelPosition;
 use snowblue_scene::description::SceneDescription;
 use snowblue_scene::film::Development;
@@ -87,7 +87,8 @@ pub struct Rendering {
 ///
 /// As those of [`Integrator::prepare`].
 pub fn render(scene: &Scene) -> Result<Rendering, RenderError> {
-    Ok(render_all(&Integrator::prepare(scene)?, &|_| {}))
+    let preparation = Preparation { has_one_view: true, ..Preparation::default() };
+    Ok(render_all(&Integrator::prepare_with(scene, preparation)?, &|_| {}))
 }
 
 /// A first picture of a scene, if it has any ([`Integrator::prepare_coarse`]), on the threads of the current rayon

@@ -36,7 +36,8 @@ pub(super) fn field_of(
         lamps_in_snow: inside.as_slice(),
         reflectance: &|_| None,
         max_bounces: 0,
-        viewer: None,
+        sight: None,
+        has_one_view: false,
         settings: scene.description().light_field,
         watch: Watch::new(report),
     };

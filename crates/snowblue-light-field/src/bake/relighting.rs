@@ -137,7 +137,8 @@ impl Relighting {
             lamps_in_snow: inside.as_slice(),
             reflectance: &reflectance,
             max_bounces: scene.integrator().max_bounces,
-            viewer: None,
+            sight: None,
+            has_one_view: false,
             settings: scene.description().light_field,
             watch: Watch::new(&|_| {}),
         });

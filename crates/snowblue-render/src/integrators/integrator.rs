@@ -62,6 +62,9 @@ pub struct Preparation<'a> {
     /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
     /// must have had the same files.
     pub earlier: Option<Integrator>,
+    /// Whether only pictures by the camera of the scene are wanted: snow that it does not see may then have larger
+    /// cells. An earlier integrator of this kind whose camera was another is followed by one for all views.
+    pub has_one_view: bool,
     /// Receives the progress.
     pub report: Report<'a>,
 }
@@ -69,7 +72,7 @@ pub struct Preparation<'a> {
 /// The table of the scene or the embedded one, nothing earlier, and nobody to report to.
 impl Default for Preparation<'_> {
     fn default() -> Self {
-        Self { table: None, earlier: None, report: &|_| {} }
+        Self { table: None, earlier: None, has_one_view: false, report: &|_| {} }
     }
 }
 
@@ -91,8 +94,13 @@ impl Integrator {
     /// point or a sphere lies inside snow, or the scene's table cannot be read.
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (scene.notes().to_vec(), None);
-        let Preparation { table, earlier, report } = preparation;
-        let method = match Kept::of(earlier, scene) {
+        let Preparation { table, earlier, has_one_view, report } = preparation;
+        let has_moved = earlier.as_ref().is_some_and(|earlier| {
+            let before = earlier.scene().description();
+            earlier.has_one_view() && Changes::new(before, scene.description()).view
+        });
+        let has_one_view = has_one_view && !has_moved;
+        let method = match Kept::of(earlier, scene, has_one_view) {
             Kept::Everything(mut method) => {
                 method.field_mut().into_iter().for_each(LightField::keep_all);
                 *method
@@ -109,8 +117,8 @@ impl Integrator {
                         hash = table.as_deref().map(table_hash);
                         Method::PcaSnow(curves(scene, &kinds, table.as_deref(), &mut notes)?)
                     }
-                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds, report)?,
-                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds, report)?,
+                    IntegratorKind::Diffusion => Method::diffusion(scene, &kinds, has_one_view, report)?,
+                    IntegratorKind::Hybrid => Method::hybrid(scene, &kinds, has_one_view, report)?,
                     IntegratorKind::Reference => {
                         Method::Reference(SnowVolumes::for_long_walks(scene, &kinds)?, Box::default())
                     }
@@ -162,6 +170,11 @@ impl Integrator {
         self.prepared.method.field().and_then(LightField::view_factor)
     }
 
+    /// Whether it is for the pictures of one camera: snow that this camera does not see has larger cells.
+    pub fn has_one_view(&self) -> bool {
+        self.prepared.method.field().is_some_and(LightField::has_one_view)
+    }
+
     /// What the scene was built from, its settings, and the table of curves if the method reads one.
     pub fn provenance(&self) -> Provenance {
         Provenance::of(self.scene(), self.table_hash)
@@ -210,7 +223,8 @@ impl Integrator {
 
     /// Points the camera elsewhere; false, and no change, if the view looks along its own up direction or nowhere.
     ///
-    /// The light field of a wide body keeps the cells that the former view needed.
+    /// The light field keeps cells that the former view needed: those of wide bodies, and all if it
+    /// [has one view](Self::has_one_view).
     pub fn set_view(&mut self, view: &View) -> bool {
         self.prepared.scene.set_view(view)
     }
@@ -252,7 +266,7 @@ enum Kept {
 }
 
 impl Kept {
-    fn of(earlier: Option<Integrator>, scene: &Scene) -> Self {
+    fn of(earlier: Option<Integrator>, scene: &Scene, has_one_view: bool) -> Self {
         let Some(Integrator { prepared: Prepared { scene: before, method, .. }, .. }) = earlier else {
             return Self::Nothing;
         };
@@ -263,7 +277,8 @@ impl Kept {
             Method::PcaSnow(_) => Self::Nothing,
             Method::Reference(..) => Self::Everything(Box::new(method)),
             Method::Diffusion(field) | Method::Hybrid(field, _) => {
-                if field.view_factor().is_some() && changes.view {
+                let is_of_other_view = field.view_factor().is_some() && changes.view;
+                if is_of_other_view || field.has_one_view() && !has_one_view {
                     Self::Nothing
                 } else if !changes.field() {
                     Self::Everything(Box::new(method))

@@ -65,16 +65,18 @@ impl Method {
     pub(super) fn diffusion(
         scene: &Scene,
         kinds: &SnowOfMaterials<SnowKinds>,
+        has_one_view: bool,
         report: Report,
     ) -> Result<Self, RenderError> {
         let rays = scene.description().light_field.grain_rays;
         let snow = snowpacks(scene, kinds, rays, &|_, _, _| None)?;
-        Ok(Self::Diffusion(LightField::of_scene(scene, &snow, report)?))
+        Ok(Self::Diffusion(LightField::of_scene(scene, &snow, has_one_view, report)?))
     }
 
     pub(super) fn hybrid(
         scene: &Scene,
         kinds: &SnowOfMaterials<SnowKinds>,
+        has_one_view: bool,
         report: Report,
     ) -> Result<Self, RenderError> {
         let volumes = SnowVolumes::for_short_walks(scene, kinds)?;
@@ -82,7 +84,7 @@ impl Method {
             volumes[material].as_ref().map(|snow| snow.walk_ends(kind, length_m))
         };
         let snow = snowpacks(scene, kinds, scene.description().light_field.grain_rays, &walk_ends)?;
-        Ok(Self::Hybrid(LightField::of_scene(scene, &snow, report)?, volumes))
+        Ok(Self::Hybrid(LightField::of_scene(scene, &snow, has_one_view, report)?, volumes))
     }
 
     /// The same snow under changed lights.

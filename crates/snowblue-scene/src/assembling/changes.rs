@@ -11,7 +11,7 @@ pub struct Changes {
     pub solids: bool,
     /// The grids of the light field.
     pub grids: bool,
-    /// What a viewer sees, on which the cells of wide bodies depend.
+    /// What the camera sees, on which cells may depend.
     pub view: bool,
     /// What is the same for each described light; none if their number differs.
     same_lights: Option<Vec<bool>>,
@@ -26,7 +26,7 @@ impl Changes {
         let SceneDescription {
             gltf,
             camera,
-            film: FilmSettings { width: _, height, exposure: _, tone: _, bloom: _, white: _, false_color },
+            film: FilmSettings { width, height, exposure: _, tone: _, bloom: _, white: _, false_color },
             integrator:
                 IntegratorSettings {
                     kind,
@@ -51,7 +51,7 @@ impl Changes {
             || *false_color != other.film.false_color
             // Without a camera there is that of the glTF.
             || camera.is_some() != other.camera.is_some();
-        let view = *camera != other.camera || *height != other.film.height;
+        let view = *camera != other.camera || [*width, *height] != [other.film.width, other.film.height];
         let grids = solids || *light_field != other.light_field;
         let count = |sky: &Option<SkyDescription>| sky.as_ref().map_or(0, SkyDescription::light_count);
         let has_same_lights = lights.len() == other.lights.len()

@@ -203,8 +203,6 @@ pub(crate) struct Render {
 
 /// Cells of snow that are larger by more than this factor than the pixels of a picture need are worth a message.
 const MOST_FACTOR: f64 = 2.0;
-/// So are those of a picture of fewer rows. In one of 32, the wall of a snow hut is thinner than a cell.
-const FEWEST_ROWS: u32 = 160;
 
 impl Render {
     pub(crate) fn run(&self, quiet: bool) -> Outcome {
@@ -238,7 +236,8 @@ impl Render {
             phases.end();
             print_notes(quiet, failed.map(|reason| format!("{}: no first picture: {reason}", output.display())));
         }
-        let preparation = Preparation { table: table.as_ref(), report: &report, ..Preparation::default() };
+        let preparation =
+            Preparation { table: table.as_ref(), has_one_view: true, report: &report, ..Preparation::default() };
         let integrator = Integrator::prepare_with(&scene, preparation);
         let integrator = integrator.map_err(|error| Failure::input(error.located(&scene_file)))?;
         phases.end();
@@ -461,20 +460,14 @@ fn first_picture(scene: &Scene, preview: &mut Preview, report: Report) -> Result
     }
 }
 
-/// What to say of cells of snow that may be too large, if those of a wide body follow the pixels of the picture.
+/// What to say of cells of snow that may be too large, if those of a body follow the pixels of the picture.
 fn coarse_cells(integrator: &Integrator) -> Option<String> {
-    let (factor, scene) = (integrator.factor_of_cells()?, integrator.scene().description());
-    let (rows, memory_mib) = (scene.film.height, scene.light_field.memory_mib);
-    let (cells, remedy) = if factor > MOST_FACTOR {
-        let cells = format!("in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need");
-        (cells, "raise --field-memory-mib".to_owned())
-    } else if rows < FEWEST_ROWS {
-        let cells = format!("cells of snow follow the pixels, and {rows} rows make them large");
-        (cells, format!("try {FEWEST_ROWS} rows or more"))
-    } else {
-        return None;
-    };
-    Some(format!("{cells}; light may leak through thin snow: {remedy}"))
+    let factor = integrator.factor_of_cells().filter(|factor| *factor > MOST_FACTOR)?;
+    let memory_mib = integrator.scene().description().light_field.memory_mib;
+    Some(format!(
+        "in {memory_mib} MiB cells of snow are {factor:.1} times as large as the pixels need; light may leak through \
+         thin snow: raise --field-memory-mib"
+    ))
 }
 
 /// The last component of a path.
