@@ -158,11 +158,22 @@ pub enum Emission {
     Relative,
 }
 
+/// The views that the light field is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Views {
+    /// That of the camera: cells are as small as its picture needs, and larger where it does not look.
+    #[default]
+    Camera,
+    /// All: light fields do not depend on the camera, but for those of wide bodies.
+    All,
+}
+
 /// The grid of the light field in each body of snow, for the integrators that have one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightFieldSettings {
-    /// Greatest memory of the grid of a body, in MiB.
+    /// Greatest memory of the grids of all bodies together, in MiB.
     pub memory_mib: u32,
     /// Greatest size of a cell at the surface, in mm; if absent, it follows from the body, its snow and the memory.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -171,6 +182,8 @@ pub struct LightFieldSettings {
     /// ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<u32>,
+    /// The views that it is for.
+    pub views: Views,
     /// Rays through grains for the optics of the snow, per node of the refractive index. Scene files have no such key.
     #[serde(skip)]
     pub grain_rays: u32,
@@ -184,6 +197,13 @@ const MOST_ROUNDS: u32 = 12;
 
 impl Default for LightFieldSettings {
     fn default() -> Self {
-        Self { memory_mib: 1024, step_mm: None, nodes: None, grain_rays: GRAIN_RAYS, most_rounds: MOST_ROUNDS }
+        Self {
+            memory_mib: 1024,
+            step_mm: None,
+            nodes: None,
+            views: Views::Camera,
+            grain_rays: GRAIN_RAYS,
+            most_rounds: MOST_ROUNDS,
+        }
     }
 }

@@ -10,7 +10,7 @@ use crate::Scene;
 use crate::description::SceneDescription;
 use crate::film::FilmSettings;
 use crate::film::white_balance::WhiteBalance;
-use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings};
+use crate::integrator::{IntegratorKind, IntegratorSettings, LightFieldSettings, PcaSnowSettings, Views};
 
 /// The name of the list of files.
 const FILES: &str = "files";
@@ -64,7 +64,7 @@ impl Provenance {
         }
         entries.extend(table.map(|hash| ("table", format!("{hash:016x}"))));
         if integrator.kind.has_light_field() {
-            let LightFieldSettings { memory_mib, step_mm, nodes, grain_rays, most_rounds } = scene.light_field;
+            let LightFieldSettings { memory_mib, step_mm, nodes, views, grain_rays, most_rounds } = scene.light_field;
             if most_rounds != LightFieldSettings::default().most_rounds {
                 entries.push(("rounds of light between bodies", format!("at most {most_rounds}")));
             }
@@ -72,7 +72,10 @@ impl Provenance {
             let cells = match (step_mm, nodes) {
                 (Some(step_mm), _) => format!("{step_mm} mm"),
                 (None, Some(nodes)) => format!("for {nodes} nodes"),
-                (None, None) => "chosen".to_owned(),
+                (None, None) => match views {
+                    Views::Camera => "chosen for the camera".to_owned(),
+                    Views::All => "chosen for all views".to_owned(),
+                },
             };
             entries.push(("cells of the light field", cells));
         }

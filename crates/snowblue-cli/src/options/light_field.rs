@@ -12,7 +12,7 @@ pub(crate) struct LightFieldOptions {
     #[arg(
         long, value_name = "N", value_parser = parse::whole_number_of(FIELD_MEMORY_MIB),
         help = format!(
-            "Greatest memory of the light field of a body of snow in MiB [{}], instead of the scene's",
+            "Greatest memory of the light field in MiB [{}], instead of the scene's",
             limits::ends(&FIELD_MEMORY_MIB)
         )
     )]

@@ -28,7 +28,7 @@ use snowblue_scene::provenance::Provenance;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
-use snowblue_scene::{IntegratorKind, Scene};
+use snowblue_scene::{IntegratorKind, Scene, Views};
 
 /// Memory of the coarse cells of a body of snow for a first picture, in MiB, and if they do not fit.
 const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
@@ -62,8 +62,8 @@ pub struct Preparation<'a> {
     /// The integrator of an earlier scene, of which light fields are kept where nothing differs that they depend on. It
     /// must have had the same files.
     pub earlier: Option<Integrator>,
-    /// Whether only pictures by the camera of the scene are wanted: snow that it does not see may then have larger
-    /// cells. An earlier integrator of this kind whose camera was another is followed by one for all views.
+    /// Whether only pictures by the camera of the scene are wanted. Unless the scene asks for all views, snow that the
+    /// camera does not see then has larger cells.
     pub has_one_view: bool,
     /// Receives the progress.
     pub report: Report<'a>,
@@ -95,11 +95,7 @@ impl Integrator {
     pub fn prepare_with(scene: &Scene, preparation: Preparation) -> Result<Self, RenderError> {
         let (mut notes, mut hash) = (scene.notes().to_vec(), None);
         let Preparation { table, earlier, has_one_view, report } = preparation;
-        let has_moved = earlier.as_ref().is_some_and(|earlier| {
-            let before = earlier.scene().description();
-            earlier.has_one_view() && Changes::new(before, scene.description()).view
-        });
-        let has_one_view = has_one_view && !has_moved;
+        let has_one_view = has_one_view && scene.description().light_field.views == Views::Camera;
         let method = match Kept::of(earlier, scene, has_one_view) {
             Kept::Everything(mut method) => {
                 method.field_mut().into_iter().for_each(LightField::keep_all);
@@ -138,7 +134,8 @@ impl Integrator {
         let report = |_| report(Progress { phase: Phase::Preview, done: 0, total: 0 });
         let prepare = |memory_mib: u32| {
             let coarse = scene.coarse(memory_mib)?;
-            Some(Self::prepare_with(&coarse, Preparation { report: &report, ..Preparation::default() }))
+            let preparation = Preparation { has_one_view: true, report: &report, ..Preparation::default() };
+            Some(Self::prepare_with(&coarse, preparation))
         };
         let [memory_mib, more_mib] = COARSE_MEMORY_MIB;
         match prepare(memory_mib) {

@@ -35,7 +35,7 @@ pub const NOISE_TARGET_RANGE: ParameterRange =
 /// Size of the cells of the light field at the surface of snow, in mm.
 pub const FIELD_STEP_RANGE: ParameterRange =
     ParameterRange { quantity: "step of the light field", least: 0.01, greatest: 1000.0, unit: "mm" };
-/// Greatest memory of the light field of a body of snow, in MiB.
+/// Greatest memory of the light field, in MiB.
 pub const FIELD_MEMORY_MIB: RangeInclusive<u32> = 16..=1 << 20;
 /// Nodes of the light field of a body of snow.
 const FIELD_NODES: RangeInclusive<u32> = 100..=100_000_000;

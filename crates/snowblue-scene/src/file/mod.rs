@@ -10,8 +10,8 @@
 //! [integrator.pcasnow]     # path = "brightest" | "normal" | "light" | "view", exit = "last" | "first",
 //!                          #   emission = "transmitted" | "relative", reflectance (else that of the curves),
 //!                          #   table = "FILE.nc" (else the embedded one)
-//! [light_field]            # of diffusion and hybrid: memory_mib = 1024 (of a body), step_mm (of cells at the surface)
-//!                          #   or nodes (of a body, about), else as its snow needs
+//! [light_field]            # of diffusion and hybrid: memory_mib = 1024, step_mm (of cells at the surface)
+//!                          #   or nodes (of a body, about), else as its snow needs; views = "camera" | "all"
 //! [material.NAME]          # type = "diffuse": one of reflectance = 0.5,
 //!                          #   reflectance_rgb = [r, g, b] (linear sRGB) or "#rrggbb" (encoded sRGB),
 //!                          #   reflectance_spectrum = "FILE.csv" (wavelength_nm,value),
