@@ -38,7 +38,7 @@ export function wantedOf({ lamps, sky }: Pick<View, "lamps" | "sky">): Wanted[] 
 }
 
 /** Directions evenly over the upper half of the sphere, in rings of equal solid angle; three numbers each. */
-export const DOME_DIRECTIONS: Float32Array = domeDirections(4, 8);
+export const DOME_DIRECTIONS: Float32Array = domeDirections(8, 16);
 
 function domeDirections(rings: number, around: number): Float32Array {
   const directions: number[] = [];

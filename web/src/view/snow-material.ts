@@ -8,11 +8,14 @@
 import {
   ClampToEdgeWrapping,
   Data3DTexture,
+  DataTexture,
   DataUtils,
+  FloatType,
   GLSL3,
   HalfFloatType,
   LinearFilter,
   RedFormat,
+  RGBAFormat,
   ShaderMaterial,
   Vector3,
 } from "three";
@@ -54,12 +57,12 @@ export class SnowMaterial extends ShaderMaterial {
   private readonly places: Vector3[];
   private readonly intensities: Vector3[];
   private readonly strengths: number[];
-  private readonly dome: Float32Array;
+  private readonly dome: DataTexture;
 
   constructor(lights: readonly Light["type"][], escape: readonly number[], reflection: Data3DTexture) {
     const vectors = () => lights.map(() => new Vector3());
     const [places, intensities, strengths] = [vectors(), vectors(), new Array<number>(lights.length).fill(0)];
-    const dome = new Float32Array(DOME_DIRECTIONS.length);
+    const dome = domeTexture();
     super({
       glslVersion: GLSL3,
       uniforms: {
@@ -68,7 +71,6 @@ export class SnowMaterial extends ShaderMaterial {
         places: { value: places },
         intensities: { value: intensities },
         strengths: { value: strengths },
-        directions: { value: DOME_DIRECTIONS },
         dome: { value: dome },
         exposure: { value: 1 },
         is_linear: { value: false },
@@ -83,7 +85,15 @@ export class SnowMaterial extends ShaderMaterial {
     this.places[index]!.set(...place);
     this.intensities[index]!.set(...rgb).multiplyScalar(strength);
     this.strengths[index] = strength;
-    if (dome.length > 0) this.dome.set(dome);
+    if (dome.length > 0) {
+      setTexels(this.dome, 1, dome);
+      this.dome.needsUpdate = true;
+    }
+  }
+
+  override dispose(): void {
+    this.dome.dispose();
+    super.dispose();
   }
 
   /** The factor of the display. */
@@ -95,6 +105,22 @@ export class SnowMaterial extends ShaderMaterial {
   set isLinear(value: boolean) {
     this.uniforms.is_linear!.value = value;
   }
+}
+
+const DOME_COUNT = DOME_DIRECTIONS.length / 3;
+
+/** The directions of a sky, and below each the radiance from there. Uniforms would be too many for some devices. */
+function domeTexture(): DataTexture {
+  const texture = new DataTexture(new Float32Array(2 * 4 * DOME_COUNT), DOME_COUNT, 2, RGBAFormat, FloatType);
+  setTexels(texture, 0, DOME_DIRECTIONS);
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/** Sets the first three channels of a row of a `domeTexture`. */
+function setTexels({ image }: DataTexture, row: number, values: Float32Array): void {
+  const data = image.data as Float32Array;
+  for (let k = 0; k < DOME_COUNT; k++) data.set(values.subarray(3 * k, 3 * k + 3), 4 * (row * DOME_COUNT + k));
 }
 
 function each(lights: readonly Light["type"][], line: (light: number, type: Light["type"]) => string): string {
@@ -122,8 +148,7 @@ precision highp float;
 ${declarations}
 ${REFLECTION_GLSL}
 uniform float strengths[${lights.length}];
-uniform vec3 directions[${DOME_DIRECTIONS.length / 3}];
-uniform vec3 dome[${DOME_DIRECTIONS.length / 3}];
+uniform highp sampler2D dome;
 out vec3 place;
 out vec3 surface_normal;
 out vec3 flux;
@@ -136,11 +161,13 @@ vec3 reflected_sky() {
   float mu = clamp(dot(normal, to_eye), 0.0, 1.0);
   vec3 received = vec3(1e-20);
   vec3 sent = vec3(1e-20);
-  for (int k = 0; k < ${DOME_DIRECTIONS.length / 3}; k++) {
-    float mu0 = dot(normal, directions[k]);
+  for (int k = 0; k < ${DOME_COUNT}; k++) {
+    vec3 to_light = texelFetch(dome, ivec2(k, 0), 0).rgb;
+    float mu0 = dot(normal, to_light);
     if (mu0 <= 0.0) continue;
-    received += mu0 * dome[k];
-    sent += 3.14159265 * r0(to_eye, mu, directions[k], mu0) * mu0 * dome[k];
+    vec3 light = mu0 * texelFetch(dome, ivec2(k, 1), 0).rgb;
+    received += light;
+    sent += 3.14159265 * r0(to_eye, mu, to_light, mu0) * light;
   }
   return sent / received;
 }

@@ -19,6 +19,7 @@ mod metadata;
 mod metering;
 mod ply;
 mod relighting;
+mod sky_directions;
 mod subdivision;
 mod surface_mesh;
 mod vertices;
@@ -257,7 +258,7 @@ fn surfaces(
         if !subdivide(&mut mesh, edge_m, most_vertices.saturating_sub(count)) {
             return Err(too_many);
         }
-        let Vertices { positions, normals, inset, triangles } = Vertices::of(&mesh);
+        let Vertices { positions, normals, points, triangles } = Vertices::of(&mesh);
         if positions.is_empty() {
             continue;
         }
@@ -276,7 +277,7 @@ fn surfaces(
         let (flux, exitance) = (Vec::new(), Vec::new());
         let (name, half_space) = (object.name.clone(), half_space.clone());
         let baked = BakedObject { name, positions, normals, triangles, flux, exitance, snow, half_space };
-        surfaces.push(Surface { object: number, points: inset, baked });
+        surfaces.push(Surface { object: number, points, baked });
     }
     if surfaces.is_empty() { Err(BakeError::NoSnow) } else { Ok(surfaces) }
 }

@@ -12,9 +12,10 @@ use snowblue_base::files::FileSource;
 use snowblue_color::LinearRgb;
 use snowblue_geometry::ray::SurfacePoint;
 
+use super::sky_directions::SkyDirections;
 use super::{BakeError, BakedObject, DEFAULT_CELLS, MOST_VERTICES, Surface, rgb, surfaces};
 use crate::watch::Watch;
-use crate::{BodyField, FieldScene, LampInSnow, LightField, LitPoint, visit_lights};
+use crate::{BodyField, FieldScene, LampInSnow, LightField};
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
 use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
@@ -22,11 +23,7 @@ use snowblue_scene::light::{Light, LightOrigin};
 use snowblue_scene::material::Material;
 use snowblue_scene::objects::{Object, Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
-use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
-
-/// Samples of a sky at each vertex, by each way of sampling.
-const SKY_SAMPLES: u32 = 64;
 
 /// The snow of a scene, to be lit by one light at a time.
 #[derive(Debug)]
@@ -166,20 +163,18 @@ impl Surface {
             });
             if is_hidden { 0.0 } else { 1.0 }
         };
-        // The same numbers at all vertices, so that a flat face has no noise.
-        let samplers = (0..SKY_SAMPLES).map(|index| Sampler::new(3, 0, index));
-        let received = |queries: &mut SceneQueries, (point, normal)| {
-            let lit = LitPoint { surface: SurfacePoint { point, normal }, side: Side::Outer(self.object) };
-            let mut sum = Spectrum::ZERO;
-            visit_lights(queries, &[light], &lit, samplers.clone(), &mut |_, irradiance| sum += irradiance);
-            rgb(&sum, scene.sensor())
-        };
         LitSurface {
             flux: values(&|body, surface| body.flux(surface.point, surface.normal)),
             diffuse_irradiance: values(&|body, surface| body.diffuse_irradiance(&surface)),
             sky_irradiance: match central {
                 Some(_) => Vec::new(),
-                None => self.places().map_init(|| SceneQueries::new(scene.objects()), received).collect(),
+                None => {
+                    let sky = SkyDirections::new(light, scene.sensor());
+                    let received = |queries: &mut SceneQueries, (point, normal)| {
+                        sky.irradiance(queries, &SurfacePoint { point, normal }, Side::Outer(self.object))
+                    };
+                    self.places().map_init(|| SceneQueries::new(scene.objects()), received).collect()
+                }
             },
             visibility: self.places().map_init(|| SceneQueries::new(scene.objects()), visibility).collect(),
         }

@@ -93,9 +93,9 @@ fn sharp_edges_have_vertices_on_both_sides() {
     assert_eq!((vertices.positions.len(), vertices.triangles.len()), (24, 12));
     assert!(subdivide(&mut cube, 0.3, MOST_VERTICES));
     let vertices = Vertices::of(&cube);
-    for (position, (normal, inset)) in vertices.positions.iter().zip(vertices.normals.iter().zip(&vertices.inset)) {
+    for (position, (normal, point)) in vertices.positions.iter().zip(vertices.normals.iter().zip(&vertices.points)) {
         assert!((normal.abs().max_element() - 1.0).abs() < 1e-6, "{normal}");
-        assert!((position.dot(*normal) - 0.5).abs() < 1e-6 && (inset.dot(*normal) - 0.5).abs() < 1e-6);
-        assert!(inset.abs().to_array().iter().filter(|x| **x > 0.4999).count() == 1, "{inset}");
+        assert!((position.dot(*normal) - 0.5).abs() < 1e-6 && (point.dot(*normal) - 0.5).abs() < 1e-6);
+        assert!(point.abs().to_array().iter().filter(|x| **x > 0.4999).count() == 1, "{point}");
     }
 }

@@ -10,7 +10,7 @@ use snowblue_geometry::vertex_normals::CREASE_DEG;
 
 use crate::bake::surface_mesh::{Facet, SurfaceMesh};
 
-/// How far a point of the surface is moved from its vertex towards the middle of the faces around it, as a fraction of
+/// How far a point of the surface is moved from a vertex on a sharp edge towards the middle of a face, as a fraction of
 /// the distance. The field ends at edges, and rounding must not move the point beyond.
 const INSET: f32 = 0.02;
 
@@ -21,8 +21,9 @@ pub(super) struct Vertices {
     pub(super) positions: Vec<Vec3>,
     /// Outward unit normals.
     pub(super) normals: Vec<Vec3>,
-    /// Points of the surface near the vertices but within their smooth part, in m.
-    pub(super) inset: Vec<Vec3>,
+    /// The points where the light is read, in m. They lie on the surface: a point inside convex snow would be in its
+    /// own shadow. On a sharp edge it is beside the vertex, within the smooth part.
+    pub(super) points: Vec<Vec3>,
     /// Counter-clockwise from outside.
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -44,12 +45,12 @@ impl Vertices {
         for vertex in 0..mesh.positions.len() {
             let first = vertices.positions.len();
             for &(facet, corner) in around.group(vertex) {
-                let (normal, inset) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.group(vertex));
+                let (normal, point) = smooth_part(mesh, vertex, &mesh.facets[facet as usize], around.group(vertex));
                 let known = (first..vertices.normals.len()).find(|known| same_bits(vertices.normals[*known], normal));
                 let number = known.unwrap_or_else(|| {
                     vertices.positions.push(mesh.positions[vertex]);
                     vertices.normals.push(normal);
-                    vertices.inset.push(inset);
+                    vertices.points.push(point);
                     vertices.positions.len() - 1
                 });
                 let number = u32::try_from(number).expect("a mesh in memory has fewer than 2^32 vertices");
@@ -60,29 +61,36 @@ impl Vertices {
     }
 }
 
-/// The normal of the smooth part around a vertex that a facet belongs to, and a point within that part.
+/// The normal of the smooth part around a vertex that a facet belongs to, and a point of the surface within that part:
+/// the vertex itself, or on a sharp edge a point of the facet in the middle of the part.
 fn smooth_part(mesh: &SurfaceMesh, vertex: usize, facet: &Facet, around: &[(u32, u8)]) -> (Vec3, Vec3) {
     let position = mesh.positions[vertex];
+    if let Some(ellipsoid) = &mesh.ellipsoid {
+        return (ellipsoid.project(Vec3A::from(position)).normal.into(), position);
+    }
     let crease_cos = CREASE_DEG.to_radians().cos();
     let is_smooth = |other: &Facet| {
         let cos = facet.normal.dot(other.normal);
-        mesh.ellipsoid.is_some() || cos > crease_cos || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
+        cos > crease_cos || facet.normal == Vec3::ZERO || other.normal == Vec3::ZERO
     };
-    let (mut sum, mut middle, mut count) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    let (mut sum, mut middles) = (Vec3::ZERO, Vec::with_capacity(around.len()));
     for &(other, corner) in around {
         let other = &mesh.facets[other as usize];
         if is_smooth(other) {
             let [a, b] = [1, 2].map(|step| mesh.positions[other.vertices[(corner as usize + step) % 3] as usize]);
             sum += other.normal * (a - position).angle_between(b - position).max(0.0);
-            middle += (a + b + position) / 3.0;
-            count += 1.0;
+            middles.push((a + b + position) / 3.0);
         }
     }
-    let inset = position + (middle / count - position) * INSET;
-    match &mesh.ellipsoid {
-        Some(ellipsoid) => (ellipsoid.project(Vec3A::from(position)).normal.into(), position),
-        None => (sum.try_normalize().or(facet.normal.try_normalize()).unwrap_or(Vec3::Z), inset),
+    let normal = sum.try_normalize().or(facet.normal.try_normalize()).unwrap_or(Vec3::Z);
+    if middles.len() == around.len() {
+        return (normal, position);
     }
+    let middle = middles.iter().sum::<Vec3>() / middles.len() as f32;
+    let by_distance =
+        |one: &Vec3, other: &Vec3| one.distance_squared(middle).total_cmp(&other.distance_squared(middle));
+    let nearest = middles.into_iter().min_by(by_distance).unwrap_or(position);
+    (normal, position + (nearest - position) * INSET)
 }
 
 fn same_bits(one: Vec3, other: Vec3) -> bool {
