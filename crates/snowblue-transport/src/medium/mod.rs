@@ -3,6 +3,8 @@
 
 mod angle_bins;
 mod constituents;
+mod external_reflection;
+mod facet_size;
 mod grain_optics;
 mod grain_tallies;
 mod phase_function;
@@ -13,6 +15,8 @@ mod tally_cache;
 
 pub(crate) use angle_bins::AngleBins;
 pub(crate) use constituents::Constituents;
+pub use external_reflection::ExternalReflection;
+pub use facet_size::facet_diameters_um;
 pub use grain_optics::{GrainOptics, Microstructure};
 pub use grain_tallies::{Demand, GrainTallies};
 pub use phase_function::{PhaseFunction, PhasePlan};
