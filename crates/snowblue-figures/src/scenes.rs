@@ -1,7 +1,7 @@
 //! The scene files that figures render, and the changes that figures make to them.
 
 use snowblue_render::scene::description::{
-    LightSource, MaterialDescription, SceneDescription, ShapeDescription, SnowDescription,
+    LightSource, MaterialDescription, SceneDescription, ShapeDescription, SnowDescription, SnowMaterialDescription,
 };
 use snowblue_render::{RenderError, SceneFile};
 
@@ -45,7 +45,9 @@ pub(crate) fn scale_lamp(scene: &mut SceneDescription, factor: f64) {
 /// Sets the grain size of all snow, in µm.
 pub(crate) fn set_grain_size(scene: &mut SceneDescription, grain_size_um: f64) {
     for material in scene.materials.values_mut() {
-        if let MaterialDescription::Snow(SnowDescription::Uniform(snow)) = material {
+        if let MaterialDescription::Snow(SnowMaterialDescription { snow: SnowDescription::Uniform(snow), .. }) =
+            material
+        {
             snow.grain_size_um = Some(vec![grain_size_um]);
         }
     }

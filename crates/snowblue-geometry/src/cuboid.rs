@@ -51,6 +51,11 @@ impl Cuboid {
         self.centre + self.axes * (self.half_size * signs)
     }
 
+    /// Its axes and its middle.
+    pub(crate) fn frame(&self) -> (Mat3A, Vec3A) {
+        (self.axes, self.centre)
+    }
+
     /// Volume in m³.
     pub fn volume_m3(&self) -> f64 {
         let size = 2.0 * self.half_size.as_dvec3();

@@ -5,7 +5,7 @@
 //! Günther & Akenine-Möller 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, chapter 7,
 //! doi:10.1007/978-1-4842-4427-2_7). The arithmetic is in double precision.
 
-use glam::{DAffine3, DVec3, Vec3A};
+use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 
 use crate::bounds::Bounds;
 use crate::ray::{Crossing, Ray, ShapeHit, SurfacePoint, narrow};
@@ -30,6 +30,11 @@ impl Ellipsoid {
             to_unit,
             least_radius_m: stretch(&to_unit.matrix3).recip(),
         })
+    }
+
+    /// The map from the unit sphere to the scene.
+    pub(crate) fn to_scene(&self) -> Affine3A {
+        self.to_scene.as_affine3a()
     }
 
     /// Axis-aligned bounds.

@@ -1,6 +1,6 @@
 //! All kinds of shapes, with first hit, occlusion and crossings.
 
-use glam::Vec3A;
+use glam::{Affine3A, Mat3A, Vec3A};
 
 use crate::bounds::Bounds;
 use crate::cuboid::Cuboid;
@@ -31,6 +31,28 @@ impl Shape {
             Self::Ellipsoid(ellipsoid) => Some(ellipsoid.bounds()),
             Self::Plane(_) => None,
             Self::Mesh(instance) => Some(instance.bounds()),
+        }
+    }
+
+    /// Unit axes and origin of coordinates that move and turn with the shape, without its scale: from a point p of the
+    /// scene to axesᵀ (p − origin).
+    pub fn frame(&self) -> (Mat3A, Vec3A) {
+        let of_map = |matrix: Mat3A, origin: Vec3A| {
+            let x = matrix.x_axis.normalize();
+            let y = (matrix.y_axis - x * x.dot(matrix.y_axis)).normalize();
+            (Mat3A::from_cols(x, y, x.cross(y)), origin)
+        };
+        match self {
+            Self::Cuboid(cuboid) => cuboid.frame(),
+            Self::Ellipsoid(ellipsoid) => {
+                let Affine3A { matrix3, translation } = ellipsoid.to_scene();
+                of_map(matrix3, translation)
+            }
+            Self::Plane(_) => (Mat3A::IDENTITY, Vec3A::ZERO),
+            Self::Mesh(instance) => {
+                let Affine3A { matrix3, translation } = instance.transform().to_scene();
+                of_map(matrix3, translation)
+            }
         }
     }
 

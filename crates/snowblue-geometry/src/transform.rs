@@ -42,6 +42,11 @@ impl Transform {
         })
     }
 
+    /// The map from object space to scene space.
+    pub(crate) fn to_scene(&self) -> Affine3A {
+        self.to_scene
+    }
+
     /// Transforms a ray to object space.
     #[inline]
     pub(crate) fn ray_to_object(&self, ray: &Ray) -> ObjectRay {

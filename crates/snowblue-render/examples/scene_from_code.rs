@@ -44,7 +44,7 @@ fn block_on_floor() -> SceneDescription {
         impurities_ng_g: [("black-carbon".to_owned(), 20.0)].into(),
         ..SnowKeys::default()
     };
-    scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh)));
+    scene.materials.insert("snow".to_owned(), MaterialDescription::Snow(SnowDescription::Uniform(fresh).into()));
     let grey = DiffuseDescription::Uniform { reflectance: 0.2 };
     scene.materials.insert("floor".to_owned(), MaterialDescription::Diffuse(grey));
 

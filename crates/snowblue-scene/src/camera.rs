@@ -106,6 +106,15 @@ impl PerspectiveCamera {
         Ray { origin: self.position + offset, direction: direction / direction.length() }
     }
 
+    /// The change of the direction of a ray from one of so many pixels across and down the image to the next, to the
+    /// right and downwards, for a given point of the lens. Its part along the ray has no meaning.
+    #[inline]
+    pub fn change_per_pixel(&self, ray: &Ray, [width, height]: [u32; 2]) -> [Vec3A; 2] {
+        // Of a direction of length 1 along the axis, which a lens only shifts.
+        let scale = 2.0 * ray.direction.dot(self.forward);
+        [self.right * (scale / width as f32), self.up * (-scale / height as f32)]
+    }
+
     /// Points on four rings of the lens, the last at its edge, in m; none of a pinhole.
     pub fn lens_points(&self) -> impl Iterator<Item = Vec3A> {
         const RINGS: u8 = 4;
@@ -163,6 +172,26 @@ mod tests {
             assert_eq!(radii.len(), 64);
             assert!(radii[..48].iter().all(|radius| *radius < 0.12));
             assert!(radii[48..].iter().all(|radius| (radius - 0.15).abs() < 1e-6));
+        }
+    }
+
+    /// The difference of the rays through neighbouring pixels, across the ray: 1 % of it for pixels of 1/200.
+    #[test]
+    fn rays_change_from_pixel_to_pixel() {
+        let size = [400, 200];
+        for aperture_m in [0.0, 0.1] {
+            let camera = PerspectiveCamera::new(&VIEW, Lens { aperture_m, focus_m: Some(3.0) }, 2.0).unwrap();
+            for (across, down) in [(0.5, 0.5), (0.9, 0.2)] {
+                let at = |x: f32, y: f32| camera.lens_ray(across + x / 400.0, down + y / 200.0, [0.3, 0.8]);
+                let ray = at(0.0, 0.0);
+                let changes = camera.change_per_pixel(&ray, size);
+                for (change, next) in changes.into_iter().zip([at(1.0, 0.0), at(0.0, 1.0)]) {
+                    let across_ray = |vector: Vec3A| vector - ray.direction * ray.direction.dot(vector);
+                    let expected = across_ray(next.direction - ray.direction);
+                    let difference = across_ray(change) - expected;
+                    assert!(difference.length() < 0.01 * expected.length(), "{change} {expected}");
+                }
+            }
         }
     }
 

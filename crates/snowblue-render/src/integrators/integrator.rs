@@ -121,7 +121,7 @@ impl Integrator {
                 }
             }
         };
-        Ok(Self { prepared: Prepared::new(scene, method), table_hash: hash, notes })
+        Ok(Self { prepared: Prepared::new(scene, method)?, table_hash: hash, notes })
     }
 
     /// Prepares an integrator for a first picture of a scene ([`Scene::coarse`]); none for PCASnow. It reports

@@ -14,6 +14,7 @@ mod path;
 mod pcasnow;
 mod reference;
 mod single_scattering;
+mod sparkle;
 
 mod first_hit;
 mod integrator;

@@ -6,6 +6,7 @@ use crate::error::RenderError;
 use crate::integrators::path::carried::LightTables;
 use crate::integrators::pcasnow::snow_curves::SnowCurves;
 use crate::integrators::snow_volumes::SnowVolumes;
+use crate::integrators::sparkle::SceneSparkle;
 use crate::integrators::surroundings::SnowBodies;
 use snowblue_light_field::{LightField, SnowOfMaterials, Snowpack, snowpacks};
 use snowblue_scene::Changes;
@@ -22,6 +23,8 @@ pub(super) struct Prepared {
     pub(super) scene: Scene,
     pub(super) method: Method,
     pub(super) bodies: SnowBodies,
+    /// The facets of snow that sparkles; none where nothing does.
+    pub(super) sparkle: Option<SceneSparkle>,
     /// The responses to each light, and none, for pictures of spectra.
     pub(super) tables: LightTables,
     pub(super) no_tables: LightTables,
@@ -39,14 +42,20 @@ pub(super) enum Method {
 }
 
 impl Prepared {
-    pub(super) fn new(scene: &Scene, method: Method) -> Self {
+    /// # Errors
+    ///
+    /// If the constants of some snow do not cover a wavelength.
+    pub(super) fn new(scene: &Scene, method: Method) -> Result<Self, RenderError> {
         let tables = match &method {
             Method::PcaSnow(curves) => LightTables::new(scene, curves),
             Method::Diffusion(_) => LightTables::new(scene, &[]),
             Method::Hybrid(..) | Method::Reference(..) => LightTables::none(scene),
         };
         let (bodies, no_tables) = (SnowBodies::new(scene), LightTables::none(scene));
-        Self { scene: scene.clone(), method, bodies, tables, no_tables }
+        let is_drawn = !matches!(method, Method::Reference(..))
+            && scene.materials().iter().any(|material| material.sparkle().is_some());
+        let sparkle = is_drawn.then(|| SceneSparkle::new(scene, &method.kinds(scene))).transpose()?;
+        Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables })
     }
 
     /// The optics of the snow of a material, if it is snow, where the method has no curves.
@@ -94,6 +103,24 @@ impl Method {
             Self::Hybrid(field, volumes) => Self::Hybrid(field.after_changes(scene, changes, report)?, volumes),
             Self::PcaSnow(_) | Self::Reference(..) => self,
         })
+    }
+
+    /// The kinds of the snow of each material that an object has.
+    fn kinds(&self, scene: &Scene) -> SnowOfMaterials<SnowKinds> {
+        let of_object = |object: usize, material: usize| match self {
+            Self::PcaSnow(curves) => curves[material].as_ref().map(|curves| Arc::clone(curves.kinds())),
+            Self::Diffusion(field) | Self::Hybrid(field, _) => {
+                field.of_object(object).map(|body| Arc::clone(&body.snow().kinds))
+            }
+            Self::Reference(volumes, _) => volumes[material].as_ref().map(|snow| Arc::clone(&snow.kinds)),
+        };
+        let mut kinds = vec![None; scene.materials().len()];
+        for (object, material) in scene.objects().list().iter().map(|object| object.material).enumerate() {
+            if kinds[material].is_none() && scene.materials()[material].is_snow() {
+                kinds[material] = of_object(object, material);
+            }
+        }
+        kinds
     }
 
     pub(super) fn field(&self) -> Option<&LightField> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use snowblue_geometry::ray::narrow;
 
-use crate::assembling::snow::build_snow;
+use crate::assembling::snow::build_snow_material;
 use crate::assembling::sources::Sources;
 use crate::assembling::texture::{build_texture, linear_rgb};
 use crate::description::{DiffuseDescription, MaterialDescription};
@@ -30,7 +30,7 @@ pub(super) fn build_materials(
         let path = KeyPath::root("material").key(name);
         let material = match description {
             MaterialDescription::Diffuse(diffuse) => Material::Diffuse(build_diffuse(&path, diffuse, sources)?),
-            MaterialDescription::Snow(snow) => Material::Snow(Box::new(build_snow(&path, snow, sources)?)),
+            MaterialDescription::Snow(snow) => Material::Snow(Box::new(build_snow_material(&path, snow, sources)?)),
         };
         Ok(NamedMaterial { name: name.clone(), material })
     });

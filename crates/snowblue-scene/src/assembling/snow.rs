@@ -3,22 +3,43 @@
 use snowblue_base::files::check_formats;
 use snowblue_geometry::images::png_image::PngImage;
 use snowblue_geometry::ray::narrow;
-use snowblue_transport::SnowSample;
 use snowblue_transport::layer_file::{LayerFile, LayerFileError};
 use snowblue_transport::sample::SnowKeys;
+use snowblue_transport::{SnowSample, short_number};
 
 use crate::assembling::sources::Sources;
 use crate::assembling::texture::build_texture;
-use crate::description::{LayeredSnowDescription, MaskDescription, MaskedSnowDescription, SnowDescription};
+use crate::description::{
+    LayeredSnowDescription, MaskDescription, MaskedSnowDescription, SnowDescription, SnowMaterialDescription,
+};
 use crate::error::SceneError;
 use crate::file::line_of;
 use crate::layering::Layering;
 use crate::material::mask::Mask;
-use crate::material::snow::Snow;
+use crate::material::snow::{Snow, SnowMaterial};
 use snowblue_base::{KeyError, KeyPath};
 
+/// Builds snow as a material.
+pub(super) fn build_snow_material(
+    path: &KeyPath,
+    SnowMaterialDescription { snow, sparkle }: &SnowMaterialDescription,
+    sources: &Sources,
+) -> Result<SnowMaterial, SceneError> {
+    let snow = build_snow(path, snow, sources)?;
+    if let Some(facet_size_um) = sparkle.and_then(|sparkle| sparkle.facet_size_um) {
+        let sizes_um = snow.samples().iter().map(|sample| sample.grain_size.max_um);
+        let greatest_um = sizes_um.fold(f64::INFINITY, f64::min);
+        if facet_size_um > greatest_um {
+            let (size, greatest) = (short_number(facet_size_um), short_number(greatest_um));
+            let reason = format!("is {size} µm, but must be at most {greatest} µm, the size of the largest grains");
+            return Err(path.key("sparkle").key("facet_size_um").error(reason).into());
+        }
+    }
+    Ok(SnowMaterial { snow, sparkle: *sparkle })
+}
+
 /// Builds snow, whose tables of constants must cover the wavelengths of the picture.
-pub(super) fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sources) -> Result<Snow, SceneError> {
+fn build_snow(path: &KeyPath, snow: &SnowDescription, sources: &Sources) -> Result<Snow, SceneError> {
     let built = match snow {
         SnowDescription::Uniform(keys) => Snow::Uniform(sample(path, keys)?),
         SnowDescription::Layers(snow) => build_layers(&path.key("layers"), snow, sources)?,

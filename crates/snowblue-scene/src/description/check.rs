@@ -16,7 +16,7 @@ use super::landscape::{
 };
 use super::material::{
     DiffuseDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription, SnowDescription,
-    TextureDescription,
+    SnowMaterialDescription, SparkleDescription, TextureDescription,
 };
 use super::object::{DriftDescription, IglooDescription, ObjectDescription, ShapeDescription};
 use super::range::{COORDINATE, Checked, DIRECTION, FRACTION, GREATEST_COORDINATE_M, ROTATION, Range, unit_vector};
@@ -63,6 +63,8 @@ const CARVED_REACH: Range = Range::new(-1000.0, 1000.0, "m");
 const CARVED_SIZE: Range = Range::new(1e-4, 1000.0, "m");
 const SCALE: Range = Range::new(1e-6, 1e6, "");
 const TEXTURE_SCALE: Range = Range::new(1e-4, 1e5, "m");
+/// Diameter of the facets of grains. Smaller ones scatter light into all directions by diffraction.
+const FACET_SIZE: Range = Range::new(5.0, 5000.0, "µm");
 const MASK_END: Range = Range::new(-1e9, 1e9, "");
 /// The wavelengths of the tables of ice.
 const WAVELENGTH: Range = Range::new(300.0, 2500.0, "nm");
@@ -184,7 +186,10 @@ fn check_material(path: &KeyPath, material: &MaterialDescription) -> Checked {
             | DiffuseDescription::Spectrum { .. } => Ok(()),
             DiffuseDescription::Texture(texture) => check_texture(path, texture),
         },
-        MaterialDescription::Snow(snow) => check_snow(path, snow),
+        MaterialDescription::Snow(SnowMaterialDescription { snow, sparkle }) => {
+            check_snow(path, snow)?;
+            sparkle.map_or(Ok(()), |sparkle| check_sparkle(&path.key("sparkle"), &sparkle))
+        }
     }
 }
 
@@ -216,6 +221,13 @@ fn check_snow(path: &KeyPath, snow: &SnowDescription) -> Checked {
             Ok(())
         }
     }
+}
+
+fn check_sparkle(path: &KeyPath, sparkle: &SparkleDescription) -> Checked {
+    if let Some(facet_size_um) = sparkle.facet_size_um {
+        FACET_SIZE.check(&path.key("facet_size_um"), facet_size_um)?;
+    }
+    FRACTION.check(&path.key("flat_fraction"), sparkle.flat_fraction)
 }
 
 fn check_keys(path: &KeyPath, keys: &SnowKeys) -> Result<SnowSample, KeyError> {

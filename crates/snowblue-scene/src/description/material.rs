@@ -15,7 +15,48 @@ pub enum MaterialDescription {
     /// A Lambertian surface.
     Diffuse(DiffuseDescription),
     /// Snow.
-    Snow(SnowDescription),
+    Snow(SnowMaterialDescription),
+}
+
+/// Snow as a material: what it is made of, and how its surface is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SnowMaterialDescription {
+    /// What it is made of.
+    #[serde(flatten)]
+    pub snow: SnowDescription,
+    /// Its sparkle, if it is drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sparkle: Option<SparkleDescription>,
+}
+
+impl SnowMaterialDescription {
+    /// The keys beside those of the snow.
+    pub(crate) const NAMES: [&'static str; 1] = ["sparkle"];
+}
+
+/// Snow without sparkle.
+impl From<SnowDescription> for SnowMaterialDescription {
+    fn from(snow: SnowDescription) -> Self {
+        Self { snow, sparkle: None }
+    }
+}
+
+/// Sparkle: the facets of the grains at the surface that mirror a light into the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SparkleDescription {
+    /// Diameter of the facets, in µm; none for that which follows from grain size and facetness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub facet_size_um: Option<f64>,
+    /// Share of the surface of the grains that is flat facets, 0–1; the rest reflects smoothly.
+    pub flat_fraction: f64,
+}
+
+impl Default for SparkleDescription {
+    /// Facets by grain size and facetness, all over the grains.
+    fn default() -> Self {
+        Self { facet_size_um: None, flat_fraction: 1.0 }
+    }
 }
 
 /// The reflectance of a Lambertian surface.

@@ -28,7 +28,7 @@ pub use landscape::{
 pub use light::{EnvironmentDescription, LampDescription, LightDescription, UniformSkyDescription};
 pub use material::{
     DiffuseDescription, LayeredSnowDescription, LayersTop, MaskDescription, MaskedSnowDescription, MaterialDescription,
-    SnowDescription, TextureDescription,
+    SnowDescription, SnowMaterialDescription, SparkleDescription, TextureDescription,
 };
 pub use object::{
     BoxDescription, DriftDescription, IglooDescription, MeshDescription, MoundDescription, ObjectDescription,

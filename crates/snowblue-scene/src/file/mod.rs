@@ -22,7 +22,8 @@
 //!                          #   impurities_ng_g = { black-carbon = 0, … }, temperature_c = -5, ice; or two of these,
 //!                          #   between = [{ … }, { … }], and mask = { texture = "FILE.png", texture_scale_m = 1 } or
 //!                          #   mask = { attribute = "NAME", range = [0, 1] }; or
-//!                          #   layers = "FILE.toml" (as `spectrum --layers`), layers_top = "surface" or a height z
+//!                          #   layers = "FILE.toml" (as `spectrum --layers`), layers_top = "surface" or a height z;
+//!                          #   and sparkle = false, true or { facet_size_um, flat_fraction = 1 }
 //! [[light]]                # illuminant = "D65" or spectrum = "FILE.csv" (wavelength_nm,value), and
 //!                          # type = "point": position, radiant_intensity_w_sr
 //!                          # type = "spot": position, look_at, radiant_intensity_w_sr, inner_cone_deg = 0,

@@ -11,7 +11,8 @@ use crate::description::sky::OvercastKeys;
 use crate::description::{
     CarvedDescription, EnvironmentDescription, ImprintDescription, LampDescription, LightDescription, LightSource,
     MaterialDescription, ObjectDescription, ObjectSettings, OvercastSkyDescription, SceneDescription, ShapeDescription,
-    SkyDescription, SnowDescription, SolidDescription, UniformSkyDescription,
+    SkyDescription, SnowDescription, SnowMaterialDescription, SolidDescription, SparkleDescription,
+    UniformSkyDescription,
 };
 use snowblue_base::KeyPath;
 use snowblue_base::key_path::Step;
@@ -76,22 +77,41 @@ fn read_material(value: &Spanned<DeValue>, path: &KeyPath) -> Read<MaterialDescr
     }
 }
 
-/// Reads snow: layers, two snows and a mask, or one snow.
-fn read_snow(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
+/// Reads snow: what it is made of, and its sparkle.
+fn read_snow(mut keys: Keys, path: &KeyPath) -> Read<SnowMaterialDescription> {
+    let sparkle = read_sparkle(&mut keys, path)?;
+    Ok(SnowMaterialDescription { snow: read_contents(keys, path)?, sparkle })
+}
+
+/// Reads what snow is made of: layers, two snows and a mask, or one snow.
+fn read_contents(keys: Keys, path: &KeyPath) -> Read<SnowDescription> {
+    let known = ["type", SnowMaterialDescription::NAMES[0]];
     if keys.table.contains_key("layers") {
         keys.refuse_beside(
             "layers",
             &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3", "mask", "between"],
             path,
         )?;
-        return keys.read(path, &["type"]).map(SnowDescription::Layers);
+        return keys.read(path, &known).map(SnowDescription::Layers);
     }
     if keys.table.contains_key("mask") || keys.table.contains_key("between") {
         let present = if keys.table.contains_key("mask") { "mask" } else { "between" };
         keys.refuse_beside(present, &["snow", "grain_size_um", "ssa_m2_kg", "density_kg_m3"], path)?;
-        return keys.read(path, &["type"]).map(SnowDescription::Masked);
+        return keys.read(path, &known).map(SnowDescription::Masked);
     }
-    keys.read(path, &["type", "layers", "mask", "between"]).map(SnowDescription::Uniform)
+    keys.read(path, &[&known[..], &["layers", "mask", "between"]].concat()).map(SnowDescription::Uniform)
+}
+
+/// Takes the sparkle of snow out of its table: whether there is any, or its table.
+fn read_sparkle(keys: &mut Keys, path: &KeyPath) -> Read<Option<SparkleDescription>> {
+    let [name] = SnowMaterialDescription::NAMES;
+    let Some(value) = keys.table.remove(name) else { return Ok(None) };
+    let path = path.key(name);
+    match value.get_ref() {
+        DeValue::Boolean(is_on) => Ok(is_on.then(SparkleDescription::default)),
+        DeValue::Table(_) => read(&value, &path, &[]).map(Some),
+        _ => Err(Mistake { span: value.span(), reason: format!("{path} must be true, false or a table") }),
+    }
 }
 
 fn read_light(value: &Spanned<DeValue>, path: &KeyPath) -> Read<LightDescription> {

@@ -18,6 +18,16 @@ const STEPS: u8 = 32;
 /// limb darkening is near that of the luminance (Cox 2000, "Allen's Astrophysical Quantities", section 14.7).
 const LIMB_DARKENING: f32 = 0.6;
 
+/// Variance of the light's direction across one axis, over sin² of the radius: ½∫ r² L dr²/∫ L dr² for L = 1 − u + u μ
+/// and r² = 1 − μ²; ¼ without the limb darkening u.
+const VARIANCE: f32 = 0.5 * (0.5 * (1.0 - LIMB_DARKENING) + 4.0 / 15.0 * LIMB_DARKENING) / (1.0 - LIMB_DARKENING / 3.0);
+
+/// The variance of the direction of the sun's light across one axis, in rad².
+pub(super) fn angular_variance() -> f32 {
+    let radius_rad = narrow(SUN_RADIUS_RAD);
+    VARIANCE * radius_rad * radius_rad
+}
+
 /// The sun.
 #[derive(Debug)]
 pub(crate) struct SunDisc {

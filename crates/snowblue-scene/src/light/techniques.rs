@@ -12,6 +12,7 @@ use snowblue_geometry::ray::{Ray, SurfacePoint};
 
 use crate::light::emitter::{Bounds, Emitter, InnerLamp};
 use crate::light::sample::{Falloff, LightOrigin, LightSample};
+use crate::light::sun;
 use crate::sampling::{Sampler, cosine_direction, uniform_hemisphere_direction};
 use crate::spectrum::Spectrum;
 
@@ -94,6 +95,18 @@ impl Light {
         match self.bounds {
             Bounds::Point(..) | Bounds::Direction(_) | Bounds::Disc(_) => true,
             Bounds::Surface { .. } | Bounds::Sky | Bounds::EvenSky => false,
+        }
+    }
+
+    /// The variance, across one axis, of the direction from which its light comes to a point, in rad²: of a disc of its
+    /// size. None for a sky.
+    #[inline]
+    pub fn angular_variance(&self, point: Vec3A) -> Option<f32> {
+        match self.bounds {
+            Bounds::Point(..) | Bounds::Direction(_) => Some(0.0),
+            Bounds::Surface { centre, spread_m2 } => Some(0.25 * spread_m2 / centre.distance_squared(point)),
+            Bounds::Disc(_) => Some(sun::angular_variance()),
+            Bounds::Sky | Bounds::EvenSky => None,
         }
     }
 

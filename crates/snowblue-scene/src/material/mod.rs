@@ -7,8 +7,9 @@ pub mod texture;
 
 use snowblue_geometry::shape::Shape;
 
+use crate::description::SparkleDescription;
 use diffuse::Diffuse;
-use snow::Snow;
+use snow::{Snow, SnowMaterial};
 use texture::Texture;
 
 /// The material of an object.
@@ -17,7 +18,7 @@ pub enum Material {
     /// A Lambertian surface.
     Diffuse(Diffuse),
     /// Snow.
-    Snow(Box<Snow>),
+    Snow(Box<SnowMaterial>),
 }
 
 impl Material {
@@ -25,7 +26,15 @@ impl Material {
     pub fn snow(&self) -> Option<&Snow> {
         match self {
             Self::Diffuse(_) => None,
-            Self::Snow(snow) => Some(snow),
+            Self::Snow(material) => Some(&material.snow),
+        }
+    }
+
+    /// The sparkle, if it is snow with it.
+    pub fn sparkle(&self) -> Option<&SparkleDescription> {
+        match self {
+            Self::Diffuse(_) => None,
+            Self::Snow(material) => material.sparkle.as_ref(),
         }
     }
 
@@ -39,7 +48,7 @@ impl Material {
         match self {
             Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
             Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
-            Self::Snow(snow) => snow.check(shape),
+            Self::Snow(material) => material.snow.check(shape),
         }
     }
 }

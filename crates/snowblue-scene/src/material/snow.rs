@@ -12,6 +12,7 @@ use snowblue_transport::optics::{Impurities, Substance};
 use snowblue_transport::sample::{GrainSize, SnowSample, TruncatedNormal};
 use snowblue_transport::{Demand, GrainTallies, Population, TallyPlan};
 
+use crate::description::SparkleDescription;
 use crate::layering::Layering;
 use crate::material::mask::Mask;
 use crate::objects::{Objects, SurfaceInteraction};
@@ -26,6 +27,15 @@ const DECAY_TOLERANCE: f64 = 0.002;
 const MOST_HALVINGS: u32 = 6;
 /// Rays through grains by which kinds are compared. All use the same rays, so that their differences have less noise.
 const COMPARING_RAYS: u32 = 1 << 12;
+
+/// Snow as a material.
+#[derive(Debug)]
+pub struct SnowMaterial {
+    /// What it is made of, and where.
+    pub snow: Snow,
+    /// Its sparkle, if it is drawn.
+    pub sparkle: Option<SparkleDescription>,
+}
 
 /// Snow, and where its parts lie.
 #[derive(Debug)]

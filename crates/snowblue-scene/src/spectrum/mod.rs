@@ -54,6 +54,11 @@ impl Spectrum {
         self.0.iter().copied().fold(f32::NEG_INFINITY, f32::max)
     }
 
+    /// The least sample.
+    pub fn minimum(&self) -> f32 {
+        self.0.iter().copied().fold(f32::INFINITY, f32::min)
+    }
+
     /// Adds `factor · a · b`, wavelength by wavelength.
     #[inline]
     pub fn add_product(&mut self, factor: f32, a: &Self, b: &Self) {

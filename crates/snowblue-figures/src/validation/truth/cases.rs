@@ -3,7 +3,8 @@
 
 use snowblue_render::files::FilesInMemory;
 use snowblue_render::scene::description::{
-    LightSource, MaterialDescription, ShapeDescription, SnowDescription, SphereLightDescription,
+    LightSource, MaterialDescription, ShapeDescription, SnowDescription, SnowMaterialDescription,
+    SphereLightDescription,
 };
 use snowblue_render::{Integrator, RenderError, SceneDescription};
 
@@ -122,7 +123,10 @@ fn wet_and_sooty() -> Result<SceneDescription, FigureError> {
     let mut scene = scenes::read(scenes::BLOCK_BACK)?;
     scenes::set_thickness(&mut scene, 0.1);
     for material in scene.materials.values_mut() {
-        let MaterialDescription::Snow(SnowDescription::Uniform(snow)) = material else { continue };
+        let MaterialDescription::Snow(SnowMaterialDescription { snow: SnowDescription::Uniform(snow), .. }) = material
+        else {
+            continue;
+        };
         snow.water_saturation = Some(WATER_SATURATION);
         snow.impurities_ng_g.insert("black-carbon".to_owned(), SOOT_NG_G);
     }

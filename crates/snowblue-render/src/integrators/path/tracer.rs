@@ -29,10 +29,11 @@ use crate::integrators::pcasnow::snow_vertex::PcaSnow;
 use crate::integrators::prepared::{Method, Prepared};
 use crate::integrators::russian_roulette::survival_probability;
 use crate::integrators::single_scattering::SingleScattering;
+use crate::integrators::sparkle::{SparkleReader, SparklingPoint};
 use crate::integrators::{PathSample, SnowSample};
 use snowblue_light_field::{LightField, SnowAt};
 use snowblue_scene::film::sensor::SensorSample;
-use snowblue_scene::light::{IncidentLight, LightSample};
+use snowblue_scene::light::{IncidentLight, Light, LightSample};
 use snowblue_scene::material::Material;
 use snowblue_scene::material::diffuse::Diffuse;
 use snowblue_scene::objects::{Side, SurfaceInteraction};
@@ -55,6 +56,8 @@ pub(crate) struct PathTracer<'a> {
     walks: Option<WalkTracer<'a>>,
     /// Single scattering in snow, where the light field is read at the surface; none for PCASnow.
     singles: Option<SingleScattering<'a>>,
+    /// Sparkle of snow, if there is any.
+    sparkle: Option<SparkleReader<'a>>,
     /// Whether paths can hit lights.
     has_area_lights: bool,
 }
@@ -78,6 +81,14 @@ struct Walked<C> {
     reading: Option<C>,
     normal: Vec3A,
     distance_m: f32,
+}
+
+/// Light that snow with a light field sends out.
+struct FieldLight<C> {
+    /// By the light field at the surface.
+    reading: C,
+    /// What single facets add to it, or take away.
+    sparkle: C,
 }
 
 impl<C: Carried> PathRadiance<C> {
@@ -115,6 +126,7 @@ impl<'a> PathTracer<'a> {
             field,
             walks: field.zip(volumes).map(|(field, volumes)| WalkTracer::new(scene, field, bodies, volumes)),
             singles: field.map(|field| SingleScattering::new(scene, field, bodies)),
+            sparkle: prepared.sparkle.as_ref().map(|sparkle| SparkleReader::new(scene, sparkle)),
             has_area_lights: scene.lights().iter().any(|light| light.has_extent()),
         }
     }
@@ -149,18 +161,19 @@ impl<'a> PathTracer<'a> {
         let sees_snow = self.scene.materials()[surface.material].is_snow();
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
-            let (reading, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
-            first += reading;
+            let (light, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
+            first += light;
             return PathRadiance { first, sees_snow, later: None, walk };
         }
-        first += self.direct_light::<C>(&vertex, sampler);
+        let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
+        first += self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
         if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
             return PathRadiance { first, sees_snow, later: None, walk: None };
         }
         PathRadiance { first, sees_snow, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
     }
 
-    /// Light from snow: by the light field at the surface, or by a random walk.
+    /// Light from snow: by the light field at the surface, or its sparkle and a random walk.
     fn snow_light<C: Carried>(
         &mut self,
         snow: SnowAt,
@@ -168,16 +181,55 @@ impl<'a> PathTracer<'a> {
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> (C, Option<Walked<C>>) {
-        let is_read = self.walks.is_none() || self.scene.integrator().filter;
-        let reading = is_read.then(|| self.field_light::<C>(snow, vertex, camera_ray, sampler));
-        let Some(walks) = &mut self.walks else { return (reading.unwrap_or(C::ZERO), None) };
+        let sparkling = self
+            .sparkle
+            .as_ref()
+            .and_then(|sparkle| sparkle.at((vertex.surface, snow.kind, vertex.normal), camera_ray));
+        let is_read = self.walks.is_none() || self.scene.integrator().filter || sparkling.is_some();
+        let light = is_read.then(|| self.field_light::<C>(snow, vertex, (camera_ray, sparkling.as_ref()), sampler));
+        let FieldLight { reading, sparkle } = light.unwrap_or(FieldLight { reading: C::ZERO, sparkle: C::ZERO });
+        let Some(walks) = &mut self.walks else {
+            let mut light = reading;
+            light += sparkle;
+            return (light, None);
+        };
+        let reading = self.scene.integrator().filter.then_some(reading);
         let walked = Walked {
             radiance: walks.walk(snow, vertex.surface, camera_ray, sampler),
             reading,
             normal: vertex.normal,
             distance_m: vertex.surface.point.distance(camera_ray.origin),
         };
-        (C::ZERO, Some(walked))
+        // Facets are as sharp as the picture: the filter neither sees nor spreads them.
+        (sparkle, Some(walked))
+    }
+
+    /// The facets of snow by PCASnow that sparkles.
+    fn sparkling_curves(&self, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> Option<SparklingPoint<'a>> {
+        let (Some(sparkle), Shading::Snow(snow)) = (&self.sparkle, &vertex.shading) else { return None };
+        if !sparkle.has(vertex.surface.material) {
+            return None;
+        }
+        let kind = snow.kinds().at_surface(self.scene.objects(), vertex.surface);
+        let kind = if kind.is_mixed() { kind.pick(sampler.next_four()[0]) } else { kind.first };
+        sparkle.at((vertex.surface, kind, vertex.normal), camera_ray)
+    }
+
+    /// The change of the light that leaves a surface by its sparkle in the light of one sample that arrives there.
+    fn sparkle_change(
+        &mut self,
+        sparkling: &SparklingPoint,
+        vertex: &Vertex,
+        (light, sample): (&Light, &LightSample),
+        incident: &IncidentLight,
+    ) -> Option<Spectrum> {
+        // No more than what the curves of PCASnow reflect in all.
+        let most_per_sr = match &vertex.shading {
+            Shading::Snow(snow) => FRAC_1_PI * snow.reflectance(incident.cos_incidence).minimum(),
+            Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => f32::INFINITY,
+        };
+        let change = self.sparkle.as_mut()?.change(sparkling, light, sample, most_per_sr)?;
+        Some(change * light.power(&sample.origin) * incident.irradiance_per_power)
     }
 
     /// Light that comes to a path's first surface from further surfaces and by rays that hit lights, reflected there.
@@ -197,7 +249,7 @@ impl<'a> PathTracer<'a> {
                 radiance.add_product(1.0, &throughput, &snow.field.mean_radiance(&surface.surface_point()));
                 break;
             }
-            let direct = self.direct_light::<Spectrum>(&vertex, sampler);
+            let direct = self.direct_light::<Spectrum>(&vertex, None, sampler);
             radiance.add_product(1.0, &throughput, &direct);
             // The last ray finds lights only.
             if bounce == max_bounces && !self.has_area_lights {
@@ -232,11 +284,17 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that snow with a light field sends out: what it reflects of the lights, and what comes from inside.
-    fn field_light<C: Carried>(&mut self, snow: SnowAt, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> C {
+    fn field_light<C: Carried>(
+        &mut self,
+        snow: SnowAt,
+        vertex: &Vertex,
+        (camera_ray, sparkling): (&Ray, Option<&SparklingPoint>),
+        sampler: &mut Sampler,
+    ) -> FieldLight<C> {
         let surface = vertex.shading_point();
         let cos_exit = -surface.normal.dot(vertex.surface.direction);
         let mut radiance = snow.diffuse_radiance(&surface, cos_exit);
-        let mut light = C::ZERO;
+        let (mut light, mut sparkle) = (C::ZERO, Spectrum::ZERO);
         let [number, ..] = sampler.next_four();
         let point = self.singles.as_mut().map(|singles| singles.point(snow, vertex.surface, camera_ray, number));
         for index in 0..self.scene.lights().len() {
@@ -250,6 +308,11 @@ impl<'a> PathTracer<'a> {
                 let incident = self.visible(vertex, &sample);
                 if let Some(incident) = &incident {
                     light += self.reflected::<C>(vertex, index, &sample, incident);
+                    if let Some(sparkling) = sparkling
+                        && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), incident)
+                    {
+                        sparkle += change;
+                    }
                 }
                 if let (Some(singles), Some(point)) = (&mut self.singles, &point) {
                     // The half-space that the ray enters is that of the geometric normal.
@@ -260,7 +323,8 @@ impl<'a> PathTracer<'a> {
             }
         }
         light += C::emitted(self.scene, &radiance);
-        light
+        let sparkle = if sparkling.is_some() { C::emitted(self.scene, &sparkle) } else { C::ZERO };
+        FieldLight { reading: light, sparkle }
     }
 
     /// Radiance from the lights that a ray hits before a surface.
@@ -292,7 +356,12 @@ impl<'a> PathTracer<'a> {
 
     /// Light from the lights that leaves a surface: transmitted by snow and reflected.
     #[inline]
-    fn direct_light<C: Carried>(&mut self, vertex: &Vertex, sampler: &mut Sampler) -> C {
+    fn direct_light<C: Carried>(
+        &mut self,
+        vertex: &Vertex,
+        sparkling: Option<&SparklingPoint>,
+        sampler: &mut Sampler,
+    ) -> C {
         let mut light = match &vertex.shading {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
             Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
@@ -306,6 +375,12 @@ impl<'a> PathTracer<'a> {
                 && let Some(incident) = self.visible(vertex, &sample)
             {
                 light += self.reflected::<C>(vertex, index, &sample, &incident);
+                let source = &self.scene.lights()[index];
+                if let Some(sparkling) = sparkling
+                    && let Some(change) = self.sparkle_change(sparkling, vertex, (source, &sample), &incident)
+                {
+                    light += C::emitted(self.scene, &change);
+                }
             }
         }
         light

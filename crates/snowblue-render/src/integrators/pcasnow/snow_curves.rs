@@ -35,6 +35,11 @@ impl SnowCurves {
         Ok((Self { kinds: Arc::clone(kinds), curves }, reason))
     }
 
+    /// The kinds of snow, and where they lie.
+    pub(crate) fn kinds(&self) -> &Arc<SnowKinds> {
+        &self.kinds
+    }
+
     /// The curves, if they are the same everywhere.
     pub(crate) fn single(&self) -> Option<&PcaSnow> {
         self.curves.first().filter(|_| self.kinds.is_uniform())

@@ -8,6 +8,7 @@ use snowblue_geometry::chord::{Chord, Line};
 use snowblue_geometry::ray::narrow;
 
 use super::snow_curves::SnowCurves;
+use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::Spectrum;
@@ -24,6 +25,7 @@ pub(in crate::integrators) struct PcaSnow<'a> {
 #[derive(Debug)]
 pub(in crate::integrators) struct SnowVertex<'a> {
     pub(in crate::integrators) settings: &'a PcaSnowSettings,
+    kinds: &'a SnowKinds,
     curves: SnowMix<'a>,
     pub(in crate::integrators) surface: &'a SurfaceInteraction,
     /// The path through the snow that does not depend on the light.
@@ -46,8 +48,9 @@ impl<'a> PcaSnow<'a> {
         'a: 'v,
     {
         let Some(curves) = &self.curves[surface.material] else { unreachable!("all snow has curves") };
+        let kinds = curves.kinds();
         let curves = curves.at(queries.objects(), surface);
-        let mut snow = SnowVertex { settings: self.settings, curves, surface, straight: None };
+        let mut snow = SnowVertex { settings: self.settings, kinds, curves, surface, straight: None };
         snow.straight = snow.chord(queries, straight_direction(self.settings.path, surface), f32::INFINITY);
         snow
     }
@@ -63,6 +66,11 @@ pub(in crate::integrators) fn straight_direction(path: PathMode, surface: &Surfa
 }
 
 impl SnowVertex<'_> {
+    /// The kinds of the snow, and where they lie.
+    pub(in crate::integrators) fn kinds(&self) -> &SnowKinds {
+        self.kinds
+    }
+
     /// Index of its material in the scene.
     #[inline]
     pub(in crate::integrators) fn material_index(&self) -> usize {
