@@ -135,6 +135,18 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "impurities_ng_g = { black-carbon = -5 }",
             "impurities_ng_g.black-carbon is -5 ng/g, but must lie in 0–10000000 ng/g",
         ),
+        ("sparkle = 1", "sparkle must be true, false or a table"),
+        ("sparkle = { facet_size_um = 2 }", "sparkle.facet_size_um is 2 µm, but must lie in 5 to 5000 µm"),
+        ("sparkle = { facet_size_um = nan }", "sparkle.facet_size_um is NaN µm, but must lie in 5 to 5000 µm"),
+        (
+            "sparkle = { facet_size_um = 800 }",
+            "sparkle.facet_size_um is 800 µm, but must be at most 450 µm, the size of the largest grains",
+        ),
+        ("sparkle = { flat_fraction = 1.5 }", "sparkle.flat_fraction is 1.5, but must lie in 0 to 1"),
+        (
+            "sparkle = { size = 80 }",
+            "unknown key `size` in material.drift.sparkle; known are facet_size_um, flat_fraction",
+        ),
     ];
     for (wrong, expected) in cases {
         let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
@@ -146,7 +158,7 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             SNOW_KEYS,
             "path = \"view\"",
             8,
-            "unknown key `path` in material.drift; known are type, layers, mask, between, snow,",
+            "unknown key `path` in material.drift; known are type, sparkle, layers, mask, between, snow,",
         ),
         ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
     ]);

@@ -121,7 +121,9 @@ impl Integrator {
                 }
             }
         };
-        Ok(Self { prepared: Prepared::new(scene, method)?, table_hash: hash, notes })
+        let prepared = Prepared::new(scene, method)?;
+        notes.extend(prepared.sparkle_notes());
+        Ok(Self { prepared, table_hash: hash, notes })
     }
 
     /// Prepares an integrator for a first picture of a scene ([`Scene::coarse`]); none for PCASnow. It reports

@@ -58,6 +58,21 @@ impl Prepared {
         Ok(Self { scene: scene.clone(), method, bodies, sparkle, tables, no_tables })
     }
 
+    /// Why snow does not sparkle that should, in sentences.
+    pub(super) fn sparkle_notes(&self) -> Vec<String> {
+        let is_reference = matches!(self.method, Method::Reference(..));
+        let materials = self.scene.materials().iter().enumerate().filter(|(_, material)| material.sparkle().is_some());
+        let note = |(material, _): (usize, _)| {
+            let reason = match &self.sparkle {
+                _ if is_reference => "the reference has no facets that stay in their places",
+                Some(sparkle) if !sparkle.has_facets(material) => "its grains have no flat facets",
+                _ => return None,
+            };
+            Some(format!("{}: its sparkle is not drawn, because {reason}", self.scene.material_path(material)))
+        };
+        materials.filter_map(note).collect()
+    }
+
     /// The optics of the snow of a material, if it is snow, where the method has no curves.
     pub(super) fn snowpack(&self, material: usize) -> Option<&Snowpack> {
         let Method::Reference(volumes, snow) = &self.method else { return None };

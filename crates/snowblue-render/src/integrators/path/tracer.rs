@@ -207,9 +207,6 @@ impl<'a> PathTracer<'a> {
     /// The facets of snow by PCASnow that sparkles.
     fn sparkling_curves(&self, vertex: &Vertex, camera_ray: &Ray, sampler: &mut Sampler) -> Option<SparklingPoint<'a>> {
         let (Some(sparkle), Shading::Snow(snow)) = (&self.sparkle, &vertex.shading) else { return None };
-        if !sparkle.has(vertex.surface.material) {
-            return None;
-        }
         let kind = snow.kinds().at_surface(self.scene.objects(), vertex.surface);
         let kind = if kind.is_mixed() { kind.pick(sampler.next_four()[0]) } else { kind.first };
         sparkle.at((vertex.surface, kind, vertex.normal), camera_ray)

@@ -2,9 +2,10 @@
 //!
 //! Places are points of the plane of two axes of coordinates, along the third of which the surface faces most. The
 //! plane is divided into square cells, and the sphere of normals into bands between circles of latitude, and these into
-//! bins of nearly equal solid angle. The number of facets in a cell and a bin is drawn by Poisson's law from a hash of
-//! both, and so is each facet. What a footprint holds of the facets in a small region of normals is listed from the
-//! few cells and bins that these meet.
+//! bins of nearly equal solid angle. The facets of a cell and a bin follow from a hash of both. They come in the order
+//! in which they lie open, with the gaps of a Poisson process, so that those that do lie open are the first ones
+//! (Knuth 1997, *The Art of Computer Programming* 2, section 3.4.1). What a footprint holds of the facets in a small
+//! region of normals is listed from the few cells and bins that these meet.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,8 +15,10 @@ use snowblue_transport::rng::split_mix_64;
 
 use super::footprint::{FlatFootprint, other_axes};
 
-/// Facets in a cell and a bin, on average.
-const MEAN_COUNT: f64 = 0.5;
+/// Facets in a cell and a bin, on average, if all lie open.
+const MEAN_COUNT: f64 = 2.0;
+/// Step of latitude, in units of the size of the regions of normals.
+const STEPS_PER_SIZE: f64 = 0.5;
 /// Axes from which latitude and longitude of normals count; the last is the pole. They lie askew, so that no usual
 /// surface has its facets at a pole, where bins are narrow wedges.
 const BIN_AXES: [Vec3A; 3] = [Vec3A::new(0.8, -0.6, 0.0), Vec3A::new(0.48, 0.64, -0.6), Vec3A::new(0.36, 0.48, 0.8)];
@@ -45,8 +48,7 @@ pub(super) struct Facet {
     pub(super) on_disc: [f32; 2],
     /// Its unit normal.
     pub(super) normal: Vec3A,
-    /// Two numbers in [0, 1): the greater the first, the less it lies open; the second orders it by size.
-    pub(super) hiding: f32,
+    /// A number in [0, 1) that orders it by size.
     pub(super) size: f32,
 }
 
@@ -78,9 +80,8 @@ pub(super) struct BandBins {
     /// Cosine of the colatitude where the band begins, and its change to where it ends.
     cos_start: f64,
     cos_change: f64,
-    /// Probability of no facet, and the mean number of facets.
+    /// Probability that none of the facets of a bin lies open.
     empty: f64,
-    mean: f64,
 }
 
 impl FacetField {
@@ -88,7 +89,7 @@ impl FacetField {
     /// normals of about some size in rad.
     pub(super) fn new(density: f64, size_rad: f32, seed: u64) -> Self {
         let [least, greatest] = STEP_EXPONENTS;
-        let exponent = f64::from(size_rad).log2().ceil().clamp(least, greatest);
+        let exponent = (STEPS_PER_SIZE * f64::from(size_rad)).log2().ceil().clamp(least, greatest);
         let step = exponent.exp2();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most π 2¹⁴")]
         let bands = (PI / step).ceil() as u32;
@@ -97,17 +98,18 @@ impl FacetField {
         Self { seed: split_mix_64(seed ^ u64::from(bands)), density, bands, cell_m }
     }
 
-    /// Calls `add` for each facet in a footprint with a normal in a region, and for some with other normals.
+    /// Calls `add` for each facet in a footprint with a normal in a region, and for some with other normals, if it
+    /// belongs to the share that lies most open.
     #[inline]
     pub(super) fn list(
         &self,
-        place: Place,
-        footprint: &FlatFootprint,
+        (place, footprint): (Place, &FlatFootprint),
         region: &NormalRegion,
+        open: f32,
         bins: &mut Vec<BandBins>,
         mut add: impl FnMut(&Facet),
     ) {
-        self.find_bins(region, bins);
+        self.find_bins(region, open, bins);
         let [first, second] = other_axes(place.axis);
         let [x, y] = [place.point[first], place.point[second]];
         let [_, half_height] = footprint.half_width_m.map(f64::from);
@@ -139,16 +141,19 @@ impl FacetField {
             for step in 0..band.count {
                 let bin = (band.first + step) % band.all;
                 let hash = split_mix_64(hash ^ (u64::from(band.band) << 32 | u64::from(bin)));
-                for facet in 0..poisson(hash, band) {
-                    let hash = split_mix_64(hash.wrapping_add(1 + 2 * facet));
+                let mut product = uniform(hash);
+                let mut facet = hash;
+                while product > band.empty {
+                    facet = facet.wrapping_add(FACET_STEP);
+                    let hash = split_mix_64(facet);
+                    product *= uniform(split_mix_64(!hash));
                     let [x, y] = pair(hash);
                     let offset = [corner[0] + f64::from(x) * self.cell_m, corner[1] + f64::from(y) * self.cell_m];
                     let on_disc = footprint.on_disc(offset.map(narrow));
                     if on_disc[0] * on_disc[0] + on_disc[1] * on_disc[1] < 1.0 {
                         let hash = split_mix_64(hash);
-                        let normal = band.normal(bin, pair(hash));
-                        let [hiding, size] = pair(split_mix_64(hash));
-                        add(&Facet { on_disc, normal, hiding, size });
+                        let [size, _] = pair(split_mix_64(hash));
+                        add(&Facet { on_disc, normal: band.normal(bin, pair(hash)), size });
                     }
                 }
             }
@@ -156,7 +161,7 @@ impl FacetField {
     }
 
     /// Finds the bins whose middles lie in a region or near it.
-    fn find_bins(&self, region: &NormalRegion, bins: &mut Vec<BandBins>) {
+    fn find_bins(&self, region: &NormalRegion, open: f32, bins: &mut Vec<BandBins>) {
         bins.clear();
         let step = PI / f64::from(self.bands);
         let [x, y, z] = BIN_AXES.map(|axis| f64::from(axis.dot(region.middle)));
@@ -193,12 +198,12 @@ impl FacetField {
                 east = (reach.sin() / sin_middle).asin() + step / middle.sin();
                 west = -east;
             }
-            self.add_bins(band, [longitude + west, longitude + east], bins);
+            self.add_bins(band, [longitude + west, longitude + east], open, bins);
         }
     }
 
     /// Adds the bins of a band whose middles lie between two longitudes.
-    fn add_bins(&self, band: u32, [west, east]: [f64; 2], bins: &mut Vec<BandBins>) {
+    fn add_bins(&self, band: u32, [west, east]: [f64; 2], open: f32, bins: &mut Vec<BandBins>) {
         let step = PI / f64::from(self.bands);
         let middle = (f64::from(band) + 0.5) * step;
         let around = (TAU * middle.sin() / step).round().max(1.0);
@@ -210,12 +215,12 @@ impl FacetField {
         let start = f64::from(band) * step;
         // cos a − cos b without a difference of large numbers.
         let cos_change = -2.0 * middle.sin() * (0.5 * step).sin();
-        let mean = -cos_change * width * self.density * self.cell_m * self.cell_m;
+        let mean = -cos_change * width * self.density * self.cell_m * self.cell_m * f64::from(open);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "numbers of bins, at most 2π 2¹⁴")]
         let [all, first, count] =
             [around, first.rem_euclid(around), (last - first + 1.0).min(around)].map(|number| number as u32);
         let (empty, cos_start) = ((-mean).exp(), start.cos());
-        bins.push(BandBins { band, first, count, all, cos_start, cos_change, empty, mean });
+        bins.push(BandBins { band, first, count, all, cos_start, cos_change, empty });
     }
 }
 
@@ -231,19 +236,14 @@ impl BandBins {
     }
 }
 
-/// A number of facets by Poisson's law, by a hash.
+/// From the hash of a facet to that of the next, an odd number.
+const FACET_STEP: u64 = 0xd1b5_4a32_d192_ed03;
+
+/// A number in [0, 1).
 #[inline]
-fn poisson(hash: u64, band: &BandBins) -> u64 {
+fn uniform(hash: u64) -> f64 {
     const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
-    let number = (hash >> 11) as f64 * UNIT;
-    let (mut count, mut term, mut below) = (0, band.empty, band.empty);
-    // The terms fall fast: their sum reaches 1 but for rounding within some twenty.
-    while number >= below && count < 32 {
-        count += 1;
-        term *= band.mean / count as f64;
-        below += term;
-    }
-    count
+    (hash >> 11) as f64 * UNIT
 }
 
 /// Two numbers in [0, 1) of 24 binary digits each.
@@ -268,13 +268,13 @@ mod tests {
     use super::super::footprint::Footprint;
     use super::*;
 
-    /// All facets of a footprint with normals within a region, of a field of 2·10⁶ per m² and sr.
+    /// The open facets of a footprint with normals within a region, 2·10⁶ per m² and sr.
     fn listed(place: Place, footprint: &Footprint, region: &NormalRegion) -> Vec<Facet> {
-        let field = FacetField::new(2e6, 0.01, 5);
+        let field = FacetField::new(5e6, 0.01, 5);
         let flat = footprint.flat(place.axis).unwrap();
         let (mut bins, mut facets) = (Vec::new(), Vec::new());
         let across = region.middle.cross(region.side);
-        field.list(place, &flat, region, &mut bins, |facet| {
+        field.list((place, &flat), region, 0.4, &mut bins, |facet| {
             let [along, aside] = [region.side, across].map(|side| facet.normal.dot(side));
             let [most_along, most_aside] = region.half_widths;
             if along.abs() < most_along && aside.abs() < most_aside && facet.normal.dot(region.middle) > 0.0 {
@@ -334,14 +334,15 @@ mod tests {
     #[test]
     fn facets_stay_where_they_are() {
         let region = NormalRegion { middle: Vec3A::Z, side: Vec3A::X, half_widths: [0.1, 0.1] };
-        let (wide, narrow) = (footprint(0.04, Vec3A::Z), footprint(0.02, Vec3A::Z));
+        let (wide, small) = (footprint(0.04, Vec3A::Z), footprint(0.02, Vec3A::Z));
         let places = |footprint: &Footprint, x: f64| {
             let place = Place { point: [x, 0.2, 0.0], axis: 2 };
+            let point = |facet: Facet| footprint.offset(facet.on_disc) + Vec3A::new(narrow(x), 0.2, 0.0);
             let facets = listed(place, footprint, &region).into_iter();
-            facets.map(move |facet| (footprint.offset(facet.on_disc) + Vec3A::new(x as f32, 0.2, 0.0), facet.normal))
+            facets.map(|facet| (point(facet), facet.normal)).collect::<Vec<_>>()
         };
-        let all: Vec<_> = places(&wide, 1.0).collect();
-        let part: Vec<_> = places(&narrow, 1.004).collect();
+        let all = places(&wide, 1.0);
+        let part = places(&small, 1.004);
         assert!(part.len() > 20 && all.len() > part.len());
         for (point, normal) in part {
             // Rounding of single precision at 1 m.

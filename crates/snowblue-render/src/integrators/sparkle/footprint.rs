@@ -57,9 +57,10 @@ impl Footprint {
         Self { semi_axes: self.semi_axes.map(|axis| axis * share.sqrt()), area_m2: self.area_m2 * share }
     }
 
-    /// The greatest distance of a point from the middle, in m, or a little more.
-    pub(super) fn reach_m(&self) -> f32 {
-        (self.semi_axes[0].length_squared() + self.semi_axes[1].length_squared()).sqrt()
+    /// The greatest distance of a point from the middle as seen from a direction, in m, or a little more.
+    pub(super) fn reach_across_m(&self, direction: Vec3A) -> f32 {
+        let [a, b] = self.semi_axes.map(|axis| axis.cross(direction).length_squared());
+        (a + b).sqrt()
     }
 
     /// The point that is the image of a point of the unit disc, from the middle, in m.

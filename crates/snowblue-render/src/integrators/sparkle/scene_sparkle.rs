@@ -66,18 +66,18 @@ impl SceneSparkle {
         let frames = scene.objects().list().iter().map(|object| object.shape.frame()).collect();
         Ok(Self { nodes, facets, frames })
     }
+
+    /// Whether snow of a material has facets anywhere.
+    #[inline]
+    pub(in crate::integrators) fn has_facets(&self, material: usize) -> bool {
+        self.facets.get(material).is_some_and(|kinds| kinds.iter().any(Option::is_some))
+    }
 }
 
 impl<'a> SparkleReader<'a> {
     /// Reads the sparkle of a scene.
     pub(in crate::integrators) fn new(scene: &'a Scene, sparkle: &'a SceneSparkle) -> Self {
         Self { scene, sparkle, bins: Vec::new() }
-    }
-
-    /// Whether snow of a material sparkles anywhere.
-    #[inline]
-    pub(in crate::integrators) fn has(&self, material: usize) -> bool {
-        self.sparkle.facets.get(material).is_some_and(|kinds| !kinds.is_empty())
     }
 
     /// The facets where a camera ray meets snow of a kind; `normal` is that for shading.

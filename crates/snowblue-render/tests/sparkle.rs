@@ -1,0 +1,210 @@
+//! Sparkle in pictures: it keeps the mean, stays on the snow, and depends neither on the seed nor on how a picture is
+//! divided.
+
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "tests may panic, and rays are single")]
+
+mod snow;
+
+use glam::Vec3A;
+use snow::{prepared, scene_of_few_grains};
+use snowblue_render::film::Film;
+use snowblue_render::render::{RenderControl, accumulator, all_samples, render_all, render_missing};
+use snowblue_render::scene::camera::View;
+use snowblue_render::scene::film::ImageSize;
+use snowblue_render::{Aovs, Integrator, SampleBlock};
+
+/// A picture: the elevation of the light and of the eye, and the azimuth between them, in degrees; the distance in m,
+/// and the height of the picture in degrees.
+#[derive(Debug, Clone, Copy)]
+struct Geometry {
+    light_deg: f32,
+    eye_deg: f32,
+    azimuth_deg: f32,
+    distance_m: f32,
+    height_deg: f32,
+}
+
+const SIDE_LIGHT: Geometry =
+    Geometry { light_deg: 30.0, eye_deg: 40.0, azimuth_deg: 80.0, distance_m: 1.0, height_deg: 8.0 };
+
+/// The snow of the tests. Facets of 40 µm send some 10⁴ glints from each m², of which a picture has some hundreds.
+fn snow(sparkle: &str) -> String {
+    let facetness = if sparkle.contains("facetness") { "" } else { "facetness = 0.5\n" };
+    format!("[material.snow]\ntype = \"snow\"\ngrain_size_um = [500, 700]\n{facetness}{sparkle}\n")
+}
+
+const FACETS: &str = "sparkle = { facet_size_um = 40 }";
+
+/// A block of snow whose top is at z = 0, in parallel light from the direction x.
+fn integrator(method: &str, sparkle: &str, geometry: Geometry) -> Integrator {
+    let (sin, cos) = geometry.light_deg.to_radians().sin_cos();
+    let text = format!(
+        "{}[[object]]\nshape = \"box\"\nsize = [0.6, 0.6, 0.05]\nposition = [0, 0, -0.025]\nmaterial = \"snow\"\n\
+         [[light]]\ntype = \"directional\"\ndirection = [{}, 0, {}]\nirradiance_w_m2 = 1\n[light_field]\nnodes = 2000\n",
+        snow(sparkle),
+        -cos,
+        -sin,
+    );
+    let mut scene = scene_of_few_grains(method, &text, &[]);
+    scene.set_image_size(ImageSize { width: 64, height: 64 });
+    scene.set_samples_per_pixel(4);
+    let mut integrator = prepared(&scene, None);
+    look(&mut integrator, geometry, Vec3A::ZERO);
+    integrator
+}
+
+/// Points the camera at the middle of the top of the block, with everything moved.
+fn look(integrator: &mut Integrator, geometry: Geometry, offset: Vec3A) {
+    let (sin, cos) = geometry.eye_deg.to_radians().sin_cos();
+    let (y, x) = geometry.azimuth_deg.to_radians().sin_cos();
+    let position = Vec3A::new(x * cos, y * cos, sin) * geometry.distance_m + offset;
+    let view = View { position, look_at: offset, up: Vec3A::Z, vertical_fov_deg: geometry.height_deg };
+    assert!(integrator.set_view(&view));
+}
+
+fn luminances(film: &Film) -> Vec<f64> {
+    film.pixels().iter().map(|pixel| pixel.y).collect()
+}
+
+/// What sparkle adds to the luminance of each pixel, over the mean without it: the samples are the same otherwise.
+fn changes(with: &Integrator, without: &Integrator) -> Vec<f64> {
+    let [with, without] = [with, without].map(|integrator| luminances(&render_all(integrator, &|_| {}).film));
+    let mean = without.iter().sum::<f64>() / without.len() as f64;
+    with.iter().zip(&without).map(|(with, without)| (with - without) / mean).collect()
+}
+
+/// The mean and its standard error, by blocks of 8 by 8 pixels of an image of 64 by 64: facets cross the edges of
+/// pixels.
+fn mean_of_blocks(values: &[f64]) -> [f64; 2] {
+    let block = |index: usize| {
+        let (row, column) = (index / 8 * 8, index % 8 * 8);
+        let pixels = (0..64).map(|pixel| values[(row + pixel / 8) * 64 + column + pixel % 8]);
+        pixels.sum::<f64>() / 64.0
+    };
+    let means: Vec<f64> = (0..64).map(block).collect();
+    let mean = means.iter().sum::<f64>() / 64.0;
+    let variance = means.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / 63.0;
+    [mean, (variance / 64.0).sqrt()]
+}
+
+fn correlation(one: &[f64], other: &[f64]) -> f64 {
+    let count = one.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+    let means = [mean(one), mean(other)];
+    let product = |a: &[f64], b: &[f64], means: [f64; 2]| {
+        a.iter().zip(b).map(|(a, b)| (a - means[0]) * (b - means[1])).sum::<f64>()
+    };
+    product(one, other, means) / (product(one, one, [means[0]; 2]) * product(other, other, [means[1]; 2])).sqrt()
+}
+
+/// In five geometries and by each integrator, the mean picture is that without sparkle: within 4 standard errors.
+/// Between the glints it is darker by the smooth term, which the errors would show.
+#[test]
+fn the_mean_is_that_of_smooth_snow() {
+    let geometries = [
+        SIDE_LIGHT,
+        Geometry { light_deg: 15.0, eye_deg: 25.0, azimuth_deg: 180.0, ..SIDE_LIGHT },
+        Geometry { light_deg: 60.0, eye_deg: 85.0, azimuth_deg: 10.0, distance_m: 2.0, height_deg: 5.0 },
+        Geometry { light_deg: 40.0, eye_deg: 30.0, azimuth_deg: 140.0, height_deg: 10.0, ..SIDE_LIGHT },
+        Geometry { light_deg: 20.0, eye_deg: 60.0, azimuth_deg: 40.0, distance_m: 0.6, height_deg: 12.0 },
+    ];
+    for geometry in geometries {
+        for method in ["pcasnow", "diffusion"] {
+            let [with, without] = [FACETS, ""].map(|sparkle| integrator(method, sparkle, geometry));
+            let changes = changes(&with, &without);
+            let [mean, error] = mean_of_blocks(&changes);
+            assert!(mean.abs() < 4.0 * error, "{method} {geometry:?}: {mean} ± {error}");
+            let mut sorted = changes;
+            sorted.sort_by(f64::total_cmp);
+            let smooth = -sorted[sorted.len() / 20];
+            assert!(smooth > 0.002 && error < 0.25 * smooth, "{method} {geometry:?}: {smooth} {error}");
+            assert!(sorted[sorted.len() - 1] > 10.0 * smooth, "{method} {geometry:?}: no glint");
+        }
+    }
+}
+
+/// The filter of `hybrid` neither sees nor spreads sparkle: it is that of the light field, to rounding.
+#[test]
+fn hybrid_has_the_sparkle_of_the_light_field() {
+    let of = |method: &str| {
+        let [with, without] = [FACETS, ""].map(|sparkle| {
+            let integrator = integrator(method, sparkle, SIDE_LIGHT);
+            luminances(&render_all(&integrator, &|_| {}).film)
+        });
+        with.into_iter().zip(without).map(|(with, without)| with - without).collect::<Vec<_>>()
+    };
+    let [hybrid, diffusion] = ["hybrid", "diffusion"].map(of);
+    let greatest = diffusion.iter().copied().fold(0.0, f64::max);
+    for (one, other) in hybrid.iter().zip(&diffusion) {
+        assert!((one - other).abs() < 1e-5 * greatest, "{one} {other} {greatest}");
+    }
+}
+
+/// Facets lie on the snow: another seed and a camera that moves by a pixel find the same. A camera that moves by five
+/// degrees finds others.
+#[test]
+fn facets_stay_where_they_are() {
+    let [mut with, mut without] = [FACETS, ""].map(|sparkle| integrator("pcasnow", sparkle, SIDE_LIGHT));
+    let mut of = |geometry: Geometry, offset: Vec3A, seed: u32| {
+        for integrator in [&mut with, &mut without] {
+            integrator.set_samples_per_pixel(64);
+            integrator.set_seed(seed);
+            look(integrator, geometry, offset);
+        }
+        changes(&with, &without)
+    };
+    let first = of(SIDE_LIGHT, Vec3A::ZERO, 1);
+    // 64 samples of pixels that facets cross.
+    assert!(correlation(&first, &of(SIDE_LIGHT, Vec3A::ZERO, 2)) > 0.98);
+    // The camera moves by one pixel to the right: of 8° over 64 pixels, at 1 m. That turns mirrored light by 2.2 mrad, a
+    // lobe of 5.8 mrad (0.42 λ/d): e^{−(2.2/5.8)²/4} = 0.96 of the correlation is left.
+    let pixel_m = 2.0 * 4.0_f32.to_radians().tan() / 64.0;
+    let (y, x) = SIDE_LIGHT.azimuth_deg.to_radians().sin_cos();
+    let moved = of(SIDE_LIGHT, Vec3A::new(-y, x, 0.0) * pixel_m, 1);
+    let [shifted, kept] = [(&moved, 0), (&first, 1)].map(|(values, skip)| {
+        values.chunks_exact(64).flat_map(|row| row[skip..63 + skip].iter().copied()).collect::<Vec<f64>>()
+    });
+    assert!(correlation(&shifted, &kept) > 0.9, "{}", correlation(&shifted, &kept));
+    let turned = of(Geometry { azimuth_deg: SIDE_LIGHT.azimuth_deg + 5.0, ..SIDE_LIGHT }, Vec3A::ZERO, 1);
+    assert!(correlation(&first, &turned).abs() < 0.2);
+}
+
+/// Crops, ranges of samples and threads have the bits of the whole.
+#[test]
+fn parts_and_threads_have_the_same_bits() {
+    let integrator = integrator("hybrid", FACETS, SIDE_LIGHT);
+    let on_threads = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render_all(&integrator, &|_| {})).film
+    };
+    let whole = on_threads(1);
+    assert_eq!(whole, on_threads(3));
+    let all = all_samples(integrator.scene());
+    let mut sums = accumulator(integrator.scene(), Aovs::default(), &all.window());
+    for samples in [0..1, 1..4] {
+        for (columns, rows) in [(0..20, 0..64), (20..64, 0..13), (20..64, 13..64)] {
+            let part = SampleBlock { columns, rows, samples: samples.clone() };
+            let mut of_part = accumulator(integrator.scene(), Aovs::default(), &part.window());
+            render_missing(&integrator, &part, &mut of_part, RenderControl::default());
+            sums.add(&of_part).unwrap();
+        }
+    }
+    assert_eq!(sums.film(), whole);
+}
+
+/// What a picture is made from names sparkle, and snow that cannot sparkle says so.
+#[test]
+fn provenance_and_notes_know_sparkle() {
+    let of = |method: &str, sparkle: &str| integrator(method, sparkle, SIDE_LIGHT);
+    let plain = of("pcasnow", "").provenance();
+    assert!(plain.difference(&of("pcasnow", "sparkle = false").provenance()).is_none());
+    let sparkling = of("pcasnow", "sparkle = true").provenance();
+    assert!(plain.difference(&sparkling).is_some());
+    assert!(sparkling.difference(&of("pcasnow", FACETS).provenance()).is_some());
+    let notes = |integrator: Integrator| integrator.notes().join("\n");
+    assert!(notes(of("reference", FACETS)).contains("material.snow: its sparkle is not drawn, because the reference"));
+    let smooth = "facetness = 0\nsparkle = true";
+    let smooth = of("pcasnow", smooth);
+    assert!(notes(smooth).contains("material.snow: its sparkle is not drawn, because its grains have no flat facets"));
+    assert!(!notes(of("pcasnow", FACETS)).contains("sparkle"));
+}
