@@ -143,10 +143,6 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "sparkle.facet_size_um is 800 µm, but must be at most 450 µm, the size of the largest grains",
         ),
         ("sparkle = { flat_fraction = 1.5 }", "sparkle.flat_fraction is 1.5, but must lie in 0 to 1"),
-        (
-            "sparkle = { size = 80 }",
-            "unknown key `size` in material.drift.sparkle; known are facet_size_um, flat_fraction",
-        ),
     ];
     for (wrong, expected) in cases {
         let message = load(&SCENE.replacen(SNOW_KEYS, wrong, 1), Some(PLY)).unwrap_err();
@@ -159,6 +155,12 @@ fn mistakes_in_snow_are_named_with_file_line_value_and_range() {
             "path = \"view\"",
             8,
             "unknown key `path` in material.drift; known are type, sparkle, layers, mask, between, snow,",
+        ),
+        (
+            SNOW_KEYS,
+            "sparkle = { size = 80 }",
+            8,
+            "unknown key `size` in material.drift.sparkle; known are facet_size_um, flat_fraction",
         ),
         ("type = \"snow\"", "type = \"pca_snow\"", 7, "drift.type is \"pca_snow\", but must be one of diffuse, snow"),
     ]);

@@ -118,7 +118,7 @@ fn the_mean_is_that_of_smooth_snow() {
             sorted.sort_by(f64::total_cmp);
             let smooth = -sorted[sorted.len() / 20];
             assert!(smooth > 0.002 && error < 0.25 * smooth, "{method} {geometry:?}: {smooth} {error}");
-            assert!(sorted[sorted.len() - 1] > 10.0 * smooth, "{method} {geometry:?}: no glint");
+            assert!(sorted[sorted.len() - 1] > 2.0 * smooth, "{method} {geometry:?}: no glint");
         }
     }
 }
@@ -203,7 +203,8 @@ fn provenance_and_notes_know_sparkle() {
     assert!(sparkling.difference(&of("pcasnow", FACETS).provenance()).is_some());
     let notes = |integrator: Integrator| integrator.notes().join("\n");
     assert!(notes(of("reference", FACETS)).contains("material.snow: its sparkle is not drawn, because the reference"));
-    let smooth = "facetness = 0\nsparkle = true";
+    // One value: a mean of 0 would stand for a range.
+    let smooth = "facetness = [0, 0, 0, 0]\nsparkle = true";
     let smooth = of("pcasnow", smooth);
     assert!(notes(smooth).contains("material.snow: its sparkle is not drawn, because its grains have no flat facets"));
     assert!(!notes(of("pcasnow", FACETS)).contains("sparkle"));

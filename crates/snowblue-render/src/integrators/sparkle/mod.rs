@@ -19,7 +19,7 @@
 //! Discrete facets on a grid of places and directions are those of Jakob, Hašan, Yan, Lawrence, Ramamoorthi & Marschner
 //! (2014, *Discrete stochastic microfacet models*, doi:10.1145/2601097.2601186). Snow has so few that mirror the sun
 //! that they can be listed; a hierarchy as theirs, or numbers drawn for a footprint as by Zirr & Kaplanyan (2016,
-//! doi:10.1145/2856400.2856403) and Deliot & Belcour (2023, doi:10.1145/3606932), is not needed.
+//! doi:10.1145/2856400.2856409) and Deliot & Belcour (2023, doi:10.1111/cgf.14866), is not needed.
 
 mod facet_field;
 mod facets;
