@@ -40,7 +40,8 @@ fn integrator(method: &str, sparkle: &str, geometry: Geometry) -> Integrator {
     let (sin, cos) = geometry.light_deg.to_radians().sin_cos();
     let text = format!(
         "{}[[object]]\nshape = \"box\"\nsize = [0.6, 0.6, 0.05]\nposition = [0, 0, -0.025]\nmaterial = \"snow\"\n\
-         [[light]]\ntype = \"directional\"\ndirection = [{}, 0, {}]\nirradiance_w_m2 = 1\n[light_field]\nnodes = 2000\n",
+         [[light]]\ntype = \"directional\"\ndirection = [{}, 0, {}]\nirradiance_w_m2 = 1\n\
+         [light_field]\nnodes = 2000\n",
         snow(sparkle),
         -cos,
         -sin,
@@ -156,8 +157,8 @@ fn facets_stay_where_they_are() {
     let first = of(SIDE_LIGHT, Vec3A::ZERO, 1);
     // 64 samples of pixels that facets cross.
     assert!(correlation(&first, &of(SIDE_LIGHT, Vec3A::ZERO, 2)) > 0.98);
-    // The camera moves by one pixel to the right: of 8° over 64 pixels, at 1 m. That turns mirrored light by 2.2 mrad, a
-    // lobe of 5.8 mrad (0.42 λ/d): e^{−(2.2/5.8)²/4} = 0.96 of the correlation is left.
+    // The camera moves by one pixel to the right: of 8° over 64 pixels, at 1 m. That turns mirrored light by 2.2 mrad,
+    // a lobe of 5.8 mrad (0.42 λ/d): e^{−(2.2/5.8)²/4} = 0.96 of the correlation is left.
     let pixel_m = 2.0 * 4.0_f32.to_radians().tan() / 64.0;
     let (y, x) = SIDE_LIGHT.azimuth_deg.to_radians().sin_cos();
     let moved = of(SIDE_LIGHT, Vec3A::new(-y, x, 0.0) * pixel_m, 1);

@@ -11,9 +11,9 @@
 //! ```
 //!
 //! with the share s of the extinction that is by grains in air, and for facets with the normal m the mean over the
-//! orientations N of the grain's surface: the distribution D of facets by GGX, and the fraction G₂ of them that is both
-//! lit and seen, by Smith with heights correlated (Heitz 2014, JCGT 3(2), eqs. 71, 72 and 99). A is 1 on a smooth grain.
-//! It is that part of the phase function of a sample which single facets mirror.
+//! orientations N of the grain's surface: the distribution D of facets by GGX, and the fraction G₂ of them that is
+//! both lit and seen, by Smith with heights correlated (Heitz 2014, JCGT 3(2), eqs. 71, 72 and 99). A is 1 on a
+//! smooth grain. It is that part of the phase function of a sample which single facets mirror.
 
 use std::f64::consts::{PI, TAU};
 

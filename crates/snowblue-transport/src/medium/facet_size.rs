@@ -10,8 +10,8 @@
 //! ```
 //!
 //! with the facetness f and the diameter D of the sphere that has the surface of the grain. A grain then has 2/α²
-//! facets, whatever its size: 128 at f = 0.5. The model has no size of facets of its own, so this is our choice; crystals
-//! with larger faces exist (hoar, new snow).
+//! facets, whatever its size: 128 at f = 0.5. The model has no size of facets of its own, so this is our choice;
+//! crystals with larger faces exist (hoar, new snow).
 
 use std::f64::consts::PI;
 

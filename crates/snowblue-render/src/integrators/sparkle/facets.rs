@@ -16,9 +16,9 @@
 //! **Lobe.** g is a normal distribution about the mirrored middle of the light. Its variance is that of the light (a
 //! quarter of its radius squared, for a disc) and that of diffraction at the facet, a disc of the diameter d that is
 //! foreshortened by cos i in the plane of incidence: 0.42 λ/d fits Airy's pattern (Zhang, Zerubia & Olivo-Marin 2007,
-//! doi:10.1364/AO.46.001819: 0.21 λ/NA). So variances of the brightness are right, too: ∫ g² of a normal distribution is
-//! that of a disc of the same variance. Light beyond 2.5 deviations is left out, and the rest scaled up. Facets of some
-//! 0.03 mm, or lamps without extent, so show colours: blue light spreads less than red light. Reflection itself
+//! doi:10.1364/AO.46.001819: 0.21 λ/NA). So variances of the brightness are right, too: ∫ g² of a normal distribution
+//! is that of a disc of the same variance. Light beyond 2.5 deviations is left out, and the rest scaled up. Facets of
+//! some 0.03 mm, or lamps without extent, so show colours: blue light spreads less than red light. Reflection itself
 //! has none.
 //!
 //! **Sizes** are in proportion to those of the grains, uniform in number.
@@ -49,10 +49,10 @@ const DEVIATIONS_RAD: [f32; 2] = [0.05, 0.1];
 /// Reflection by grazed facets is smooth between these cosines of incidence.
 const GRAZING_COSINES: [f32; 2] = [0.02, 0.05];
 /// Between these numbers of facets that mirror the light into a pixel, sparkle fades into smooth reflection.
-const CROWDED: [f32; 2] = [8.0, 32.0];
+const CROWDED: [f32; 2] = [4.0, 16.0];
 /// Most facets that mirror the light into one sample: a footprint that holds more is made smaller, and leaves them to
 /// other samples of the pixel.
-const PER_SAMPLE: f32 = 1.0;
+const PER_SAMPLE: f32 = 0.25;
 
 /// The facets of a kind of snow.
 #[derive(Debug)]
