@@ -33,7 +33,7 @@ impl Ellipsoid {
     }
 
     /// The map from the unit sphere to the scene.
-    pub(crate) fn to_scene(&self) -> Affine3A {
+    pub(crate) fn scene_map(&self) -> Affine3A {
         self.to_scene.as_affine3a()
     }
 

@@ -45,12 +45,12 @@ impl Shape {
         match self {
             Self::Cuboid(cuboid) => cuboid.frame(),
             Self::Ellipsoid(ellipsoid) => {
-                let Affine3A { matrix3, translation } = ellipsoid.to_scene();
+                let Affine3A { matrix3, translation } = ellipsoid.scene_map();
                 of_map(matrix3, translation)
             }
             Self::Plane(_) => (Mat3A::IDENTITY, Vec3A::ZERO),
             Self::Mesh(instance) => {
-                let Affine3A { matrix3, translation } = instance.transform().to_scene();
+                let Affine3A { matrix3, translation } = instance.transform().scene_map();
                 of_map(matrix3, translation)
             }
         }

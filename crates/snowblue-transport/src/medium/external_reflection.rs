@@ -1,8 +1,8 @@
 //! Light that single facets of grains reflect before it enters them.
 //!
 //! A convex body in random orientation shows light the same distribution of normals as a sphere does, so it reflects
-//! from its outside as a sphere does (van de Hulst 1957, *Light Scattering by Small Particles*, section 8.42). A mirror
-//! of that shape scatters evenly in all directions; Fresnel's reflectance F at half the angle between the light and the
+//! from its outside as a sphere does (van de Hulst 1957, *Light Scattering by Small Particles*). A mirror of that shape
+//! scatters evenly in all directions; Fresnel's reflectance F at half the angle between the light and the
 //! eye remains. On a rough grain facets also shade each other:
 //!
 //! ```text

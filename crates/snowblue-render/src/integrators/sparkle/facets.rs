@@ -1,7 +1,7 @@
 //! How many facets a kind of snow shows, of which size, and how much light they mirror.
 //!
-//! **Number.** Facets have random orientations. A surface at the cosines μ to the eye and μ₀ to the light shows of those
-//! with the normal m, per area of the surface and solid angle of m,
+//! **Number.** Facets have random orientations. A surface at the cosines μ to the eye and μ₀ to the light shows of
+//! those with the normal m, per area of the surface and solid angle of m,
 //!
 //! ```text
 //! N = b A(i)/(π a) · μ μ₀/(μ + μ₀),
