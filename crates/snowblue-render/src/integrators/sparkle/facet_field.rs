@@ -104,8 +104,7 @@ impl FacetField {
     pub(super) fn list(
         &self,
         (place, footprint): (Place, &FlatFootprint),
-        region: &NormalRegion,
-        open: f32,
+        (region, open): (&NormalRegion, f32),
         bins: &mut Vec<BandBins>,
         mut add: impl FnMut(&Facet),
     ) {
@@ -123,7 +122,7 @@ impl FacetField {
             for column in cell(x + left, self.cell_m)..=cell(x + right, self.cell_m) {
                 let hash = split_mix_64(row_hash ^ column.cast_unsigned());
                 let corner = [column as f64 * self.cell_m - x, below];
-                self.list_cell(hash, corner, footprint, bins, &mut add);
+                self.list_cell((hash, corner), footprint, bins, &mut add);
             }
         }
     }
@@ -131,8 +130,7 @@ impl FacetField {
     #[inline]
     fn list_cell(
         &self,
-        hash: u64,
-        corner: [f64; 2],
+        (hash, corner): (u64, [f64; 2]),
         footprint: &FlatFootprint,
         bins: &[BandBins],
         add: &mut impl FnMut(&Facet),
@@ -274,7 +272,7 @@ mod tests {
         let flat = footprint.flat(place.axis).unwrap();
         let (mut bins, mut facets) = (Vec::new(), Vec::new());
         let across = region.middle.cross(region.side);
-        field.list((place, &flat), region, 0.4, &mut bins, |facet| {
+        field.list((place, &flat), (region, 0.4), &mut bins, |facet| {
             let [along, aside] = [region.side, across].map(|side| facet.normal.dot(side));
             let [most_along, most_aside] = region.half_widths;
             if along.abs() < most_along && aside.abs() < most_aside && facet.normal.dot(region.middle) > 0.0 {

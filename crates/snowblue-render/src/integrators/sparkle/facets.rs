@@ -229,7 +229,7 @@ impl Facets {
         let open = 2.0 * cosines * area_factor / narrow(self.external.greatest_area()) * slope / GREATEST_SLOPE;
         let mean = per_m2_sr * footprint.area_m2 * 0.25 * self.mean_area_m2;
         let (mut sum, mut count) = (f32x4::ZERO, 0);
-        self.field(beam.variance).list((patch.place, &flat), &region, open, bins, |facet| {
+        self.field(beam.variance).list((patch.place, &flat), (&region, open), bins, |facet| {
             if let Some(light) = self.mirrored(facet, patch, (beam, lobe), &footprint) {
                 sum += light;
                 count += 1;
