@@ -43,6 +43,15 @@ struct Watchers<'py> {
     preview: Option<Bound<'py, PyAny>>,
 }
 
+/// How a scene is prepared.
+#[derive(Default)]
+struct Method {
+    /// The curves for PCASnow; none for those of the scene, or else the embedded ones.
+    table: Option<Arc<CompressedTable>>,
+    /// Whether only the camera of the scene looks.
+    has_one_view: bool,
+}
+
 /// Time between two unfinished pictures.
 const PREVIEW_INTERVAL: Duration = Duration::from_secs(1);
 
@@ -136,17 +145,22 @@ impl Scene {
         let development = self.description.film.development();
         let table = table.map(Table::compressed).transpose()?;
         let shows = preview.is_some();
-        let (sums, made) = self.work(py, table, true, Watchers { progress, preview }, move |built, control| {
-            let Built { integrator, provenance } = built;
-            let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
-            let mut sums = accumulator(scene, aovs, &target.window());
-            let unusable_samples = add_samples(integrator, &target, &mut sums, control, shows);
-            if unusable_samples > 0 {
-                let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
-                return Err(failure(format!("{unusable_samples} {reason}")));
-            }
-            Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), integrator.notes().to_vec())))
-        })?;
+        let (sums, made) = self.work(
+            py,
+            Method { table, has_one_view: true },
+            Watchers { progress, preview },
+            move |built, control| {
+                let Built { integrator, provenance } = built;
+                let (scene, target) = (integrator.scene(), all_samples(integrator.scene()));
+                let mut sums = accumulator(scene, aovs, &target.window());
+                let unusable_samples = add_samples(integrator, &target, &mut sums, control, shows);
+                if unusable_samples > 0 {
+                    let reason = "samples have a radiance that is not finite, or above 2.8e8 W m⁻² sr⁻¹";
+                    return Err(failure(format!("{unusable_samples} {reason}")));
+                }
+                Ok((sums, (provenance.to_string(), integrator.solved_light_fields(), integrator.notes().to_vec())))
+            },
+        )?;
         let (provenance, solved_light_fields, notes) = made;
         if let (Some(path), Some(is_png)) = (output, is_png) {
             save(&sums, development, is_png, &path).map_err(failure)?;
@@ -188,8 +202,7 @@ impl Scene {
         }
         let (baked, provenance) = self.work(
             py,
-            None,
-            false,
+            Method::default(),
             Watchers { progress, preview: None },
             move |Built { integrator, provenance }, control| {
                 let baked = integrator.bake(options, &|at| control.set_phase(at));
@@ -257,12 +270,11 @@ impl Scene {
     }
 
     /// Prepares the scene on another thread and works with it there. It keeps what it has in common with the scene that
-    /// was built last, if the files are still the same. If it `has_one_view`, only its camera looks.
+    /// was built last, if the files are still the same.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        table: Option<Arc<CompressedTable>>,
-        has_one_view: bool,
+        Method { table, has_one_view }: Method,
         Watchers { progress, preview }: Watchers,
         work: impl FnOnce(&Built, &Control) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {

@@ -135,7 +135,8 @@ def test_a_scene_with_other_tables_solves_only_for_what_differs(tmp_path):
     (tmp_path / "lamp.csv").write_text("wavelength_nm,value\n400,1\n700,2\n")
     bulb = {name: value for name, value in LAMP.items() if name != "illuminant"} | {"spectrum": "lamp.csv"}
     scene = snowblue.Scene(camera=CAMERA, film=FILM, material=SNOW, light=[LAMP, bulb], folder=tmp_path,
-                           light_field={"views": "all"}, object=[{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}])
+                           light_field={"views": "all"},
+                           object=[{"mesh": (CORNERS, TRIANGLES), "smooth": False, "material": "snow"}])
     dim = {**scene.description["light"][0], "radiant_intensity_w_sr": 3}
     moved, dimmed, file = {"camera": {**CAMERA, "position": [0.5, -1, 0.5]}}, {"light": [dim, bulb]}, {}
     for tables, solved in [({}, 2), (moved, 0), (dimmed, 1), (file, 2)]:
