@@ -18,7 +18,7 @@ const COARSE_LENGTHS: f64 = 10.0;
 /// Coarsest cells of any body, in transport mean free paths. Beyond, light at the surface has no known error.
 const COARSEST_LENGTHS: f64 = 50.0;
 /// Greatest factor of the sizes of a rule that makes a grid fit into the memory.
-const MOST_FACTOR: f64 = 32.0;
+const MOST_FACTOR: f64 = 128.0;
 /// Lines along the longest side of a body that estimate its volume and area.
 const SURVEY_CELLS: f64 = 32.0;
 
@@ -255,7 +255,7 @@ impl CellSizes for ScaledSizes<'_> {
 ///
 /// # Errors
 ///
-/// If the factor were greater than 32.
+/// If the factor were greater than 128.
 pub fn fit_sizes(
     body: &dyn Body,
     step_m: f64,
@@ -352,7 +352,7 @@ mod tests {
             }
         }
         let tiny = fit_sizes(&ball, 0.01, &sizes, 1, 0).unwrap_err();
-        assert!(tiny.to_string().contains("needs cells more than 32 times as large"), "{tiny}");
+        assert!(tiny.to_string().contains("needs cells more than 128 times as large"), "{tiny}");
     }
 
     #[test]
