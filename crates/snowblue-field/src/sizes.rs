@@ -356,6 +356,16 @@ mod tests {
         assert!(around.detailed_m.abs() < 1e-12 && around.flat_m.abs() < 1e-12, "{around:?}");
     }
 
+    /// The same limits everywhere.
+    #[derive(Debug)]
+    struct Everywhere(SizeLimits);
+
+    impl CellSizes for Everywhere {
+        fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
+            self.0
+        }
+    }
+
     /// A box of which lines find faces outside of its bounds, by the rounding of single precision.
     struct Rounded(BoxBody);
 
@@ -375,17 +385,10 @@ mod tests {
 
     #[test]
     fn faces_on_the_bounds_need_cells_whatever_the_rounding() {
-        #[derive(Debug)]
-        struct Rule;
-        impl CellSizes for Rule {
-            fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
-                SizeLimits { flat_m: 0.0, detailed_m: 0.0 }
-            }
-        }
         let body = BoxBody::aligned(DVec3::new(0.5, 0.1, 0.75), DVec3::splat(0.3));
         let lattice = Lattice::around(&body, 0.03, DVec3::ZERO);
         let finest = |body: &dyn Body| -> Vec<u64> {
-            let keys = demands(body, &lattice, &Rule)[0].clone();
+            let keys = demands(body, &lattice, &Everywhere(SizeLimits { flat_m: 0.0, detailed_m: 0.0 }))[0].clone();
             keys.into_iter().filter(|key| place(*key).iter().all(|k| *k < 10)).collect()
         };
         assert_eq!(finest(&body).len(), 10 * 10 * 10 - 8 * 8 * 8);
@@ -394,13 +397,7 @@ mod tests {
 
     #[test]
     fn cells_of_30_cm_do_not_miss_a_hole_of_10_cm() {
-        #[derive(Debug)]
-        struct Rule;
-        impl CellSizes for Rule {
-            fn least_between(&self, _: DVec3, _: DVec3) -> SizeLimits {
-                SizeLimits { flat_m: 0.3, detailed_m: 0.05 }
-            }
-        }
+        let rule = Everywhere(SizeLimits { flat_m: 0.3, detailed_m: 0.05 });
         for x in [0.0, 0.013, 0.11] {
             let hole_centre = DVec3::new(x, 0.4, 0.7);
             let body = BoxWithHole {
@@ -409,7 +406,7 @@ mod tests {
                 hole_size: DVec3::new(0.1, 0.1, 0.2),
             };
             let lattice = Lattice::around(&body, 0.0375, DVec3::ZERO);
-            let demands = demands(&body, &lattice, &Rule);
+            let demands = demands(&body, &lattice, &rule);
             let at = lattice.cell_at(hole_centre - DVec3::Z * 0.1);
             let demands_at = |level: usize, key: u64| place(key) == at.map(|k| k >> level);
             let found = (0..demands.len()).find(|level| demands[*level].iter().any(|key| demands_at(*level, *key)));

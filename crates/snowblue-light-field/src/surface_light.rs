@@ -16,7 +16,7 @@ use snowblue_scene::spectrum::Spectrum;
 
 /// Most samples of a light with extent at each surface element. Each node of the grid has some twenty elements.
 const MOST_SAMPLES_PER_ELEMENT: usize = 16;
-/// Most samples of the sun. Only where it is partly hidden do they differ.
+/// Most samples of the sun. They differ where it is partly hidden, and by its dark limb.
 const MOST_SAMPLES_OF_SUN: usize = 8;
 /// Most samples of a light with extent on a body, which bounds the time.
 const MOST_SAMPLES: usize = 4 << 20;

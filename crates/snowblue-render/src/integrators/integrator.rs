@@ -30,7 +30,7 @@ use snowblue_scene::sampling::Sampler;
 use snowblue_scene::spectrum::Spectrum;
 use snowblue_scene::{IntegratorKind, Scene, Views};
 
-/// Memory of the coarse cells of a body of snow for a first picture, in MiB, and if they do not fit.
+/// Memory of the coarse cells of snow for a first picture, in MiB, and if they do not fit.
 const COARSE_MEMORY_MIB: [u32; 2] = [8, 32];
 
 /// An integrator that is ready for a scene. It shares the scene's parts.
@@ -163,8 +163,8 @@ impl Integrator {
         self.prepared.method.field().map_or(0, LightField::solved_count)
     }
 
-    /// If the cells of a wide body of snow have sizes for the pixels of the image: the factor of these sizes that makes
-    /// them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
+    /// If the cells of a body of snow have sizes for the pixels of the image: the greatest factor of these sizes that
+    /// makes them fit into the memory of the light field. Light leaks through snow that is thinner than two cells.
     pub fn factor_of_cells(&self) -> Option<f64> {
         self.prepared.method.field().and_then(LightField::view_factor)
     }
