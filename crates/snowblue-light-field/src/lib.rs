@@ -35,4 +35,3 @@ pub use illumination::LampInSnow;
 pub use near_light::{LightWeights, NearLight};
 pub use of_scene::{SnowOfMaterials, snowpacks};
 pub use snowpack::{KindOptics, Snowpack};
-pub use surface_light::{LitPoint, visit_lights};

@@ -118,27 +118,20 @@ impl SeenPlaces {
 
     /// The distance in m from the box between two corners to the nearest place; infinite if none is seen.
     fn distance_m(&self, low: DVec3, high: DVec3) -> f64 {
-        if self.places.is_empty() {
-            return f64::INFINITY;
-        }
         let mut least = f64::INFINITY;
-        let mut stack = vec![0];
-        while let Some(one) = stack.pop() {
-            let found = &self.boxes[one];
-            if found.distance_squared(low, high) >= least {
+        let with_distance = |found: &PlaceBox| (found.distance_squared(low, high), *found);
+        let mut stack = vec![with_distance(&self.boxes[0])];
+        while let Some((nearest, PlaceBox { first, count, .. })) = stack.pop() {
+            if nearest >= least {
                 continue;
             }
-            if found.count > 0 {
-                let places = &self.places[found.first..found.first + found.count];
-                let nearest = places.iter().map(|place| place.distance_squared(place.clamp(low, high)));
-                least = nearest.fold(least, f64::min);
+            if count > 0 {
+                let places = self.places[first..first + count].iter();
+                least = places.map(|place| place.distance_squared(place.clamp(low, high))).fold(least, f64::min);
             } else {
-                let mut children = [found.first, found.first + 1];
-                children.sort_by(|a, b| {
-                    let [a, b] = [a, b].map(|child| self.boxes[*child].distance_squared(low, high));
-                    b.total_cmp(&a)
-                });
+                let mut children = [0, 1].map(|child| with_distance(&self.boxes[first + child]));
                 // The nearer child is visited first.
+                children.sort_by(|one, other| other.0.total_cmp(&one.0));
                 stack.extend(children);
             }
         }

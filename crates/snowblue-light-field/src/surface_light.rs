@@ -37,7 +37,7 @@ pub(super) struct EnteringLight {
 }
 
 /// A surface point to be lit, and the side that it is on.
-pub struct LitPoint {
+pub(crate) struct LitPoint {
     pub(crate) surface: SurfacePoint,
     pub(crate) side: Side,
 }
@@ -108,7 +108,7 @@ pub(super) fn append(groups: &mut [Vec<f32x4>], others: Vec<Vec<f32x4>>) {
 
 /// Visits the visible samples of all lights at a surface: the cosine of incidence and the irradiance. Lights with
 /// extent are sampled once with each sampler.
-pub fn visit_lights(
+pub(crate) fn visit_lights(
     queries: &mut SceneQueries,
     lights: &[&Light],
     lit: &LitPoint,
