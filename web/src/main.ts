@@ -29,7 +29,7 @@ const ASKED = ["layers", "ground_albedo", "angle_deg", "illuminant", "observer",
 const ADDRESS_MS = 250;
 
 buildTheme();
-const store = new Store(stateOfAddress());
+const store = new Store(stateOfFragment(location.hash.slice(1)));
 const native = compiled("spectrum_bg.wasm");
 const spectra = new Spectra(native, show, wait);
 const chart = new Chart();
@@ -40,6 +40,7 @@ ready.catch(() => undefined);
 const compare = new Compare(store, spectra, ready, drawCurves);
 const host = new ViewHost(store);
 let current: Curve | undefined;
+let addressTimer: ReturnType<typeof setTimeout> | undefined;
 
 buildPanel(byId("panel"), store);
 buildToolbar(store, host);
@@ -55,10 +56,13 @@ store.subscribe((state, before) => {
   }
 });
 store.subscribe(writeAddress);
-addEventListener("hashchange", () => {
-  const fragment = location.hash.slice(1);
+window.addEventListener("hashchange", ({ newURL }) => {
+  // Not the present address: a write of it may have come between the link and this event.
+  const fragment = new URL(newURL).hash.slice(1);
   // The name of a part of the page, as in the link that skips to the controls, is no state.
-  if (document.getElementById(fragment) === null && fragment !== encode(store.state)) store.replace(stateOfAddress());
+  if (document.getElementById(fragment) !== null) return;
+  clearTimeout(addressTimer);
+  if (fragment !== encode(store.state)) store.replace(stateOfFragment(fragment));
 });
 byId("version").textContent = `snowblue ${version}`;
 afterPaint(() => spectra.warm(store.state));
@@ -113,19 +117,17 @@ function summary({ name, answer }: Curve): string {
   return `${name}: transmitted colour ${answer.transmitted.hex}, transmittance ${value} at 450 nm.`;
 }
 
-function stateOfAddress(): State {
+function stateOfFragment(fragment: string): State {
   const notice = byId("notice");
   try {
     say(notice, "");
-    return decode(location.hash.slice(1));
+    return decode(fragment);
   } catch (error) {
     const reason = error instanceof Error ? error.message : error;
     say(notice, `The link cannot be read: ${reason}. The default snow is shown.`);
     return defaultState();
   }
 }
-
-let addressTimer: ReturnType<typeof setTimeout> | undefined;
 
 function writeAddress(state: State, before: State): void {
   if (state === before) return;

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { inFolder } from "./command.mjs";
 import { cubeGlb, cubePly, openPly, soupPly } from "./cube.mjs";
-import { chooseMesh, final, follow, lit, pageTest, pixel, saved, viewSize } from "./page.mjs";
+import { chooseMesh, control, final, follow, lit, pageTest, pixel, saved, viewSize } from "./page.mjs";
 
 const GLB = cubeGlb();
 /** What cannot be used, and what is said of it. */
@@ -110,6 +110,15 @@ pageTest("files in and out", {}, async (page, t) => {
     }
     await follow(page, "illuminant=A");
     assert.equal(await notice.isVisible(), false);
+  });
+
+  await t.test("a link is taken although the page writes its address before the event", async () => {
+    await page.evaluate(() => new Promise((resolve) => {
+      addEventListener("hashchange", resolve, { once: true });
+      location.hash = "illuminant=FL2";
+      history.replaceState(null, "", "#illuminant=A");
+    }));
+    assert.equal(await control(page, "Illuminant").inputValue(), "FL2");
   });
 
   /** The command ends with an error if it cannot read the scene or if its snow is not closed. */
