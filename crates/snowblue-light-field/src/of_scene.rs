@@ -15,9 +15,8 @@ use snowblue_base::KeyPath;
 use snowblue_scene::Changes;
 use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
-use snowblue_scene::material::Material;
 use snowblue_scene::material::snow::SnowKinds;
-use snowblue_scene::objects::{Object, SurfaceInteraction};
+use snowblue_scene::objects::Object;
 use snowblue_scene::progress::Report;
 use snowblue_scene::spectrum::SAMPLES;
 
@@ -101,10 +100,7 @@ fn with_field_scene<T>(
         lights: scene.lights(),
         snow,
         lamps_in_snow: &lamps_in_snow,
-        reflectance: &|surface: &SurfaceInteraction| match &scene.materials()[surface.material] {
-            Material::Diffuse(diffuse) => Some(diffuse.reflectance(scene.objects(), surface)),
-            Material::Snow(_) => None,
-        },
+        reflectance: &|surface| scene.materials()[surface.material].albedo(scene.objects(), surface),
         max_bounces: scene.integrator().max_bounces,
         sight: Some(Sight::of(scene)),
         has_one_view,

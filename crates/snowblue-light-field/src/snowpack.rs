@@ -8,6 +8,7 @@ use snowblue_geometry::ray::{SurfacePoint, narrow};
 use snowblue_transport::ordinates::HalfSpace;
 
 use super::end_depth::{EndDepth, WalkEndsByDepth};
+use snowblue_scene::material::deep_snow::reflection_per_sr;
 use snowblue_scene::material::snow::SnowKinds;
 use snowblue_scene::objects::Objects;
 use snowblue_scene::spectrum::{SAMPLES, Spectrum};
@@ -111,17 +112,9 @@ impl KindOptics {
         lengths.zip(absorption).map(snow).collect()
     }
 
-    /// The reflection function R₀ of a surface with a normal, in 1/sr: for light from the unit vector `to_light` that
-    /// leaves against the unit vector `direction`, both of rays that run backwards from the camera.
+    /// The reflection function R₀ of a surface, as that of [`reflection_per_sr`].
     pub fn reflection_per_sr(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
-        let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
-        // Both directions of propagation, projected on the surface.
-        let incident = normal * cos_incidence - to_light;
-        let exitant = -direction - normal * cos_exit;
-        let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
-        let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
-        let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)].map(f64::from);
-        narrow(self.optics.half_space.reflection(exit, incidence, azimuth))
+        reflection_per_sr(&self.optics.half_space, normal, direction, to_light)
     }
 
     /// The escape function K.

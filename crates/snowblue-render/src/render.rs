@@ -285,11 +285,11 @@ impl RowRenderer<'_> {
             for sample in samples {
                 let (ray, mut sampler) = (pixel.camera_ray(sample), pixel.sampler(sample));
                 let sees_snow = if aovs.spectrum {
-                    let PathSample { radiance, sees_snow, snow } = tracer.radiance(&ray, &mut sampler);
+                    let PathSample { radiance, sees_snow, snow, .. } = tracer.radiance(&ray, &mut sampler);
                     accumulator.add_radiance(scene.sensor(), &radiance, snow.as_ref());
                     sees_snow
                 } else {
-                    let PathSample { radiance, sees_snow, snow } = tracer.response(scene, &ray, &mut sampler);
+                    let PathSample { radiance, sees_snow, snow, .. } = tracer.response(scene, &ray, &mut sampler);
                     accumulator.add_sample(radiance, snow.as_ref());
                     sees_snow
                 };

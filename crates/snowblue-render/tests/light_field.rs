@@ -105,6 +105,46 @@ fn white_snow_under_a_white_sky_is_as_bright_as_the_sky() {
     }
 }
 
+#[test]
+fn a_plane_of_snow_has_the_albedo_of_deep_snow() {
+    let slab = Slab {
+        sample: SnowSample::default(),
+        // The light of 700 nm falls by e every 3 cm.
+        thicknesses_cm: vec![300.0],
+        incidences: vec![Incidence::Diffuse],
+        wavelengths_nm: vec![450.0, 550.0, 700.0],
+    };
+    let known = solve(&slab, &OrdinatesOptions::default()).unwrap();
+    for method in ["diffusion", "pcasnow", "reference"] {
+        let mut integrator = field(method, &format!("{SKY}{}", shape("plane", "")));
+        integrator.set_samples_per_pixel(64);
+        let reflected = flux(&mut integrator, Vec3A::ZERO, 1.0);
+        for (k, known) in known.iter().enumerate() {
+            // Half a percent of the light that is absorbed by diffusion, and noise of 64 samples of a sky that is even.
+            let error = reflected[k] / (std::f64::consts::PI * known.reflectance.value) - 1.0;
+            assert!(error.abs() < 2e-3, "{method}, {k}: {error}");
+        }
+    }
+}
+
+/// The integrators reflect light by the same law, at a low sun, where it is far from Lambert's.
+#[test]
+fn a_plane_of_snow_looks_the_same_by_all_integrators() {
+    let sun = "[[light]]\ntype = \"directional\"\ndirection = [1, 0, -0.15]\nirradiance_w_m2 = 1\nilluminant = \"E\"\n";
+    let look = |method: &str, eye: Vec3A| {
+        radiance(&mut field(method, &format!("{sun}{}", shape("plane", ""))), eye, Vec3A::ZERO).0
+    };
+    let towards_sun = Vec3A::new(3.0, 0.0, 0.45);
+    let [ahead, above] = [towards_sun, Vec3A::Z].map(|eye| {
+        let [one, other] = ["diffusion", "reference"].map(|method| look(method, eye));
+        for (one, other) in one.iter().zip(other) {
+            assert!((one / other - 1.0).abs() < 1e-5, "{one} {other}");
+        }
+        one[5]
+    });
+    assert!(ahead > 3.0 * above, "{ahead} {above}");
+}
+
 /// A small image of a turned block that a lamp lights from behind.
 fn backlit(method: &str, turn_deg: f64, settings: &str, seed: u32) -> Film {
     let (sin, cos) = turn_deg.to_radians().sin_cos();

@@ -305,7 +305,12 @@ fn assert_named(cases: &[(&str, &str, usize, &str)]) {
 #[test]
 fn mistakes_in_shapes_are_named_too() {
     let cases = [
-        ("shape = \"box\"\nsize = [1, 1, 1]", "shape = \"plane\"", 21, "a plane has no inside and cannot be snow"),
+        (
+            "shape = \"box\"\nsize = [1, 1, 1]",
+            "shape = \"plane\"\nbody = \"all\"",
+            21,
+            "body joins snow, but a plane has no inside",
+        ),
         ("mesh = \"gone.ply\"", "shape = \"cone\"", 24, "must be one of box, sphere, plane, heights"),
         ("mesh = \"gone.ply\"", "shape = \"sphere\"\nradius = 0", 25, "object[1].radius is 0 m, but must lie in"),
         ("mesh = \"gone.ply\"", "mesh = \"gone.ply\"\nscale = [1, 0, 1]", 25, "object[1].scale is 0, but must lie in"),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::air::Air;
 use crate::camera::{PerspectiveCamera, View};
 use crate::description::{CameraDescription, SceneDescription};
 use crate::film::FilmSettings;
@@ -36,6 +37,8 @@ pub struct Scene {
     pub(crate) lights: Vec<Arc<Light>>,
     /// How many of them the description has.
     pub(crate) described_lights: usize,
+    /// The air between the camera and what it sees, if it counts.
+    pub(crate) air: Option<Arc<Air>>,
     pub(crate) film: FilmSettings,
     pub(crate) integrator: IntegratorSettings,
     pub(crate) sensor: Sensor,
@@ -91,6 +94,11 @@ impl Scene {
     /// The lights.
     pub fn lights(&self) -> &[Arc<Light>] {
         &self.lights
+    }
+
+    /// The air between the camera and what it sees, if it counts.
+    pub fn air(&self) -> Option<&Air> {
+        self.air.as_deref()
     }
 
     /// Size and brightness of the picture.

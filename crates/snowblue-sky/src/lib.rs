@@ -9,7 +9,8 @@
 //!
 //! A [`ClearSky`] evaluates the model of Hosek & Wilkie; `data/SOURCES.md` lists its coefficients. An [`OvercastSky`]
 //! hides the sun. [`Sky`] is either, and gives the direct and the diffuse [`Daylight`] on the ground as a spectral
-//! irradiance, an illuminance, or a photon flux. [`sun_position`] says where the sun stands.
+//! irradiance, an illuminance, or a photon flux. [`sun_position`] says where the sun stands, and
+//! [`air_extinction_per_m`] how much light the air takes away in front of distant objects.
 //!
 //! # Simplifications
 //!
@@ -18,8 +19,9 @@
 //!
 //! # Out of scope
 //!
-//! Twilight, the moon, single clouds, the polarisation of the sky, and haze in front of distant objects.
+//! Twilight, the moon, single clouds, and the polarisation of the sky.
 
+mod air;
 mod error;
 
 mod sun_position;
@@ -34,6 +36,7 @@ mod overcast;
 
 mod daylight;
 
+pub use air::air_extinction_per_m;
 pub use clear_sky::{ClearSky, ELEVATION_RANGE_DEG, SUN_RADIUS_RAD, limb_darkening_at_nodes};
 pub use daylight::{Daylight, Sky};
 pub use error::SkyError;

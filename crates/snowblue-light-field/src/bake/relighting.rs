@@ -20,7 +20,6 @@ use snowblue_scene::Scene;
 use snowblue_scene::SceneError;
 use snowblue_scene::description::{LightDescription, SceneDescription, SkyDescription};
 use snowblue_scene::light::{Light, LightOrigin};
-use snowblue_scene::material::Material;
 use snowblue_scene::objects::{Object, Side, SurfaceInteraction};
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::Spectrum;
@@ -122,10 +121,8 @@ impl Relighting {
         let position = light.central_sample().and_then(|sample| sample.origin.position());
         let holder = position.and_then(|position| scene.objects().around(position, is_snow));
         let inside = holder.and_then(|object| Some(LampInSnow { light: 0, object, lamp: light.inner_lamp()? }));
-        let reflectance = |surface: &SurfaceInteraction| match &scene.materials()[surface.material] {
-            Material::Diffuse(diffuse) => Some(diffuse.reflectance(scene.objects(), surface)),
-            Material::Snow(_) => None,
-        };
+        let reflectance =
+            |surface: &SurfaceInteraction| scene.materials()[surface.material].albedo(scene.objects(), surface);
         let Some(field) = self.field.take() else { return Vec::new() };
         let field = field.relit(&FieldScene {
             objects: scene.objects(),

@@ -12,7 +12,6 @@ use crate::integrators::pcasnow::snow_vertex::straight_direction;
 use crate::integrators::prepared::{Method, Prepared};
 use snowblue_scene::Scene;
 use snowblue_scene::light::SHADOW_EPSILON;
-use snowblue_scene::material::Material;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::SceneQueries;
 use snowblue_scene::spectrum::Spectrum;
@@ -107,8 +106,8 @@ impl<'a> FirstHits<'a> {
     /// PCASnow.
     fn reflectance(&self, surface: &SurfaceInteraction, depth_m: f32) -> Spectrum {
         let objects = self.queries.objects();
-        if let Material::Diffuse(diffuse) = &self.scene.materials()[surface.material] {
-            return diffuse.reflectance(objects, surface);
+        if let Some(albedo) = self.scene.materials()[surface.material].albedo(objects, surface) {
+            return albedo;
         }
         let snow = match &self.prepared.method {
             Method::PcaSnow(curves) => {

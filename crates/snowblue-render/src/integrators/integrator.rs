@@ -19,6 +19,7 @@ use crate::integrators::snow_volumes::SnowVolumes;
 use snowblue_light_field::bake::{BakeError, BakeOptions, BakedScene, Relighting, bake};
 use snowblue_light_field::{FieldStatistics, LightField, SnowOfMaterials};
 use snowblue_scene::Changes;
+use snowblue_scene::air::Air;
 use snowblue_scene::camera::View;
 use snowblue_scene::film::sensor::SensorSample;
 use snowblue_scene::material::Material;
@@ -245,14 +246,14 @@ impl Integrator {
 
     /// A tracer for one task, with zero counts. For pictures of spectra, `responses` is false.
     pub(crate) fn tracer(&self, responses: bool) -> Tracer<'_> {
-        match &self.prepared.method {
-            Method::Reference(volumes, _) => {
-                Tracer::Reference(Box::new(ReferenceTracer::new(&self.prepared.scene, &self.prepared.bodies, volumes)))
-            }
+        let Prepared { scene, method, bodies, .. } = &self.prepared;
+        let paths = match method {
+            Method::Reference(volumes, _) => Paths::Reference(Box::new(ReferenceTracer::new(scene, bodies, volumes))),
             Method::PcaSnow(_) | Method::Diffusion(_) | Method::Hybrid(..) => {
-                Tracer::Path(Box::new(PathTracer::new(&self.prepared, responses)))
+                Paths::OverSurfaces(Box::new(PathTracer::new(&self.prepared, responses)))
             }
-        }
+        };
+        Tracer { paths, air: scene.air() }
     }
 }
 
@@ -344,17 +345,29 @@ fn curves(
 
 /// Traces camera rays, with the state of one thread.
 #[derive(Debug)]
-pub(crate) enum Tracer<'a> {
-    Path(Box<PathTracer<'a>>),
+pub(crate) struct Tracer<'a> {
+    paths: Paths<'a>,
+    /// The air between the camera and the first surface, if it counts.
+    air: Option<&'a Air>,
+}
+
+/// What traces paths.
+#[derive(Debug)]
+enum Paths<'a> {
+    OverSurfaces(Box<PathTracer<'a>>),
     Reference(Box<ReferenceTracer<'a>>),
 }
 
 impl Tracer<'_> {
     /// One sample of the radiance along a camera ray, in W m⁻² sr⁻¹ as a band density.
     pub(crate) fn radiance(&mut self, camera_ray: &Ray, sampler: &mut Sampler) -> PathSample<Spectrum> {
-        match self {
-            Self::Path(tracer) => tracer.radiance(camera_ray, sampler),
-            Self::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+        let sample = match &mut self.paths {
+            Paths::OverSurfaces(tracer) => tracer.radiance(camera_ray, sampler),
+            Paths::Reference(tracer) => tracer.radiance(camera_ray, sampler),
+        };
+        match (self.air, sample.distance_m) {
+            (Some(air), Some(distance_m)) => sample.through(&air.between(camera_ray, distance_m)),
+            _ => sample,
         }
     }
 
@@ -366,20 +379,17 @@ impl Tracer<'_> {
         camera_ray: &Ray,
         sampler: &mut Sampler,
     ) -> PathSample<SensorSample> {
-        match self {
-            Self::Path(tracer) => tracer.response(camera_ray, sampler),
-            Self::Reference(tracer) => {
-                let PathSample { radiance, sees_snow, .. } = tracer.radiance(camera_ray, sampler);
-                PathSample { radiance: scene.sensor().sample(&radiance), sees_snow, snow: None }
-            }
+        match &mut self.paths {
+            Paths::OverSurfaces(tracer) if self.air.is_none() => tracer.response(camera_ray, sampler),
+            _ => self.radiance(camera_ray, sampler).map(|light| scene.sensor().sample(light)),
         }
     }
 
     /// Counts of the queries so far.
     pub(crate) fn statistics(&self) -> Statistics {
-        match self {
-            Self::Path(tracer) => tracer.statistics(),
-            Self::Reference(tracer) => tracer.statistics(),
+        match &self.paths {
+            Paths::OverSurfaces(tracer) => tracer.statistics(),
+            Paths::Reference(tracer) => tracer.statistics(),
         }
     }
 }

@@ -26,6 +26,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3A;
 use snowblue_geometry::ray::{Ray, narrow, off_surface};
 use snowblue_transport::monte_carlo::{PathLengths, Volume, VolumeNode};
 use snowblue_transport::rng::Stream;
@@ -118,22 +119,23 @@ impl<'scene> ReferenceTracer<'scene> {
             let sample = light.small_sample(&mut of_lights)?;
             Some(WalkLight { sample, power: light.power(&sample.origin) })
         }));
-        let (mut radiance, mut sees_snow) = (Spectrum::ZERO, false);
+        let (mut radiance, mut sees_snow, mut distance_m) = (Spectrum::ZERO, false, None);
         for node in 0..self.weights.len() {
             let mut path = Path { walk: SnowWalk::new(*camera_ray, Stream::new(pixel.into(), sample.into())), node };
-            sees_snow = self.trace(&mut path);
+            (sees_snow, distance_m) = self.trace(&mut path);
             radiance.add_product(1.0, &self.weights[node], &path.walk.radiance);
         }
-        PathSample { radiance, sees_snow, snow: None }
+        PathSample { radiance, sees_snow, distance_m, snow: None }
     }
 
-    /// Traces a path to its end. Returns whether the first surface is snow.
-    fn trace(&mut self, path: &mut Path) -> bool {
+    /// Traces a path to its end. Returns whether the first surface is snow, and its distance in m.
+    fn trace(&mut self, path: &mut Path) -> (bool, Option<f32>) {
         let hit = self.surroundings.first_hit(&path.walk.ray);
         self.add_visible_lights(path, hit.as_ref());
-        let sees_snow = hit.as_ref().is_some_and(|surface| self.scene.materials()[surface.material].is_snow());
+        let sees_snow = hit.as_ref().is_some_and(|surface| self.scene.materials()[surface.material].looks_like_snow());
+        let distance_m = hit.as_ref().map(|surface| surface.point.distance(path.walk.ray.origin));
         self.follow(path, hit);
-        sees_snow
+        (sees_snow, distance_m)
     }
 
     /// Traces a path from its first surface to its end.
@@ -144,8 +146,13 @@ impl<'scene> ReferenceTracer<'scene> {
             match &self.scene.materials()[surface.material] {
                 Material::Diffuse(diffuse) => {
                     let reflectance = diffuse.reflectance(self.scene.objects(), &surface);
-                    let (lights, medium) = (&self.delta_lights, path.medium());
-                    if !path.walk.reflect(&mut self.surroundings, &surface, reflectance, (lights, medium, bounce)) {
+                    if !self.reflect(path, &surface, |_| reflectance, bounce) {
+                        return;
+                    }
+                }
+                Material::Ground(ground) => {
+                    let reflectance = |to_light| ground.reflectance(surface.normal, surface.direction, to_light);
+                    if !self.reflect(path, &surface, reflectance, bounce) {
                         return;
                     }
                 }
@@ -171,6 +178,18 @@ impl<'scene> ReferenceTracer<'scene> {
             let limit_m = hit.map_or(f32::INFINITY, |surface| surface.point.distance(path.walk.ray.origin));
             self.add_area_lights(path, limit_m, None);
         }
+    }
+
+    /// Reflects a path. Returns false if it ends.
+    fn reflect(
+        &mut self,
+        path: &mut Path,
+        surface: &SurfaceInteraction,
+        reflectance: impl Fn(Vec3A) -> Spectrum,
+        bounce: u32,
+    ) -> bool {
+        let at_surface = (&*self.delta_lights, path.medium(), bounce);
+        path.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
     }
 
     /// Scatters a path in snow, from its surface if `entering`, else from inside.

@@ -1,6 +1,8 @@
 //! What a sample finds of snow, for the filter of random walks.
 
 use glam::Vec3A;
+use snowblue_scene::air::AirBetween;
+use snowblue_scene::spectrum::Spectrum;
 
 /// A sample of one path.
 #[derive(Debug, Clone, Copy)]
@@ -9,8 +11,29 @@ pub(crate) struct PathSample<C> {
     pub(crate) radiance: C,
     /// Whether the first surface is snow.
     pub(crate) sees_snow: bool,
+    /// Distance to the first surface, in m; none if there is none.
+    pub(crate) distance_m: Option<f32>,
     /// The part that comes from snow, if a walk was followed there.
     pub(crate) snow: Option<SnowSample<C>>,
+}
+
+impl<C> PathSample<C> {
+    /// The same sample of another quantity.
+    #[inline]
+    pub(crate) fn map<T>(&self, of: impl Fn(&C) -> T) -> PathSample<T> {
+        let Self { radiance, sees_snow, distance_m, snow } = self;
+        let snow = snow.as_ref().map(|snow| snow.map(&of));
+        PathSample { radiance: of(radiance), sees_snow: *sees_snow, distance_m: *distance_m, snow }
+    }
+}
+
+impl PathSample<Spectrum> {
+    /// The sample after its light has crossed air.
+    pub(crate) fn through(&self, AirBetween { transmittance, added }: &AirBetween) -> Self {
+        let mut sample = self.map(|light| *light * *transmittance);
+        sample.radiance += *added;
+        sample
+    }
 }
 
 /// Light from snow, by a random walk and by the light field at the surface.

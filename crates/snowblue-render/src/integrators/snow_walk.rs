@@ -65,16 +65,15 @@ impl SnowWalk {
         self.side = renormalized(side - self.ray.direction * self.ray.direction.dot(side));
     }
 
-    /// Reflects the walk at a diffuse surface outside of snow, in it, or in contact with it, and adds the lights there.
-    /// Returns false if the walk ends.
+    /// Reflects the walk at a surface outside of snow, in it, or in contact with it, and adds the lights there.
+    /// `reflectance` gives π times the reflection function for light from a direction. Returns false if the walk ends.
     pub(super) fn reflect(
         &mut self,
         surroundings: &mut Surroundings,
         surface: &SurfaceInteraction,
-        reflectance: Spectrum,
+        reflectance: impl Fn(Vec3A) -> Spectrum,
         (lights, medium, bounce): (&[WalkLight], Medium, u32),
     ) -> bool {
-        self.throughput *= reflectance;
         let from = off_surface(surface.point, surface.normal, surroundings.reach_m(surface.object));
         for WalkLight { sample, power } in lights {
             let chance = self.stream.uniform();
@@ -82,11 +81,13 @@ impl SnowWalk {
                 && let Some(transmitted) = surroundings.transmitted(from, &sample.origin, medium, chance)
             {
                 let factor = incident.irradiance_per_power * FRAC_1_PI;
-                self.radiance.add_product(factor, &(self.throughput * transmitted), power);
+                let reflected = self.throughput * reflectance(incident.direction);
+                self.radiance.add_product(factor, &(reflected * transmitted), power);
             }
         }
         let [u, v, chance] = [(); 3].map(|()| narrow(self.stream.uniform()));
         let direction = cosine_direction(surface.normal, u, v);
+        self.throughput *= reflectance(direction);
         let survival = survival_probability(bounce, &self.throughput);
         if chance >= survival {
             return false;

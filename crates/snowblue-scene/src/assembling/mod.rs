@@ -6,6 +6,7 @@ mod closed;
 mod gltf_lights;
 mod gltf_material;
 mod gltf_scene;
+mod ground;
 mod landscape;
 mod light;
 mod material;
@@ -21,6 +22,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::Scene;
+use crate::air::Air;
 use crate::camera::{PerspectiveCamera, View};
 use crate::description::SceneDescription;
 use crate::error::SceneError;
@@ -36,9 +38,11 @@ use snowblue_base::{KeyError, KeyPath};
 
 use changes::Changes;
 use gltf_scene::{GltfScene, read_gltf};
+use ground::add_grounds;
 use material::build_materials;
 use object::ObjectBuilder;
 use recorded_files::RecordedFiles;
+use sky::build_sky;
 use snowblue_base::files::FileSource;
 use sources::Sources;
 
@@ -54,8 +58,12 @@ struct Solids {
     files: BTreeMap<String, u64>,
 }
 
-/// The described lights, and hashes of the files that were read for them.
-type DescribedLights = (Vec<Arc<Light>>, BTreeMap<String, u64>);
+/// The described lights, with the air below the sky and hashes of the files that were read for them.
+struct DescribedLights {
+    lights: Vec<Arc<Light>>,
+    air: Option<Arc<Air>>,
+    files: BTreeMap<String, u64>,
+}
 
 impl SceneDescription {
     /// Builds the scene, with files from `files`.
@@ -96,7 +104,11 @@ impl SceneDescription {
             notes: earlier.notes.clone(),
             files: earlier.solid_files.clone(),
         };
-        let lights = (!changes.any_light()).then(|| (described.to_vec(), earlier.light_files.clone()));
+        let lights = (!changes.any_light()).then(|| DescribedLights {
+            lights: described.to_vec(),
+            air: earlier.air.clone(),
+            files: earlier.light_files.clone(),
+        });
         self.build_with(Some(solids), lights, files)
     }
 
@@ -107,7 +119,8 @@ impl SceneDescription {
         files: &dyn FileSource,
     ) -> Result<Scene, SceneError> {
         let solids = solids.map_or_else(|| self.solids(files), Ok)?;
-        let (mut lights, light_files) = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
+        let described = lights.map_or_else(|| self.described_lights(&solids.materials, files), Ok)?;
+        let DescribedLights { mut lights, air, files: light_files } = described;
         let described_lights = lights.len();
         lights.extend(solids.gltf_lights);
         if lights.is_empty() {
@@ -139,6 +152,7 @@ impl SceneDescription {
             materials,
             lights,
             described_lights,
+            air,
             film: self.film,
             integrator: self.integrator.clone(),
             wavelengths_nm: *sensor.wavelengths_nm(),
@@ -178,8 +192,9 @@ impl SceneDescription {
         let files = RecordedFiles::new(files);
         let sources = Sources::new(&files, self.film.false_color);
         let mut materials = build_materials(&self.materials, &sources)?;
+        let grounds = add_grounds(&mut materials, &self.objects, &sources)?;
         let mut objects = Vec::new();
-        let mut builder = ObjectBuilder::new(&sources, &materials, self.integrator.kind);
+        let mut builder = ObjectBuilder::new(&sources, &materials, grounds, self.integrator.kind);
         for (index, object) in self.objects.iter().enumerate() {
             objects.extend(builder.build(&KeyPath::root("object").index(index), object)?);
         }
@@ -217,14 +232,19 @@ impl SceneDescription {
         if let Some(environment) = &self.environment {
             lights.push(light::build_environment(&KeyPath::root("environment"), environment, &sources)?);
         }
-        lights.extend(sky::build_sky(self, materials, &sources)?);
-        Ok((lights.into_iter().map(Arc::new).collect(), files.hashes()))
+        let sky = build_sky(self, materials, &sources)?;
+        lights.extend(sky.lights);
+        Ok(DescribedLights {
+            lights: lights.into_iter().map(Arc::new).collect(),
+            air: sky.air.map(Arc::new),
+            files: files.hashes(),
+        })
     }
 
     /// Builds the lights of a description for materials that were built.
     pub fn lights_over(&self, materials: &[Material], files: &dyn FileSource) -> Result<Vec<Arc<Light>>, SceneError> {
         self.check()?;
-        Ok(self.described_lights(materials, files)?.0)
+        Ok(self.described_lights(materials, files)?.lights)
     }
 
     /// The view of the camera, or that of the glTF, and its path in the description.

@@ -42,6 +42,8 @@ struct FileMesh {
 pub(super) struct ObjectBuilder<'scene> {
     sources: &'scene Sources<'scene>,
     materials: &'scene [NamedMaterial],
+    /// The materials of planes of snow, by those of the snow.
+    grounds: BTreeMap<usize, usize>,
     /// Meshes by file and part, whether they are smooth, and whether they are snow.
     meshes: BTreeMap<(String, Option<String>, bool, bool), FileMesh>,
     /// Whether snow must be closed.
@@ -55,20 +57,27 @@ impl<'scene> ObjectBuilder<'scene> {
     pub(super) fn new(
         sources: &'scene Sources<'scene>,
         materials: &'scene [NamedMaterial],
+        grounds: BTreeMap<usize, usize>,
         integrator: IntegratorKind,
     ) -> Self {
         let has_light_field = integrator.has_light_field();
-        Self { sources, materials, meshes: BTreeMap::new(), has_light_field, notes: Vec::new() }
+        Self { sources, materials, grounds, meshes: BTreeMap::new(), has_light_field, notes: Vec::new() }
     }
 
     /// Builds an object, an igloo as one for each block.
     pub(super) fn build(&mut self, path: &KeyPath, object: &ObjectDescription) -> Result<Vec<Object>, SceneError> {
-        let index = self.material(path, &object.common.material)?;
+        let mut index = self.material(path, &object.common.material)?;
+        if let (ShapeDescription::Plane(_), Some(ground)) = (&object.shape, self.grounds.get(&index)) {
+            index = *ground;
+        }
         let NamedMaterial { name: material_name, material } = &self.materials[index];
         let is_snow = material.is_snow();
         let mut body = object.common.body.clone();
         if body.is_some() && !is_snow {
-            let reason = format!("joins snow, but the material \"{material_name}\" is diffuse");
+            let reason = match object.shape {
+                ShapeDescription::Plane(_) => "joins snow, but a plane has no inside".to_owned(),
+                _ => format!("joins snow, but the material \"{material_name}\" is diffuse"),
+            };
             return Err(path.key("body").error(reason).into());
         }
         let placing = Placing::of(&object.common);
@@ -88,11 +97,6 @@ impl<'scene> ObjectBuilder<'scene> {
                 let ellipsoid = Ellipsoid::new(to_scene);
                 let ellipsoid = ellipsoid.ok_or_else(|| path.key("scale").error("flattens the sphere"))?;
                 vec![Shape::Ellipsoid(ellipsoid)]
-            }
-            ShapeDescription::Plane(_) if is_snow => {
-                let reason = "is snow, but a plane has no inside and cannot be snow; use a box of 1000 m for an \
-                              endless layer";
-                return Err(path.key("material").error(reason).into());
             }
             ShapeDescription::Plane(_) => vec![Shape::Plane(Plane::new(placing.position, placing.axes()))],
             ShapeDescription::Heights(heights) => {
@@ -133,7 +137,8 @@ impl<'scene> ObjectBuilder<'scene> {
     /// Index of a material by its name.
     fn material(&self, path: &KeyPath, name: &str) -> Result<usize, KeyError> {
         self.materials.iter().position(|other| other.name == name).ok_or_else(|| {
-            let names: Vec<_> = self.materials.iter().map(|material| material.name.as_str()).collect();
+            let named = &self.materials[..self.materials.len() - self.grounds.len()];
+            let names: Vec<_> = named.iter().map(|material| material.name.as_str()).collect();
             path.key("material").error(format!("is \"{name}\", but must be one of {}", names.join(", ")))
         })
     }

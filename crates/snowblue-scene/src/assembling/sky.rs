@@ -1,15 +1,16 @@
 //! Sun and sky.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3A};
 use snowblue_base::files::{FileSource, NamedFile};
-use snowblue_field::SnowOptics;
 use snowblue_geometry::ray::narrow;
 use snowblue_sky::{
     ClearSky, Coefficients, DateTime, Place, SunPosition, WAVELENGTHS_NM, overcast_illuminance_lx, sun_position,
 };
 
+use crate::air::Air;
 use crate::assembling::light::spectrum;
 use crate::assembling::sources::Sources;
 use crate::description::{
@@ -18,26 +19,32 @@ use crate::description::{
 };
 use crate::error::SceneError;
 use crate::light::Light;
-use crate::light::dome::{Resampling, SkyDome};
+use crate::light::dome::{ClearRadiance, Resampling, SkyDome};
 use crate::light::sun::SunDisc;
 use crate::material::Material;
+use crate::material::deep_snow::deep_albedo;
 use crate::spectrum::light_spectrum::lumens_per_watt_of_luminance_one;
 use snowblue_base::{KeyError, KeyPath};
 
 /// Reflectance of the ground if the scene has no snow: that of soil and rock.
 const BARE_GROUND_ALBEDO: f64 = 0.2;
-/// Rays through grains for the albedo of the ground, per node of the refractive index: the sky needs it to a percent.
-const ALBEDO_RAYS: u32 = 1 << 14;
 
-/// Builds the lights of the sky.
+/// The lights of the sky, and the air if it is seen.
+#[derive(Default)]
+pub(super) struct BuiltSky {
+    pub(super) lights: Vec<Light>,
+    pub(super) air: Option<Air>,
+}
+
+/// Builds the sky.
 pub(super) fn build_sky(
     description: &SceneDescription,
     materials: &[Material],
     sources: &Sources,
-) -> Result<Vec<Light>, SceneError> {
+) -> Result<BuiltSky, SceneError> {
     let path = KeyPath::root("sky");
     match &description.sky {
-        None => Ok(Vec::new()),
+        None => Ok(BuiltSky::default()),
         Some(SkyDescription::Clear(clear)) => {
             let albedo = match clear.ground_albedo {
                 Some(albedo) => [albedo; WAVELENGTHS_NM.len()],
@@ -49,7 +56,9 @@ pub(super) fn build_sky(
             };
             Ok(clear_sky(&path, clear, (&coefficients, &albedo), sources)?)
         }
-        Some(SkyDescription::Overcast(overcast)) => Ok(vec![overcast_sky(&path, overcast, sources)?]),
+        Some(SkyDescription::Overcast(overcast)) => {
+            Ok(BuiltSky { lights: vec![overcast_sky(&path, overcast, sources)?], air: None })
+        }
     }
 }
 
@@ -65,14 +74,17 @@ fn clear_sky(
     clear: &ClearSkyDescription,
     (coefficients, albedo): (&Coefficients, &[f64; WAVELENGTHS_NM.len()]),
     sources: &Sources,
-) -> Result<Vec<Light>, KeyError> {
+) -> Result<BuiltSky, KeyError> {
     let (position, to_sun) = place_sun(&path.key("sun"), &clear.sun)?;
     let sky = ClearSky::with_coefficients(coefficients, position.elevation_deg, clear.turbidity, albedo);
     let sky = sky.map_err(|error| path.key("sun").error(error.to_string()))?;
     let resampling = Resampling::new(clear.scale, sources.is_false_color);
     let sun = SunDisc::new(&sky, to_sun, &resampling);
-    let dome = SkyDome::clear(sky, to_sun, resampling).ok_or_else(|| path.error("is dark"))?;
-    Ok([Light::new(sun), Light::new(dome)].map(|light| light.with_visibility(clear.visible)).into())
+    let radiance = Arc::new(ClearRadiance { sky, to_sun, resampling });
+    let air = clear.aerial_perspective.then(|| Air::new(Arc::clone(&radiance), &sources.wavelengths_nm));
+    let dome = SkyDome::clear(radiance).ok_or_else(|| path.error("is dark"))?;
+    let lights = [Light::new(sun), Light::new(dome)].map(|light| light.with_visibility(clear.visible)).into();
+    Ok(BuiltSky { lights, air })
 }
 
 fn overcast_sky(path: &KeyPath, overcast: &OvercastSkyDescription, sources: &Sources) -> Result<Light, SceneError> {
@@ -119,11 +131,8 @@ fn place_sun(path: &KeyPath, sun: &SunDescription) -> Result<(SunPosition, Vec3A
     Ok((position, direction.as_vec3a()))
 }
 
-/// Albedo of deep snow under diffuse light at the wavelengths of the sky, of the first snow that an object is made of;
-/// that of bare ground if there is none.
-///
-/// In diffusion the fluence rate under diffuse irradiance H is φ = 4H e^{−kz} / (1 + q ℓ* k) with k = √(3 μ_a/ℓ*), and
-/// the flux (ℓ*/3) k φ(0) is absorbed.
+/// Albedo of the first snow that an object is made of at the wavelengths of the sky; that of bare ground if there is
+/// none.
 fn snow_albedo(
     path: &KeyPath,
     description: &SceneDescription,
@@ -137,14 +146,10 @@ fn snow_albedo(
     let Some(sample) = description.objects.iter().find_map(of_object) else {
         return Ok([BARE_GROUND_ALBEDO; WAVELENGTHS_NM.len()]);
     };
-    let optics = SnowOptics::new(sample, &WAVELENGTHS_NM, ALBEDO_RAYS).map_err(|error| {
-        path.key("ground_albedo").error(format!("is missing, and that of the scene's snow is unknown: {error}"))
-    })?;
-    let extrapolation = optics.half_space.extrapolation();
-    Ok(std::array::from_fn(|node| {
-        let decay = (3.0 * optics.absorption_per_m[node] * optics.transport_lengths_m[node]).sqrt();
-        1.0 - 4.0 / 3.0 * decay / (1.0 + extrapolation * decay)
-    }))
+    deep_albedo(sample, &WAVELENGTHS_NM).map_err(|error| {
+        let reason = format!("is missing, and that of the scene's snow is unknown: {error}");
+        path.key("ground_albedo").error(reason).into()
+    })
 }
 
 #[cfg(test)]

@@ -64,6 +64,9 @@ pub struct ClearSkyDescription {
     /// Multiplies sun and sky.
     #[serde(default = "one")]
     pub scale: f64,
+    /// Whether the air lies over what is far away.
+    #[serde(default)]
+    pub aerial_perspective: bool,
     /// Whether they are visible to the camera.
     #[serde(default = "visible")]
     pub visible: bool,
@@ -72,7 +75,14 @@ pub struct ClearSkyDescription {
 impl ClearSkyDescription {
     /// A clear sky of turbidity 3.
     pub fn new(sun: SunDescription) -> Self {
-        Self { sun, turbidity: Self::default_turbidity(), ground_albedo: None, scale: 1.0, visible: true }
+        Self {
+            sun,
+            turbidity: Self::default_turbidity(),
+            ground_albedo: None,
+            scale: 1.0,
+            aerial_perspective: false,
+            visible: true,
+        }
     }
 
     fn default_turbidity() -> f64 {

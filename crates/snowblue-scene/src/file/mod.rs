@@ -35,8 +35,8 @@
 //! [environment]            # radiance_w_m2_sr, illuminant or spectrum, visible = true; or
 //!                          # image = "FILE.exr", scale = 1, rotation_deg = 0 (about z), visible = true
 //! [sky]                    # type = "clear" (default): sun, turbidity = 3 (1 to 10), ground_albedo (else that of the
-//!                          #   snow), scale = 1, visible = true; type = "overcast": irradiance_w_m2 (of level ground)
-//!                          #   or sun, illuminant or spectrum, visible = true
+//!                          #   snow), scale = 1, aerial_perspective = false, visible = true; type = "overcast":
+//!                          #   irradiance_w_m2 (of level ground) or sun, illuminant or spectrum, visible = true
 //!                          # sun = { towards = [x, y, z] }, { elevation_deg, azimuth_deg = 180 } or { latitude_deg,
 //!                          #   longitude_deg, date = "2026-02-01", time = "12:00", utc_offset_h = 0 }
 //! [[object]]               # shape = "box": size; shape = "sphere": radius; shape = "plane";

@@ -1,5 +1,7 @@
 //! A sky whose radiance follows from a model: clear or overcast. Below the horizon it is dark.
 
+use std::sync::Arc;
+
 use glam::Vec3A;
 use snowblue_geometry::ray::narrow;
 use snowblue_sky::{ClearSky, OVERCAST_IRRADIANCE_SR, WAVELENGTHS_NM, overcast_relative_radiance};
@@ -23,17 +25,25 @@ pub(crate) struct SkyDome {
 /// How radiance depends on direction.
 #[derive(Debug)]
 enum Model {
-    Clear(Box<ClearRadiance>),
+    Clear(Arc<ClearRadiance>),
     /// Relative to a spectrum.
     Overcast(Spectrum),
 }
 
-/// Radiance of a clear sky.
+/// Radiance of a clear sky around a sun in the unit direction `to_sun`.
 #[derive(Debug)]
-struct ClearRadiance {
-    sky: ClearSky,
-    to_sun: Vec3A,
-    resampling: Resampling,
+pub(crate) struct ClearRadiance {
+    pub(crate) sky: ClearSky,
+    pub(crate) to_sun: Vec3A,
+    pub(crate) resampling: Resampling,
+}
+
+impl ClearRadiance {
+    /// The radiance in a unit direction at or above the horizon.
+    pub(crate) fn at(&self, direction: Vec3A) -> Spectrum {
+        let cos_sun = f64::from(direction.dot(self.to_sun)).clamp(-1.0, 1.0);
+        self.resampling.spectrum(&self.sky.radiance_at_nodes(direction.z.into(), cos_sun))
+    }
 }
 
 /// From the wavelengths of the sky model to those of a picture, as band densities.
@@ -68,9 +78,9 @@ impl Resampling {
 }
 
 impl SkyDome {
-    /// The sky around a sun in the unit direction `to_sun`.
-    pub(crate) fn clear(sky: ClearSky, to_sun: Vec3A, resampling: Resampling) -> Option<Self> {
-        Self::new(Model::Clear(Box::new(ClearRadiance { sky, to_sun, resampling })))
+    /// A clear sky.
+    pub(crate) fn clear(radiance: Arc<ClearRadiance>) -> Option<Self> {
+        Self::new(Model::Clear(radiance))
     }
 
     /// An overcast sky that gives level ground an irradiance in W/m², as a band density.
@@ -127,10 +137,7 @@ impl Model {
             return Spectrum::ZERO;
         }
         match self {
-            Self::Clear(clear) => {
-                let cos_sun = f64::from(direction.dot(clear.to_sun)).clamp(-1.0, 1.0);
-                clear.resampling.spectrum(&clear.sky.radiance_at_nodes(direction.z.into(), cos_sun))
-            }
+            Self::Clear(clear) => clear.at(direction),
             Self::Overcast(zenith) => *zenith * narrow(overcast_relative_radiance(direction.z.into())),
         }
     }

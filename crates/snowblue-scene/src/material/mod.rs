@@ -1,5 +1,6 @@
 //! Materials: what objects are made of.
 
+pub mod deep_snow;
 pub mod diffuse;
 pub mod mask;
 pub mod snow;
@@ -8,6 +9,9 @@ pub mod texture;
 use snowblue_geometry::shape::Shape;
 
 use crate::description::SparkleDescription;
+use crate::objects::{Objects, SurfaceInteraction};
+use crate::spectrum::Spectrum;
+use deep_snow::DeepSnow;
 use diffuse::Diffuse;
 use snow::{Snow, SnowMaterial};
 use texture::Texture;
@@ -17,6 +21,8 @@ use texture::Texture;
 pub enum Material {
     /// A Lambertian surface.
     Diffuse(Diffuse),
+    /// Deep snow as a surface, of a plane.
+    Ground(Box<DeepSnow>),
     /// Snow.
     Snow(Box<SnowMaterial>),
 }
@@ -25,7 +31,7 @@ impl Material {
     /// The snow, if it is one.
     pub fn snow(&self) -> Option<&Snow> {
         match self {
-            Self::Diffuse(_) => None,
+            Self::Diffuse(_) | Self::Ground(_) => None,
             Self::Snow(material) => Some(&material.snow),
         }
     }
@@ -33,12 +39,26 @@ impl Material {
     /// The sparkle, if it is snow with it.
     pub fn sparkle(&self) -> Option<&SparkleDescription> {
         match self {
-            Self::Diffuse(_) => None,
+            Self::Diffuse(_) | Self::Ground(_) => None,
             Self::Snow(material) => material.sparkle.as_ref(),
         }
     }
 
-    /// Whether it is snow.
+    /// The share of even light that it reflects at a hit; none of snow with an inside.
+    pub fn albedo(&self, objects: &Objects, surface: &SurfaceInteraction) -> Option<Spectrum> {
+        match self {
+            Self::Diffuse(diffuse) => Some(diffuse.reflectance(objects, surface)),
+            Self::Ground(ground) => Some(*ground.albedo()),
+            Self::Snow(_) => None,
+        }
+    }
+
+    /// Whether what one sees of it is snow.
+    pub fn looks_like_snow(&self) -> bool {
+        matches!(self, Self::Snow(_) | Self::Ground(_))
+    }
+
+    /// Whether it is snow with an inside.
     pub fn is_snow(&self) -> bool {
         self.snow().is_some()
     }
@@ -46,7 +66,7 @@ impl Material {
     /// Checks that a shape has what the material needs; the error says what is missing.
     pub(crate) fn check(&self, shape: &Shape) -> Result<(), String> {
         match self {
-            Self::Diffuse(Diffuse::Uniform(_)) => Ok(()),
+            Self::Diffuse(Diffuse::Uniform(_)) | Self::Ground(_) => Ok(()),
             Self::Diffuse(Diffuse::Textured(_)) => Texture::check(shape),
             Self::Snow(material) => material.snow.check(shape),
         }

@@ -38,7 +38,6 @@ use crate::integrators::surroundings::{Flight, Medium, SnowBodies, Surroundings}
 use snowblue_light_field::{EndDepth, LightField, NearLight, SnowAt};
 use snowblue_scene::Scene;
 use snowblue_scene::light::LightSample;
-use snowblue_scene::material::Material;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::queries::Statistics;
 use snowblue_scene::sampling::Sampler;
@@ -306,13 +305,13 @@ impl<'scene> WalkTracer<'scene> {
 
     /// Reflects a walk at a solid in the snow or in contact with it. Returns false if the walk ends.
     fn reflect(&mut self, walk: &mut Walk, snow: Snow, surface: &SurfaceInteraction) -> bool {
-        let Material::Diffuse(diffuse) = &self.scene.materials()[surface.material] else { return false };
-        let absorbed = attenuation(snow.volume, &walk.lengths, 0.0);
-        let reflectance = diffuse.reflectance(self.scene.objects(), surface) * absorbed;
+        let material = &self.scene.materials()[surface.material];
+        let Some(albedo) = material.albedo(self.scene.objects(), surface) else { return false };
+        let reflectance = albedo * attenuation(snow.volume, &walk.lengths, 0.0);
         walk.lengths = PathLengths::default();
         walk.bounces += 1;
         let at_surface = (&*self.lights, snow.medium(), walk.bounces);
-        walk.walk.reflect(&mut self.surroundings, surface, reflectance, at_surface)
+        walk.walk.reflect(&mut self.surroundings, surface, |_| reflectance, at_surface)
     }
 }
 

@@ -68,6 +68,8 @@ struct PathRadiance<C> {
     first: C,
     /// Whether the first surface is snow.
     sees_snow: bool,
+    /// Distance to the first surface, in m; none if there is none.
+    distance_m: Option<f32>,
     /// Light that comes by further surfaces, if the path has any.
     later: Option<Spectrum>,
     /// Light of a random walk into snow, if one was followed.
@@ -95,7 +97,7 @@ impl<C: Carried> PathRadiance<C> {
     /// The sample of the path.
     #[inline]
     fn sample(self, carried: impl Fn(Spectrum) -> C) -> PathSample<C> {
-        let Self { first: mut radiance, sees_snow, later, walk } = self;
+        let Self { first: mut radiance, sees_snow, distance_m, later, walk } = self;
         if let Some(later) = later {
             radiance += carried(later);
         }
@@ -104,7 +106,7 @@ impl<C: Carried> PathRadiance<C> {
             radiance += walked;
             reading.map(|reading| SnowSample { residual: walked.less(reading), reading, normal, distance_m })
         });
-        PathSample { radiance, sees_snow, snow }
+        PathSample { radiance, sees_snow, distance_m, snow }
     }
 }
 
@@ -157,20 +159,24 @@ impl<'a> PathTracer<'a> {
         if self.has_area_lights {
             first += C::emitted(self.scene, &self.hit_lights(camera_ray, hit.as_ref(), None));
         }
-        let Some(surface) = hit else { return PathRadiance { first, sees_snow: false, later: None, walk: None } };
-        let sees_snow = self.scene.materials()[surface.material].is_snow();
+        let Some(surface) = hit else {
+            return PathRadiance { first, sees_snow: false, distance_m: None, later: None, walk: None };
+        };
+        let sees_snow = self.scene.materials()[surface.material].looks_like_snow();
+        let distance_m = Some(surface.point.distance(camera_ray.origin));
         let vertex = self.vertex(&surface, sampler);
         if let Shading::Field(snow) = vertex.shading {
             let (light, walk) = self.snow_light(snow, &vertex, camera_ray, sampler);
             first += light;
-            return PathRadiance { first, sees_snow, later: None, walk };
+            return PathRadiance { first, sees_snow, distance_m, later: None, walk };
         }
         let sparkling = self.sparkling_curves(&vertex, camera_ray, sampler);
         first += self.direct_light::<C>(&vertex, sparkling.as_ref(), sampler);
         if self.scene.integrator().max_bounces == 0 && !self.has_area_lights {
-            return PathRadiance { first, sees_snow, later: None, walk: None };
+            return PathRadiance { first, sees_snow, distance_m, later: None, walk: None };
         }
-        PathRadiance { first, sees_snow, later: Some(self.indirect_light(&vertex, sampler)), walk: None }
+        let later = Some(self.indirect_light(&vertex, sampler));
+        PathRadiance { first, sees_snow, distance_m, later, walk: None }
     }
 
     /// Light from snow: by the light field at the surface, or its sparkle and a random walk.
@@ -223,7 +229,7 @@ impl<'a> PathTracer<'a> {
         // No more than what the curves of PCASnow reflect in all.
         let most_per_sr = match &vertex.shading {
             Shading::Snow(snow) => FRAC_1_PI * snow.reflectance(incident.cos_incidence).minimum(),
-            Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => f32::INFINITY,
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => f32::INFINITY,
         };
         let change = self.sparkle.as_mut()?.change(sparkling, light, sample, most_per_sr)?;
         Some(change * light.power(&sample.origin) * incident.irradiance_per_power)
@@ -343,6 +349,7 @@ impl<'a> PathTracer<'a> {
         let shading = match (&scene.materials()[surface.material], field, &self.pcasnow) {
             (Material::Diffuse(Diffuse::Uniform(reflectance)), ..) => Shading::Diffuse(reflectance),
             (Material::Diffuse(diffuse), ..) => Shading::Textured(diffuse.reflectance(scene.objects(), surface)),
+            (Material::Ground(ground), ..) => Shading::Ground(ground),
             (Material::Snow(_), Some(field), _) => Shading::Field(field.at(scene.objects(), surface, sampler)),
             (Material::Snow(_), None, Some(pcasnow)) => Shading::Snow(pcasnow.vertex(surface, &mut self.queries)),
             (Material::Snow(_), None, None) => unreachable!("all snow has a light field or curves"),
@@ -361,7 +368,7 @@ impl<'a> PathTracer<'a> {
     ) -> C {
         let mut light = match &vertex.shading {
             Shading::Snow(snow) => snow.transmitted(self.scene, self.tables, &mut self.queries, sampler),
-            Shading::Field(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
+            Shading::Field(_) | Shading::Ground(_) | Shading::Diffuse(_) | Shading::Textured(_) => C::ZERO,
         };
         for index in 0..self.scene.lights().len() {
             let sample = match self.tables.delta_sample(index) {

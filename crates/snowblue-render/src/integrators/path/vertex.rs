@@ -7,6 +7,7 @@ use snowblue_geometry::ray::SurfacePoint;
 
 use crate::integrators::pcasnow::snow_vertex::SnowVertex;
 use snowblue_light_field::SnowAt;
+use snowblue_scene::material::deep_snow::DeepSnow;
 use snowblue_scene::objects::SurfaceInteraction;
 use snowblue_scene::spectrum::Spectrum;
 
@@ -24,6 +25,8 @@ pub(in crate::integrators) enum Shading<'a> {
     Diffuse(&'a Spectrum),
     /// Reflectance of a textured diffuse surface.
     Textured(Spectrum),
+    /// Deep snow.
+    Ground(&'a DeepSnow),
     /// Snow by PCASnow.
     Snow(SnowVertex<'a>),
     /// Snow with the light field inside.
@@ -42,6 +45,7 @@ impl Vertex<'_> {
         match &self.shading {
             Shading::Diffuse(reflectance) => **reflectance,
             Shading::Textured(reflectance) => *reflectance,
+            Shading::Ground(ground) => ground.reflectance(self.normal, self.surface.direction, to_light),
             Shading::Snow(snow) => snow.reflectance(self.normal.dot(to_light).max(0.0)),
             Shading::Field(snow) => {
                 let per_sr = snow.optics.reflection_per_sr(self.normal, self.surface.direction, to_light);

@@ -1,0 +1,105 @@
+//! Deep snow as a surface: the land around a scene. Light leaves it where it came in.
+//!
+//! The reflection function R₀ is that of snow which absorbs nothing, and absorption follows Kokhanovsky & Zege (2004,
+//! doi:10.1364/AO.43.001589): R = R₀ e^{−α K(μ) K(μ₀) / (π R₀)} in 1/sr, α = 4 √(μ_a ℓ*/3).
+
+use std::f32::consts::PI;
+
+use glam::Vec3A;
+use snowblue_field::SnowOptics;
+use snowblue_geometry::ray::narrow;
+use snowblue_transport::ordinates::HalfSpace;
+use snowblue_transport::{SnowSample, TransportError};
+
+use crate::spectrum::{SAMPLES, Spectrum};
+
+/// Rays through grains, per node of the refractive index. They leave an albedo an error of less than 0.001.
+const GRAIN_RAYS: u32 = 1 << 14;
+
+/// The surface of deep snow of one kind.
+#[derive(Debug)]
+pub struct DeepSnow {
+    half_space: HalfSpace,
+    albedo: Spectrum,
+    /// α.
+    absorption: Spectrum,
+}
+
+impl DeepSnow {
+    pub(crate) fn new(sample: &SnowSample, wavelengths_nm: &[f64; SAMPLES]) -> Result<Self, TransportError> {
+        let optics = SnowOptics::new(sample, wavelengths_nm, GRAIN_RAYS)?;
+        let SnowOptics { absorption_per_m, transport_lengths_m, .. } = &optics;
+        let absorption = |k: usize| narrow(4.0 * (absorption_per_m[k] * transport_lengths_m[k] / 3.0).sqrt());
+        Ok(Self {
+            albedo: Spectrum(diffuse_albedo(&optics).map(narrow)),
+            absorption: Spectrum(std::array::from_fn(absorption)),
+            half_space: optics.half_space,
+        })
+    }
+
+    /// The albedo under an even sky.
+    pub fn albedo(&self) -> &Spectrum {
+        &self.albedo
+    }
+
+    /// π times the reflection function of a surface with a normal, for light from the unit vector `to_light` that
+    /// leaves against the unit vector `direction`.
+    pub fn reflectance(&self, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> Spectrum {
+        let white = PI * reflection_per_sr(&self.half_space, normal, direction, to_light);
+        if white <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let escape = |cos: f32| narrow(self.half_space.escape(f64::from(cos.max(0.0))));
+        let escapes = escape(-normal.dot(direction)) * escape(normal.dot(to_light)) / white;
+        Spectrum(self.absorption.0.map(|absorption| white * (-absorption * escapes).exp()))
+    }
+}
+
+/// Albedo of deep snow under diffuse light at some wavelengths, in nm.
+pub(crate) fn deep_albedo<const N: usize>(
+    sample: &SnowSample,
+    wavelengths_nm: &[f64; N],
+) -> Result<[f64; N], TransportError> {
+    Ok(diffuse_albedo(&SnowOptics::new(sample, wavelengths_nm, GRAIN_RAYS)?))
+}
+
+/// In diffusion the fluence rate under diffuse irradiance H is φ = 4H e^{−kz} / (1 + q ℓ* k) with k = √(3 μ_a/ℓ*), and
+/// the flux (ℓ*/3) k φ(0) is absorbed.
+fn diffuse_albedo<const N: usize>(optics: &SnowOptics) -> [f64; N] {
+    let extrapolation = optics.half_space.extrapolation();
+    std::array::from_fn(|index| {
+        let decay = (3.0 * optics.absorption_per_m[index] * optics.transport_lengths_m[index]).sqrt();
+        1.0 - 4.0 / 3.0 * decay / (1.0 + extrapolation * decay)
+    })
+}
+
+/// The reflection function R₀ of a surface with a normal, in 1/sr: for light from the unit vector `to_light` that
+/// leaves against the unit vector `direction`, both of rays that run backwards from the camera.
+pub fn reflection_per_sr(half_space: &HalfSpace, normal: Vec3A, direction: Vec3A, to_light: Vec3A) -> f32 {
+    let (cos_exit, cos_incidence) = (-normal.dot(direction), normal.dot(to_light).max(0.0));
+    // Both directions of propagation, projected on the surface.
+    let incident = normal * cos_incidence - to_light;
+    let exitant = -direction - normal * cos_exit;
+    let lengths = (incident.length_squared() * exitant.length_squared()).sqrt();
+    let cos_azimuth = if lengths > 1e-12 { incident.dot(exitant) / lengths } else { 0.0 };
+    let [exit, incidence, azimuth] = [cos_exit, cos_incidence, cos_azimuth.clamp(-1.0, 1.0)].map(f64::from);
+    narrow(half_space.reflection(exit, incidence, azimuth))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::wavelengths_nm;
+
+    #[test]
+    fn the_reflection_is_reciprocal_and_redder_light_is_darker() {
+        let snow = DeepSnow::new(&SnowSample::default(), &wavelengths_nm()).unwrap();
+        let [high, low] = [Vec3A::new(0.3, 0.2, 0.9), Vec3A::new(-0.9, 0.1, 0.2)].map(Vec3A::normalize);
+        let (one, other) = (snow.reflectance(Vec3A::Z, -high, low), snow.reflectance(Vec3A::Z, -low, high));
+        for (one, other) in one.0.iter().zip(other.0) {
+            // Single precision.
+            assert!((one / other - 1.0).abs() < 1e-5, "{one} {other}");
+        }
+        assert!(one.0[5] > one.0[15] && one.0[15] > one.0[30], "{one:?}");
+    }
+}
