@@ -3,6 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bins of a histogram")]
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::Vec3A;
 use snowblue_color::LinearRgb;
@@ -10,7 +11,7 @@ use snowblue_geometry::ray::{Ray, SurfacePoint, narrow};
 use snowblue_sky::{ClearSky, SUN_RADIUS_RAD, WAVELENGTHS_NM};
 use snowblue_stat::{Moments, chi_squared_p_value, sidak_level, z_p_value};
 
-use super::dome::{Resampling, SkyDome};
+use super::dome::{ClearRadiance, Resampling, SkyDome};
 use super::emitter::{EmissionSpectrum, Emitter};
 use super::image::SkyImage;
 use super::rectangle::{RectangleLight, RectangleLightDescription};
@@ -78,7 +79,8 @@ fn clear_sky() -> (ClearSky, Vec3A) {
 
 fn dome() -> Light {
     let (sky, to_sun) = clear_sky();
-    Light::new(SkyDome::clear(sky, to_sun, Resampling::new(1.0, false)).unwrap())
+    let resampling = Resampling::new(1.0, false);
+    Light::new(SkyDome::clear(Arc::new(ClearRadiance { sky, to_sun, resampling })).unwrap())
 }
 
 fn sun() -> Light {
