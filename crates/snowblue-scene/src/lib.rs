@@ -30,6 +30,7 @@ pub mod material;
 pub mod objects;
 pub mod progress;
 pub mod queries;
+pub mod seen;
 
 pub mod description;
 

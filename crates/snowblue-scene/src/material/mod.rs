@@ -7,7 +7,7 @@ pub mod texture;
 
 use snowblue_geometry::shape::Shape;
 
-use crate::description::SparkleDescription;
+use crate::description::{ReliefDescription, SparkleDescription};
 use diffuse::Diffuse;
 use snow::{Snow, SnowMaterial};
 use texture::Texture;
@@ -35,6 +35,14 @@ impl Material {
         match self {
             Self::Diffuse(_) => None,
             Self::Snow(material) => material.sparkle.as_ref(),
+        }
+    }
+
+    /// The relief, if it is snow with it.
+    pub(crate) fn relief(&self) -> Option<&ReliefDescription> {
+        match self {
+            Self::Diffuse(_) => None,
+            Self::Snow(material) => material.relief.as_ref(),
         }
     }
 
